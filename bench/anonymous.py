@@ -108,6 +108,7 @@ def _add_figures(report: Report, case: str, noticed: Noticed) -> None:
     report.add(case, "memory grew by, at most", noticed.rss_most_mb - noticed.rss_before_mb, "MB")
     report.add(case, "memory grew by, afterwards", noticed.rss_after_mb - noticed.rss_before_mb, "MB")
     report.say(f"{case}: largest gap {noticed.largest_gap_ms:.1f} ms, own {noticed.own_gap_ms:.1f} ms")
+    report.say("; ".join(f"{gap_ms:.1f} ms at {begun_s:.1f} s" for gap_ms, begun_s in noticed.largest_gaps(6)))
 
 
 async def _signs_in(

@@ -88,6 +88,11 @@ class Noticed:
     def largest_gap_ms(self) -> float:
         return max(self.gaps_ms, default=float("inf"))
 
+    def largest_gaps(self, count: int) -> list[tuple[float, float]]:
+        """The largest ones in ms, each with when it began, in seconds after the first frame."""
+        begun_s = (at - self.frames_at[0] for at in self.frames_at)
+        return sorted(zip(self.gaps_ms, begun_s, strict=False), reverse=True)[:count]
+
     def in_largest_gap(self) -> tuple[RunQueue, RunQueue]:
         """How long tower and agent ran and waited for a processor during the largest gap."""
         gaps = self.gaps_ms

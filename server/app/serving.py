@@ -36,9 +36,9 @@ MAX_MESSAGE_BYTES: Final = 64 * 1024
 GRACE_S: Final = 2
 ENDS_WITHIN_S: Final = 10.0
 """After it has lost its lock. What hangs in a database that went away must not keep it alive."""
-SWITCH_INTERVAL_S: Final = 0.0001
+SWITCH_INTERVAL_S: Final = 0.001
 """For which a database thread may keep the interpreter from the event loop. Python's own is 5 ms, as much as a stick
-takes altogether. The loop gives the interpreter away in each system call and waits this long to have it back."""
+takes altogether."""
 _TICKS_A_DAY: Final = 864_000
 
 

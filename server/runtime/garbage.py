@@ -11,11 +11,9 @@ where they end (tests/integration/test_nothing_left_behind.py). An exception tha
 it went through is such a cycle too.
 """
 
-import ctypes
 import gc
 import os
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
@@ -42,16 +40,8 @@ AT_LEAST_BYTES: Final = 256 * 1024 * 1024
 """And whoever flies: what nobody could free must not grow without end."""
 
 
-_M_MMAP_THRESHOLD: Final = -3
-RETURNED_BYTES: Final = 128 * 1024
-"""Freed blocks of this size go back to the system. glibc begins with it, but raises it to the size of the first such
-block that is freed, and then keeps blocks of that size: megabytes after a flood of large requests (mallopt(3))."""
-
-
 def settle_memory() -> None:
     """Call it when all that stands for ever is made: that is never walked through again."""
-    with suppress(OSError, AttributeError):  # another C library
-        ctypes.CDLL(None).mallopt(_M_MMAP_THRESHOLD, RETURNED_BYTES)
     gc.collect()
     gc.freeze()
     gc.set_threshold(YOUNG_OBJECTS, YOUNG_ROUNDS, NEVER)
