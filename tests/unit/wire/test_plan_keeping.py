@@ -333,4 +333,4 @@ def test_more_items_than_an_autopilot_has_room_for_are_told_before_they_are_sent
         assert not [change for change in changes_ahead(keeping, kind, [one] * most) if change.field == COUNT]
         change = changes_ahead(keeping, kind, [one] * (most + 1))[0]
         assert change == (most, COUNT, most + 1, most, Effect.REFUSED)
-        assert change_words(keeping, change).startswith(f"{most + 1} items: {keeping.name} has space for {most} on")
+        assert change_words(keeping, change).startswith(f"{most + 1} items: {keeping.name} has room for {most} on")

@@ -54,7 +54,7 @@ export function planChecks(plan: Plan, limits: CheckLimits, path: FlownPath = fl
       const words = `The ${kind} has ${count} items; a drone takes ${MAX_ITEMS} at most.`;
       findings.push({ severity: 'error', kind, part: null, words });
     } else if (count > room) {
-      const words = `The ${kind} has ${count} items; ${autopilot} has space for ${room} on the usual boards. An autopilot with less space refuses all of them.`;
+      const words = `The ${kind} has ${count} items; ${autopilot} has room for ${room} on the usual boards. An autopilot with less space refuses all of them.`;
       findings.push({ severity: 'warning', kind, part: null, words });
     }
   }
