@@ -147,12 +147,12 @@ const SPECS: readonly CommandSpec[] = [
     'here-if-none',
     BOTH,
     [
-      param(0, 'Height to abort to', 'm', { least: 0, most: 1_000 }),
+      param(0, 'Abort height', 'm', { least: 0, most: 1_000 }),
       param(1, 'Precision landing', '', {
         choices: [
           [0, 'no'],
-          [1, 'if a target is seen'],
-          [2, 'only on a target'],
+          [1, 'if a target is visible'],
+          [2, 'required'],
         ],
       }),
       YAW,
@@ -168,7 +168,7 @@ const SPECS: readonly CommandSpec[] = [
     GOES,
   ),
   spec(CMD.RETURN, 'Return', 'none', BOTH),
-  spec(CMD.LOITER_UNLIMITED, 'Loiter until told', 'here-if-none', BOTH, [RADIUS, YAW], GOES),
+  spec(CMD.LOITER_UNLIMITED, 'Loiter, unlimited', 'here-if-none', BOTH, [RADIUS, YAW], GOES),
   spec(
     CMD.LOITER_TURNS,
     'Loiter, turns',
@@ -193,15 +193,15 @@ const SPECS: readonly CommandSpec[] = [
     param(2, 'Minute, -1: any', '', { least: -1, most: 59, whole: true, initial: -1 }),
     param(3, 'Second, -1: any', '', { least: -1, most: 59, whole: true, initial: -1 }),
   ]),
-  spec(CMD.CONDITION_DELAY, 'Delay what follows', 'none', ARDUPILOT, [
+  spec(CMD.CONDITION_DELAY, 'Delay, time', 'none', ARDUPILOT, [
     param(0, 'Time', 's', { least: 0, most: 65_535, initial: 5 }),
   ]),
-  spec(CMD.CONDITION_DISTANCE, 'Delay until near', 'none', ARDUPILOT, [
+  spec(CMD.CONDITION_DISTANCE, 'Delay, distance', 'none', ARDUPILOT, [
     param(0, 'Distance to the next waypoint', 'm', { least: 0, most: 100_000, initial: 10 }),
   ]),
   spec(CMD.CONDITION_YAW, 'Heading', 'none', ARDUPILOT, [
     param(0, 'Angle', 'deg', { least: 0, most: 360 }),
-    param(1, 'Turning at', 'deg/s', { least: 0, most: 360 }),
+    param(1, 'Turn rate', 'deg/s', { least: 0, most: 360 }),
     param(2, 'Direction', '', {
       choices: [
         [-1, 'counter-clockwise'],
@@ -209,19 +209,19 @@ const SPECS: readonly CommandSpec[] = [
         [1, 'clockwise'],
       ],
     }),
-    param(3, 'Measured from', '', {
+    param(3, 'Reference', '', {
       choices: [
         [0, 'north'],
-        [1, 'the heading then'],
+        [1, 'current heading'],
       ],
     }),
   ]),
   spec(CMD.JUMP, 'Jump', 'none', BOTH, [
     param(0, 'To item', '', { least: 0, most: MAX_SEQ, whole: true }),
-    param(1, 'Times, -1: for ever', '', { least: -1, most: 32_767, whole: true, initial: 1 }),
+    param(1, 'Repeats, -1: forever', '', { least: -1, most: 32_767, whole: true, initial: 1 }),
   ]),
   spec(CMD.CHANGE_SPEED, 'Speed', 'none', BOTH, [
-    param(0, 'Which', '', {
+    param(0, 'Type', '', {
       choices: [
         [0, 'airspeed'],
         [1, 'ground speed'],
@@ -230,8 +230,8 @@ const SPECS: readonly CommandSpec[] = [
       ],
       initial: 1,
     }),
-    param(1, 'Speed, -1: as it is, -2: its usual', 'm/s', { least: -2, most: 150, initial: 5 }),
-    param(2, 'Throttle, -1: as it is, -2: its usual', '%', { least: -2, most: 100, initial: -1 }),
+    param(1, 'Speed, -1: no change, -2: default', 'm/s', { least: -2, most: 150, initial: 5 }),
+    param(2, 'Throttle, -1: no change, -2: default', '%', { least: -2, most: 100, initial: -1 }),
   ]),
   spec(
     CMD.SET_HOME,
@@ -239,10 +239,10 @@ const SPECS: readonly CommandSpec[] = [
     'here-if-none',
     BOTH,
     [
-      param(0, 'Where', '', {
+      param(0, 'Home', '', {
         choices: [
-          [0, 'the place below'],
-          [1, 'where it is then'],
+          [0, 'this position'],
+          [1, 'current position'],
         ],
       }),
     ],
@@ -260,16 +260,16 @@ const SPECS: readonly CommandSpec[] = [
   ),
   spec(
     CMD.ROI,
-    'Look at (older)',
+    'Look at (legacy)',
     'here-if-none',
     BOTH,
     [
-      param(0, 'Kind', '', {
+      param(0, 'Target', '', {
         choices: [
           [0, 'nothing'],
           [1, 'the next waypoint'],
           [2, 'a waypoint'],
-          [3, 'a place'],
+          [3, 'a position'],
           [4, 'a target'],
         ],
         initial: 3,
@@ -279,13 +279,13 @@ const SPECS: readonly CommandSpec[] = [
     ],
     { height: true },
   ),
-  spec(CMD.ROI_NONE, 'Look ahead again', 'none', BOTH, [
+  spec(CMD.ROI_NONE, 'Look ahead', 'none', BOTH, [
     param(0, 'Gimbal, 0: all', '', { least: 0, most: 255, whole: true }),
   ]),
-  spec(CMD.TRIGGER_DISTANCE, 'Camera every distance', 'none', BOTH, [
+  spec(CMD.TRIGGER_DISTANCE, 'Camera, by distance', 'none', BOTH, [
     param(0, 'Distance, 0: stop', 'm', { least: 0, most: 10_000, initial: 20 }),
     param(1, 'Shutter, milliseconds', '', { least: -1, most: 60_000, ...OPEN_TO_PX4 }),
-    param(2, 'One at once', '', {
+    param(2, 'First picture at once', '', {
       choices: [
         [0, 'no'],
         [1, 'yes'],
@@ -294,14 +294,14 @@ const SPECS: readonly CommandSpec[] = [
     param(3, 'Camera, 0: all', '', { least: 0, most: 255, whole: true, ...OPEN_TO_PX4 }),
   ]),
   // x is the order to take one.
-  spec(CMD.CAMERA_SHOT, 'Camera, one picture', 'none', BOTH, [], { raw: { x: 1 } }),
-  spec(CMD.IMAGE_START, 'Camera, pictures', 'none', BOTH, [
+  spec(CMD.CAMERA_SHOT, 'Camera, single picture', 'none', BOTH, [], { raw: { x: 1 } }),
+  spec(CMD.IMAGE_START, 'Camera, picture series', 'none', BOTH, [
     param(0, 'Camera, 0: all', '', { least: 0, most: 255, whole: true }),
-    param(1, 'Time between', 's', { least: 0, most: 65_535 }),
-    param(2, 'How many, 0: until told', '', { least: 0, most: 65_535, whole: true, initial: 1 }),
+    param(1, 'Interval', 's', { least: 0, most: 65_535 }),
+    param(2, 'Count, 0: until stopped', '', { least: 0, most: 65_535, whole: true, initial: 1 }),
     param(3, 'First number', '', { least: 0, most: 65_535, whole: true, ...OPEN_TO_PX4 }),
   ]),
-  spec(CMD.IMAGE_STOP, 'Camera, no more pictures', 'none', BOTH, [
+  spec(CMD.IMAGE_STOP, 'Camera, stop series', 'none', BOTH, [
     param(0, 'Camera, 0: all', '', { least: 0, most: 255, whole: true }),
   ]),
   spec(CMD.VIDEO_START, 'Record video', 'none', BOTH, [
@@ -313,7 +313,7 @@ const SPECS: readonly CommandSpec[] = [
   ]),
   spec(
     CMD.MOUNT_CONTROL,
-    'Gimbal (older)',
+    'Gimbal (legacy)',
     'none',
     BOTH,
     [
@@ -345,14 +345,14 @@ const SPECS: readonly CommandSpec[] = [
   ]),
   spec(CMD.GRIPPER, 'Gripper', 'none', BOTH, [
     param(0, 'Gripper', '', { least: 0, most: 6, whole: true, initial: 1 }),
-    param(1, 'Does', '', {
+    param(1, 'Action', '', {
       choices: [
         [0, 'release'],
         [1, 'grab'],
       ],
     }),
   ]),
-  spec(CMD.LAND_START, 'Landing begins', 'here-if-none', BOTH, [], WITHOUT_PLACE_ON_PX4),
+  spec(CMD.LAND_START, 'Landing sequence', 'here-if-none', BOTH, [], WITHOUT_PLACE_ON_PX4),
   spec(3000, 'VTOL transition', 'none', PX4, [
     param(0, 'To', '', {
       choices: [

@@ -241,7 +241,7 @@ describe('the checks before an upload', () => {
     ],
     ['error: The mission has 725 items; a drone takes 724 at most.', planOf(Array.from({ length: 725 }, () => back))],
     [
-      'warning: The mission has 650 items; ArduPilot has space for 649 on the usual boards. An autopilot with less space refuses all of them.',
+      'warning: The mission has 650 items; ArduPilot has room for 649 on the usual boards. An autopilot with less space refuses all of them.',
       planOf(Array.from({ length: 650 }, () => back)),
     ],
   ])('name the item and say: %s', (expected, plan, change) => expect(reported(plan, change)).toContain(expected));
