@@ -198,3 +198,28 @@ async def test_frozen(tmp_path: Path, postgres: OwnPostgres) -> None:
         assert gaps == 0
         postgres.thaw()
         await scene.comes_back()
+
+
+async def test_a_holder_who_is_disabled_is_shut_out_before_the_database_answers(tmp_path: Path) -> None:
+    async with start_tower(tmp_path, database_timeout_s=10.0) as world, AsyncExitStack() as stack:
+        scene = await Scene(world).begin(stack)
+        holds, epoch = len(scene.agent.holds), scene.lease.lease.epoch
+        other = sqlite3.connect(world.settings.var / "tower.sqlite3", isolation_level=None)
+        try:
+            # As another process does it. From then on the tower can read and not write.
+            other.execute("UPDATE users SET disabled = 1 WHERE name = 'Alice'")
+            other.execute("UPDATE fleet_revision SET revision = revision + 1")
+            other.execute("BEGIN IMMEDIATE")
+            await until("the fence", lambda: scene.lease.fenced)
+            began = time.monotonic()
+            await until("the order to hold", lambda: len(scene.agent.holds) > holds)
+            assert time.monotonic() - began < AT_ONCE_S
+            assert scene.lease.lease.epoch == epoch, "the database has decided nothing"
+            reported = await scene.roots.event("notice", code="control-undecided")
+            assert "the holder may not fly" in reported["text"]
+            other.execute("ROLLBACK")
+        finally:
+            other.close()
+        await until("the end of the lease", lambda: scene.lease.lease.holder is None)
+        await until("the fence is lifted", lambda: not scene.lease.fenced)
+        assert await audit(scene.root, "control.revoke")

@@ -1,4 +1,4 @@
-"""What may be in a request: JSON, and not much of it. Plain ASGI, before anything is read."""
+"""Reads the body of a request: JSON only, of bounded size, within a deadline. Plain ASGI."""
 
 from __future__ import annotations
 
@@ -11,14 +11,13 @@ from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from server.api.http.problems import JSON_ONLY, TOO_LARGE, problem
+from server.api.http.problems import BODY_TIMEOUT, JSON_ONLY, TOO_LARGE, problem
 from server.live.anonymous.budget import AnonymousBudget, Over
 from server.live.anonymous.limits import LIMITS
 
 MAX_BODY_BYTES: Final = LIMITS.max_body_bytes
 WITHIN_S: Final = LIMITS.body_within_s
 SPREAD_S: Final = LIMITS.body_spread_s
-_TIMEOUT: Final = 408
 
 _PLANS: Final = re.compile(r"/api/v1/(drones/\d+/((mission|fence|rally)(/verify)?|parameters)|missions(/\d+)?)")
 _SIGN_IN: Final = frozenset(
@@ -28,62 +27,102 @@ _FILES: Final = re.compile(r"/api/v1/agent/files/\d+")
 
 
 class BodyCheck:
-    """Turns down what the headers promise, where they do; counts what really comes, where they do not,
-    and gives up what does not come to its end."""
+    """Refuses bodies beyond a number of bytes or a deadline.
+
+    It reads a body whole before the application runs, so that a slow one holds no route and no dependency. Bodies of
+    plans and parameters are larger: their routes read them after authentication.
+    """
 
     def __init__(self, app: ASGIApp, budget: AnonymousBudget) -> None:
         self._app = app
         self._budget = budget
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        if scope["type"] == "http":
-            headers = Headers(scope=scope)
-            if _FILES.fullmatch(scope["path"]):  # an agent's, which is no JSON and is counted where it is written
-                await self._app(scope, receive, send)
-                return
-            most, within_s = _bounds(scope["path"])
-            length = _length(headers)
-            if length > most:
-                self._budget.refused[Over.BODY] += 1
-                await problem(TOO_LARGE, instance=scope["path"])(scope, receive, send)
-                return
-            if (length > 0 or "transfer-encoding" in headers) and not _is_json(headers):
-                await problem(JSON_ONLY, instance=scope["path"])(scope, receive, send)
-                return
-            await self._app(scope, self._counted(receive, most, within_s), send)
-        else:
+        # Agents send files: not JSON, and their route counts the bytes while it writes them.
+        if scope["type"] != "http" or _FILES.fullmatch(scope["path"]):
             await self._app(scope, receive, send)
+            return
+        headers = Headers(scope=scope)
+        length = _length(headers)
+        if length == 0 and "transfer-encoding" not in headers:
+            await self._app(scope, receive, send)
+            return
+        path = scope["path"]
+        is_plan = _PLANS.fullmatch(path) is not None
+        most, within_s = _bounds(path, is_plan=is_plan)
+        if length > most:
+            self._budget.refused[Over.BODY] += 1
+            await problem(TOO_LARGE, instance=path)(scope, receive, send)
+        elif not _is_json(headers):
+            await problem(JSON_ONLY, instance=path)(scope, receive, send)
+        else:
+            bounded = self._bounded(receive, most, within_s)
+            if is_plan:
+                await self._app(scope, bounded, send)
+                return
+            try:
+                body = await _whole_body(bounded)
+            except HTTPException as refusal:
+                kind = TOO_LARGE if refusal.status_code == TOO_LARGE.status else BODY_TIMEOUT
+                await problem(kind, instance=path, headers=dict(refusal.headers or {}))(scope, receive, send)
+                return
+            if body is not None:
+                await self._app(scope, _received(body, receive), send)
 
-    def _counted(self, receive: Receive, most: int, within_s: float) -> Receive:
+    def _bounded(self, receive: Receive, most: int, within_s: float) -> Receive:
+        """`receive`, which raises HTTPException beyond these bounds."""
         taken, whole, refused = 0, False, self._budget.refused
         # Bodies that began together must not end together: two hundred answers at once delay a frame by 25 ms.
         until = asyncio.get_running_loop().time() + within_s + random.random() * SPREAD_S  # noqa: S311 (no secret)
 
-        async def counted() -> Message:
+        async def bounded() -> Message:
             nonlocal taken, whole
             try:
-                async with asyncio.timeout_at(
-                    None if whole else until
-                ):  # afterwards it waits for the end of the connection
+                # After the body, `receive` waits for the end of the connection.
+                async with asyncio.timeout_at(None if whole else until):
                     message = await receive()
             except TimeoutError:
                 refused[Over.BODY_TIME] += 1
-                raise HTTPException(_TIMEOUT, headers={"Connection": "close"}) from None
+                raise HTTPException(BODY_TIMEOUT.status, headers={"Connection": "close"}) from None
             taken += len(message.get("body", b""))
             whole = not message.get("more_body", False)
             if taken > most:
                 refused[Over.BODY] += 1
-                raise HTTPException(TOO_LARGE.status)  # in the route that reads, so it becomes a problem document
+                raise HTTPException(TOO_LARGE.status)
             return message
 
-        return counted
+        return bounded
 
 
-def _bounds(path: str) -> tuple[int, float]:
-    """How many bytes a body may have there, and in how many seconds it must be whole."""
+async def _whole_body(receive: Receive) -> bytes | None:
+    """None if the client has left."""
+    body = bytearray()
+    while True:
+        message = await receive()
+        if message["type"] == "http.disconnect":
+            return None
+        body += message.get("body", b"")
+        if not message.get("more_body", False):
+            return bytes(body)
+
+
+def _received(body: bytes, receive: Receive) -> Receive:
+    """Returns the body once, then waits for the end of the connection as `receive` does."""
+    first: Message | None = {"type": "http.request", "body": body, "more_body": False}
+
+    async def received() -> Message:
+        nonlocal first
+        message, first = first, None
+        return message or await receive()
+
+    return received
+
+
+def _bounds(path: str, *, is_plan: bool) -> tuple[int, float]:
+    """The largest body in bytes, and the deadline in seconds."""
     if path in _SIGN_IN:
         return LIMITS.max_sign_in_body_bytes, min(LIMITS.sign_in_body_within_s, WITHIN_S)
-    return LIMITS.max_plan_body_bytes if _PLANS.fullmatch(path) else MAX_BODY_BYTES, WITHIN_S
+    return LIMITS.max_plan_body_bytes if is_plan else MAX_BODY_BYTES, WITHIN_S
 
 
 def _length(headers: Headers) -> int:

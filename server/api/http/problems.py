@@ -128,6 +128,7 @@ INVALID: Final = Kind("invalid-request", 422, "The request is not valid")
 MALFORMED_JSON: Final = Kind("malformed-json", 400, "The body is not JSON")
 JSON_ONLY: Final = Kind("json-only", 415, "Only JSON is accepted")
 TOO_LARGE: Final = Kind("too-large", 413, "The body is too large")
+BODY_TIMEOUT: Final = Kind("request-timeout", 408, "The body did not arrive in time")
 WRONG_ORIGIN: Final = Kind("wrong-origin", 403, "The request came from another site")
 DATABASE: Final = Kind("database-unavailable", 503, "The database does not answer")
 NOT_THE_TOWER: Final = Kind("not-the-tower", 503, "This process is not the tower")
@@ -337,8 +338,9 @@ async def _on_invalid(request: Request, error: Exception) -> JSONResponse:
 
 async def _on_http(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, HTTPException)
-    if error.status_code == TOO_LARGE.status:
-        return problem(TOO_LARGE, instance=request.url.path)
+    for kind in (TOO_LARGE, BODY_TIMEOUT):
+        if error.status_code == kind.status:
+            return problem(kind, instance=request.url.path, headers=dict(error.headers or {}))
     status = HTTPStatus(error.status_code)
     kind = Kind(status.phrase.lower().replace(" ", "-"), status.value, status.phrase)
     return problem(kind, instance=request.url.path, headers=dict(error.headers or {}))

@@ -9,6 +9,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
+from itertools import count
 from typing import Any, Final
 
 import structlog
@@ -42,6 +43,7 @@ from server.store.control.open_hold_store import write_open_hold
 from server.store.control.rehearsal import Rehearsals
 from server.store.control.service import ControlRefused, ControlService
 from server.store.control.who_withdrew import who_withdrew
+from server.store.control.withdrawals import Withdrawals
 from server.store.database import Database
 from wire.ids import DroneId
 
@@ -83,6 +85,7 @@ class HubEventHandler:
         self._clock = clock
         self._loss_checks = loss_checks
         self._rehearsals = rehearsals
+        self._withdrawals = Withdrawals(service, hub)
         self._agent_linked = agent_linked
         self._try_again_after_s = try_again_after_s
         self._monotonic = monotonic
@@ -128,8 +131,9 @@ class HubEventHandler:
         waiting = self._waiting.setdefault(drone_id, deque())
         if event in waiting:
             return
-        if len(waiting) >= MAX_WAITING:
-            self._hold_without_database(event)
+        if isinstance(event, RightLost):
+            self._withdrawals.begin(event)
+        if len(waiting) >= MAX_WAITING and event not in self._withdrawals:
             _log.error("control_events_lost", drone_id=drone_id, what=type(event).__name__)
             return
         waiting.append(event)
@@ -140,34 +144,33 @@ class HubEventHandler:
         try:
             while waiting:
                 await self._see_to(waiting[0])
-                waiting.popleft()
+                self._withdrawals.end(waiting.popleft())
         finally:
             del self._at_work[drone_id]
             self._waiting.pop(drone_id, None)
 
     async def _see_to(self, event: HubEvent) -> None:
-        for number in range(MAX_TRIES):
+        # A holder without the right stays shut out until the database has ended the lease.
+        for number in count() if event in self._withdrawals else range(MAX_TRIES):
             try:
                 await self._carry_out(event)
             except (ControlRefused, UnknownDrone):
                 return  # it has come too late: somebody else has changed the lease meanwhile
             except (SQLAlchemyError, OSError) as error:
                 if number == 0:
-                    self._hold_without_database(event)
+                    self._withdrawals.hold(event)
                     words = {"what": type(event).__name__, "error": type(error).__name__}
                     _log.error("control_event_failed", drone_id=event.drone_id, **words)
                 await asyncio.sleep(self._try_again_after_s)
             except Exception:
-                self._hold_without_database(event)
-                _log.exception("control_event_failed", drone_id=event.drone_id, what=type(event).__name__)
-                return
+                self._withdrawals.hold(event)
+                if number == 0:
+                    _log.exception("control_event_failed", drone_id=event.drone_id, what=type(event).__name__)
+                if event not in self._withdrawals:
+                    return
+                await asyncio.sleep(self._try_again_after_s)
             else:
                 return
-
-    def _hold_without_database(self, event: HubEvent) -> None:
-        """Whoever may not fly must not go on flying because a disk is full."""
-        if isinstance(event, RightLost) and event.whose == "holder":
-            self._hub.holds.order(event.drone_id, "the holder may not fly, and the database is out of reach")
 
     async def _carry_out(self, event: HubEvent) -> None:
         change = self._service.system_change

@@ -67,7 +67,7 @@ class ControlService:
         self._timeout_s = timeout_s
         self._fences: Counter[DroneId] = Counter()
         self._held_first: Counter[DroneId] = Counter()
-        self._undecided = UndecidedTakes(store, hub, fence=self._fence_down, unfence=self._fence_up)
+        self._undecided = UndecidedTakes(store, hub, fence=self.fence, unfence=self.unfence)
 
     async def change(
         self,
@@ -166,7 +166,7 @@ class ControlService:
         turn_of: Literal["holder", "assistant"] | None = None,
     ) -> Committed:
         by_hand = live_drone.flown_by_hand(now)
-        with self._fence(ask.drone_id, wanted=fenced):
+        with self._fenced(ask.drone_id, wanted=fenced):
             outcome = await self._decided(ask, fenced=fenced, by=by, now=now)
             if isinstance(outcome, Refused):
                 raise ControlRefused(outcome)
@@ -218,7 +218,7 @@ class ControlService:
         holds, and nobody's commands pass in this block. Nothing happens where they may not take it."""
         drone = self._hub.squads.drone(drone_id, principal.user_id, principal.role)
         takes = drone is not None and self._may_take_now(drone, principal)
-        with self._fence(drone_id, wanted=takes):
+        with self._fenced(drone_id, wanted=takes):
             if takes:
                 self._undecided.hold(drone_id, principal.name, interrupts=interrupts)
             self._held_first[drone_id] += takes
@@ -233,22 +233,23 @@ class ControlService:
         await self._undecided.stop()
 
     @contextmanager
-    def _fence(self, drone_id: DroneId, *, wanted: bool) -> Iterator[None]:
+    def _fenced(self, drone_id: DroneId, *, wanted: bool) -> Iterator[None]:
         """Two admins may reach for a drone at once: its fence stays down until the last of them has an answer."""
         if not wanted:
             yield
             return
-        self._fence_down(drone_id)
+        self.fence(drone_id)
         try:
             yield
         finally:
-            self._fence_up(drone_id)
+            self.unfence(drone_id)
 
-    def _fence_down(self, drone_id: DroneId) -> None:
+    def fence(self, drone_id: DroneId) -> None:
+        """From now until as many calls of `unfence` nobody's commands pass."""
         self._fences[drone_id] += 1
         self._hub.changes.fence(drone_id)
 
-    def _fence_up(self, drone_id: DroneId) -> None:
+    def unfence(self, drone_id: DroneId) -> None:
         self._fences[drone_id] -= 1
         if self._fences[drone_id]:
             self._hub.changes.fence(drone_id)  # the hub lifts it with each lease that it is told of
