@@ -1,4 +1,4 @@
-"""What `bench missions` finds: seconds by system and deed, failures, what the line carried; and the rows of it."""
+"""What `bench missions` finds: seconds by system and case, failures, what the line carried; and the rows of it."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Figures:
         self.report.say(f"  {system}: {what}: failed: {words}")
 
     def announce(self, where: str) -> None:
-        """The rows: a case for each deed, both systems in it."""
+        """The rows: one case each, with both systems."""
         for what in dict.fromkeys(what for _, what in (*self.took_s, *self.failures)):
             for system in (OURS, PEER):
                 self._add_figures(f"{what}, {where}", (system, what))

@@ -16,7 +16,7 @@ Words = Annotated[str, msgspec.Meta(max_length=300)]
 
 
 class LostAction(StrEnum):
-    """What the drone does by itself when the tower or the person stays away."""
+    """What the drone does when the tower or the person stays away."""
 
     RETURN = "return"
     LAND = "land"
@@ -27,7 +27,7 @@ class LostAction(StrEnum):
 
 
 class HoldStage(StrEnum):
-    """How far an open hold is."""
+    """Stage of an open hold."""
 
     NONE = "none"
     """No mode of the hold is confirmed."""
@@ -38,7 +38,7 @@ class HoldStage(StrEnum):
 
 
 class AfterSticks(StrEnum):
-    """What the autopilot does by itself when the agent's sticks stop, or the agent dies."""
+    """What the autopilot does if the agent's sticks stop or the agent dies."""
 
     STAYS = "stays"
     SINKS = "sinks"
@@ -56,7 +56,7 @@ class Lost(StrEnum):
 
 
 class LostPhase(StrEnum):
-    """How far the lost action is."""
+    """Phase of the lost action."""
 
     QUIET = "quiet"
     """Nobody is lost."""

@@ -16,7 +16,7 @@ BEAT_S: Final = 0.2
 
 
 class StreamProfile(StrEnum):
-    """How much is sent."""
+    """Amount of telemetry."""
 
     FULL = "full"
     THIN = "thin"
@@ -24,7 +24,7 @@ class StreamProfile(StrEnum):
 
 
 class StreamChoice(StrEnum):
-    """What an admin chose: a profile, or that the agent decides by the link's quality."""
+    """The admin's choice: a profile, or `auto`, by which the agent adapts to the link."""
 
     AUTO = "auto"
     FULL = "full"

@@ -161,7 +161,7 @@ class TransactionProgress(msgspec.Struct, frozen=True, tag="transaction_progress
 
 
 class ParameterRefusal(msgspec.Struct, frozen=True, array_like=True):
-    """A parameter that is not as it was asked to be. `has`: what the autopilot has now, None where nobody knows."""
+    """A parameter whose value is not the requested one. `has`: what the autopilot has now, None where nobody knows."""
 
     name: ParameterName
     asked: float

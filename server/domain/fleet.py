@@ -33,7 +33,7 @@ class LoanRecord:
 
 @dataclass(frozen=True)
 class TeamRecord:
-    """The team that a drone belongs to."""
+    """The team of a drone."""
 
     id: int
     name: str

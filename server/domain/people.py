@@ -11,7 +11,7 @@ from wire.ids import UserId
 
 
 class Role(StrEnum):
-    """Of an account. What each allows stands in `access.py` (`REACH`), and nowhere else."""
+    """The role of an account. `REACH` in `access.py` alone says what each one allows."""
 
     ADMIN = "admin"
     OPERATOR = "operator"

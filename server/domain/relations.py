@@ -18,7 +18,7 @@ from wire.ids import UserId
 
 
 class TeamRole(StrEnum):
-    """What a member of a team is."""
+    """The role of a team member."""
 
     OBSERVER = "observer"
     OPERATOR = "operator"
@@ -26,7 +26,7 @@ class TeamRole(StrEnum):
 
 
 class Relation(StrEnum):
-    """From the strongest to the weakest: somebody who stands in two has the stronger one."""
+    """From the strongest to the weakest; the stronger one of two applies."""
 
     ADMIN = "admin"
     """An admin of the tower, whoever owns the drone."""

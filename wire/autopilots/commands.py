@@ -51,7 +51,7 @@ class Arm(PilotCommand):
 
 @dataclass(frozen=True)
 class Disarm(PilotCommand):
-    """`force`: also in the air, where it falls."""
+    """`force`: also in the air, where the drone falls."""
 
     name = "disarm"
     force: bool = False
@@ -65,7 +65,7 @@ class ChangeMode(PilotCommand):
 
 @dataclass(frozen=True)
 class TakeOff(PilotCommand):
-    """Into a mode that can, armed if it is not yet, and up."""
+    """Changes to a suitable mode, arms if necessary, and takes off."""
 
     name = "takeoff"
     height_m: float

@@ -16,13 +16,13 @@ router = APIRouter(
     prefix="/api/v1/me/preferences", tags=["session"], responses=answers(NotSignedIn, SessionExpired, BadToken)
 )
 
-Name = Annotated[str, Path(pattern="^[a-z][a-z0-9-]{0,31}$", description="what the document is about, as `sticks`")]
+Name = Annotated[str, Path(pattern="^[a-z][a-z0-9-]{0,31}$", description="the document's subject, such as `sticks`")]
 Document = Annotated[dict[str, Any], Body(description="any JSON object of at most 8 KiB")]
 
 
 @router.get("")
 async def get_preferences(principal: Anybody, database: DatabaseDep) -> dict[str, dict[str, Any]]:
-    """Every document by its name; empty for somebody who has none."""
+    """All your preference documents by name."""
     async with database.reading() as session:
         return await preferences_of(session, principal.user_id)
 
@@ -31,9 +31,9 @@ async def get_preferences(principal: Anybody, database: DatabaseDep) -> dict[str
 async def put_preference(
     principal: Oneself, database: DatabaseDep, clock: ClockDep, name: Name, document: Document
 ) -> None:
-    """Keeps a document in the place of the one of that name. An empty object takes it away.
+    """Stores or replaces a document. An empty object deletes it.
 
-    Not with a token: these documents say how a pilot's sticks are read, and a program has no business with that.
+    Refused for tokens: these documents decide how a pilot's sticks are read.
     """
     async with database.writing() as session:
         await keep_preference(session, user_id=principal.user_id, name=name, document=document, now=clock())

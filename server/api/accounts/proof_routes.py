@@ -42,7 +42,7 @@ ProofKind = Literal["passkey", "password"]
 
 
 class PasswordProof(Strict):
-    """The password, and the code of the second factor where the account has one."""
+    """The password, and the second factor's code if the account has one."""
 
     kind: Literal["password"] = "password"
     password: Secret
@@ -50,7 +50,7 @@ class PasswordProof(Strict):
 
 
 class PasskeyProof(Strict):
-    """A passkey of this account, asked for with `POST /session/proof/passkey`."""
+    """A passkey of this account, requested with `POST /session/proof/passkey`."""
 
     kind: Literal["passkey"]
     credential: PasskeyAnswer
@@ -110,12 +110,12 @@ PROOF_KINDS: Final[Mapping[str, Check]] = {"password": _by_password, "passkey": 
 
 
 class ProofView(BaseModel):
-    """How fresh this session's proof is, and how it is renewed."""
+    """Age of the session's proof of identity, and how to renew it."""
 
-    fresh: Annotated[bool, Field(description="Credentials may be changed now")]
+    fresh: Annotated[bool, Field(description="The session may change credentials now")]
     fresh_until: Annotated[datetime | None, Field(description="null: there is no proof")]
-    kinds: Annotated[list[ProofKind], Field(description="How this person can prove who they are, the best first")]
-    code_needed: Annotated[bool, Field(description="With the password goes a code of the second factor")]
+    kinds: Annotated[list[ProofKind], Field(description="Accepted proofs of identity, best first")]
+    code_needed: Annotated[bool, Field(description="The password needs the second factor's code")]
 
     @classmethod
     def of(cls, proved_at: datetime | None, user: UserRow, now: datetime) -> ProofView:
@@ -134,7 +134,7 @@ def kinds_of(user: UserRow) -> list[ProofKind]:
 
 @router.get("")
 async def get_proof(principal: Prover, database: DatabaseDep, clock: ClockDep) -> ProofView:
-    """Whether a change of credentials would be taken now, and how to prove who one is."""
+    """Whether the session may change credentials now, and how to renew the proof of identity."""
     async with database.reading() as session:
         user = await get_user(session, principal.user_id)
     return ProofView.of(principal.proved_at, user, clock())
@@ -157,7 +157,7 @@ async def get_proof(principal: Prover, database: DatabaseDep, clock: ClockDep) -
 async def renew_proof(
     principal: Prover, audit: AuditDep, database: DatabaseDep, clock: ClockDep, checks: _ChecksDep, body: Proof
 ) -> ProofView:
-    """Proves again who one is. For five minutes credentials may be changed in this session."""
+    """Renews the proof of identity. This session may change credentials for five minutes."""
     action = audit.action(principal)
     await PROOF_KINDS[body.kind](checks, principal, body, action)
     async with database.reading() as session:
@@ -170,7 +170,7 @@ async def renew_proof(
 async def ask_for_proof_by_passkey(
     principal: Prover, database: DatabaseDep, passkey_request: PasskeyRequestDep
 ) -> PasskeyOptions:
-    """Begins a proof by one of the account's passkeys, which then goes to `POST /session/proof`."""
+    """Begins a proof by passkey. Send the result to `POST /session/proof`."""
     asked = passkey_request.of_session(principal, Purpose.PROVE)
     async with database.reading() as session:
         own = await passkeys.list_passkeys(session, principal.user_id)

@@ -31,21 +31,21 @@ router = APIRouter(
 
 
 class SecondFactorView(BaseModel):
-    enabled: Annotated[bool, Field(description="Codes of an authenticator are set up")]
-    passkeys: Annotated[int, Field(description="How many there are: each is a second factor too")]
+    enabled: Annotated[bool, Field(description="An authenticator is set up")]
+    passkeys: Annotated[int, Field(description="Number of passkeys; each is a second factor too")]
     recovery_codes_left: int
 
 
 class SecondFactorBegun(BaseModel):
-    """To be put into an authenticator. Only this answer contains it."""
+    """The secret for an authenticator. Only this response contains it."""
 
-    secret: Annotated[str, Field(description="In base32, to type it in")]
+    secret: Annotated[str, Field(description="In base32, for typing")]
     uri: Annotated[str, Field(description="The same, as otpauth://")]
     qr_svg: Annotated[str, Field(description="The same, as a picture: an <svg> element")]
 
 
 class RecoveryCodes(BaseModel):
-    """Only this answer contains them."""
+    """Only this response contains them."""
 
     recovery_codes: list[str]
 
@@ -57,7 +57,7 @@ def is_factor_demanded(settings: Settings, principal: Principal) -> bool:
 
 @router.get("")
 async def get_second_factor(principal: InPerson, database: DatabaseDep) -> SecondFactorView:
-    """Which there are."""
+    """The second factors of your account."""
     async with database.reading() as session:
         row = await get_user(session, principal.user_id)
         left = await second_factor.codes_left(session, row.id)
@@ -66,7 +66,7 @@ async def get_second_factor(principal: InPerson, database: DatabaseDep) -> Secon
 
 @router.post("", responses=answers(SecondFactorOn))
 async def begin_second_factor(principal: FactorSetter, database: DatabaseDep, vault: VaultDep) -> SecondFactorBegun:
-    """Makes a secret for an authenticator. It counts for nothing until it is confirmed."""
+    """Creates a secret for an authenticator. It takes effect when it is confirmed."""
     async with database.writing() as session:
         row = await get_user(session, principal.user_id)
         secret = second_factor.begin(row, vault)
@@ -85,9 +85,9 @@ async def confirm_second_factor(
     vault: VaultDep,
     body: CodeProof,
 ) -> RecoveryCodes:
-    """From here on the code is asked for at each sign-in. Tells the recovery codes, once.
+    """Enables the authenticator: each sign-in requires its code. Returns the recovery codes, only this once.
 
-    The user's other sessions prove again who they are before they change credentials.
+    Your other sessions need a new proof of identity before they change credentials.
     """
     sign_in.throttle_codes(principal, address, clock())
     async with database.writing() as session:
@@ -100,7 +100,7 @@ async def confirm_second_factor(
 
 @router.post("/recovery-codes", responses=answers(NoSecondFactorBegun))
 async def renew_recovery_codes(principal: Proved, database: DatabaseDep, audit: AuditDep) -> RecoveryCodes:
-    """New recovery codes. The old ones are worth nothing from then on."""
+    """Creates new recovery codes. The old ones become invalid."""
     async with database.writing() as session:
         row = await get_user(session, principal.user_id)
         codes = await second_factor.renew_codes(session, row, audit.action(principal))
@@ -111,7 +111,7 @@ async def renew_recovery_codes(principal: Proved, database: DatabaseDep, audit: 
 async def remove_second_factor(
     principal: Proved, database: DatabaseDep, settings: SettingsDep, audit: AuditDep
 ) -> None:
-    """The account is back to its password alone, or to its passkeys."""
+    """Removes the authenticator. The password alone signs in again, or a passkey."""
     async with database.writing() as session:
         row = await get_user(session, principal.user_id)
         is_demanded = is_factor_demanded(settings, principal)

@@ -61,17 +61,17 @@ class SessionOwner(BaseModel):
 
 
 class SessionView(BaseModel):
-    """A browser that is signed in."""
+    """A signed-in browser."""
 
     id: int
     user: SessionOwner
     created_at: datetime
     last_seen_at: Annotated[datetime, Field(description="To the minute")]
-    expires_at: Annotated[datetime, Field(description="When it ends if nothing more is heard of it")]
+    expires_at: Annotated[datetime, Field(description="When it ends without further use")]
     address: str
     user_agent: str
-    current: Annotated[bool, Field(description="The one that asks")]
-    live: Annotated[int, Field(description="Its open live connections")]
+    current: Annotated[bool, Field(description="This session")]
+    live: Annotated[int, Field(description="Open live connections")]
 
 
 @router.post(
@@ -100,7 +100,7 @@ async def sign_in(
     clock: ClockDep,
     body: SignIn,
 ) -> Me:
-    """Checks name, password and second factor; answers with a session cookie. A session that the request had ends."""
+    """Signs in with name, password and second factor. Sets a session cookie and ends the request's earlier session."""
 
     async def instead_of_code(user_id: int) -> None:
         assert body.passkey is not None and asked is not None
@@ -132,7 +132,7 @@ async def sign_in(
 async def sign_out(
     request: Request, response: Response, database: DatabaseDep, clock: ClockDep, address: AddressDep, hub: HubDep
 ) -> None:
-    """Ends the session and its live connections. Signing out twice is no error."""
+    """Ends the session and its live connections. Signing out twice is not an error."""
     token = request.cookies.get(COOKIE)
     if token:
         async with database.writing() as session:
@@ -180,9 +180,9 @@ async def change_own_password(
     audit: AuditDep,
     body: PasswordChange,
 ) -> Me:
-    """A new password of one's own. Every other session of the user ends, and this one gets a new cookie.
+    """Changes your own password. Ends your other sessions; this one gets a new cookie.
 
-    The user's API tokens end as well, unless `keep_tokens` says otherwise.
+    Your API tokens end too, unless `keep_tokens` is true.
     """
     action = audit.action(principal)
     now, address = action.at, action.address
@@ -218,7 +218,7 @@ async def change_own_password(
 async def judge_own_password(
     principal: Prover, password_policy: PasswordPolicyDep, body: NewPassword
 ) -> PasswordJudgement:
-    """Whether this would be taken as a new password of one's own: for saying so while one types. Nothing is kept."""
+    """Checks whether a new password is acceptable, for feedback while typing. Stores nothing."""
     found = await password_policy.judge(body.password, principal.name)
     return PasswordJudgement(acceptable=found.acceptable, message=found.message)
 
@@ -230,9 +230,9 @@ async def get_sessions(
     sessions: SessionsDep,
     clock: ClockDep,
     hub: HubDep,
-    everybody: Annotated[bool, Query(description="Admins: also those of others")] = False,
+    everybody: Annotated[bool, Query(description="Admins: of all users")] = False,
 ) -> list[SessionView]:
-    """Where one is signed in, or where everybody is; newest first."""
+    """Your sessions, or (admins) those of all users, newest first."""
     verdict = judge(AccessRequest(principal, Action.SEE_CREDENTIALS, everybody=everybody))
     if verdict.refusal is not None:
         raise verdict.refusal
@@ -271,7 +271,7 @@ async def end_one_session(
     event_handler: EventHandlerDep,
     session_id: Annotated[int, Path(ge=1, le=2**31 - 1)],
 ) -> None:
-    """Ends a session of one's own, or as an admin anybody's. Its live connections close at once."""
+    """Ends one of your sessions, or (admins) any session. Its live connections close at once."""
     async with database.writing() as session:
         row = await session.get(SessionRow, session_id)
         if row is None or not reaches(principal, Action.CHANGE_CREDENTIALS, UserId(row.user_id)):

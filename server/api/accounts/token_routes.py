@@ -39,7 +39,7 @@ class TokenOwner(BaseModel):
 
 
 class TokenView(BaseModel):
-    """A token, without its text."""
+    """A token, without its secret."""
 
     id: int
     name: str
@@ -48,7 +48,7 @@ class TokenView(BaseModel):
     created_at: datetime
     expires_at: datetime
     last_used_at: Annotated[datetime | None, Field(description="null: never used")]
-    last_used_address: Annotated[str, Field(description="From where a connection with it was last opened; or empty")]
+    last_used_address: Annotated[str, Field(description="Address of the last connection with it; may be empty")]
 
     @classmethod
     def of(cls, row: ApiTokenRow, owner: UserRow) -> TokenView:
@@ -65,19 +65,19 @@ class TokenView(BaseModel):
 
 
 class NewToken(BaseModel):
-    """What the token is to be for. It never does more than its owner may."""
+    """A new token. It never exceeds its owner's rights."""
 
     model_config = ConfigDict(extra="forbid")
 
     name: Annotated[str, Field(description="Purpose, in 1 to 64 printable characters")]
     scopes: Annotated[list[Scope], Field(max_length=16)]
     expires_at: Annotated[
-        AwareDatetime | None, Field(description="null: in 90 days, or as late as this tower allows if that is earlier")
+        AwareDatetime | None, Field(description="null: in 90 days, or the tower's maximum if that is earlier")
     ] = None
 
 
 class TokenWithSecret(BaseModel):
-    """The only answer that ever contains the token."""
+    """Only this response contains the token."""
 
     token: TokenView
     secret: Annotated[str, Field(description="For `Authorization: Bearer`. The tower keeps only its hash")]
@@ -88,9 +88,9 @@ async def list_tokens(
     principal: InPerson,
     api_tokens: ApiTokensDep,
     database: DatabaseDep,
-    everybody: Annotated[bool, Query(description="Admins: also those of others")] = False,
+    everybody: Annotated[bool, Query(description="Admins: of all users")] = False,
 ) -> list[TokenView]:
-    """One's own tokens, or everybody's, in the order of their ids."""
+    """Your tokens, or (admins) those of all users, by id."""
     verdict = judge(AccessRequest(principal, Action.SEE_CREDENTIALS, everybody=everybody))
     if verdict.refusal is not None:
         raise verdict.refusal
@@ -104,7 +104,7 @@ async def list_tokens(
 async def create_token(
     principal: Proved, database: DatabaseDep, audit: AuditDep, settings: SettingsDep, roster: RosterDep, body: NewToken
 ) -> TokenWithSecret:
-    """Makes a token for oneself and tells it, once."""
+    """Creates a token for yourself. Only this response contains it."""
     async with database.writing() as session:
         owner = await get_user(session, principal.user_id)
         row, secret = await tokens.create_token(
@@ -130,7 +130,7 @@ async def revoke_token(
     event_handler: EventHandlerDep,
     token_id: Annotated[int, Path(ge=1, le=2**31 - 1)],
 ) -> None:
-    """Revokes a token of one's own, or as an admin anybody's. What is connected with it is cut off at once."""
+    """Revokes one of your tokens, or (admins) any token. Its connections close at once."""
     of_user = None if reaches_all(principal.role, Action.CHANGE_CREDENTIALS) else principal.user_id
     async with database.writing() as session:
         await tokens.revoke_token(session, token_id=token_id, of_user=of_user, action=audit.action(principal))

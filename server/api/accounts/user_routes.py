@@ -40,7 +40,7 @@ def _view(sessions: Sessions, row: UserRow) -> AccountView:
 
 @router.get("")
 async def list_users(admin: Admin, database: DatabaseDep, sessions: SessionsDep) -> list[AccountView]:
-    """Every user, in the order of their ids."""
+    """All users, by id."""
     async with database.reading() as session:
         return [_view(sessions, row) for row in await users.list_users(session)]
 
@@ -56,7 +56,7 @@ async def create_user(
     sessions: SessionsDep,
     body: NewUser,
 ) -> AccountView:
-    """Creates a user who can sign in at once. Names differ by more than upper and lower case."""
+    """Creates a user who can sign in at once. Names must differ in more than case."""
     clean_name(body.name)
     await password_policy.check(body.password, body.name)
     password_hash = await passwords.hash(body.password)
@@ -89,7 +89,7 @@ async def change_user(
     user_id: UserPath,
     body: UserPatch,
 ) -> AccountView:
-    """Changes role, password or whether the user may sign in. A new password signs out everywhere and ends tokens."""
+    """Changes role or password, or disables the user. A new password ends all sessions and tokens."""
     password_hash = None
     if body.password is not None:
         async with database.reading() as session:
@@ -118,8 +118,8 @@ async def reset_second_factor(
     sessions: SessionsDep,
     user_id: UserPath,
 ) -> AccountView:
-    """For somebody who has lost it: back to the password alone, signed out everywhere, their tokens ended.
-    Harmless where there is none."""
+    """Removes the second factor of a user who lost it, and ends all their sessions and tokens. Without effect if there
+    is none."""
     async with database.writing() as session:
         row, had_one = await users.reset_second_factor(session, user_id=user_id, action=audit.action(admin))
     if had_one:

@@ -32,7 +32,7 @@ COLUMNS: Final = ("id", "at", "actor_id", "actor_name", "action", "drone_id", "a
 class AuditEventView(BaseModel):
     id: int
     at: datetime
-    actor_id: Annotated[int | None, Field(description="null: nobody signed in, the command line, or deleted since")]
+    actor_id: Annotated[int | None, Field(description="null: not signed in, command line, or deleted")]
     actor_name: str
     action: str
     drone_id: int | None
@@ -43,11 +43,9 @@ class AuditEventView(BaseModel):
 async def _filter(
     action: Annotated[
         str | None,
-        Query(max_length=64, pattern=_NO_NUL, description="A whole action, or a prefix that ends in a dot: `control.`"),
+        Query(max_length=64, pattern=_NO_NUL, description="An action, or a prefix that ends with a dot: `control.`"),
     ] = None,
-    actor: Annotated[
-        str | None, Query(max_length=64, pattern=_NO_NUL, description="A name; upper and lower case do not count")
-    ] = None,
+    actor: Annotated[str | None, Query(max_length=64, pattern=_NO_NUL, description="A name; case-insensitive")] = None,
     drone_id: Annotated[int | None, Query(ge=1, le=2**31 - 1)] = None,
     since: Annotated[AwareDatetime | None, Query(description="Not before")] = None,
     until: Annotated[AwareDatetime | None, Query(description="Before")] = None,
@@ -68,7 +66,7 @@ async def list_audit_events(
     limit: Annotated[int, Query(ge=1, le=500)] = 100,
     before: Annotated[int | None, Query(ge=1, le=2**31 - 1, description="Only events with a smaller id")] = None,
 ) -> list[AuditEventView]:
-    """The audit trail, newest first. For the next page, ask for what is before the last id."""
+    """The audit trail, newest first. For the next page, pass the last id as `before`."""
     found = await page(database, wanted, before=before, limit=limit)
     return [AuditEventView.model_validate(row, from_attributes=True) for row in found]
 
@@ -79,7 +77,7 @@ async def list_audit_events(
     response_class=StreamingResponse,
 )
 async def download_audit_events(admin: Admin, database: DatabaseDep, wanted: Wanted) -> StreamingResponse:
-    """The same as a table, newest first, at most 100,000 events."""
+    """The audit trail as CSV, newest first, at most 100,000 events."""
     headers = {"Content-Disposition": 'attachment; filename="audit.csv"'}
     rows = _as_csv(database, wanted)
     first = await anext(rows)  # a database that does not answer gets its 503: later it could only cut the answer off

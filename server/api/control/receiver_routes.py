@@ -52,8 +52,8 @@ class ReceiverSetupView(BaseModel):
 
     autopilot: Literal["ardupilot", "px4", ""]
     has_radio: Annotated[bool | None, Field(description="null: not known")]
-    needed: Annotated[bool, Field(description="There is no receiver, and something is not as it should be")]
-    known: Annotated[bool, Field(description="Each of the parameters was read")]
+    needed: Annotated[bool, Field(description="There is no receiver, and some values are not the required ones")]
+    known: Annotated[bool, Field(description="All these parameters were read")]
     rows: list[SetupRowView]
     text: Annotated[str, Field(description="For people")]
 
@@ -71,7 +71,7 @@ class ReceiverSetupView(BaseModel):
 
 @router.get("")
 async def get_receiver_setup(principal: Viewer, hub: HubDep, drone_id: DronePath) -> ReceiverSetupView:
-    """Which parameters matter for flying without a radio receiver, how they are, and how they should be."""
+    """The parameters that matter for flying without a radio receiver: present and required values."""
     return ReceiverSetupView.of(receiver_setup(watched_drone(hub, principal, drone_id).loss_parameters))
 
 
@@ -86,9 +86,8 @@ async def get_receiver_setup(principal: Viewer, hub: HubDep, drone_id: DronePath
 async def set_up_without_receiver(
     principal: Pilot, hub: HubDep, address: AddressDep, drone_id: DronePath
 ) -> OperationView:
-    """Writes those that are not as they should be, at a drone that is known to be disarmed. By whoever has the
-    controls, and no borrower; how it goes is told as any writing of parameters. 409 `armed`, `not-known-yet`,
-    `nothing-to-set`."""
+    """Holder, except a borrower: writes the required values to a drone that is known to be disarmed. Progress is
+    reported as for any write of parameters. 409 `armed`, `not-known-yet`, `nothing-to-set`."""
     drone = await flown_drone(hub, principal, drone_id)
     if drone.limits_of(principal.user_id, principal.role) is not None:
         raise LoanForbids(drone.record.name, NOT_A_BORROWERS)

@@ -23,7 +23,7 @@ DronePath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
 
 
 class SentenceView(BaseModel):
-    """What happens, if what is lost."""
+    """The effect of one loss."""
 
     about: Literal["operator", "tower", "radio"]
     severity: Literal["info", "warning", "danger"]
@@ -31,16 +31,16 @@ class SentenceView(BaseModel):
 
 
 class LossCheckView(BaseModel):
-    """What would happen on a loss, as far as the autopilot's parameters tell."""
+    """What a loss would cause, as far as the autopilot's parameters tell."""
 
-    complete: Annotated[bool, Field(description="Every parameter that matters was read")]
+    complete: Annotated[bool, Field(description="All relevant parameters were read")]
     has_radio: Annotated[bool | None, Field(description="null: not known")]
     sentences: list[SentenceView]
-    dangerous: Annotated[bool, Field(description="Whoever arms the drone must acknowledge it before")]
+    dangerous: Annotated[bool, Field(description="Must be acknowledged before arming")]
     acknowledged: Annotated[
-        bool, Field(description="For these very dangers, by you if you may arm the drone now, else by its holder")
+        bool, Field(description="For these dangers: by you if you may arm the drone now, else by its holder")
     ]
-    simulated: Annotated[bool, Field(description="The parameters prove that the autopilot is a simulated one")]
+    simulated: Annotated[bool, Field(description="The parameters prove that the autopilot is simulated")]
 
     @classmethod
     def of(cls, check: LossCheck) -> "LossCheckView":
@@ -48,7 +48,7 @@ class LossCheckView(BaseModel):
 
 
 class Acknowledgement(BaseModel):
-    """Of which drone, by its name: needed where a loss is dangerous."""
+    """Confirms a loss check by the drone's name. Required if a loss is dangerous."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -56,7 +56,7 @@ class Acknowledgement(BaseModel):
 
 
 class RehearsalRequest(BaseModel):
-    """Which loss. `in_flight`: also with an armed drone that is no simulator; ask people before."""
+    """Which loss. `in_flight`: also with a real, armed drone; ask the people nearby first."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -72,15 +72,15 @@ class RehearsalLasts(BaseModel):
 
 
 class RehearsalView(BaseModel):
-    """What a rehearsal would be."""
+    """A rehearsal: durations and state."""
 
-    lasts_s: Annotated[RehearsalLasts, Field(description="How long each loss lasts")]
-    running: Annotated[bool, Field(description="One is going on now")]
-    simulated: Annotated[bool, Field(description="The autopilot is a simulated one: `in_flight` is not asked for")]
+    lasts_s: Annotated[RehearsalLasts, Field(description="Duration of each loss")]
+    running: Annotated[bool, Field(description="A rehearsal is running")]
+    simulated: Annotated[bool, Field(description="The autopilot is simulated: `in_flight` is not needed")]
 
 
 class RehearsalBegun(BaseModel):
-    """The rest comes as `rehearsal` events on `/api/v1/live`."""
+    """Progress follows as `rehearsal` events on `/api/v1/live`."""
 
     model_config = ConfigDict(json_schema_serialization_defaults_required=True)
 
@@ -92,7 +92,7 @@ class RehearsalBegun(BaseModel):
 async def get_loss_check(
     principal: Viewer, hub: HubDep, loss_checks: LossChecksDep, drone_id: DronePath
 ) -> LossCheckView:
-    """What would happen if the operator, the tower or the radio were lost, in words."""
+    """What the drone does when operator, tower or radio are lost, in words."""
     if hub.squads.drone(DroneId(drone_id), principal.user_id, principal.role) is None:
         raise UnknownDrone
     return LossCheckView.of(loss_checks.check(DroneId(drone_id), principal.user_id))
@@ -106,8 +106,8 @@ async def acknowledge_loss_check(
     drone_id: DronePath,
     body: Annotated[Acknowledgement | None, Body()] = None,
 ) -> LossCheckView:
-    """Whoever may arm the drone now (its holder, or an admin who assists) has read it, and names the drone. Until then
-    they cannot arm a drone that a loss would drop or lose. 409 `wrong-name`: that is another drone's name, or none."""
+    """The holder, or an admin who assists, confirms by the drone's name that they have read the loss check. Until then
+    they cannot arm a drone that a loss would drop or lose. 409 `wrong-name` if the name is not this drone's."""
     named = body.drone if body is not None else None
     check = await loss_checks.acknowledge(principal, DroneId(drone_id), named=named, address=address)
     return LossCheckView.of(check)
@@ -117,7 +117,7 @@ async def acknowledge_loss_check(
 async def get_rehearsal(
     principal: Viewer, hub: HubDep, rehearsals: RehearsalsDep, drone_id: DronePath
 ) -> RehearsalView:
-    """How long a loss made on purpose lasts, and whether one is going on."""
+    """How long a rehearsed loss lasts, and whether one is running."""
     drone = hub.squads.drone(DroneId(drone_id), principal.user_id, principal.role)
     if drone is None:
         raise UnknownDrone
@@ -132,6 +132,6 @@ async def get_rehearsal(
 async def rehearse_loss(
     principal: Pilot, rehearsals: RehearsalsDep, address: AddressDep, drone_id: DronePath, body: RehearsalRequest
 ) -> RehearsalBegun:
-    """Holder or admin: loses the operator or the tower on purpose, to see the drone hold and how fast."""
+    """Holder or admin: simulates the loss of operator or tower, to see whether and how fast the drone holds."""
     rehearsals.begin(principal, DroneId(drone_id), body.what, in_flight=body.in_flight, address=address)
     return RehearsalBegun(what=body.what)

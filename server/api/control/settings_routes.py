@@ -30,23 +30,23 @@ def _within(name: str, description: str) -> Any:
 
 
 Ladder = Annotated[
-    list[str], Field(max_length=4, description="Modes of a hold, tried in order; altitude hold comes last in any case")
+    list[str], Field(max_length=4, description="Hold modes, tried in order; altitude hold is always the last")
 ]
-SticksStale = Annotated[float, _within("sticks_stale_s", "No fresh sticks for so long while flown by hand: hold")]
-SticksLate = Annotated[float, _within("sticks_late_s", "Sticks that come later than this are discarded")]
-CommandsLate = Annotated[float, _within("commands_late_s", "Commands that come later than this are never executed")]
-LostHold = Annotated[float, _within("lost_hold_s", "The tower lost for so long while flown by hand: hold")]
-LostActionAfter = Annotated[float, _within("lost_action_s", "The tower or the person lost for so long: `lost_action`")]
+SticksStale = Annotated[
+    float, _within("sticks_stale_s", "Hold after this long without fresh sticks while flown by hand")
+]
+SticksLate = Annotated[float, _within("sticks_late_s", "Sticks older than this are discarded")]
+CommandsLate = Annotated[float, _within("commands_late_s", "Commands older than this are never executed")]
+LostHold = Annotated[float, _within("lost_hold_s", "Hold after this long without the tower while flown by hand")]
+LostActionAfter = Annotated[float, _within("lost_action_s", "`lost_action` after this long without tower or person")]
 RttLimitMs = Annotated[float, _within("rtt_limit_ms", "A round trip above this ...")]
 RttLimitFor = Annotated[float, _within("rtt_limit_s", "... for so long while flown by hand: hold")]
 
-Profile = Annotated[
-    ProfileName, Field(description="How much telemetry it sends; `auto`: its agent decides by the quality of the link")
-]
+Profile = Annotated[ProfileName, Field(description="Amount of telemetry; `auto`: the agent adapts it to the link")]
 
 
 class DroneSettingsView(BaseModel):
-    """Every setting, chosen or not. Times in seconds."""
+    """All settings, defaults included. Times in seconds."""
 
     hold_ladder: Ladder
     sticks_stale_s: SticksStale
@@ -61,7 +61,7 @@ class DroneSettingsView(BaseModel):
 
 
 class DroneSettingsPatch(BaseModel):
-    """What is to be different; what is not named stays."""
+    """The settings to change. Omitted ones stay."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -84,7 +84,7 @@ class DroneSettingsPatch(BaseModel):
 
 @router.get("")
 async def get_drone_settings(principal: Viewer, hub: HubDep, drone_id: DronePath) -> DroneSettingsView:
-    """How this drone holds, what it does when tower or person stay away, and how much telemetry it sends."""
+    """The drone's settings: hold, lost action, telemetry profile."""
     if hub.squads.drone(DroneId(drone_id), principal.user_id, principal.role) is None:
         raise UnknownDrone
     return DroneSettingsView.model_validate(settings_in(hub, DroneId(drone_id)).as_values())
@@ -100,7 +100,7 @@ async def change_drone_settings(
     drone_id: DronePath,
     body: DroneSettingsPatch,
 ) -> DroneSettingsView:
-    """Admin: changes some of it. The drone's agent knows at once, or when it is next there."""
+    """Admin: changes settings. The agent receives them at once, or when it next connects."""
     action = audit.action(admin)
     change = body.model_dump(exclude_none=True)
     async with database.writing() as session:

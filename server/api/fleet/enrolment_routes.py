@@ -36,18 +36,18 @@ _ADMINS = answers(NotSignedIn, SessionExpired, AdminsOnly)
 class NewEnrolment(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
-    lasts_s: Annotated[float, Field(ge=60, le=604_800, description="Seconds for which the token is good")] = 3600
+    lasts_s: Annotated[float, Field(ge=60, le=604_800, description="Lifetime of the token in seconds")] = 3600
     autopilot: Annotated[
-        str, Field(max_length=200, description="For the command: where the autopilot is, as docs/agent.md spells it")
+        str, Field(max_length=200, description="The autopilot's port for the command, as in docs/agent.md")
     ] = ""
 
 
 class EnrolmentWithToken(BaseModel):
-    """The only answer that ever contains the token."""
+    """Only this response contains the token."""
 
     enrolment: EnrolmentView
     token: str
-    command: Annotated[str, Field(description="To be pasted on the drone's companion computer")]
+    command: Annotated[str, Field(description="Paste it on the drone's companion computer")]
 
 
 class Enrol(BaseModel):
@@ -55,13 +55,15 @@ class Enrol(BaseModel):
 
     token: Annotated[str, Field(max_length=200)]
     public_key: Annotated[
-        str, Field(max_length=43, description="Of an Ed25519 key that the agent made: 32 bytes in base64url")
+        str, Field(max_length=43, description="Public half of the agent's Ed25519 key: 32 bytes in base64url")
     ]
-    signature: Annotated[str, Field(max_length=86, description="By that key, of the token: docs/wire-protocol.md, 2.0")]
+    signature: Annotated[
+        str, Field(max_length=86, description="The key's signature of the token: docs/wire-protocol.md, 2.0")
+    ]
 
 
 class Enrolled(BaseModel):
-    """What the agent has to know besides its own key."""
+    """What the agent needs besides its own key."""
 
     drone_id: int
     drone: str
@@ -82,7 +84,7 @@ async def begin_enrolment(
     drone_id: Annotated[int, Path(ge=1, le=2**31 - 1)],
     body: NewEnrolment,
 ) -> EnrolmentWithToken:
-    """Makes a token with which an agent becomes the drone, once. One that was waiting is cancelled."""
+    """Creates a one-time token with which an agent enrols as this drone. Cancels a pending enrolment."""
     address = address_for_agents(settings, str(request.base_url))
     async with database.writing() as session:
         row, drone, token, cancelled = await enrolments.begin(
@@ -98,7 +100,7 @@ async def begin_enrolment(
 
 @router.get("/enrolments", responses=_ADMINS)
 async def list_enrolments(admin: Admin, database: DatabaseDep, clock: ClockDep) -> list[EnrolmentView]:
-    """Newest first, at most 200."""
+    """The newest 200 enrolments, newest first."""
     async with database.reading() as session:
         found = await enrolments.list_enrolments(session)
     return [EnrolmentView.of(row, drone, clock()) for row, drone in found]
@@ -112,7 +114,7 @@ async def cancel_enrolment(
     enrolment_notifier: EnrolmentNotifierDep,
     enrolment_id: Annotated[int, Path(ge=1, le=2**31 - 1)],
 ) -> None:
-    """The token is worth nothing from then on. One that was used stays used."""
+    """Cancels a pending enrolment: its token becomes invalid. A used enrolment stays used."""
     async with database.writing() as session:
         row = await enrolments.cancel(session, enrolment_id=enrolment_id, action=audit.action(admin))
     enrolment_notifier.publish(row.id)
@@ -129,8 +131,8 @@ async def enrol(
     sign_in_rules: SignInRulesDep,
     body: Enrol,
 ) -> Enrolled:
-    """For the agent: its key is the drone's from then on. Over TLS or from this very machine only. An agent that did
-    not get the answer asks once more with the same key."""
+    """For agents: registers the agent's key as the drone's. Only over TLS or from the tower's own machine. An agent
+    that received no response repeats the request with the same key."""
     if not is_private_path(request):
         raise NotPrivate
     key = enrolments.read_key(token=body.token, public_key=body.public_key, signature=body.signature)

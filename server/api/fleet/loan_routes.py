@@ -50,7 +50,7 @@ async def lend_drone(
     user_id: Id,
     body: NewLoan,
 ) -> DroneView:
-    """The user sees and flies the drone until then, within the limits. Lending again changes them."""
+    """Lends the drone to a user until a time, within limits. Lending again changes both."""
     action = audit.action(lender)
     terms = Terms(body.until, body.may_arm, body.max_height_m, body.radius_m)
     async with database.writing() as session:
@@ -69,7 +69,7 @@ async def end_loan(
     drone_id: Id,
     user_id: Id,
 ) -> DroneView:
-    """Before its time. What the user loses with it, they have lost when this is answered."""
+    """Ends a loan early. The user has lost the rights when the response arrives."""
     async with database.writing() as session:
         await loans.end_loan(session, drone_id=drone_id, user_id=user_id, lender=lender, action=audit.action(lender))
     return await _changed(hub, roster, event_handler, lender, drone_id)

@@ -33,7 +33,7 @@ class DroneName(BaseModel):
 
 
 class CreatedDrone(BaseModel):
-    """No agent can sign in as it before one has been enrolled."""
+    """A new drone. Enrol an agent to connect it."""
 
     drone: DroneView
 
@@ -47,7 +47,7 @@ def _view(hub: Hub, principal: Principal, drone_id: int) -> DroneView:
 
 @router.get("")
 async def list_drones(principal: Viewer, hub: HubDep) -> list[DroneView]:
-    """The squad: an operator's own drones, or every drone for an admin."""
+    """The squad: the drones that you may see; all drones for an admin."""
     return hub.squads.views(principal.user_id, principal.role)
 
 
@@ -55,7 +55,7 @@ async def list_drones(principal: Viewer, hub: HubDep) -> list[DroneView]:
 async def create_drone(
     admin: Admin, database: DatabaseDep, audit: AuditDep, roster: RosterDep, hub: HubDep, body: DroneName
 ) -> CreatedDrone:
-    """Creates a drone. An enrolment makes an agent's key its own."""
+    """Creates a drone. Enrol an agent to connect it."""
     async with database.writing() as session:
         row = await drones.create_drone(session, name=body.name, action=audit.action(admin))
     await roster.refresh()
@@ -64,7 +64,7 @@ async def create_drone(
 
 @router.get("/{drone_id}", responses=answers(UnknownDrone))
 async def get_drone(principal: Viewer, hub: HubDep, drone_id: DronePath) -> DroneView:
-    """One drone of the squad. One that is somebody else's does not exist."""
+    """One drone of your squad. 404 for all others."""
     return _view(hub, principal, drone_id)
 
 
@@ -78,7 +78,7 @@ async def rename_drone(
     drone_id: DronePath,
     body: DroneName,
 ) -> DroneView:
-    """Gives a drone another name."""
+    """Renames a drone."""
     async with database.writing() as session:
         await drones.rename_drone(session, drone_id=drone_id, name=body.name, action=audit.action(admin))
     await roster.refresh()
@@ -94,7 +94,7 @@ async def delete_drone(
     recordings: RecordingsDep,
     drone_id: DronePath,
 ) -> None:
-    """Deletes a drone; its agent is turned away from then on, and its recordings go. Its id is never used again."""
+    """Deletes a drone and its recordings, and refuses its agent. The id is never reused."""
     async with database.writing() as session:
         await drones.delete_drone(session, drone_id=drone_id, action=audit.action(admin))
     await roster.refresh()
@@ -105,7 +105,7 @@ async def delete_drone(
 async def revoke_key(
     admin: Admin, database: DatabaseDep, audit: AuditDep, roster: RosterDep, hub: HubDep, drone_id: DronePath
 ) -> DroneView:
-    """The link of the drone's agent ends at once, and no agent can sign in as it until one has been enrolled again."""
+    """Revokes the drone's key. The agent's link ends at once. Enrol an agent again to connect the drone."""
     async with database.writing() as session:
         await drones.revoke_key(session, drone_id=drone_id, action=audit.action(admin))
     await roster.refresh()
@@ -122,7 +122,7 @@ async def add_owner(
     drone_id: DronePath,
     user_id: UserPath,
 ) -> DroneView:
-    """Lets a user see and fly the drone. Doing it twice changes nothing."""
+    """Lets a user see and fly the drone. Idempotent."""
     async with database.writing() as session:
         await drones.add_owner(session, drone_id=drone_id, user_id=user_id, action=audit.action(admin))
     await roster.refresh()
@@ -140,7 +140,7 @@ async def remove_owner(
     drone_id: DronePath,
     user_id: UserPath,
 ) -> DroneView:
-    """The drone disappears from the user's squad at once."""
+    """Removes an owner. The drone leaves the user's squad at once."""
     async with database.writing() as session:
         await drones.remove_owner(session, drone_id=drone_id, user_id=user_id, action=audit.action(admin))
     await roster.refresh()

@@ -68,7 +68,7 @@ async def command_drone(
     body: Annotated[FlightCommand, Body()],
     prefer: Prefer = None,
 ) -> OperationView:
-    """Has the drone do something. Where it takes several steps, it stops at the first that is not accepted."""
+    """Commands the drone. A command of several steps stops at the first one that is not accepted."""
     drone = await flown_drone(hub, principal, drone_id)
     if not drone.online:
         raise DroneOffline(drone.record.name)

@@ -61,7 +61,7 @@ _BEGIN: Final = (
 
 
 class KeptLogView(LogView):
-    """A log that the tower has."""
+    """A log stored on the tower."""
 
     kept_at: datetime
 
@@ -75,16 +75,16 @@ class KeptLogView(LogView):
 class LogsView(BaseModel):
     """Newest first."""
 
-    read_at: Annotated[datetime | None, Field(description="When the list was read; null: not since the tower runs")]
+    read_at: Annotated[datetime | None, Field(description="When the list was read; null: not since the tower started")]
     on_board: Annotated[list[LogView] | None, Field(description="null: not known")]
-    kept: Annotated[list[KeptLogView], Field(description="Those that the tower has")]
+    kept: Annotated[list[KeptLogView], Field(description="Logs stored on the tower")]
 
 
 @router.get("/drones/{drone_id}/logs", responses=answers(UnknownDrone, ViewTaken, OnlyWatches))
 async def get_logs(
     principal: Viewer, hub: HubDep, flight_log_quota: FlightLogQuotaDep, drone_id: DronePath
 ) -> LogsView:
-    """Which logs were on board when the list was read last, and which of the drone's the tower has."""
+    """The flight logs on board when the list was last read, and those that the tower has."""
     drone = watched_drone(hub, principal, drone_id)
     refuse_observers(drone, principal)
     kept = await asyncio.to_thread(flight_log_quota.of, drone.drone_id)
@@ -100,7 +100,7 @@ async def get_logs(
 async def list_logs(
     response: Response, principal: Viewer, hub: HubDep, address: AddressDep, drone_id: DronePath, prefer: Prefer = None
 ) -> OperationView:
-    """Reads from the autopilot which logs it has; on the ground only."""
+    """Reads the list of logs from the autopilot. Only on the ground."""
     drone = watched_drone(hub, principal, drone_id)
     order = Order("log_list", Lane.LOGS, [Step(LogListWork(), LIST_WITHIN_S)], writes=False)
     return await answer(begin(hub, principal, drone, order, address), response, prefer)
@@ -119,7 +119,7 @@ async def fetch_log(
     log_id: LogPath,
     prefer: Prefer = None,
 ) -> OperationView:
-    """Has the agent read a log and send it here. Whoever has the controls: it takes the drone's whole link."""
+    """Holder: has the agent read a log and upload it. Uses the drone's whole link."""
     drone = await flown_drone(hub, principal, drone_id)
     step = Step(LogDownloadWork(log_id), FETCH_WITHIN_S)
     order = Order("log_download", Lane.LOGS, [step], writes=False, noted=True, about={"log": log_id})
@@ -140,7 +140,7 @@ async def fetch_log(
 async def get_log_file(
     principal: Viewer, hub: HubDep, flight_log_quota: FlightLogQuotaDep, drone_id: DronePath, log_id: LogPath
 ) -> FileResponse:
-    """A log that the tower has, as the autopilot wrote it."""
+    """A log that the tower has, byte for byte as the autopilot wrote it."""
     drone = watched_drone(hub, principal, drone_id)
     refuse_observers(drone, principal)
     kept = await asyncio.to_thread(flight_log_quota.of, drone.drone_id)
@@ -172,7 +172,7 @@ async def put_agent_file(
     log_receiver: LogReceiverDep,
     transaction_id: TransactionPath,
 ) -> None:
-    """For agents, with the ticket of their link: the file that a running transaction of theirs has asked for."""
+    """For agents, with their link's ticket: uploads the file of a running transaction."""
     until = sign_in_rules.credentials_until
     try:
         drone_id = drone_of(hub, request, credentials_until=until, now=clock())

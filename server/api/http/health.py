@@ -18,14 +18,14 @@ class Health(BaseModel):
 
 @router.get("/health")
 async def health(request: Request) -> Health:
-    """Answers while the tower runs, whatever the database does: a restart would not mend that. A tower that waits for
-    another one's end says `standby`."""
+    """Liveness. Responds while the tower runs, whatever the state of the database, because a restart would not repair
+    it. A tower in standby says `standby`."""
     return Health(status="ok", version=request.app.version)
 
 
 @router.get("/health/ready", operation_id="ready")
 async def ready(request: Request, lock: TowerLockDep) -> Health:
-    """Whether the tower can do everything: the database took its last write, half a second ago. 503 where not."""
+    """Readiness. 503 unless the database took the last write, at most about a second ago."""
     if not lock.is_renewed:
         raise DatabaseUnavailable("the database accepts no writes: flights go on, and nothing can be changed")
     return Health(status="ok", version=request.app.version)

@@ -51,6 +51,6 @@ def new_registry(parts: Parts) -> CollectorRegistry:
     responses=answers(NotSignedIn, SessionExpired, BadToken, AdminsOnly, ScopeMissing),
 )
 async def metrics(request: Request, registry: MetricsRegistryDep, _: Annotated[None, Depends(_may_read)]) -> Response:
-    """What docs/metrics.md lists, in Prometheus' text format or OpenMetrics', whichever is asked for."""
+    """The metrics of docs/metrics.md, in the text format of Prometheus or OpenMetrics."""
     encode, content_type = choose_encoder(request.headers.get("accept", ""))
     return Response(encode(registry), headers={"Content-Type": content_type, "Cache-Control": "no-store"})

@@ -31,7 +31,7 @@ from server.store.missions.library import (
 router = APIRouter(prefix="/api/v1/missions", tags=["missions"])
 
 MissionPath = Annotated[int, Path(ge=1, le=2**31 - 1)]
-IfMatch = Annotated[str | None, Header(description="The ETag of the version that is replaced")]
+IfMatch = Annotated[str | None, Header(description="The ETag of the version to replace")]
 _BAD: Final = (BadPlan, BadName, MalformedBody, DocumentTooLarge)
 _BODY: Final = body_schema(
     {
@@ -45,7 +45,7 @@ _TAG: Final = re.compile(r'(?:W/)?"(\d{1,9})"')
 
 
 class CountsView(BaseModel):
-    """Items of each kind."""
+    """Number of items of each kind."""
 
     mission: int
     fence: int
@@ -53,12 +53,12 @@ class CountsView(BaseModel):
 
 
 class MissionView(BaseModel):
-    """One of the library, without its plan."""
+    """A mission of the library, without its plan."""
 
     id: int
     name: str
     owner: UserRefView
-    shared: Annotated[bool, Field(description="Every user of the tower may read it")]
+    shared: Annotated[bool, Field(description="All users of the tower may read it")]
     updated_at: datetime
     counts: CountsView
     version: Annotated[int, Field(description="Also its ETag")]
@@ -88,7 +88,7 @@ def _tagged(response: Response, found: Found) -> MissionView:
 
 @router.get("")
 async def list_missions(principal: Viewer, database: DatabaseDep) -> list[MissionView]:
-    """One's own and those that are shared, the newest first."""
+    """Your missions and shared ones, newest first."""
     async with database.reading() as session:
         return [MissionView.of(found) for found in await library.list_missions(session, principal)]
 
@@ -97,7 +97,7 @@ async def list_missions(principal: Viewer, database: DatabaseDep) -> list[Missio
 async def create_mission(
     request: Request, response: Response, principal: MissionWriter, database: DatabaseDep, audit: AuditDep
 ) -> MissionView:
-    """Keeps a plan under a name."""
+    """Stores a plan under a name."""
     body = await read_body(request, MissionBody)
     document = kept(body.document)
     async with database.writing() as session:
@@ -114,7 +114,7 @@ async def create_mission(
 
 @router.get("/{mission_id}", response_model=MissionWithDocument, responses=answers(UnknownMission))
 async def get_mission(principal: Viewer, database: DatabaseDep, mission_id: MissionPath) -> Response:
-    """One of them, with its plan."""
+    """One mission, with its plan."""
     async with database.reading() as session:
         found = await library.get_mission(session, principal, mission_id)
         text = await library.document_of(session, found[0])
@@ -137,7 +137,7 @@ async def replace_mission(
     mission_id: MissionPath,
     if_match: IfMatch = None,
 ) -> MissionView:
-    """Puts a plan, a name, and whether it is shared in the place of what was there."""
+    """Replaces plan, name and sharing of a mission."""
     body = await read_body(request, MissionBody)
     document = kept(body.document)
     async with database.writing() as session:
@@ -158,7 +158,7 @@ async def replace_mission(
 async def delete_mission(
     principal: MissionWriter, database: DatabaseDep, audit: AuditDep, mission_id: MissionPath
 ) -> None:
-    """Takes it out of the library; what is on board of a drone stays there."""
+    """Deletes a mission from the library. Plans on board are not affected."""
     async with database.writing() as session:
         await library.delete_mission(session, principal, mission_id, action=audit.action(principal))
 

@@ -63,7 +63,7 @@ router = APIRouter(prefix="/api/v1/drones/{drone_id}", tags=["plans"], responses
 
 DronePath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
 KindPath = Annotated[Literal["mission", "fence", "rally"], Path()]
-WhileFlying = Annotated[bool, Query(description="Also while a mission is being flown, which is paused for it")]
+WhileFlying = Annotated[bool, Query(description="Allowed while the mission is flown; pauses it")]
 
 _BEGIN: Final = answers(OnlyWatches, DroneOffline, AgentTooOld, DroneBusy, TooManyOperations)
 _WRITE: Final = _BEGIN | ACCEPTED | answers(NotInControl, Assisted, LoanForbids)
@@ -81,9 +81,9 @@ async def get_plan(
     clock: ClockDep,
     drone_id: DronePath,
     kind: KindPath,
-    fresh: Annotated[bool, Query(description="Load from the autopilot now")] = False,
+    fresh: Annotated[bool, Query(description="Read it from the autopilot now")] = False,
 ) -> Response:
-    """The plan on board, as its agent told last, or as it is now."""
+    """The plan on board: as the agent last reported it, or read from the autopilot now."""
     drone = watched_drone(hub, principal, drone_id)
     what = PlanKind(kind)
     if not fresh:
@@ -114,7 +114,7 @@ async def put_plan(
     kind: KindPath,
     prefer: Prefer = None,
 ) -> OperationView:
-    """Puts a plan on board: the whole of it, proved by reading it back, or the old one stays."""
+    """Uploads a plan and verifies it by reading it back. If anything fails, the old plan stays."""
     body = await read_body(request, PlanToPut)
     principal = await authenticator.admit(request, Action.FLY)
     what, items = PlanKind(kind), plan_of(body.items)
@@ -135,7 +135,7 @@ async def clear_plan(
     while_flying: WhileFlying = False,
     prefer: Prefer = None,
 ) -> OperationView:
-    """Takes the plan off the drone."""
+    """Deletes the plan on board."""
     what = PlanKind(kind)
     drone = await flown_drone(hub, principal, drone_id)
     refuse_plan(drone, principal, what, ())
@@ -159,7 +159,7 @@ async def verify_plan(
     kind: KindPath,
     prefer: Prefer = None,
 ) -> OperationView:
-    """Reads the plan on board and says whether it is this one."""
+    """Reads the plan on board and compares it with this one."""
     items = plan_of((await read_body(request, PlanBody)).items)
     drone = watched_drone(hub, principal, drone_id)
     order = plans.verify(PlanKind(kind), items)
@@ -175,7 +175,7 @@ async def verify_plan(
 async def foresee_plan(
     request: Request, principal: Viewer, hub: HubDep, drone_id: DronePath, kind: KindPath
 ) -> PlanKeptView:
-    """What the drone's autopilot would not keep of this plan. Nothing is sent to the drone."""
+    """What the drone's autopilot would change or refuse in this plan. Sends nothing to the drone."""
     items = plan_of((await read_body(request, PlanBody)).items)
     return plan_kept(keeping_for(watched_drone(hub, principal, drone_id)), PlanKind(kind), items)
 

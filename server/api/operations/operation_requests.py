@@ -24,7 +24,7 @@ CHECK_EVERY_S: Final = 0.02
 ASYNC: Final = "respond-async"
 
 Prefer = Annotated[
-    str | None, Header(description="`respond-async`: answered at once with 202, the end is told on `/live`")
+    str | None, Header(description="`respond-async`: responds with 202 at once; `/live` reports the result")
 ]
 ACCEPTED: Final[dict[int | str, dict[str, Any]]] = {
     202: {"model": OperationView, "description": "Begun: with `Prefer: respond-async`"}

@@ -33,13 +33,13 @@ def _find(hub: Hub, principal: Principal, operation_id: int) -> Operation:
 
 @router.get("/{operation_id}")
 async def get_operation(principal: Viewer, hub: HubDep, operation_id: OperationPath) -> OperationView:
-    """How it goes, or went: the last thousand, for an hour."""
+    """Progress or result. The tower keeps the last thousand operations for an hour."""
     return OperationView.of(_find(hub, principal, operation_id))
 
 
 @router.delete("/{operation_id}", status_code=202, responses=answers(NotInControl))
 async def cancel_operation(principal: Pilot, hub: HubDep, operation_id: OperationPath) -> OperationView:
-    """Stops it: whoever asked for it, whoever has the controls, or an admin. The end comes later, in words."""
+    """Requester, holder or admin: cancels an operation. Its result follows."""
     operation = _find(hub, principal, operation_id)
     drone = hub.state.drones.get(operation.drone_id)
     theirs = operation.by is not None and operation.by.id == principal.user_id

@@ -58,10 +58,10 @@ async def get_parameters(
     principal: Viewer,
     hub: HubDep,
     drone_id: DronePath,
-    if_none_match: Annotated[str | None, Header(description="Hashes that are known already")] = None,
+    if_none_match: Annotated[str | None, Header(description="ETags that the client has")] = None,
     accept_encoding: Annotated[str | None, Header(include_in_schema=False)] = None,
 ) -> Response:
-    """All of them, as the agent knows them. It reads them when the autopilot comes, and hears of each change."""
+    """All parameters, as the agent knows them. It reads them when the autopilot connects and follows each change."""
     drone = watched_drone(hub, principal, drone_id)
     reported = drone.onboard.parameters
     tag = f'"{reported.state.hash}"'
@@ -88,11 +88,11 @@ async def get_parameter_metadata(
     principal: Viewer,
     hub: HubDep,
     drone_id: DronePath,
-    if_none_match: Annotated[str | None, Header(description="Hashes that are known already")] = None,
+    if_none_match: Annotated[str | None, Header(description="ETags that the client has")] = None,
     accept_encoding: Annotated[str | None, Header(include_in_schema=False)] = None,
 ) -> Response:
-    """What the vehicle itself says of its parameters: words, units, ranges, defaults, choices, bits. Its agent reads it
-    from the autopilot, where that offers it (COMPONENT_METADATA)."""
+    """Metadata that the vehicle itself offers for its parameters: descriptions, units, ranges, defaults, choices, bits.
+    The agent reads it from the autopilot (COMPONENT_METADATA)."""
     drone = watched_drone(hub, principal, drone_id)
     metadata = drone.onboard.metadata
     packed = metadata.packed()
@@ -124,7 +124,7 @@ def _metadata_body(packed: bytes, *, coded: bool) -> bytes:
 async def read_parameters(
     response: Response, principal: Viewer, hub: HubDep, address: AddressDep, drone_id: DronePath, prefer: Prefer = None
 ) -> OperationView:
-    """Reads them from the autopilot again."""
+    """Reads all parameters from the autopilot again."""
     drone = watched_drone(hub, principal, drone_id)
     return await answer(begin(hub, principal, drone, reread(), address), response, prefer)
 
@@ -148,7 +148,7 @@ async def write_parameters(
     drone_id: DronePath,
     prefer: Prefer = None,
 ) -> OperationView:
-    """Writes these in this order, each read back. `refusals` has those that are not as they were asked to be."""
+    """Writes these parameters in this order and reads each one back. `refusals` lists those with another value."""
     body = await read_body(request, ValuesToWrite)
     principal = await authenticator.admit(request, Action.FLY)
     drone = await flown_drone(hub, principal, drone_id)

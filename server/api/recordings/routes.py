@@ -48,12 +48,12 @@ _WATCH: Final = (UnknownDrone, ViewTaken, OnlyWatches)
 
 
 class RecordingRequest(BaseModel):
-    """What is to be recorded."""
+    """What to record."""
 
     model_config = ConfigDict(extra="forbid")
 
     quality: Annotated[
-        Literal["low", "medium", "high"] | None, Field(description="null: the best that is watched now, else medium")
+        Literal["low", "medium", "high"] | None, Field(description="null: the best quality watched now, else medium")
     ] = None
 
 
@@ -78,7 +78,7 @@ def _recorded_drone(hub: Hub, principal: Principal, drone_id: int) -> LiveDrone:
 async def list_recordings(
     principal: Viewer, hub: HubDep, database: DatabaseDep, recordings: RecordingsDep, drone_id: DronePath
 ) -> list[RecordingView]:
-    """All that the tower has of a drone, the newest first, also those that go on."""
+    """The drone's recordings, newest first, running ones included."""
     drone = video_drone(hub, principal, drone_id)
     async with database.reading() as session:
         rows = await catalogue.of_drone(session, drone.drone_id)
@@ -102,7 +102,7 @@ async def begin_recording(
     drone_id: DronePath,
     body: Annotated[RecordingRequest | None, Body()] = None,
 ) -> RecordingView:
-    """Whoever has the controls, or an admin: the video of the drone is recorded from here on."""
+    """Holder or admin: starts recording the drone's video."""
     drone = _recorded_drone(hub, principal, drone_id)
     if not hub.flood.admits_recording(principal.user_id, time.monotonic()):
         raise TooManyOperations
@@ -120,7 +120,7 @@ async def get_recording(
     drone_id: DronePath,
     recording_id: RecordingPath,
 ) -> RecordingView:
-    """One of them."""
+    """One recording."""
     drone = video_drone(hub, principal, drone_id)
     return await _view(database, recordings, principal, drone, recording_id)
 
@@ -135,7 +135,7 @@ async def end_recording(
     drone_id: DronePath,
     recording_id: RecordingPath,
 ) -> RecordingView:
-    """Whoever has the controls, or an admin: it ends, and its file is made. One that has ended stays as it is."""
+    """Holder or admin: stops a recording and creates its file. A recording that has ended stays as it is."""
     drone = _recorded_drone(hub, principal, drone_id)
     # Not from the account for holding and landing: no flood of this kind may take that away.
     if not hub.flood.admits_operation(principal.user_id, time.monotonic(), stops=False):
@@ -191,7 +191,7 @@ async def delete_recording(
     drone_id: DronePath,
     recording_id: RecordingPath,
 ) -> None:
-    """An owner of the drone, an admin of its team or of the tower: it is gone for good."""
+    """Owner of the drone, admin of its team or of the tower: deletes a recording for good."""
     drone = video_drone(hub, principal, drone_id)
     if not drone.may(principal.user_id, principal.role, Right.ERASE):
         raise NotYourRecording(drone.record.name)

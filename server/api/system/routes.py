@@ -36,7 +36,7 @@ class DatabaseView(BaseModel):
 
 
 class DiskView(BaseModel):
-    """Where the tower keeps its files."""
+    """The disk with the tower's files."""
 
     free_bytes: int
     total_bytes: int
@@ -49,7 +49,7 @@ class AgentsView(BaseModel):
 
 class ClientsView(BaseModel):
     live: Annotated[int, Field(description="Open live connections")]
-    users: Annotated[int, Field(description="Of so many different users")]
+    users: Annotated[int, Field(description="Number of different users")]
 
 
 class SystemView(BaseModel):
@@ -62,7 +62,7 @@ class SystemView(BaseModel):
     disk: DiskView
     agents: AgentsView
     clients: ClientsView
-    memory_bytes: Annotated[int, Field(description="The most that the process has had so far")]
+    memory_bytes: Annotated[int, Field(description="Peak memory of the process")]
 
 
 class OnlineView(BaseModel):
@@ -72,7 +72,7 @@ class OnlineView(BaseModel):
 
 @router.get("/online", responses=answers(NotSignedIn, SessionExpired, AdminsOnly))
 async def who_is_online(admin: Admin, hub: HubDep) -> list[OnlineView]:
-    """Who has a live connection at this moment, by name."""
+    """The users with a live connection, by name."""
     found = online_users(hub.state)
     return [OnlineView(user=UserRefView(id=user_id, name=name), connections=many) for user_id, name, many in found]
 
@@ -88,7 +88,7 @@ async def system(
     loop_lag: LoopLagDep,
     database: DatabaseDep,
 ) -> SystemView:
-    """Database, disk, agents, clients, loop, versions, at this moment."""
+    """The present state of database, disk, agents, clients, event loop and versions."""
     now = clock()
     disk = await asyncio.to_thread(shutil.disk_usage, settings.var)
     census = take_census(hub.state)

@@ -43,7 +43,7 @@ _LED = answers(UnknownTeam, TeamAdminsOnly)
 class TeamName(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
-    name: Annotated[str, Field(description="1 to 64 printable characters; other teams may have the same")]
+    name: Annotated[str, Field(description="1 to 64 printable characters; need not be unique")]
 
 
 class MemberRole(BaseModel):
@@ -53,7 +53,7 @@ class MemberRole(BaseModel):
 
 
 class NewInvitation(MemberRole):
-    name: Annotated[str, Field(description="The user's whole name; nobody looks whether anybody has it")]
+    name: Annotated[str, Field(description="The user's full name; the response does not reveal whether it exists")]
 
 
 async def _applied(roster: Roster, event_handler: HubEventHandler) -> None:
@@ -72,7 +72,7 @@ async def _view(database: Database, clock: Clock, principal: Principal, team_id:
 
 @router.get("/teams")
 async def list_teams(principal: Viewer, database: DatabaseDep, clock: ClockDep) -> list[TeamView]:
-    """The teams that one is in; for an admin of the tower all of them."""
+    """Your teams; all teams for an admin of the tower."""
     manager = TeamManager.of(principal)
     async with database.reading() as session:
         return await views_of(session, await teams.list_teams(session, manager), manager, clock())
@@ -88,7 +88,7 @@ async def make_team(
     clock: ClockDep,
     body: TeamName,
 ) -> TeamView:
-    """Makes a team, of which one is the admin. An admin of the tower makes it for others."""
+    """Creates a team with you as its admin. An admin of the tower creates it for others."""
     action, manager = audit.action(principal), TeamManager.of(principal)
     async with database.writing() as session:
         row = await teams.make_team(session, name=body.name, manager=manager, action=action)
@@ -99,7 +99,7 @@ async def make_team(
 
 @router.get("/teams/{team_id}", responses=answers(UnknownTeam))
 async def get_team(principal: Viewer, database: DatabaseDep, clock: ClockDep, team_id: Id) -> TeamView:
-    """One of them. One that somebody else is in does not exist."""
+    """One of your teams. 404 for all others."""
     return await _view(database, clock, principal, team_id)
 
 
@@ -114,7 +114,7 @@ async def rename_team(
     team_id: Id,
     body: TeamName,
 ) -> TeamView:
-    """Team admin: gives it another name."""
+    """Team admin: renames the team."""
     action, manager = audit.action(principal), TeamManager.of(principal)
     async with database.writing() as session:
         await teams.rename_team(session, team_id, name=body.name, manager=manager, action=action)
@@ -131,7 +131,7 @@ async def delete_team(
     event_handler: EventHandlerDep,
     team_id: Id,
 ) -> None:
-    """Team admin: its drones go back to their owners alone; whoever flew one for the team loses it."""
+    """Team admin: deletes the team. Its drones remain with their owners; members who fly one lose the controls."""
     action, manager = audit.action(principal), TeamManager.of(principal)
     async with database.writing() as session:
         await teams.delete_team(session, team_id, manager=manager, action=action)
@@ -150,7 +150,7 @@ async def set_team_member(
     user_id: Id,
     body: MemberRole,
 ) -> TeamView:
-    """Team admin: changes the role of a member. An admin of the tower brings in anybody."""
+    """Team admin: changes a member's role. An admin of the tower can also add any user."""
     action, manager = audit.action(principal), TeamManager.of(principal)
     async with database.writing() as session:
         await teams.set_role(session, team_id, user_id=user_id, role=body.role, manager=manager, action=action)
@@ -170,7 +170,7 @@ async def remove_team_member(
     team_id: Id,
     user_id: Id,
 ) -> None:
-    """Team admin, or oneself: what they lose with it, they have lost when this is answered."""
+    """Team admin, or the member: ends a membership. The rights are gone when the response arrives."""
     action, manager = audit.action(principal), TeamManager.of(principal)
     async with database.writing() as session:
         await teams.remove_member(session, team_id, user_id=user_id, manager=manager, action=action)
@@ -191,7 +191,7 @@ async def add_team_drone(
     team_id: Id,
     drone_id: Id,
 ) -> TeamView:
-    """Team admin who owns the drone: everybody in the team sees it from now on. Doing it twice changes nothing."""
+    """Team admin who owns the drone: shares it with the team. Idempotent."""
     action, manager = audit.action(principal), TeamManager.of(principal)
     async with database.writing() as session:
         await teams.add_drone(session, team_id, drone_id=drone_id, manager=manager, action=action)
@@ -209,7 +209,7 @@ async def remove_team_drone(
     team_id: Id,
     drone_id: Id,
 ) -> None:
-    """Team admin, or an owner of the drone: whoever flew it for the team loses it at once."""
+    """Team admin, or an owner of the drone: removes it from the team. Members who fly it lose the controls at once."""
     action, manager = audit.action(principal), TeamManager.of(principal)
     async with database.writing() as session:
         await teams.remove_drone(session, team_id, drone_id=drone_id, manager=manager, action=action)
@@ -220,7 +220,7 @@ async def remove_team_drone(
 async def invite_to_team(
     principal: TeamEditor, audit: AuditDep, database: DatabaseDep, team_id: Id, body: NewInvitation
 ) -> InvitationView:
-    """Team admin: whoever has this name may join within a week. The answer is the same whether anybody has it."""
+    """Team admin: invites the user of this name for a week. The response does not reveal whether the user exists."""
     action, manager = audit.action(principal), TeamManager.of(principal)
     async with database.writing() as session:
         row = await invitations.invite(session, team_id, name=body.name, role=body.role, manager=manager, action=action)
@@ -233,7 +233,7 @@ async def invite_to_team(
 async def withdraw_invitation(
     principal: TeamEditor, audit: AuditDep, database: DatabaseDep, team_id: Id, invitation_id: Id
 ) -> None:
-    """Team admin: it is worth nothing from then on."""
+    """Team admin: withdraws an invitation."""
     action, manager = audit.action(principal), TeamManager.of(principal)
     async with database.writing() as session:
         await invitations.withdraw(session, team_id, invitation_id, manager=manager, action=action)
@@ -241,7 +241,7 @@ async def withdraw_invitation(
 
 @router.get("/me/invitations")
 async def list_invitations(principal: Oneself, database: DatabaseDep, audit: AuditDep) -> list[ReceivedView]:
-    """Teams that one may join, the newest first."""
+    """Your invitations to teams, newest first."""
     async with database.reading() as session:
         found = await invitations.received(session, principal, audit.action(principal))
         return [ReceivedView.of(one) for one in found]
@@ -257,7 +257,7 @@ async def accept_invitation(
     clock: ClockDep,
     invitation_id: Id,
 ) -> TeamView:
-    """One is in the team from then on."""
+    """Accepts an invitation: you join the team."""
     async with database.writing() as session:
         team_id = await invitations.accept(session, principal, invitation_id, action=audit.action(principal))
     await _applied(roster, event_handler)
@@ -266,6 +266,6 @@ async def accept_invitation(
 
 @router.post("/me/invitations/{invitation_id}/decline", status_code=204, responses=answers(UnknownInvitation))
 async def decline_invitation(principal: Oneself, database: DatabaseDep, audit: AuditDep, invitation_id: Id) -> None:
-    """The team does not learn of it."""
+    """Declines an invitation. The team is not notified."""
     async with database.writing() as session:
         await invitations.decline(session, principal, invitation_id, action=audit.action(principal))

@@ -32,17 +32,17 @@ _KEPT: Final = "private, max-age=604800, no-transform"
 class MapView(BaseModel):
     tiles: Annotated[
         Literal["none", "addresses", "file"],
-        Field(description="`none`: only the coastline; `addresses`: raster tiles elsewhere; `file`: PMTiles, here"),
+        Field(description="`none`: coastline only; `addresses`: raster tiles elsewhere; `file`: PMTiles, here"),
     ]
     kind: Literal["raster", "vector"] | None
-    url: Annotated[str, Field(description="A template with {z}, {x} and {y}, or the address of the file; or empty")]
-    most_zoom: Annotated[int | None, Field(description="Of `addresses`. A file says its own")]
-    attribution: Annotated[str, Field(description="Whose map it is, to be shown on it; may be empty")]
+    url: Annotated[str, Field(description="URL template with {z}, {x} and {y}, or URL of the file; may be empty")]
+    most_zoom: Annotated[int | None, Field(description="For `addresses`; a file contains its own")]
+    attribution: Annotated[str, Field(description="Attribution to show on the map; may be empty")]
 
 
 @router.get("")
 async def get_map(principal: Viewer, settings: SettingsDep) -> MapView:
-    """What is drawn over the coastline that every console has."""
+    """The map layer that the console draws over its built-in coastline."""
     match settings.tiles:
         case TileAddresses(template=template):
             return MapView(
@@ -78,7 +78,7 @@ async def get_map(principal: Viewer, settings: SettingsDep) -> MapView:
     },
 )
 async def get_tile_file(principal: Viewer, settings: SettingsDep) -> FileResponse:
-    """The file of tiles, whole or by ranges."""
+    """The tile file, whole or by ranges."""
     source = settings.tiles
     if not isinstance(source, TileFile):
         raise NoTileFile

@@ -84,7 +84,7 @@ def _said(websocket: WebSocket, name: str, otherwise: str) -> str:
 
 @router.get("/api/v1/drones/{drone_id}/video", responses=answers(UnknownDrone, ViewTaken))
 async def get_video(principal: Viewer, hub: HubDep, drone_id: DronePath) -> VideoView:
-    """How it is with the video of a drone, and which streams its agent is asked for."""
+    """The state of a drone's video, and the streams requested from its agent."""
     now = time.monotonic()
     drone = hub.squads.drone(DroneId(drone_id), principal.user_id, principal.role)
     if drone is None:

@@ -37,7 +37,7 @@ class UserRefView(BaseModel):
 
 
 class LoanView(BaseModel):
-    """Lent to a user. Metres above and around home; null: no limit."""
+    """A loan to a user. Limits in metres above and around home; null: none."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -59,7 +59,7 @@ class LoanView(BaseModel):
 
 
 class TeamRefView(BaseModel):
-    """The team that a drone belongs to."""
+    """The team of a drone."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -68,37 +68,36 @@ class TeamRefView(BaseModel):
 
 
 class HoldView(BaseModel):
-    """An open hold and the lost action, as the agent told last."""
+    """An open hold and the lost action, as the agent last reported them."""
 
     model_config = ConfigDict(frozen=True)
 
-    open: Annotated[bool, Field(description="Until somebody flies, or the lost action is done, or it is disarmed")]
+    open: Annotated[bool, Field(description="Until somebody flies, the lost action is done, or the drone is disarmed")]
     stage: Annotated[
-        HoldStage, Field(description="`altitude`: altitude hold with centred sticks; `stay`: a mode that needs none")
+        HoldStage,
+        Field(description="`altitude`: altitude hold with centred sticks; `stay`: a mode that needs no sticks"),
     ]
     mode: Annotated[str, Field(description="The autopilot's mode, by name")]
-    sticks: Annotated[bool, Field(description="The agent keeps centred sticks coming")]
-    after_sticks: Annotated[
-        AfterSticks, Field(description="What the autopilot does by itself when these end, or the agent dies")
-    ]
-    waiting_for: Annotated[str, Field(description="Why it does not stay without sticks yet, for people")]
+    sticks: Annotated[bool, Field(description="The agent sends centred sticks")]
+    after_sticks: Annotated[AfterSticks, Field(description="What the autopilot does if these stop or the agent dies")]
+    waiting_for: Annotated[str, Field(description="Why it does not yet stay without sticks, for people")]
     lost: Annotated[Lost | None, Field(description="Who is away")]
-    phase: Annotated[LostPhase, Field(description="How far the lost action is")]
-    action: Annotated[LostAction | None, Field(description="What will be done, or is being done")]
-    due_at: Annotated[datetime | None, Field(description="When, by the tower's clock; null unless it is counting")]
+    phase: Annotated[LostPhase, Field(description="Phase of the lost action")]
+    action: Annotated[LostAction | None, Field(description="The action, pending or running")]
+    due_at: Annotated[datetime | None, Field(description="By the tower's clock; null unless pending")]
     detail: Annotated[str, Field(description="For people")]
-    as_of: Annotated[datetime, Field(description="When the agent told this")]
-    stale: Annotated[bool, Field(description="The agent's link is down: this is what it told last")]
+    as_of: Annotated[datetime, Field(description="Time of the agent's report")]
+    stale: Annotated[bool, Field(description="The agent's link is down: this is its last report")]
 
 
 class IdentityView(BaseModel):
-    """By what its agent is known. `credential`: the bearer secret of an older version, which the agent's next sign-in
-    exchanges for a key."""
+    """How the agent proves its identity. `credential`: the bearer secret of an older version; the agent's next sign-in
+    exchanges it for a key."""
 
     model_config = ANSWER_CONFIG
 
     kind: Literal["none", "credential", "key"] = "none"
-    fingerprint: Annotated[str | None, Field(description="`SHA256:...` of the key's public half")] = None
+    fingerprint: Annotated[str | None, Field(description="`SHA256:...` of the public key")] = None
     since: Annotated[datetime | None, Field(description="When the key was enrolled")] = None
 
     @classmethod
@@ -119,57 +118,53 @@ def _by_key(public_key: bytes, since: datetime | None) -> IdentityView:
 
 
 class DroneView(BaseModel):
-    """One drone, with who owns it, who holds its controls, and whether it is there."""
+    """One drone: owners, holder, link and state."""
 
     model_config = ANSWER_CONFIG
 
     id: int
     name: str
-    online: Annotated[bool, Field(description="Its agent has a link to the tower")]
+    online: Annotated[bool, Field(description="The agent has a link to the tower")]
     owners: list[UserRefView]
-    loans: Annotated[list[LoanView], Field(description="To whom it is lent, and until when")] = []
-    holder: Annotated[UserRefView | None, Field(description="Who has the controls now")]
-    epoch: Annotated[int, Field(description="Grows by one each time the holder changes")]
+    loans: Annotated[list[LoanView], Field(description="Users it is lent to, and until when")] = []
+    holder: Annotated[UserRefView | None, Field(description="The user who has the controls")]
+    epoch: Annotated[int, Field(description="Increments with each change of the lease")]
     taken_from: Annotated[
         UserRefView | None,
-        Field(description="An admin took the controls from them: they are shut out until given back"),
+        Field(description="The operator from whom an admin took the controls; shut out until they are given back"),
     ]
-    autopilot_heard: Annotated[bool, Field(description="The agent hears its autopilot")]
-    armed: Annotated[bool | None, Field(description="As the agent says; null: not known")] = None
-    airborne: Annotated[bool | None, Field(description="As the agent says; null: not known")] = None
-    hold: Annotated[
-        HoldView | None, Field(description="null: no hold is open, nobody is lost, and no lost action is under way")
-    ] = None
+    autopilot_heard: Annotated[bool, Field(description="The agent receives heartbeats from the autopilot")]
+    armed: Annotated[bool | None, Field(description="As the agent reports; null: not known")] = None
+    airborne: Annotated[bool | None, Field(description="As the agent reports; null: not known")] = None
+    hold: Annotated[HoldView | None, Field(description="null: no open hold, no loss, no lost action")] = None
     airborne_since: Annotated[
-        datetime | None, Field(description="When it left the ground, as the tower heard it; null if it is not known")
+        datetime | None, Field(description="When it took off, as reported to the tower; null: not known")
     ] = None
-    offered: Annotated[bool, Field(description="Given back to `taken_from`, who has not accepted yet")] = False
+    offered: Annotated[bool, Field(description="Offered to `taken_from`, who has not accepted yet")] = False
     assistant: Annotated[UserRefView | None, Field(description="An admin who assists the holder")] = None
-    may_watch: Annotated[bool, Field(description="False for an operator from whom the view was taken as well")] = True
+    may_watch: Annotated[bool, Field(description="False for an operator who was also barred from watching")] = True
     may_watch_video: Annotated[
-        bool, Field(description="False for an operator from whom the video, or the whole view, was taken as well")
+        bool, Field(description="False for an operator who was also barred from the video or from watching")
     ] = True
     lost_action: Annotated[LostAction, Field(description="What the agent does when tower or person stay away")] = (
         LostAction.RETURN
     )
-    lost_action_s: Annotated[float, Field(description="After so many seconds")] = 30.0
+    lost_action_s: Annotated[float, Field(description="In seconds")] = 30.0
     profile: Annotated[
-        StreamProfile | None, Field(description="How much telemetry it sends now, as its agent says; null if unknown")
+        StreamProfile | None, Field(description="Amount of telemetry now, as the agent reports; null: not known")
     ] = None
-    profile_chosen: Annotated[StreamChoice, Field(description="What an admin chose; `auto`: the agent decides")] = (
+    profile_chosen: Annotated[StreamChoice, Field(description="The admin's choice; `auto`: the agent decides")] = (
         StreamChoice.AUTO
     )
-    profile_why: Annotated[str, Field(description="Why it is this profile, for people")] = ""
-    plans: Annotated[PlansView, Field(description="Which plans are on board, as its agent says")] = NO_PLANS
-    identity: Annotated[IdentityView, Field(description="By what its agent is known")] = _BY_NOTHING
-    parameters: Annotated[ParametersStateView, Field(description="How far its parameters are known")] = NO_PARAMETERS
+    profile_why: Annotated[str, Field(description="Reason for this profile, for people")] = ""
+    plans: Annotated[PlansView, Field(description="The plans on board, as the agent reports")] = NO_PLANS
+    identity: Annotated[IdentityView, Field(description="How the agent proves its identity")] = _BY_NOTHING
+    parameters: Annotated[ParametersStateView, Field(description="Progress of reading its parameters")] = NO_PARAMETERS
     suspicious_motion: Annotated[
         Literal["jump", "speed", "height", "course"] | None,
-        Field(description="Armed, it does not move as a machine can: what was found in the last minute"),
+        Field(description="Impossible motion of the armed drone in the last minute"),
     ] = None
     relation: Annotated[
-        Relation, Field(description="How you stand to it: what you may do with it follows (docs/teams.md)")
+        Relation, Field(description="Your relation to it, which decides what you may do (docs/teams.md)")
     ] = Relation.STRANGER
-    team: Annotated[
-        TeamRefView | None, Field(description="The team it belongs to; null where there is none, or not yours to know")
-    ] = None
+    team: Annotated[TeamRefView | None, Field(description="Its team; null: none, or not visible to you")] = None

@@ -16,7 +16,7 @@ Height = Annotated[float, Field(ge=-1000, le=10_000, allow_inf_nan=False, descri
 Speed = Annotated[float, Field(gt=0, le=100, allow_inf_nan=False)]
 Heading = Annotated[float, Field(ge=-360, le=360, allow_inf_nan=False)]
 Offset = Annotated[float, Field(ge=-MAX_OFFSET_M, le=MAX_OFFSET_M, allow_inf_nan=False)]
-ItemNumber = Annotated[int, Field(ge=0, lt=MAX_ITEMS_ANY, description="Of the plan, from 0")]
+ItemNumber = Annotated[int, Field(ge=0, lt=MAX_ITEMS_ANY, description="Index in the plan, from 0")]
 
 
 class _Command(BaseModel):
@@ -28,7 +28,7 @@ class Arm(_Command):
 
 
 class Disarm(_Command):
-    """`force`: also in the air, where it falls."""
+    """`force`: also in the air, where the drone falls."""
 
     command: Literal["disarm"]
     force: bool = False
@@ -36,18 +36,18 @@ class Disarm(_Command):
 
 class ChangeMode(_Command):
     command: Literal["mode"]
-    mode: Annotated[str, Field(min_length=1, max_length=32, description="As its autopilot names it")]
+    mode: Annotated[str, Field(min_length=1, max_length=32, description="In the autopilot's own terms")]
 
 
 class TakeOff(_Command):
-    """Into a mode that can, armed if it is not yet, and up."""
+    """Changes to a suitable mode, arms if necessary, and takes off."""
 
     command: Literal["takeoff"]
     height_m: Annotated[float, Field(gt=0, le=1000, allow_inf_nan=False, description="Above home")]
 
 
 class GoTo(_Command):
-    """`heading_deg`: which way it looks, clockwise from north; left out, the autopilot's own rule holds."""
+    """`heading_deg`: clockwise from north; omitted: the autopilot decides."""
 
     command: Literal["goto"]
     lat: Latitude
@@ -58,15 +58,14 @@ class GoTo(_Command):
 
 
 class Simple(_Command):
-    """`hold`: stays where it is, without sticks. `resume`: goes on with what was paused, else the mission."""
+    """`hold`: stays in place without sticks. `resume`: continues what was paused, else the mission."""
 
     command: Literal["land", "rtl", "hold", "pause", "resume"]
 
 
 class SetHome(_Command):
-    """A place, or `here`. `altitude_m` is above the sea; a place without one is as high as the present home. In the air
-    heights above home would jump: `here` keeps the height that home has, and `while_flying` says that this is wanted.
-    """
+    """Moves home to a position, or `here`. `altitude_m` is above sea level; omitted: home's present altitude. In the
+    air this changes all heights above home, so `here` keeps home's altitude, and `while_flying` must confirm."""
 
     command: Literal["set_home"]
     here: bool = False
@@ -91,7 +90,7 @@ class ChangeSpeed(_Command):
 
 
 class Turn(_Command):
-    """To this heading; `relative`: by so much, clockwise. `yaw` is the older name of `turn`."""
+    """Turns to this heading; `relative`: by this angle, clockwise. `yaw` is the older name of `turn`."""
 
     command: Literal["turn", "yaw"]
     deg: Heading
@@ -99,7 +98,7 @@ class Turn(_Command):
 
 
 class Start(_Command):
-    """Flies the mission from this item on; armed if it is not yet."""
+    """Flies the mission from this item on; arms first if necessary."""
 
     command: Literal["start"]
     item: ItemNumber = 0
@@ -128,7 +127,7 @@ class Orbit(_Command):
 
 
 class LookAt(_Command):
-    """At a place, or at nothing any more (`none`)."""
+    """Points the camera at a position, or ends that (`none`)."""
 
     command: Literal["roi"]
     none: bool = False
@@ -147,10 +146,10 @@ class LookAt(_Command):
 
 
 class Follow(_Command):
-    """Keeps this place relative to another drone, seen from that one, until something ends it."""
+    """Keeps a fixed position relative to another drone until something ends it."""
 
     command: Literal["follow"]
-    leader: Annotated[int, Field(ge=1, le=0xFFFFFFFF, description="The drone that is followed")]
+    leader: Annotated[int, Field(ge=1, le=0xFFFFFFFF, description="The drone to follow")]
     north_m: Offset = 0.0
     east_m: Offset = 0.0
     up_m: Offset = 0.0
@@ -158,15 +157,17 @@ class Follow(_Command):
 
 
 class FollowMe(_Command):
-    """Follows whoever asks, on the side on which it is and as high as it is, until something ends it. Where they are
-    now; from then on their browser tells it, with `person_fix` on `/live`, once a second."""
+    """Follows the requester from its present side and height until something ends it. The request has the requester's
+    present position; afterwards their browser sends `person_fix` on `/live` once a second."""
 
     command: Literal["follow_me"]
     lat: Latitude
     lon: Longitude
-    accuracy_m: Annotated[float, Field(ge=0, allow_inf_nan=False, description="As geolocation has it: 95 of 100")]
-    age_ms: Annotated[float, Field(ge=0, allow_inf_nan=False, description="Since it was measured")] = 0.0
-    distance_m: Annotated[float, Field(ge=MIN_M, le=MAX_M, allow_inf_nan=False, description="Over ground")] = USUAL_M
+    accuracy_m: Annotated[
+        float, Field(ge=0, allow_inf_nan=False, description="95 % confidence, as geolocation reports it")
+    ]
+    age_ms: Annotated[float, Field(ge=0, allow_inf_nan=False, description="Age of the position")] = 0.0
+    distance_m: Annotated[float, Field(ge=MIN_M, le=MAX_M, allow_inf_nan=False, description="Horizontal")] = USUAL_M
     for_s: Annotated[float, Field(ge=5, le=600, allow_inf_nan=False, description="Then it holds")] = 600.0
 
 

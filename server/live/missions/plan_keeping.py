@@ -22,29 +22,27 @@ EffectName = Literal["flight", "refused"]
 
 
 class ChangeView(BaseModel):
-    """A number that the autopilot does not keep."""
+    """A value that the autopilot changes."""
 
     model_config = ConfigDict(frozen=True)
 
-    item: Annotated[int, Field(description="From 0; of count the first that there is no room for")]
+    item: Annotated[int, Field(description="From 0; for `count` the first item without room")]
     field: Annotated[str, Field(description="command, frame, param1 to param4, x, y, z, autocontinue or count")]
     sent: Annotated[float | None, Field(description="null: NaN")]
-    kept: Annotated[float | None, Field(description="null: NaN; of what is refused as it was sent")]
-    effect: Annotated[EffectName, Field(description="flight: it flies otherwise; refused: the upload will fail")]
+    kept: Annotated[float | None, Field(description="null: NaN; for a refused value the sent one")]
+    effect: Annotated[EffectName, Field(description="flight: the flight differs; refused: the upload will fail")]
     words: str
 
 
 class PlanKeptView(BaseModel):
-    """What becomes of a plan in the drone's autopilot."""
+    """What the drone's autopilot makes of a plan."""
 
     model_config = ConfigDict(frozen=True)
 
-    autopilot: Annotated[str, Field(description="As people call it")]
+    autopilot: Annotated[str, Field(description="Name, for people")]
     changes: Annotated[list[ChangeView], Field(description=f"To be known before an upload; the first {MAX_LISTED}")]
-    count: Annotated[int, Field(description="Of those in all")]
-    quiet: Annotated[
-        int, Field(description="Numbers that are kept in another way, which changes nothing in the flight")
-    ]
+    count: Annotated[int, Field(description="Total number of these")]
+    quiet: Annotated[int, Field(description="Number of values that change without effect on the flight")]
 
 
 def keeping_for(drone: LiveDrone) -> KeptFields:

@@ -33,8 +33,8 @@ class PlanNotRead(Refusal):
 class PlanView(OnboardPlanView):
     """A plan on board, with its items."""
 
-    items: Annotated[list[ItemRow] | None, Field(description="null: not known, or so many that only the hash was told")]
-    read_at: Annotated[datetime | None, Field(description="When the agent told it")]
+    items: Annotated[list[ItemRow] | None, Field(description="null: not known, or too many for a report")]
+    read_at: Annotated[datetime | None, Field(description="Time of the agent's report")]
 
 
 def download(kind: PlanKind) -> Order:

@@ -14,23 +14,23 @@ ANSWER_CONFIG: Final = ConfigDict(frozen=True, json_schema_serialization_default
 
 
 class OnboardPlanView(BaseModel):
-    """Which plan of one kind is on board, as far as the tower knows."""
+    """The plan of one kind on board, as far as the tower knows."""
 
     model_config = ANSWER_CONFIG
 
     kind: PlanKind
     state: PlanStateName = "unknown"
-    hash: Annotated[str | None, Field(description="Of the plan as the autopilot has it; null: not known")] = None
+    hash: Annotated[str | None, Field(description="Hash of the plan on board; null: not known")] = None
     sent_hash: Annotated[
         str | None,
-        Field(description="Of the plan as it was sent, where the autopilot keeps some fields in its own way"),
+        Field(description="Hash of the plan as sent, if the autopilot changed fields"),
     ] = None
     count: Annotated[int, Field(description="Items")] = 0
-    fit_to_fly: Annotated[bool, Field(description="False: it may be half of one, and no mission can be started")] = True
+    fit_to_fly: Annotated[bool, Field(description="False: it may be incomplete, and no mission can be started")] = True
 
 
 class PlansView(BaseModel):
-    """One of each kind."""
+    """One plan of each kind."""
 
     model_config = ANSWER_CONFIG
 
@@ -40,13 +40,13 @@ class PlansView(BaseModel):
 
 
 class ParametersStateView(BaseModel):
-    """How far the drone's parameters are known to its agent."""
+    """How far the agent has read the drone's parameters."""
 
     model_config = ANSWER_CONFIG
 
-    hash: Annotated[str | None, Field(description="Of all of them; null: they are being read, or not known")] = None
-    count: Annotated[int, Field(description="How many are known ...")] = 0
-    total: Annotated[int, Field(description="... of how many; 0: not known")] = 0
+    hash: Annotated[str | None, Field(description="Hash of all parameters; null: being read, or not known")] = None
+    count: Annotated[int, Field(description="Number known ...")] = 0
+    total: Annotated[int, Field(description="... out of; 0: not known")] = 0
 
 
 NO_PLANS = PlansView()

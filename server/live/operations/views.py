@@ -14,13 +14,13 @@ from wire.transactions import LogEntry
 
 
 class RefusalView(BaseModel):
-    """A parameter that is not as it was asked to be."""
+    """A parameter whose value is not the requested one."""
 
     model_config = ConfigDict(frozen=True)
 
     name: str
     asked: float
-    has: Annotated[float | None, Field(description="What the autopilot has now; null where nobody knows")]
+    has: Annotated[float | None, Field(description="The autopilot's value; null: not known")]
     words: str
 
 
@@ -41,30 +41,32 @@ class LogView(BaseModel):
 
 
 class OperationView(BaseModel):
-    """A piece of work at a drone. `/live` tells of each change: `{"type": "operation", "operation": ...}`."""
+    """Work at a drone. `/live` reports each change: `{"type": "operation", "operation": ...}`."""
 
     model_config = ConfigDict(frozen=True)
 
     id: str
     drone_id: int
     work: WorkName
-    kind: Annotated[PlanKind | None, Field(description="Of the plan that it is about")]
+    kind: Annotated[PlanKind | None, Field(description="Kind of the plan")]
     state: State
-    phase: Annotated[str, Field(description="What it is at, for people")]
-    done: Annotated[int, Field(description="Of this phase ...")]
-    total: Annotated[int, Field(description="... so much; 0: not known")]
-    words: Annotated[str, Field(description="How it ended, for people: what failed, why, and what is on board now")]
-    item: Annotated[int | None, Field(description="The item of the plan that was refused, from 0")]
-    code: Annotated[str, Field(description="The name of a MAV_MISSION_RESULT or MAV_RESULT, where there is one")]
+    phase: Annotated[str, Field(description="The present phase, for people")]
+    done: Annotated[int, Field(description="Steps done in this phase ...")]
+    total: Annotated[int, Field(description="... out of; 0: not known")]
+    words: Annotated[str, Field(description="The result, for people: what failed, why, and what is on board now")]
+    item: Annotated[int | None, Field(description="The refused item of the plan, from 0")]
+    code: Annotated[str, Field(description="Name of the MAV_MISSION_RESULT or MAV_RESULT, if any")]
     seen: Annotated[
         bool | None,
-        Field(description="A command: whether telemetry showed in time what was accepted; null: nothing to see"),
+        Field(description="For a command: whether telemetry confirmed it in time; null: nothing to confirm"),
     ]
-    hash: Annotated[str | None, Field(description="Of the plan that was asked for")]
-    refusals: Annotated[list[RefusalView], Field(description="Parameters: the first 200 that are not as asked")]
-    refused: Annotated[int, Field(description="How many are not, in all")]
-    logs: Annotated[list[LogView] | None, Field(description="Of a list of logs, newest first")]
-    by: Annotated[UserRefView | None, Field(description="Who asked for it")]
+    hash: Annotated[str | None, Field(description="Hash of the requested plan")]
+    refusals: Annotated[
+        list[RefusalView], Field(description="Parameters: the first 200 with another value than requested")
+    ]
+    refused: Annotated[int, Field(description="Total number of these")]
+    logs: Annotated[list[LogView] | None, Field(description="The list of logs, newest first")]
+    by: Annotated[UserRefView | None, Field(description="The requester")]
     began_at: datetime
     ended_at: datetime | None
 

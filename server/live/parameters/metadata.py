@@ -23,14 +23,14 @@ class MetadataChoiceView(BaseModel):
 
 
 class MetadataBitView(BaseModel):
-    index: Annotated[int, Field(description="0 is the lowest")]
+    index: Annotated[int, Field(description="0: the lowest bit")]
     description: str
 
 
 class MetadataEntryView(BaseModel):
-    """One parameter. What is left out is not known."""
+    """One parameter. Omitted members are not known."""
 
-    name: Annotated[str, Field(description="`{n}` stands for a number: then these are several parameters")]
+    name: Annotated[str, Field(description="`{n}` stands for a number: the entry describes several parameters")]
     type: Annotated[str, Field(description="Uint8 ... Int32, Float")] = ""
     shortDesc: str = ""
     longDesc: str = ""
@@ -50,7 +50,7 @@ class MetadataEntryView(BaseModel):
 
 
 class MetadataView(BaseModel):
-    """In the form of MAVLink's COMP_METADATA_TYPE_PARAMETER. What is not in it was left out by the agent."""
+    """In the format of MAVLink's COMP_METADATA_TYPE_PARAMETER, reduced by the agent to these members."""
 
     version: int
     parameters: list[MetadataEntryView]

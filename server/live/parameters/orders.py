@@ -42,7 +42,7 @@ class ParameterView(BaseModel):
 class ParametersView(BaseModel):
     """All parameters of a drone, by name."""
 
-    hash: Annotated[str, Field(description="Of this table; also its ETag")]
+    hash: Annotated[str, Field(description="Hash of this table; also its ETag")]
     complete: bool
     read_at: datetime | None
     values: list[ParameterView]

@@ -11,7 +11,7 @@ State = Literal["recording", "finishing", "ready", "failed"]
 
 
 class RecordedByView(BaseModel):
-    """Who began it; `id` null where the account is no more."""
+    """Who started it; `id` null if the account was deleted."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -27,14 +27,14 @@ class RecordingView(BaseModel):
     id: int
     drone_id: int
     by: RecordedByView
-    state: Annotated[State, Field(description="`ready`: it can be downloaded")]
-    words: Annotated[str, Field(description="Why it ended where nobody ended it, or why it failed; for people")]
+    state: Annotated[State, Field(description="`ready`: the file can be downloaded")]
+    words: Annotated[str, Field(description="Why it ended by itself or failed; for people")]
     quality: Literal["low", "medium", "high"]
-    codec: Annotated[Literal["mpeg1", "h264"], Field(description="As it came; the file is always H.264")]
+    codec: Annotated[Literal["mpeg1", "h264"], Field(description="As received; the file is always H.264")]
     began_at: datetime
     ended_at: datetime | None
     flights: Annotated[
-        list[datetime], Field(description="When the flights that it shows began, as `airborne_since` of the drone")
+        list[datetime], Field(description="Start times of the recorded flights, as the drone's `airborne_since`")
     ]
     size_bytes: int
     duration_s: Annotated[float | None, Field(description="Of the file")]

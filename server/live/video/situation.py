@@ -10,7 +10,7 @@ NO_PICTURES_AFTER_S: Final = 8.0
 
 
 class VideoCondition(StrEnum):
-    """What a viewer is told (docs/wire-protocol.md, 4)."""
+    """The state reported to viewers (docs/wire-protocol.md, 4)."""
 
     WAITING = "waiting"
     """Pictures are asked for, and none has come yet."""

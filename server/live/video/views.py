@@ -14,28 +14,30 @@ from wire.video import Codec, Quality
 
 
 class VideoStreamView(BaseModel):
-    """A stream that somebody watches or records, or did until a moment ago."""
+    """A stream that is watched or recorded, or was until a moment ago."""
 
     quality: QualityName
     codec: CodecName
     state: VideoCondition
-    words: Annotated[str, Field(description="For people: what is wrong; empty where nothing is")]
+    words: Annotated[str, Field(description="For people: what is wrong; may be empty")]
     viewers: int
     recorded: bool
-    width: Annotated[int, Field(description="Of the newest picture; 0: none has come")]
+    width: Annotated[int, Field(description="Of the newest picture; 0: none received")]
     height: int
     rate_hz: Annotated[float, Field(description="Pictures a second")]
-    bits_per_s: Annotated[int, Field(description="What the encoder aims at now")]
+    bits_per_s: Annotated[int, Field(description="The encoder's present target")]
 
 
 class VideoView(BaseModel):
-    """How it is with the video of one drone."""
+    """The state of a drone's video."""
 
-    state: Annotated[VideoCondition, Field(description="Of the best stream; without any, what somebody would be told")]
+    state: Annotated[
+        VideoCondition, Field(description="State of the best stream; without a stream, what a viewer would be told")
+    ]
     words: str
-    codecs: Annotated[list[CodecName], Field(description="What can be asked for, as the agent says")]
+    codecs: Annotated[list[CodecName], Field(description="Available codecs, as the agent reports")]
     clock_error_ms: Annotated[
-        float | None, Field(description="By how much the times of pictures may be wrong; null: not known yet")
+        float | None, Field(description="Maximum error of the pictures' times; null: not known yet")
     ]
     streams: list[VideoStreamView]
 

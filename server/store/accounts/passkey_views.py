@@ -13,7 +13,7 @@ Base64Url = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]*$")]
 """Without padding, as browsers write it."""
 CredentialId = Annotated[Base64Url, Field(min_length=1, max_length=1364)]
 ClientData = Annotated[Base64Url, Field(min_length=1, max_length=4096)]
-PasskeyName = Annotated[str, Field(description="1 to 64 printable characters: the device it is in")]
+PasskeyName = Annotated[str, Field(description="1 to 64 printable characters, such as the device's name")]
 
 
 class _Strict(BaseModel):
@@ -28,7 +28,7 @@ class AssertionResponse(BaseModel):
 
 
 class PasskeyAnswer(BaseModel):
-    """What `navigator.credentials.get()` gave: `credential.toJSON()`."""
+    """The result of `navigator.credentials.get()`, by `credential.toJSON()`."""
 
     id: CredentialId
     rawId: CredentialId
@@ -43,7 +43,7 @@ class AttestationResponse(BaseModel):
 
 
 class MadePasskey(BaseModel):
-    """What `navigator.credentials.create()` gave: `credential.toJSON()`."""
+    """The result of `navigator.credentials.create()`, by `credential.toJSON()`."""
 
     id: CredentialId
     rawId: CredentialId
@@ -52,7 +52,7 @@ class MadePasskey(BaseModel):
 
 
 class PasskeyOptions(BaseModel):
-    """What the browser is to do. The challenge in it is good once, for five minutes, in this browser."""
+    """Options for the browser. The challenge is valid once, for five minutes, in this browser."""
 
     public_key: Annotated[
         dict[str, Any],
@@ -76,8 +76,8 @@ class PasskeyRename(_Strict):
 class PasskeyView(BaseModel):
     id: int
     name: str
-    made_for: Annotated[str, Field(description="The host name of the tower at which it is good")]
-    synced: Annotated[bool, Field(description="It is kept in more than one device")]
+    made_for: Annotated[str, Field(description="The host name of the tower for which it is valid")]
+    synced: Annotated[bool, Field(description="It is synchronized to several devices")]
     created_at: datetime
     last_used_at: Annotated[datetime | None, Field(description="null: never used")]
 
@@ -96,5 +96,5 @@ class PasskeyView(BaseModel):
 class PasskeyAdded(BaseModel):
     passkey: PasskeyView
     recovery_codes: Annotated[
-        list[str], Field(description="With the first factor of an account. Only this answer contains them")
+        list[str], Field(description="With an account's first factor. Only this response contains them")
     ]

@@ -19,26 +19,24 @@ class Strict(BaseModel):
 
 
 Secret = Annotated[str, Field(max_length=1024)]
-Code = Annotated[str, Field(max_length=64, description="Of the authenticator, or a recovery code")]
+Code = Annotated[str, Field(max_length=64, description="From the authenticator, or a recovery code")]
 
 
 class SignIn(Strict):
     name: Annotated[str, Field(max_length=1024)]
     password: Secret
     code: Annotated[
-        str | None, Field(max_length=64, description="Of the authenticator, or a recovery code; where one is needed")
+        str | None, Field(max_length=64, description="From the authenticator, or a recovery code; if required")
     ] = None
     passkey: Annotated[
-        PasskeyAnswer | None, Field(description="Instead of a code; asked for with `POST /session/passkey/options`")
+        PasskeyAnswer | None, Field(description="In place of a code; requested with `POST /session/passkey/options`")
     ] = None
 
 
 class PasswordChange(Strict):
     old_password: Secret
-    new_password: Annotated[
-        str, Field(max_length=1024, description="12 to 256 characters of any kind, not easy to guess")
-    ]
-    keep_tokens: Annotated[bool, Field(description="API tokens outlive the old password")] = False
+    new_password: Annotated[str, Field(max_length=1024, description="12 to 256 characters, not easy to guess")]
+    keep_tokens: Annotated[bool, Field(description="API tokens stay valid")] = False
 
 
 class NewPassword(Strict):
@@ -46,10 +44,10 @@ class NewPassword(Strict):
 
 
 class PasswordJudgement(BaseModel):
-    """What the tower thinks of a new password."""
+    """The judgement of a new password."""
 
     acceptable: bool
-    message: Annotated[str, Field(description="Why it is not acceptable; or empty")]
+    message: Annotated[str, Field(description="Why it is not acceptable; empty if it is")]
 
 
 class CodeProof(Strict):
@@ -64,9 +62,9 @@ class Me(BaseModel):
     id: int
     name: str
     role: Role
-    must_change_password: Annotated[bool, Field(description="Nothing else may be done before")]
-    second_factor: Annotated[bool, Field(description="The password alone does not sign in")]
-    must_add_second_factor: Annotated[bool, Field(description="Nothing else may be done before")] = False
+    must_change_password: Annotated[bool, Field(description="Required before anything else")]
+    second_factor: Annotated[bool, Field(description="Sign-in requires a second factor")]
+    must_add_second_factor: Annotated[bool, Field(description="Required before anything else")] = False
 
     @classmethod
     def of(cls, row: UserRow, *, must_add: bool = False) -> Me:
@@ -81,11 +79,11 @@ class Me(BaseModel):
 
 
 class AccountView(Me):
-    """A user, as an admin sees them."""
+    """A user, as admins see them."""
 
     disabled: bool
     created_at: datetime
-    passkeys: Annotated[int, Field(description="How many they have")]
+    passkeys: Annotated[int, Field(description="Number of passkeys")]
 
     @classmethod
     def of(cls, row: UserRow, *, must_add: bool = False) -> AccountView:
@@ -95,13 +93,13 @@ class AccountView(Me):
 
 class NewUser(Strict):
     name: Annotated[str, Field(description="1 to 64 printable characters")]
-    password: Annotated[str, Field(description="12 to 256 characters of any kind, not easy to guess")]
+    password: Annotated[str, Field(description="12 to 256 characters, not easy to guess")]
     role: Role = Role.OPERATOR
 
 
 class UserPatch(Strict):
-    """What is left out (or null) stays as it is."""
+    """Omitted or null members stay as they are."""
 
     role: Role | None = None
     disabled: bool | None = None
-    password: Annotated[str | None, Field(description="12 to 256 characters of any kind, not easy to guess")] = None
+    password: Annotated[str | None, Field(description="12 to 256 characters, not easy to guess")] = None

@@ -35,7 +35,7 @@ class EnrolledDrone(BaseModel):
 
 
 class EnrolmentView(BaseModel):
-    """How an enrolment goes. Never its token."""
+    """The state of an enrolment, without its token."""
 
     id: int
     drone: EnrolledDrone

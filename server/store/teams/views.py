@@ -21,7 +21,7 @@ from server.store.teams.teams import TeamManager
 
 
 class MemberView(BaseModel):
-    """Somebody who is in it."""
+    """A member of a team."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -39,7 +39,7 @@ class TeamDroneView(BaseModel):
 
 
 class InvitationView(BaseModel):
-    """Somebody was invited by this name, whether or not anybody has it."""
+    """An invitation by name, whether or not a user has it."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -61,12 +61,12 @@ class InvitationView(BaseModel):
 
 
 class ReceivedView(BaseModel):
-    """An invitation, as the invited person reads it."""
+    """An invitation, as the invited user sees it."""
 
     model_config = ConfigDict(frozen=True)
 
     id: int
-    team: Annotated[str, Field(description="Its name")]
+    team: Annotated[str, Field(description="Name of the team")]
     role: TeamRole
     invited_by: str
     expires_at: datetime
@@ -90,10 +90,10 @@ class TeamView(BaseModel):
 
     id: int
     name: str
-    role: Annotated[TeamRole | None, Field(description="Yours; null for an admin of the tower who is not in it")]
-    members: Annotated[list[MemberView], Field(description="For an observer: its admins and themselves")]
+    role: Annotated[TeamRole | None, Field(description="Your role; null: you are an admin of the tower and no member")]
+    members: Annotated[list[MemberView], Field(description="Observers see only its admins and themselves")]
     drones: list[TeamDroneView]
-    invitations: Annotated[list[InvitationView], Field(description="For its admins")]
+    invitations: Annotated[list[InvitationView], Field(description="Only for its admins")]
 
 
 async def views_of(
