@@ -20,7 +20,7 @@ PostMessage = Callable[[ToAgent], None]
 Waiting = Callable[[], tuple[int, int]]
 """(messages, datagrams) that wait until the control channel takes them."""
 CallLater = Callable[[float, Callable[[float], None]], object]
-"""Calls back after so many seconds, with the time that it is then."""
+"""Calls back after this many seconds, with the time at that moment."""
 
 COPIES: Final = 4
 COPIES_AT_ONCE: Final = 2
@@ -28,10 +28,10 @@ COPIES_AT_ONCE: Final = 2
 
 MAX_REPEATED: Final = 64
 MAX_ORDERS: Final = 8
-"""To hold, that no step of a hold has answered yet. The newest says what the older ones say."""
+"""Orders to hold that no step has answered yet. The newest order covers the older ones."""
 
 SILENT_AFTER_S: Final = 3.0
-"""A link that sent nothing for so long counts as offline: five or six keep-alives in a row are missing."""
+"""A link that has been silent for this long counts as offline: five or six keep-alives in a row are missing."""
 
 
 class AgentLink:
@@ -58,14 +58,14 @@ class AgentLink:
         self.takes = frozenset(takes)
         """Groups of messages that the agent understands besides those that all do."""
         self.process = process
-        """Which process of the agent has it; 0: it does not say."""
+        """Number of the agent process at the other end; 0: not reported."""
         self.waiting = waiting or _nothing_waits
         self.resume_key = resume_key
         """Proves possession of the link (wire.resuming); empty: it cannot be resumed."""
         self.channel = channel
         """Whose link this is: the newest control channel that it had."""
         self.has_channel = True
-        """Whether its control channel is there, as far as is known."""
+        """Whether the control channel is open, as far as is known."""
         self.routes = AgentRoutes()
         self.post = post
         """Puts a message onto the control channel. Never blocks; a channel that cannot take it is closed."""
@@ -96,7 +96,7 @@ class AgentLink:
         return OPEN_HOLDS in self.takes
 
     def quality(self, now: float) -> LinkQuality:
-        """As the browsers are told, once a second."""
+        """The link's figures for browsers, once a second."""
         keepalive, quality = self.sealed.keepalive, self.sealed.quality
         return LinkQuality(
             drone_id=self.drone_id,
@@ -164,12 +164,12 @@ class AgentLink:
         self._set_alarm(now)
 
     def next_number(self) -> int:
-        """For a message that comes on two channels, and of which only the newest counts."""
+        """For a message that arrives on two channels, of which only the newest counts."""
         self._numbered += 1
         return self._numbered
 
     def mute(self, for_s: float) -> None:
-        """A rehearsal: nothing is sent on the data channel for so long. The newest rehearsal counts."""
+        """Rehearses a loss: sends nothing on the data channel for this long. The newest rehearsal counts."""
         self._muted = True
         self._rehearsals += 1
         rehearsal = self._rehearsals
@@ -183,7 +183,7 @@ class AgentLink:
     # -- without a control channel, and with another one ------------------------------------------------------
 
     def forget_channel(self) -> None:
-        """The control channel is gone and the link goes on: what would be posted is lost, and sent on the next one."""
+        """The control channel is gone and the link continues. Posted messages wait for the next channel."""
         self.has_channel = False
         self.post = _lose
         self.close = _close_nothing
@@ -206,7 +206,7 @@ class AgentLink:
             post(order)
 
     def repeat_orders(self) -> None:
-        """Orders to hold that nobody has answered, once more over the data channel."""
+        """Repeats unanswered orders to hold on the data channel."""
         if not self._muted and self.routes.newest is not None:
             self._send([self.sealed.seal_urgent(encode_message(order).encode()) for order in self._orders])
 
@@ -242,7 +242,7 @@ class AgentLink:
         return any(one.interrupts for one in self._orders)
 
     def answered(self, order_id: int) -> None:
-        """A step of the hold came that this order began (0: of one that nobody ordered)."""
+        """A step arrived for the hold of this order (0: for a hold without an order)."""
         if order_id:
             self._orders = deque((one for one in self._orders if one.order_id > order_id), MAX_ORDERS)
 
@@ -251,7 +251,7 @@ class AgentLink:
         return bool(self._repeats) or self.sealed.has_to_send(now) or not self.is_heard(now)
 
     def send_keepalives(self, now: float) -> None:
-        """Sends what the keep-alive has to say and another copy of what is urgent, if there is somewhere to send it."""
+        """Sends a keep-alive and another copy of urgent messages, if the agent's address is known."""
         if not self._repeats and not self.sealed.has_to_send(now):
             return  # nearly always: it is asked for each datagram that comes, and at each tick
         self.routes.forget_silent(now)

@@ -1,6 +1,6 @@
-"""What an agent reports on its control channel, taken into the live picture and told to whoever it concerns.
+"""Applies an agent's reports from the control channel to the live state and notifies the people concerned.
 
-One entry for each message of `wire.control_messages.ToTower`; a report over a link that has been replaced says nothing.
+One entry for each message of `wire.control_messages.ToTower`. Reports of a replaced link are ignored.
 """
 
 from datetime import datetime
@@ -20,7 +20,7 @@ from wire.transactions import TRANSACTIONS, TransactionToTower
 from wire.video import VIDEO, VideoState
 
 MAX_TEXT_LENGTH: Final = 500
-"""Characters of an agent's words that are told on: many browsers keep them while they wait."""
+"""Maximum length of an agent's text that is passed on. Many browsers keep such texts in their queues."""
 
 
 class AgentReports:
@@ -32,9 +32,9 @@ class AgentReports:
         self._video = video
 
     def receive(self, link: AgentLink, message: ToTower, at: datetime | None = None) -> None:
-        """A message came, at this time of day. A hello has its place at the beginning only and is ignored here.
+        """Handles a message that arrived at this time of day. Ignores a hello, which belongs at the beginning.
 
-        Raises MalformedMessage about one that is not what it says.
+        Raises MalformedMessage.
         """
         drone = self._state.drones.get(link.drone_id)
         if drone is None or drone.link is not link:

@@ -1,7 +1,7 @@
-"""By which ways an agent is reached. No I/O; takes `now`.
+"""The addresses of an agent. No I/O; takes `now`.
 
-An address is believed for two reasons only: the newest authentic datagram came from it (that is all of roaming), or an
-authentic ping said that it is one of the agent's uplinks. Either was checked before it comes here (wire.sealed_link).
+An address is accepted for two reasons only: the newest authentic datagram came from it (roaming), or an authentic ping
+named it as one of the agent's uplinks. wire.sealed_link has checked both before.
 """
 
 from collections import deque
@@ -13,10 +13,10 @@ OVER_CHANNEL: Final[Address] = ("", 0)
 """Stands for the WebSocket of the control channel, where UDP is blocked."""
 
 UPLINK_SILENT_S: Final = 2.0
-"""An uplink that said nothing for so long is gone: four of its pings in a row are missing."""
+"""An uplink that has been silent for this long is gone: four of its pings in a row are missing."""
 
 MAX_UPLINKS: Final = 4
-"""What one agent may have us send is bounded, whatever it says."""
+"""Bounds what one agent can make the tower send."""
 
 MAX_REMEMBERED: Final = 16
 
@@ -39,7 +39,7 @@ class AgentRoutes:
             self._aim()
 
     def uplink(self, number: int, address: Address, now: float) -> None:
-        """An uplink says where it is."""
+        """An uplink reports its address."""
         if number in self._uplinks or len(self._uplinks) < MAX_UPLINKS:
             self._uplinks[number] = (address, now)
             if address not in self._were_uplinks:

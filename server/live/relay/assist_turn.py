@@ -1,7 +1,7 @@
-"""While an admin assists: whose frames pass. No I/O; takes `now`.
+"""Decides whose frames pass while an admin assists. No I/O; takes `now`.
 
-The turn changes with the epoch, which the database has to give out first. In between nobody's frames pass; the
-assistant's first few wait, so that a single command is not lost.
+The turn changes with the epoch, which the database assigns first. Until then no frames pass; the first few of the
+assistant wait, so that a single command is not lost.
 """
 
 from typing import Final, Literal
@@ -9,7 +9,7 @@ from typing import Final, Literal
 Whose = Literal["holder", "assistant"]
 
 BACK_AFTER_S: Final = 1.0
-"""The holder's frames pass again so long after the last one of the assistant."""
+"""The holder's frames pass again this long after the assistant's last frame."""
 
 MAX_WAITING: Final = 16
 WAIT_AT_MOST_S: Final = 1.0
@@ -41,8 +41,8 @@ class AssistTurn:
         return False
 
     def asks(self, now: float) -> bool:
-        """The assistant wants something that is no frame: True if it may be done now. Again while it is being done: the
-        turn goes back when they have been silent."""
+        """The assistant requests something that is not a frame. True if it may start now. Call it again while it runs:
+        the turn goes back after their silence."""
         self._last_at = now
         self.wanted = "assistant"
         return self.whose == "assistant"
@@ -55,7 +55,7 @@ class AssistTurn:
         return False
 
     def changed(self, now: float) -> list[bytes]:
-        """The new epoch is there: the turn is what was wanted. Returns the frames that waited and are not too old."""
+        """The new epoch has arrived: the turn is the requested one. Returns the waiting frames that are not too old."""
         self.whose = self.wanted
         waiting, self._waiting = self._waiting, []
         if self.whose != "assistant":

@@ -1,6 +1,6 @@
-"""The browsers that watch: they come, say what they want to see, go, and are shut out when their sign-in ends.
+"""The browsers that watch: they connect, choose what to see, leave, and are shut out when their sign-in ends.
 
-What hangs on somebody being there is told at once: the agents of what they hold, and the loss of a right (hub_events).
+Reports at once what depends on a person's presence: to agents about held drones, and lost rights (hub_events).
 """
 
 from collections.abc import Callable, Iterable
@@ -43,7 +43,7 @@ class Audience:
         self._note_presence_of(viewer.user_id, now)
 
     def leave(self, browser: Browser, now: float) -> None:
-        """The browser is gone. Harmless if it was gone already."""
+        """Removes a browser. Idempotent."""
         if self._state.browsers.pop(browser.number, None) is None:
             return
         for drone in self._state.drones.values():

@@ -1,4 +1,4 @@
-"""Who and what is there, and how much waits for browsers and agents, counted when somebody asks. Off the frame path."""
+"""Counts users, agents and queues on request. Off the frame path."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ class Census:
 
 
 def take_census(state: LiveState) -> Census:
-    """Of this moment."""
+    """A snapshot of this moment."""
     depths = [browser.waiting() for browser in state.browsers.values()] or [(0, 0, 0)]
     texts, transactional, kinds = zip(*depths, strict=True)
     messages, datagrams = zip(*([link.waiting() for link in state.links.values()] or [(0, 0)]), strict=True)
@@ -48,6 +48,6 @@ def take_census(state: LiveState) -> Census:
 
 
 def online_users(state: LiveState) -> list[tuple[UserId, str, int]]:
-    """(user, name, live connections) of everybody who has one, by name."""
+    """(user, name, live connections) of each user with a live connection, by name."""
     counted = Counter((browser.viewer.name, browser.viewer.user_id) for browser in state.browsers.values())
     return [(user_id, name, connections) for (name, user_id), connections in sorted(counted.items())]

@@ -1,4 +1,4 @@
-"""Whose frames leave at once: drones that somebody holds, or has in focus. Pure."""
+"""Drones whose frames leave at once: those that are held or in focus. Pure."""
 
 from typing import Final
 

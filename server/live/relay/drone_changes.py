@@ -1,6 +1,6 @@
-"""What the services change about one drone: its fence, its settings, the check before flight, a loss in rehearsal.
+"""Changes that services make to one drone: fence, settings, loss check, rehearsals.
 
-A drone that is not there any more changes nothing: it may have been removed while the database was asked.
+A change to a removed drone is ignored: it may have gone during the database query.
 """
 
 from collections.abc import Callable
@@ -14,14 +14,14 @@ from wire.ids import DroneId
 
 
 class DroneChanges:
-    """One for the hub. `note_presence`: whether the holder is there may have changed."""
+    """One for the hub. `note_presence`: called when the holder's presence may have changed."""
 
     def __init__(self, state: LiveState, *, note_presence: Callable[[LiveDrone, float], None]) -> None:
         self._state = state
         self._note_presence = note_presence
 
     def fence(self, drone_id: DroneId) -> None:
-        """A change of control is about to be decided: until `Hub.apply_lease` or `unfence` nobody's commands pass."""
+        """A change of control is pending: no commands pass until `Hub.apply_lease` or `unfence`."""
         drone = self._state.drones.get(drone_id)
         if drone is not None:
             drone.fenced = True
@@ -33,13 +33,13 @@ class DroneChanges:
             drone.fenced = False
 
     def notify_undecided(self, drone_id: DroneId, severity: Literal["info", "warning", "error"], words: str) -> None:
-        """To everybody who may see the drone: how it is with a change of control that the database has not decided."""
+        """Notifies all who may see the drone about a change of control that the database has not decided."""
         drone = self._state.drones.get(drone_id)
         if drone is not None:
             self._state.notify_watchers(drone, live.Notice(severity, "control-undecided", words, drone_id, 1))
 
     def apply_safety(self, drone_id: DroneId, settings: SafetySettings) -> None:
-        """How a drone holds, from now on; its agent is told."""
+        """Applies hold settings and sends them to the agent."""
         drone = self._state.drones.get(drone_id)
         if drone is not None and drone.safety != settings:
             drone.safety = settings
@@ -47,7 +47,7 @@ class DroneChanges:
             self._state.publish_drone(drone)
 
     def apply_stream(self, drone_id: DroneId, settings: StreamSettings) -> None:
-        """How much telemetry a drone is to send, from now on; its agent is told."""
+        """Applies the telemetry profile and sends it to the agent."""
         drone = self._state.drones.get(drone_id)
         if drone is not None and drone.stream != settings:
             drone.stream = settings
@@ -55,14 +55,14 @@ class DroneChanges:
             self._state.publish_drone(drone)
 
     def set_loss_check(self, drone_id: DroneId, mark: LossCheckMark) -> None:
-        """What the check before flight came to. Everybody who sees the drone hears that it has changed."""
+        """Applies the result of the loss check and notifies all who see the drone."""
         drone = self._state.drones.get(drone_id)
         if drone is not None and drone.loss_check != mark:
             drone.loss_check = mark
             self._state.notify_watchers(drone, live.LossCheckChanged(drone_id))
 
     def rehearse_operator_loss(self, drone_id: DroneId, *, for_s: float, now: float) -> None:
-        """The holder counts as gone for so long."""
+        """The holder counts as gone for this long."""
         drone = self._state.drones.get(drone_id)
         if drone is not None:
             drone.holder_deaf_until = now + for_s
@@ -71,13 +71,13 @@ class DroneChanges:
             drone.holder_watch.by_hand = True
 
     def rehearse_tower_loss(self, drone_id: DroneId, *, for_s: float) -> None:
-        """Nothing is sent to this agent on the data channel for so long."""
+        """The data channel sends nothing to this agent for this long."""
         drone = self._state.drones.get(drone_id)
         if drone is not None and drone.link is not None:
             drone.link.mute(for_s)
 
     def report_rehearsal(self, step: live.Rehearsal) -> None:
-        """How a rehearsal goes on: to everybody who may see the drone."""
+        """Reports the progress of a rehearsal to all who may see the drone."""
         drone = self._state.drones.get(DroneId(step.drone_id))
         if drone is not None:
             self._state.notify_watchers(drone, step)

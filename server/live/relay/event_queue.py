@@ -1,9 +1,8 @@
-"""Text messages that wait for one browser, in order. Those that say how something is are conflated; no I/O.
+"""Text messages that wait for one browser, in order. State messages are conflated. No I/O.
 
-A newer `drone` takes the place of one of the same drone that still waits, and so do `links`, `operation`,
-`plan_on_board`, `parameters` and `separation`: a browser that is slow for a while has at most one of each drone,
-operation or pair. What happened (control, hold, notice, ...) waits in full, up to MAX_EVENTS; operations, of which
-there can be any number, count among these.
+A newer `drone` replaces a waiting one of the same drone, and so do `links`, `operation`, `plan_on_board`, `parameters`
+and `separation`: a slow browser has at most one of each drone, operation or pair waiting. Events (control, hold,
+notice, ...) all wait, up to MAX_EVENTS. Operations count as events, because their number has no bound.
 """
 
 from collections.abc import Hashable
@@ -21,7 +20,7 @@ from server.live.relay.live_messages import (
 )
 
 MAX_EVENTS: Final = 2000
-"""Of those that cannot be conflated. A browser that lets so many pile up has long stopped reading."""
+"""Maximum number of waiting events. A browser with this many has long stopped reading."""
 
 
 class EventQueue:
@@ -72,7 +71,8 @@ class EventQueue:
 
 
 def _key(event: ToBrowser) -> Hashable | None:
-    """Of what a newer one takes the place; with the drone, where it is of one. None: it is told in full."""
+    """The key by which a newer message replaces this one, with the drone if it is about one. None: every copy is
+    sent."""
     match event:
         case DroneChanged():
             return "drone", event.drone.id

@@ -1,4 +1,4 @@
-"""What the database says, brought into the live state: drones, owners, accounts. The newest wins."""
+"""Applies database snapshots of drones, owners and accounts to the live state. The newest one wins."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
@@ -59,7 +59,7 @@ class FleetChanges:
         return revision == self._revision or self.knows_sign_in(principal.session_id)
 
     def note_ended(self, ended: Iterable[SignInId]) -> None:
-        """They have ended, whatever a snapshot says that was read before."""
+        """These sessions have ended, even if an older snapshot still contains them."""
         self._ended.update(dict.fromkeys(ended))
         while len(self._ended) > MAX_ENDED:
             del self._ended[next(iter(self._ended))]
@@ -210,12 +210,12 @@ def _why_lost(
 
 
 def role_changed(role: Role) -> str:
-    """In words for whoever is signed in with the one that the account had."""
+    """For people signed in with the account's former role."""
     return f"the account is now that of an {role.value}"
 
 
 def why_signed_out(principal: Principal, snapshot: FleetSnapshot) -> str:
-    """In words for whoever sits there; empty where they may stay."""
+    """For people whose connection ends; empty if they may stay."""
     account = snapshot.users.get(principal.user_id)
     if account is None:
         return ACCOUNT_DELETED

@@ -6,17 +6,17 @@ from datetime import datetime
 
 @dataclass
 class FlightStart:
-    """Of one drone, from its agent's reports.
+    """Start of a drone's flight, from its agent's reports.
 
-    Known only where the agent was heard on the ground first, by this tower: a drone that is in the air when
-    its agent comes may have been there for long. A link that is lost and comes back in flight changes nothing.
+    Known only if this tower saw the drone on the ground first: a drone that is in the air when its agent connects may
+    have been there for long. A link that is lost and restored in flight changes nothing.
     """
 
     since: datetime | None = None
     _was_on_ground: bool = False
 
     def report(self, *, heard: bool, airborne: bool, at: datetime | None) -> None:
-        """The agent says whether it is in the air. `at` is None where nobody knows the time of day."""
+        """The agent reports whether the drone is in the air. `at`: None if the time of day is not known."""
         if not heard:
             self.lost()
             return
@@ -27,5 +27,5 @@ class FlightStart:
         self._was_on_ground = not airborne
 
     def lost(self) -> None:
-        """The agent is gone or hears no autopilot: whether the drone takes off meanwhile will not be known."""
+        """The agent is gone or receives no heartbeats: a take-off meanwhile goes unnoticed."""
         self._was_on_ground = False

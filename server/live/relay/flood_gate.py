@@ -1,9 +1,9 @@
-"""Who may send how much: by user, by drone and way. What is beyond is not sent, counted, and told.
+"""Rate limits by user, and by drone and direction. Excess frames are dropped, counted and reported.
 
-The numbers are far above what people and programs need (sticks at 50 Hz, a mission in one burst, 1,500 parameters
-asked for one by one) and far below what hurts. Each user has an account over all their sockets, and each drone two
-downwards, one for whoever flies it and one for all who only read, so that nobody's flood takes the sticks from whoever
-flies: the last quarter of a user's account is for flying alone. Sans-I/O: takes `now`.
+The limits are far above what people and programs need (sticks at 50 Hz, a mission in one burst, 1,500 parameters
+requested one by one) and far below what hurts. Each user has one account for all sockets. Each drone has two accounts
+downwards, one for the pilot and one for all readers, so that a flood cannot take the sticks from the pilot: the last
+quarter of a user's account is for flying alone. Sans-I/O: takes `now`.
 """
 
 from collections.abc import Container
@@ -15,10 +15,10 @@ from wire.ids import DroneId, UserId
 from wire.state_messages import state_key
 
 FLOODING: Final = 4429
-"""Closes a socket that goes on after it was told."""
+"""Closes a socket that continues after a warning."""
 
 RESERVED: Final = 0.25
-"""Of an account: for what must not be lost among the rest."""
+"""Share of an account reserved for what must not be lost."""
 
 PATIENCE: Final = 5_000
 PATIENCE_PER_S: Final = 50.0
@@ -76,7 +76,8 @@ class FloodGate:
         self._recordings: dict[UserId, TokenBucket] = {}
 
     def admits(self, user_id: UserId, drone_id: DroneId | None, *, flies: bool, now: float) -> bool:
-        """One frame of a user. `drone_id`: where it goes, None if nowhere; `flies`: from whoever has the turn there."""
+        """Accounts for one frame of a user. `drone_id`: its target, None if there is none; `flies`: the sender has the
+        turn there."""
         limits = self._limits
         account = self._users.get(user_id)
         if account is None:
@@ -92,8 +93,8 @@ class FloodGate:
         return bucket.take(1.0, now)
 
     def admits_all(self, drone_id: DroneId, count: int, now: float) -> bool:
-        """Whether all frames of a datagram of an agent may go on, without asking what they are: nearly always. If not,
-        `admitted` says which."""
+        """Whether all frames of an agent's datagram may pass, without looking at them: nearly always. If not,
+        `admitted` selects."""
         bucket = self._agents.get(drone_id)
         if bucket is None:
             limits = self._limits
@@ -101,19 +102,16 @@ class FloodGate:
         return bucket.take(count, now, leave=self._agents_reserve)
 
     def admitted(self, drone_id: DroneId, frames: list[bytes], now: float) -> tuple[list[bytes], int, int]:
-        """What of a datagram that `admits_all` refused may go on, and how many frames were dropped: (state,
-        transactional).
-
-        State goes first: the next one says the same.
-        """
+        """Selects the frames of a refused datagram that may pass, and counts the dropped ones: (state, transactional).
+        State is dropped first, because the next frame repeats it."""
         bucket = self._agents[drone_id]
         transactional = [frame for frame in frames if state_key(frame) is None]
         kept = [frame for frame in transactional if bucket.take(1.0, now)]
         return kept, len(frames) - len(transactional), len(transactional) - len(kept)
 
     def admits_opening(self, user_id: UserId, now: float, *, most_open: int, video: bool = False) -> bool:
-        """One more live connection of a user, or one of video, of which `most_open` may be open at the same time: each
-        begins with the whole picture, so opening and closing them without end is a flood too."""
+        """Accounts for another live or video connection of a user. `most_open` may be open at the same time: each
+        begins with the whole state, so opening and closing connections is a flood too."""
         openings = self._video_openings if video else self._openings
         bucket = openings.get(user_id)
         if bucket is None:
@@ -122,8 +120,8 @@ class FloodGate:
         return bucket.take(1.0, now)
 
     def admits_operation(self, user_id: UserId, now: float, *, stops: bool) -> bool:
-        """One more operation of a user. `stops`: it ends a flight or what the drone is at, and has an account of its
-        own: whoever has just asked for too much must still be able to."""
+        """Accounts for another operation of a user. `stops`: it ends a flight or an operation, and has an account of
+        its own, so that stopping works even after too many requests."""
         accounts = self._stops if stops else self._operations
         bucket = accounts.get(user_id)
         if bucket is None:

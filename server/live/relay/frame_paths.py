@@ -1,4 +1,4 @@
-"""The two ways of a frame through the tower: from the agent to those who watch, from whoever flies to the agent."""
+"""The two paths of a frame through the tower: from the agent to viewers, from the pilot to the agent."""
 
 from typing import Final
 
@@ -164,7 +164,7 @@ class FramePaths:
             drone.sticks_from = browser.number
 
     def _observe(self, browser: Browser, drone_id: DroneId, frame: bytes, kind: Kind, now: float) -> None:
-        """For the audit trail, after the frame has gone."""
+        """For the audit trail, after the frame was sent."""
         if kind is Kind.COMMAND:
             by = UserRef(browser.viewer.user_id, browser.viewer.name)
             self._observed.sent(drone_id, by, browser.address, frame, now)

@@ -1,4 +1,4 @@
-"""Orders to hold, and to stay: numbered, sent to the agent at once, told to everybody who may see the drone."""
+"""Orders to hold and to stay: numbered, sent to the agent at once, reported to all who may see the drone."""
 
 from typing import Final
 
@@ -16,10 +16,10 @@ OFFLINE: Final = "the drone is offline: the hold is ordered when it is back."
 
 
 class HoldOrders:
-    """One for the hub. The reasons of open orders are kept with the drone.
+    """One for the hub. The drone keeps the reasons of open orders.
 
-    `number_after`: the first order has the next number. They grow over a restart of the tower too: what an agent still
-    says of an order of the tower before must not answer one of this.
+    `number_after`: the first order has the next number. Numbers also grow across restarts of the tower: an agent's
+    answer to an old order must not match a new one.
     """
 
     def __init__(self, state: LiveState, *, number_after: int) -> None:
@@ -54,7 +54,7 @@ class HoldOrders:
         return True
 
     def order_where_flown_by_hand(self, reason: str, now: float) -> None:
-        """To every drone that somebody moves with sticks."""
+        """Orders a hold for each drone that is flown with sticks."""
         for drone_id, drone in list(self._state.drones.items()):
             if drone.flown_by_hand(now):
                 self.order(drone_id, reason)

@@ -1,7 +1,7 @@
-"""Which steps of holds a drone's agent has told already. No I/O.
+"""Remembers which hold steps an agent has reported, so that people see each once. No I/O.
 
-A step comes on two channels, more than once on one of them, and again on the next link, if it was told while the agent
-had no control channel and the link ended like that. People are told of it once.
+A step arrives on two channels, sometimes repeatedly, and again on the next link if it was sent while the control
+channel was gone.
 """
 
 from collections import deque
@@ -14,7 +14,7 @@ MAX_REMEMBERED: Final = 64
 
 
 class HoldSteps:
-    """Of one drone, for as long as the tower knows it."""
+    """For one drone, as long as the tower knows it."""
 
     def __init__(self) -> None:
         self._received: deque[HoldProgress] = deque(maxlen=MAX_REMEMBERED)
@@ -25,11 +25,11 @@ class HoldSteps:
         self._newest = 0
 
     def is_news(self, progress: HoldProgress) -> bool:
-        """Whether this step was not told before.
+        """Whether this step is new.
 
-        Copies are equal in everything; two holds of one epoch that went alike still differ in `number`, of which each
-        agent process has its own. A step between that was overtaken by a later one of the same link is no news any
-        more; how a hold ended always is.
+        Copies are equal in all fields; two similar holds of one epoch differ in `number`, which each agent process
+        assigns. An intermediate step that a later one of the same link overtook is not new; the end of a hold always
+        is.
         """
         overtaken = 0 < progress.number < self._newest and not progress.step.final
         if overtaken or progress in self._received:

@@ -1,8 +1,8 @@
-"""A lease that has been committed, brought into the live picture: who is shut out, who is told what, in which order.
+"""Applies committed leases to the live state: shuts people out and notifies them, in a fixed order.
 
-The service hands over what it has committed (`apply`). What a snapshot of the database says first (`learnt`) counts at
-once, but people are told only when the service has said nothing for a while: its own word, with who and why, may be
-under way. If it is not, another process has changed the lease, and what it did is seen from the two leases.
+The service passes what it committed (`apply`). A change that a database snapshot shows first (`learnt`) takes effect at
+once, but people are notified only after a while, because the service's own event, with actor and reason, may be on its
+way. If none comes, another process changed the lease, and the two leases show what happened.
 """
 
 from collections.abc import Callable
@@ -23,17 +23,17 @@ ELSEWHERE: Final = "changed by another process of the tower"
 
 @dataclass
 class _Move:
-    """A change that a snapshot told of, and nobody else yet."""
+    """A change seen in a snapshot and not yet reported."""
 
     before: LeaseView
     expired: bool
-    """The holder before it had been gone for longer than the grace time."""
+    """The former holder had been missing for longer than the grace time."""
     why_lost: str
     due_at: float | None = None
 
 
 class LeaseChanges:
-    """`note_presence`: looks again whether the drone's holder is there."""
+    """`note_presence`: checks again whether the drone's holder is present."""
 
     def __init__(self, state: LiveState, *, note_presence: Callable[[LiveDrone, float], None]) -> None:
         self._state = state
@@ -81,7 +81,7 @@ class LeaseChanges:
             _restart(drone)
 
     def tick(self, now: float) -> None:
-        """Several times a second: tells what nobody else has told."""
+        """Called several times a second: reports changes that the service has not reported."""
         for drone_id, move in list(self._moves.items()):
             if move.due_at is None:
                 move.due_at = now + CONTROL_ACTS_WITHIN_S
@@ -92,7 +92,8 @@ class LeaseChanges:
                     self._notify_move(drone, move)
 
     def _before(self, drone: LiveDrone, lease: LeaseView) -> LeaseView:
-        """The lease before this change, which a snapshot may have told already. One before that is told first."""
+        """The lease before this change, which a snapshot may have shown already. Reports an older pending change
+        first."""
         move = self._moves.pop(drone.drone_id, None)
         if move is None:
             return drone.lease
@@ -114,15 +115,15 @@ class LeaseChanges:
 
 
 def _restart(drone: LiveDrone) -> None:
-    """Other hands, or none: neither whose sticks came nor who was missing says anything of them."""
+    """The controls changed hands: earlier sticks and absences do not concern the new holder."""
     drone.sticks_at = float("-inf")
     drone.holder_watch.present()
 
 
 def _seen_from(before: LeaseView, after: LeaseView, *, lost: bool, expired: bool) -> str | None:
-    """What has happened, as far as the leases show it; None for what people are not told by name (a turn).
+    """What happened, as far as the two leases show; None for a turn, which is not reported by name.
 
-    `lost`: whoever held it before may not hold it any more. `expired`: they were gone for too long. Without these a
+    `lost`: the former holder lost their right. `expired`: they were missing for too long. Without these flags a
     release, a revocation and an expiry look alike.
     """
     if before.holder != after.holder:

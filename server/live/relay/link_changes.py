@@ -12,7 +12,8 @@ from wire.ids import DroneId, LinkId
 LINK_REPLACED: Final = 4409
 
 HAND_REMEMBERED_S: Final = 15.0
-"""How long after the last stick a link that comes back is met with a hold: an agent that was started again is there."""
+"""A link that returns within this time after the last stick is met with a hold, because the agent may have
+restarted."""
 
 
 ORDERED_AGAIN: Final = "the hold that was open is ordered again"
@@ -27,10 +28,10 @@ class LinkChanges:
         self._orphans = Orphans(self.detach)
 
     def attach(self, link: AgentLink, now: float) -> None:
-        """An agent signed in. A link that its drone already had is closed: the newest one counts.
+        """An agent signed in. Closes the drone's earlier link: the newest one counts.
 
-        If it went while somebody flew by hand, the drone holds: the agent may be a new process, which does not know
-        that a hand was on the sticks. A hold that was open or is owed is ordered again, for the same reason.
+        If the earlier link ended during flight by hand, the drone holds: the agent may be a new process that knows
+        nothing of the sticks. For the same reason an open or pending hold is ordered again.
         """
         drone = self._state.drones[link.drone_id]
         if drone.link is not None:
@@ -49,7 +50,7 @@ class LinkChanges:
         self._state.note_hold(drone)
 
     def detach(self, link: AgentLink) -> None:
-        """The link is gone. Harmless if it was gone already or has been replaced."""
+        """Removes the link. Idempotent, also for a replaced link."""
         self._orphans.forget(link)
         self._state.links.pop(link.link_id, None)
         drone = self._state.drones.get(link.drone_id)
@@ -75,7 +76,7 @@ class LinkChanges:
         return link
 
     def resumed(self, link: AgentLink) -> None:
-        """The link has another control channel, on which all is told that may have been lost with the last."""
+        """The link has another control channel. Repeats everything that the last one may have lost."""
         self._orphans.forget(link)
         self._state.traffic.links_resumed += 1
         drone = self._state.drones[link.drone_id]

@@ -27,20 +27,21 @@ from wire.control_messages import LossParameters, SafetySettings, StreamSettings
 from wire.ids import DroneId, Epoch, UserId
 
 MANUAL_FOR_S: Final = 3.0
-"""A drone counts as flown by hand for so long after the last stick frame: RC_OVERRIDE_TIME of the autopilots."""
+"""A drone counts as flown by hand for this long after the last stick frame: RC_OVERRIDE_TIME of the autopilots."""
 
 ONE_HAND_S: Final = 1.0
-"""Two windows of one user do not fly by turns: whoever began goes on, until none of their sticks came for so long."""
+"""Two windows of one user do not alternate: the first one flies until its sticks have been silent for this long."""
 
 SILENT_AFTER_S: Final = 5.0
-"""A browser that has left a ping unanswered for so long is not live. Ten pings went out meanwhile."""
+"""A browser that has not answered a ping for this long is not live. Ten pings were sent meanwhile."""
 
 NEVER: Final = float("-inf")
 
 
 @dataclass(frozen=True)
 class LeaseView:
-    """Who has the controls, as the database last said. `taken_from` is shut out until they accept them back."""
+    """The controls, as the database last reported them. `taken_from` is shut out until they accept the controls
+    back."""
 
     holder: UserRef | None
     taken_from: UserRef | None
@@ -79,7 +80,7 @@ class LossCheckMark:
     dangerous: bool = False
     """A loss would drop or lose the drone."""
     read_by: frozenset[UserId] = frozenset()
-    """Who has said that they know, of these very dangers."""
+    """Users who have acknowledged exactly these dangers."""
     version: str = ""
     """Changes whenever the answer does."""
 
@@ -89,7 +90,7 @@ class LossCheckMark:
 
 
 class Viewpoint(NamedTuple):
-    """Whence somebody looks at a drone."""
+    """The standpoint from which a user sees a drone."""
 
     relation: Relation
     blind: bool
@@ -105,7 +106,7 @@ class LiveDrone:
     lease: LeaseView
     link: AgentLink | None = None
     online: bool = False
-    """What the browsers were last told."""
+    """The view last sent to browsers."""
     autopilot_heard: bool = False
     armed: bool | None = None
     """None: not known. Never to be read as disarmed."""
@@ -116,7 +117,7 @@ class LiveDrone:
     open_hold: OpenHold = field(default_factory=OpenHold)
     flight_start: FlightStart = field(default_factory=FlightStart)
     fenced: bool = False
-    """A change of control is on its way to the database: until it is decided nobody's commands pass."""
+    """A change of control is pending in the database: no commands pass until it is decided."""
     sticks_at: float = NEVER
     """When the last stick frame was passed on."""
     sticks_from: int = 0
@@ -124,7 +125,7 @@ class LiveDrone:
     safety: SafetySettings = field(default_factory=SafetySettings)
     stream: StreamSettings = field(default_factory=StreamSettings)
     stream_state: StreamState | None = None
-    """As the agent says; None while it is not there."""
+    """As the agent reports; None without a link."""
     loss_parameters: LossParameters | None = None
     loss_check: LossCheckMark = field(default_factory=LossCheckMark)
     holder_watch: HolderWatch = field(default_factory=HolderWatch)
@@ -132,28 +133,28 @@ class LiveDrone:
     turn: AssistTurn = field(default_factory=AssistTurn)
     offered_since: float | None = None
     holder_deaf_until: float = NEVER
-    """A rehearsal: the holder counts as gone until then."""
+    """Rehearsal: the holder counts as missing until then."""
     position_frame: bytes | None = None
     """The newest GLOBAL_POSITION_INT, as it came."""
     position_at: float = NEVER
     """When it came."""
     home: Home | None = None
-    """As HOME_POSITION says; before that, where it stood before it was armed."""
+    """From HOME_POSITION; before that, the position before arming."""
     has_reported_home: bool = False
     limit_watch: LimitWatch = field(default_factory=LimitWatch)
     commanded: int = 0
-    """How often it was made to hold, or told how to fly: what was asked for in several steps ends with the next."""
+    """Counts holds and flight commands. A command of several steps ends when it changes."""
     orders: dict[int, str] = field(default_factory=dict)
     """Reasons of the orders to hold that have not ended yet, by order id."""
     hold_steps: HoldSteps = field(default_factory=HoldSteps)
     hold_noted: bool = False
-    """What was last told to be written down: whether a hold must be ordered again on the next link."""
+    """The last recorded need to repeat a hold on the next link."""
     close_until: float = NEVER
-    """Until then the tower measures the round trip by itself (`safety_watch`)."""
+    """Until then the tower measures the round trip itself (`safety_watch`)."""
     settled: bool = False
-    """Nobody flies it and the clock changes nothing about it: `safety_watch` looks at its link only."""
+    """Nobody flies the drone and time changes nothing about it: `safety_watch` checks only its link."""
     onboard: OnboardState = field(default_factory=OnboardState)
-    """What is on board, as the agent says."""
+    """The plans on board, as the agent reports."""
     heartbeat: bytes | None = None
     """The newest of the autopilot, as it came."""
     heartbeat_at: float = NEVER
@@ -163,7 +164,7 @@ class LiveDrone:
     watchers: dict[int, Browser] = field(default_factory=dict)
     """Browsers that may see this drone, by their number."""
     crew_before: Mapping[UserId, TeamRole] = field(default_factory=dict)
-    """Of its team before the last change of its record: for the words to whoever was in it."""
+    """The team before the last change, for the text to its former members."""
 
     @property
     def drone_id(self) -> DroneId:
@@ -174,7 +175,7 @@ class LiveDrone:
         return self.lease.holder.id if self.lease.holder else None
 
     def relation_of(self, user_id: UserId, role: Role) -> Relation:
-        """How this user stands to it."""
+        """The user's relation to the drone."""
         return relation_of(self.record.ties, user_id, role)
 
     def may(self, user_id: UserId, role: Role, right: Right) -> bool:
@@ -182,7 +183,7 @@ class LiveDrone:
         return may(relation_of(self.record.ties, user_id, role), right, holds=user_id == self.holder_id)
 
     def limits_of(self, user_id: UserId, role: Role) -> Limits | None:
-        """Of a borrower; None for whoever may fly it anyhow."""
+        """The loan of a borrower; None for users with a right of their own."""
         if self.relation_of(user_id, role) is not Relation.BORROWER:
             return None
         loan = next((one for one in self.record.loans if one.user.id == user_id), None)
@@ -198,7 +199,7 @@ class LiveDrone:
         return at >= team.since
 
     def frame_watchers(self) -> list[Browser]:
-        """Browsers that get its frames: all who may see it, but for somebody from whom the view was taken too."""
+        """Browsers that get its frames: all who may see it, except those barred from watching."""
         blind_id = self.blind_user_id
         if blind_id is None:
             return list(self.watchers.values())
@@ -224,12 +225,12 @@ class LiveDrone:
         return lease.taken_from.id if shut_out and lease.taken_from else None
 
     def may_arm(self, user_id: UserId) -> bool:
-        """Whether this user's commands pass, if the drone is there: the holder's, and an assistant's."""
+        """Whether this user's commands pass if the drone is online: the holder's and an assistant's do."""
         assistant = self.lease.assistant
         return user_id == self.holder_id or (assistant is not None and user_id == assistant.id)
 
     def authorization_of(self, viewer: Principal) -> Authorization:
-        """How a sender stands to this drone. Whoever signed in only to watch has no turn, whoever they are."""
+        """The sender's relation to this drone. A sign-in that only watches never has the turn."""
         user_id = viewer.user_id
         return Authorization(
             has_turn=viewer.may_fly and self.may_arm(user_id),
@@ -259,13 +260,13 @@ class LiveDrone:
         return flying is not None and flying.viewer.user_id == browser.viewer.user_id
 
     def holder_present(self) -> bool:
-        """Whether the holder has a live browser, one that may fly: a program that only watches is nobody's hand."""
+        """Whether the holder has a live browser that may fly. A program that only watches does not count."""
         return any(
             browser.viewer.user_id == self.holder_id and browser.viewer.may_fly for browser in self.watchers.values()
         )
 
     def holder_answers(self, now: float) -> bool:
-        """Whether one of those browsers answers: a tab that has frozen keeps its connection, and is nobody's hand."""
+        """Whether one of those browsers answers. A frozen tab keeps its connection and does not count."""
         return any(
             browser.viewer.user_id == self.holder_id
             and browser.viewer.may_fly
@@ -274,19 +275,22 @@ class LiveDrone:
         )
 
     def holder_is_there(self, now: float) -> bool:
-        """By a browser that answers, or by a program that keeps the controls. Sticks are nothing that a program could
-        answer for: whoever flies by hand is there with the browser that they come from, or not at all."""
+        """Whether the holder is present, by a browser that answers or by a program's keep-alive.
+
+        A keep-alive cannot vouch for sticks: a pilot who flies by hand is present only with the browser that sends
+        them.
+        """
         kept = self.holder_watch.kept(self.holder_id, now) and not self.flown_by_hand(now)
         return kept or self.holder_answers(now)
 
     def somebody_flies(self) -> bool:
-        """Whether there is a holder who is there, by browser or program, and is not being rehearsed away."""
+        """Whether there is a holder who is present and is not being rehearsed away."""
         watch = self.holder_watch
         kept = self.holder_id is not None and watch.kept_by == self.holder_id
         return watch.missing_since is None and (kept or self.holder_present())
 
     def forget_link(self) -> None:
-        """The agent is gone."""
+        """The agent's link is gone."""
         self.link = self.stream_state = None
         self.online = self.autopilot_heard = False
         self.armed = self.airborne = None
@@ -298,7 +302,7 @@ class LiveDrone:
         self.heartbeat = None
 
     def view(self) -> DroneView:
-        """As the outside is told. The same for everybody who may see the drone, but for what `view_as` changes."""
+        """The public view: the same for all who may see the drone, except for what `view_as` changes."""
         return DroneView(
             id=self.record.id,
             name=self.record.name,
@@ -328,11 +332,11 @@ class LiveDrone:
         )
 
     def view_for(self, user_id: UserId, role: Role) -> DroneView:
-        """As one user is told."""
+        """One user's view."""
         return self.view_as(self.standpoint_of(user_id, role))
 
     def standpoint_of(self, user_id: UserId, role: Role) -> Viewpoint:
-        """What makes this user's view of the drone: two with the same one are told the same."""
+        """The key of a user's view: users with equal keys get equal views."""
         relation = self.relation_of(user_id, role)
         return Viewpoint(
             relation=relation,
@@ -343,7 +347,7 @@ class LiveDrone:
         )
 
     def view_as(self, standpoint: Viewpoint) -> DroneView:
-        """As whoever has this standpoint is told."""
+        """The view from this standpoint."""
         update: dict[str, object] = {"relation": standpoint.relation}
         team = self.record.team
         if team is not None and standpoint.knows_team:

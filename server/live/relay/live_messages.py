@@ -89,7 +89,7 @@ class Rehearsal(msgspec.Struct, frozen=True, tag="rehearsal", tag_field="type"):
 
 
 class LossCheckChanged(msgspec.Struct, frozen=True, tag="loss_check", tag_field="type"):
-    """The check before flight says something else than before, or somebody has read it: to be asked for again."""
+    """The loss check has changed or was acknowledged: request it again."""
 
     drone_id: int
 
@@ -233,13 +233,13 @@ class Recording(msgspec.Struct, frozen=True, tag="recording", tag_field="type"):
 
 
 class Watch(msgspec.Struct, frozen=True, tag="watch", tag_field="type"):
-    """How often the newest state is wanted."""
+    """The requested rate of state messages."""
 
     rate_hz: Annotated[float, msgspec.Meta(ge=0.2, le=20.0)]
 
 
 class Focus(msgspec.Struct, frozen=True, tag="focus", tag_field="type"):
-    """Which drone's frames are wanted at once."""
+    """The drone whose frames are wanted at once."""
 
     drone_id: Annotated[int, msgspec.Meta(ge=1, le=0xFFFFFFFF)] | None
 
@@ -333,10 +333,10 @@ _SHARED: Final = (
     Recording,
     Separation,
 )
-"""Events that one object tells to everybody who watches a drone."""
+"""Events for all who watch a drone, one object for all of them."""
 _MAX_SHARED: Final = 256
 _encoded: Final[dict[int, tuple[ToBrowser, str]]] = {}
-"""What was put into JSON last, by identity. When a thousand agents come back, twenty browsers are told of each."""
+"""The last encoded event, by identity. When a thousand agents reconnect, twenty browsers are notified of each."""
 
 
 def encode_event(event: ToBrowser) -> str:
@@ -359,7 +359,7 @@ def encode_quality(quality: LinkQuality) -> msgspec.Raw:
 
 
 def decode_request(text: str) -> FromBrowser:
-    """What a browser asks for. Raises MalformedRequest, whose text says what is wrong with it."""
+    """Decodes a browser's request. Raises MalformedRequest, whose text says what is wrong."""
     try:
         return _decoder.decode(text)
     except UNREADABLE as error:

@@ -34,7 +34,7 @@ class LiveState:
         self.drops: DropCounts = DropCounts()
         self.traffic = Traffic()
         self.sticks_at = float("-inf")
-        """When the last stick frame of anybody was passed on."""
+        """When the last stick frame of any user was forwarded."""
         self.on_event: Callable[[HubEvent], None] = lambda event: None
         """Whoever acts on what the hub notices."""
 
@@ -43,12 +43,12 @@ class LiveState:
         return now - self.sticks_at < MANUAL_FOR_S
 
     def notify_watchers(self, drone: LiveDrone, event: live.ToBrowser) -> None:
-        """To everybody who may see the drone."""
+        """Notifies all who may see the drone."""
         for browser in drone.watchers.values():
             browser.notify(event)
 
     def notify_video_watchers(self, drone: LiveDrone, event: live.ToBrowser, *, of: datetime) -> None:
-        """To everybody who may watch the video of the drone, of something that began then."""
+        """Notifies all who may watch the drone's video, about something that began at that time."""
         shut_out = drone.no_video_user_id
         for browser in drone.watchers.values():
             viewer = browser.viewer
@@ -119,7 +119,7 @@ class LiveState:
     def refuse(
         self, browser: Browser, reason: DropReason, drone_id: DroneId | None, now: float, words: str = ""
     ) -> None:
-        """Counts a frame that may not pass, and answers whoever sent it. `words`: which limit of a loan."""
+        """Counts a refused frame and answers its sender. `words`: the limit of a loan."""
         self.drops[reason] += 1
         self.traffic.refusals[reason.value] += 1
         drone = self.drones.get(drone_id) if drone_id is not None else None

@@ -13,7 +13,7 @@ from wire.frames import payload
 _METRES_PER_DEGREE: Final = 111_319.5
 HEIGHT_STEP_M: Final = 3.0
 RADIUS_STEP_M: Final = 5.0
-"""Beyond a limit the drone holds again each time it has gone so much further out; the way back is free."""
+"""Beyond a limit the drone holds again each time it is this much further out; the way back is free."""
 
 _HOME: Final = Struct("<iii")
 _POSITION: Final = Struct("<Iiiii")
@@ -60,13 +60,13 @@ class Place:
 
 
 def home_in(frame: bytes) -> Home:
-    """Of a whole HOME_POSITION."""
+    """From a whole HOME_POSITION frame."""
     lat_e7, lon_e7, alt_mm = _HOME.unpack_from(payload(frame).ljust(_HOME.size, b"\0"))
     return Home(lat_e7 / 1e7, lon_e7 / 1e7, alt_mm / 1000)
 
 
 def whole_place_in(frame: bytes) -> Place | None:
-    """Of a whole GLOBAL_POSITION_INT; None while the autopilot does not know it."""
+    """From a whole GLOBAL_POSITION_INT frame; None while the autopilot has no position."""
     _, lat_e7, lon_e7, alt_mm, rel_mm = _POSITION.unpack_from(payload(frame).ljust(_POSITION.size, b"\0"))
     return None if lat_e7 == 0 and lon_e7 == 0 else Place(lat_e7 / 1e7, lon_e7 / 1e7, alt_mm / 1000, rel_mm / 1000)
 
@@ -79,7 +79,7 @@ class LimitWatch:
         self._held_radius_m = 0.0
 
     def must_hold(self, limits: Limits, place: Place, home: Home | None) -> str | None:
-        """In words, or None. Once at the limit, and again whenever it has gone a step further."""
+        """The violation in words, or None. Once at the limit, and again at each further step."""
         why = None
         if limits.max_height_m is not None:
             beyond = place.alt_rel_m - limits.max_height_m

@@ -1,8 +1,7 @@
-"""What a borrower's frame may ask for, by the tables of `loan_tables.py` and the places in the frame. Pure.
+"""What a borrower's frame may request, by the tables of `loan_tables.py` and the positions in the frame. Pure.
 
-A loan with any limit opens what is in those tables and nothing else. All else stays the owner's: parameters,
-fences, home, files, motors on the bench, messages of which this file has never heard. Where a target cannot be judged,
-it is refused: when in doubt, no.
+A loan with any limit allows what is in those tables and nothing else. All else stays with the owner: parameters,
+fences, home, files, motor tests, and messages unknown to this file. If a target cannot be judged, the frame is refused.
 """
 
 from collections.abc import Mapping
@@ -46,9 +45,9 @@ _RELATIVE: Final = frozenset({3, 6})
 _ABOVE_SEA: Final = frozenset({0, 5})
 _ABOVE_TERRAIN: Final = frozenset({10, 11})
 _HERE_E7: Final = 2**31 - 1
-"""How an integer says "where it is"."""
+"""The integer that means "the present position"."""
 _POSITION_ONLY: Final = 0b1_1111_1000
-"""Of a type mask: velocities and accelerations ignored, the place not."""
+"""Type mask: ignores velocities and accelerations, uses the position."""
 _MASK_BITS: Final = 0b1_1111_1111
 _SET_TARGET: Final = Struct("<IiifffffffffHBBB")
 _IN_INT: Final = Struct("<ffffiifHHBBB")  # MISSION_ITEM_INT: seq, command; COMMAND_INT has the command first
@@ -134,7 +133,7 @@ _STICK_CHANNELS: Final = 4
 
 
 def _may_start_motors(frame: bytes, command: CommandSeen | None) -> bool:
-    """Of a disarmed drone: by command, by mode, or by sticks in a corner."""
+    """Arms a disarmed drone: by command, by mode, or by sticks in a corner."""
     msgid, body = message_id(frame), payload(frame)
     if msgid == _M.MAVLINK_MSG_ID_SET_MODE:
         return int.from_bytes(body[:4], "little") == TURTLE or bool(body[5:6] and body[5] & 0x80)
@@ -242,7 +241,7 @@ def _from_int(
 
 
 def _readings(frame: int, family: AutopilotFamily | None) -> tuple[int, ...]:
-    """The frames in which an altitude in a command may be read. Some look at none of them: above the sea."""
+    """The frames in which the altitude of a command may be read. Some autopilots ignore the frame: above sea level."""
     if family is not None and family.reads_frames:
         return (frame,)
     return (frame, 0)

@@ -1,7 +1,7 @@
-"""The open hold of one drone as the tower knows it: what its agent told last, and whether it must be ordered again.
+"""The open hold of one drone as the tower knows it: the agent's last report, and whether to order it again. No I/O.
 
-No I/O. An order is owed until a step of it came that ends it; what is owed or was open is ordered again on the next
-link, because the agent may be another process, or may never have heard of it.
+An order is pending until a step reports its end. A pending or open hold is ordered again on the next link, because the
+agent may be another process, or may never have received it.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ MAX_JITTER: Final = timedelta(seconds=1)
 """The agent tells again each 5 s how long it counts; what differs by less is the network, not another countdown."""
 
 NO_ORDER: Final = 0
-"""Of a hold that is owed and was not sent to anybody."""
+"""Of a pending hold that was never sent."""
 
 _LOST_WORDS: Final = {
     LostPhase.QUIET: "",
@@ -28,7 +28,7 @@ _LOST_WORDS: Final = {
 
 @dataclass
 class OpenHold:
-    """Of one drone, for as long as the tower knows it."""
+    """For one drone, as long as the tower knows it."""
 
     _reported: HoldState | None = None
     _as_of: datetime | None = None
@@ -36,7 +36,7 @@ class OpenHold:
     _fresh: bool = False
     """Told over the link that there is now."""
     _owed: int | None = None
-    """The newest order of which nobody told the end."""
+    """The newest order without a reported end."""
 
     @property
     def must_be_ordered(self) -> bool:
@@ -45,7 +45,7 @@ class OpenHold:
 
     @property
     def reported(self) -> HoldState | None:
-        """The newest that its agent told over the link that there is now."""
+        """The newest one reported over the present link."""
         return self._reported if self._fresh else None
 
     # -- orders ----------------------------------------------------------------------------------------------
@@ -62,19 +62,19 @@ class OpenHold:
     # -- links -----------------------------------------------------------------------------------------------
 
     def linked(self, *, reports: bool) -> None:
-        """An agent signed in. `tells`: it knows of open holds; for one that does not, there is none."""
+        """An agent signed in. `tells`: it reports open holds; for an agent that does not, there is none."""
         self._fresh = False
         if not reports:
             self._reported, self._owed = None, None
 
     def link_ended(self) -> None:
-        """What was told last stays, as the last that is known."""
+        """Keeps the last report as the last known state."""
         self._fresh = False
 
     # -- what the agent tells --------------------------------------------------------------------------------
 
     def take(self, state: HoldState, at: datetime) -> bool:
-        """Whether it is news for people. One that is no newer than the last of this link says nothing."""
+        """Whether people need to know. False for a report that is not newer than the last one of this link."""
         if self._fresh and self._reported is not None and state.number <= self._reported.number:
             return False
         before = self.view(online=True)
@@ -96,7 +96,7 @@ class OpenHold:
     # -- what people are told --------------------------------------------------------------------------------
 
     def view(self, *, online: bool) -> HoldView | None:
-        """None where no hold is open, nobody is lost, and no lost action is under way or just done."""
+        """None if there is no open hold, no loss, and no lost action running or just done."""
         reported, as_of = self._reported, self._as_of
         if (
             reported is None
@@ -121,7 +121,7 @@ class OpenHold:
         )
 
     def last_words(self) -> str:
-        """What its agent told last, as a sentence; empty where it told of no hold and of nobody lost."""
+        """The agent's last report as a sentence; empty if it reported neither a hold nor a loss."""
         reported = self._reported
         if reported is None or self.view(online=False) is None:
             return ""

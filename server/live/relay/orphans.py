@@ -1,7 +1,7 @@
-"""Links whose control channel is gone while their datagrams still come. No I/O; takes `now`.
+"""Links without a control channel whose datagrams still arrive. No I/O; takes `now`.
 
-Such a link lives on for a while: whoever flies through it goes on, and its agent, which sees the same, is opening
-another control channel (wire.resuming). What an orphan cannot be told in the meantime is in docs/control.md.
+Such a link lives on for a while: its pilot flies on, and its agent, which notices the same, opens another control
+channel (wire.resuming). docs/control.md lists what an orphan cannot receive in the meantime.
 """
 
 from collections.abc import Callable
@@ -40,7 +40,7 @@ class Orphans:
         return len(self._links)
 
     def take(self, link: AgentLink, now: float) -> bool:
-        """Its control channel is gone. False if that is its end."""
+        """The control channel is gone. False if the link ends with it."""
         if not outlives_its_channel(link, now):
             return False
         link.forget_channel()
@@ -52,7 +52,7 @@ class Orphans:
         self._links.pop(link.link_id, None)
 
     def tick(self, now: float) -> None:
-        """Several times a second: orders that nobody has answered go out again, and what is over is ended."""
+        """Called several times a second: repeats unanswered orders and ends links whose time is over."""
         for link, until in list(self._links.values()):
             if now >= until or not outlives_its_channel(link, now):
                 self._end(link)

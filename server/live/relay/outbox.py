@@ -1,9 +1,8 @@
-"""What waits to be sent to one browser. Bounded by construction; never slows anybody else.
+"""What waits for one browser. Bounded by construction; never slows down others.
 
-State frames are conflated: of each kind of each drone only the newest is kept. Transactional frames are kept in
-order up to a bound, beyond which the oldest are dropped and the browser is told how many it lost; those of the drone
-that has most of them waiting go first, so that one that talks without end costs the others nothing. Sans-I/O:
-`now` in, bytes out.
+State frames are conflated: only the newest of each kind and drone is kept. Transactional frames keep their order up to
+a bound. Beyond it the oldest are dropped, those of the drone with the most waiting first, and the browser learns how
+many it lost. Sans-I/O: `now` in, bytes out.
 """
 
 from collections import Counter, deque
@@ -22,8 +21,8 @@ MAX_TRANSACTIONAL: Final = 4096
 """Frames. A parameter download is about 1,400 and comes at the speed of the link, so this is several at once."""
 
 MAX_STATE_KINDS: Final = 128
-"""Kinds of state per drone. Real autopilots send about 40; a sender that invents more gets no more memory: what finds
-no place counts as lost, and the browser is told."""
+"""Kinds of state per drone. Real autopilots send about 40. Further kinds are dropped, counted as lost, and reported to
+the browser."""
 
 
 class Outbox:
@@ -91,7 +90,7 @@ class Outbox:
             self._lose_one(drone_id)
 
     def lose(self, drone_id: DroneId, count: int) -> None:
-        """Transactional frames of this drone did not even get here: the browser is to be told."""
+        """Transactional frames of this drone were lost earlier: report that to the browser."""
         self._lost[drone_id] += count
 
     def _lose_one(self, offered: DroneId) -> None:
@@ -151,7 +150,7 @@ class Outbox:
         return lost
 
     def next_beat(self) -> float | None:
-        """When watched state will be due, or None while there is none."""
+        """When state is due next, or None while none waits."""
         return self._next_beat if self._watched else None
 
     def waiting(self) -> tuple[int, int]:

@@ -1,7 +1,7 @@
-"""What a frame may do: one table from a message to who may send it. Pure; knows no socket and no drone.
+"""What a frame may do: one table from a message to the permitted senders. Pure; knows no socket and no drone.
 
-The table is short on purpose. Reading is for whoever may watch, a few things are for nobody, and all the rest, known or
-not, is for whoever has the controls: a message that this file has never heard of flies a drone for all we know.
+The table is short on purpose. Viewers may read, a few things are forbidden to all, and everything else, known or not,
+requires the controls: a message that this file does not know might fly the drone.
 """
 
 from collections.abc import Mapping
@@ -19,7 +19,7 @@ class Permission(StrEnum):
     """Who may send a message."""
 
     WATCHER = "watcher"
-    """Read-only: whoever may watch the drone."""
+    """Read-only: all who may watch the drone."""
     HOLDER = "holder"
     """Whoever has the controls, or the turn of an assistant."""
     NOBODY = "nobody"
@@ -97,7 +97,7 @@ _STICK_IDS: Final = (_M.MAVLINK_MSG_ID_MANUAL_CONTROL, _M.MAVLINK_MSG_ID_RC_CHAN
 
 @dataclass(frozen=True)
 class CommandSeen:
-    """The head of a COMMAND_LONG or COMMAND_INT. `repeat`: it says itself that it was sent before."""
+    """The head of a COMMAND_LONG or COMMAND_INT. `repeat`: its confirmation field marks a repetition."""
 
     command: int
     param1: float
@@ -118,7 +118,7 @@ class Authorization:
     airborne: bool | None
     """None: not known, so it may be."""
     loss_check_open: bool
-    """A loss would be dangerous as the drone is set up, and the sender has not said that they know."""
+    """A loss would be dangerous with this drone's setup, and the sender has not acknowledged that."""
     may_read: bool = True
     """False for observers: they ask the drone for nothing."""
 
@@ -194,7 +194,7 @@ def spins_motors(command: CommandSeen) -> bool:
 
 
 def refusal_of(frame: bytes, command: CommandSeen | None, standing: Authorization) -> DropReason | None:
-    """Why a frame may not pass, or None. What has to be asked twice is not decided here (`AskTwice`)."""
+    """Why a frame may not pass, or None. `AskTwice` decides about requests that need confirmation."""
     leave = permission_for(frame, command)
     if leave is Permission.NOBODY:
         return DropReason.NOT_ALLOWED
@@ -208,7 +208,7 @@ def refusal_of(frame: bytes, command: CommandSeen | None, standing: Authorizatio
 
 
 class AskTwice:
-    """Remembers the first time that something was asked which must be asked twice. One for each browser."""
+    """Remembers the first request of a command that needs a second one. One for each browser."""
 
     def __init__(self) -> None:
         self._first: tuple[int, int, float] | None = None

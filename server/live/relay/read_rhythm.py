@@ -1,16 +1,14 @@
-"""When the data channel's socket is read: at once, or in rounds with a rest before each. Sans-I/O.
+"""When to read the data channel's socket: at once, or in rounds with a rest before each. Sans-I/O.
 
-The deadline of batching on this side is MAX_REST_S: no datagram waits longer for being read together with others.
-Drones that somebody flies or looks at closely have sockets of their own, which never rest
-(`server.api.relay.connected_sockets`); where the system has none for one of them, rests are HURRIED_REST_S at most.
-Downwards nothing waits.
+No datagram waits longer than MAX_REST_S, the deadline of batching on this side. Drones that are flown or in focus have
+sockets of their own, which never rest (`server.api.relay.connected_sockets`); where the system has none for one of
+them, rests last HURRIED_REST_S at most. Downwards nothing waits.
 
-A rest pays where company is to be expected. A datagram that comes alone after silence is read at once, and so is each
-one of a single agent that sends every 10 ms: resting would delay them all and bring no two together. Where company is
-expected, the first one to come begins a rest, and all that came until its end are read together: two wake-ups of the
-process, so that it pays from three datagrams on, and a pair now and then is no company. Where there is so much
-that each rest brings several, the next rest begins at once: nothing has to wake the process to begin it. And where so
-much comes that many would wait, rests get shorter: less memory of the kernel, less delay, and nothing more to be saved.
+A rest pays when more datagrams are about to arrive. A datagram that arrives alone after silence is read at once, and so
+is each one of a single agent that sends every 10 ms: resting would delay them without combining any. When more are
+expected, the first one begins a rest, and all that arrive before its end are read together. That takes two wake-ups, so
+it pays from three datagrams on. Under heavy load the next rest begins at once and needs no wake-up. Under very heavy
+load rests get shorter, which saves kernel memory and delay.
 """
 
 from typing import Final
@@ -19,13 +17,13 @@ MAX_REST_S: Final = 0.020
 """For eyes on a map, which is drawn ten times a second. A wake-up of the process costs as much as ten datagrams."""
 
 HURRIED_REST_S: Final = 0.001
-"""While somebody waits for what comes by this socket."""
+"""Longest rest while somebody waits for datagrams of this socket."""
 
 COMPANY_WITHIN_S: Final = 0.005
 """Datagrams that come so close to each other are company: a single agent sends every 10 ms at most."""
 
 CLOSE_ENOUGH: Final = 2
-"""After so many in a row that came so close to the one before, company is expected."""
+"""After this many close arrivals in a row, more are expected."""
 
 MIN_REST_S: Final = 0.001
 
@@ -43,11 +41,11 @@ PATIENCE: Final = 8
 
 
 class ReadRhythm:
-    """Tell it what came; it says how long to rest, or None: do not."""
+    """Takes what arrived and returns how long to rest; None: do not rest."""
 
     def __init__(self) -> None:
         self.hurries = False
-        """Whether somebody waits for what comes by this socket: keep it current."""
+        """Whether somebody waits for datagrams of this socket. Keep it current."""
         self._patience = 0
         self._rest_s = MAX_REST_S
         self._last_alone_at = float("-inf")

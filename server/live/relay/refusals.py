@@ -16,7 +16,7 @@ from wire.ids import DroneId
 PERIOD_S: Final = 1.0
 
 MAX_OPEN: Final = 64
-"""Different refusals told apart at one time; a browser that invents drone ids gets one sum for the rest."""
+"""Different refusals kept at one time. A browser that invents drone ids gets one sum for the rest."""
 
 _TEXTS: Final[dict[DropReason, Callable[[str], str]]] = {
     DropReason.MALFORMED: lambda _: "A message from this browser was malformed. Nothing was sent.",

@@ -1,6 +1,6 @@
-"""What the hub watches with the clock: holders gone, round trips too long, turns and offers over.
+"""Timers of the hub: missing holders, long round trips, turns, offers. Called several times a second with `now`.
 
-Called several times a second with `now`. It decides nothing about the lease: it tells what it noticed (hub_events).
+It decides nothing about the lease: it reports events (hub_events).
 """
 
 from typing import Final
@@ -15,7 +15,7 @@ from wire.ids import UserId
 OFFER_LAPSES_AFTER_S: Final = 60.0
 
 CLOSE_FOR_S: Final = 60.0
-"""For so long after somebody had the controls the tower goes on to ping by itself: longer than any hold lasts."""
+"""The tower keeps pinging this long after the last lease: longer than any hold lasts."""
 
 
 class SafetyWatch:
@@ -62,7 +62,7 @@ class SafetyWatch:
                     browser.notify(live.Ping(sequence))
 
     def note_presence(self, drone: LiveDrone, now: float) -> None:
-        """Looks whether the holder is there, and tells the agent when that has changed."""
+        """Checks whether the holder is present, and tells the agent about a change."""
         watch = drone.holder_watch
         if not watch.kept(drone.holder_id, now):
             watch.kept_by = None
@@ -76,12 +76,12 @@ class SafetyWatch:
             self._state.send_holder_to_agent(drone)
 
     def keep(self, drone: LiveDrone, user_id: UserId, now: float) -> None:
-        """A program of the holder says that it is there."""
+        """A program of the holder sends a keep-alive."""
         drone.holder_watch.keep(user_id, now)
         self.note_presence(drone, now)
 
     def note_presence_of(self, user_id: UserId, now: float) -> None:
-        """A browser of this user came or went: the agents of what they hold are told at once."""
+        """A browser of this user connected or left: notifies the agents of held drones at once."""
         for drone in self._state.drones.values():
             if drone.holder_id == user_id:
                 self.note_presence(drone, now)

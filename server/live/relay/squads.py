@@ -1,4 +1,4 @@
-"""What one user sees of the fleet: their squad, and each drone in it as they are told of it. Reads only."""
+"""One user's view of the fleet: the squad, and each drone in it. Reads only."""
 
 from server.domain.people import Role
 from server.domain.relations import Right
@@ -9,7 +9,7 @@ from wire.ids import DroneId, UserId
 
 
 class Squads:
-    """One for the hub. Asked when somebody comes or a request does, never for a frame."""
+    """One for the hub. Used when a connection opens or a request arrives, never for a frame."""
 
     def __init__(self, state: LiveState) -> None:
         self._state = state
@@ -24,10 +24,10 @@ class Squads:
         return [drone for _, drone in sorted(self._state.drones.items()) if drone.may(user_id, role, Right.SEE)]
 
     def view(self, drone_id: DroneId, user_id: UserId, role: Role) -> DroneView | None:
-        """`drone`, as this user is told of it."""
+        """This user's view of `drone`."""
         drone = self.drone(drone_id, user_id, role)
         return drone.view_for(user_id, role) if drone else None
 
     def views(self, user_id: UserId, role: Role) -> list[DroneView]:
-        """`drones`, as this user is told of them."""
+        """This user's view of `drones`."""
         return [drone.view_for(user_id, role) for drone in self.drones(user_id, role)]

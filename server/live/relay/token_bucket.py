@@ -1,4 +1,4 @@
-"""A bucket of tokens: so many a second, and so many saved up at most. Takes `now`, does no I/O."""
+"""A token bucket: a rate and a burst. Takes `now`; no I/O."""
 
 
 class TokenBucket:
@@ -13,7 +13,7 @@ class TokenBucket:
         self._at = now
 
     def take(self, count: float, now: float, *, leave: float = 0.0) -> bool:
-        """Takes `count` tokens if so many are there, and `leave` besides. All or none."""
+        """Takes `count` tokens if that leaves at least `leave`. All or none."""
         level = self._level + (now - self._at) * self._rate_per_s
         if level > self._burst:
             level = self._burst
@@ -29,7 +29,7 @@ class TokenBucket:
         self._level = min(self._level + count, self._burst)
 
     def wait_s(self, count: float) -> float:
-        """After a `take` that failed: how long until so many are there, `count` at most the burst."""
+        """After a failed `take`: seconds until `count` tokens are available; `count` at most the burst."""
         return max(0.0, count - self._level) / self._rate_per_s
 
     def is_full(self, now: float) -> bool:

@@ -1,6 +1,6 @@
-"""What the relay counts. Plain integers and preallocated buckets: adding one costs a frame next to nothing.
+"""Counters of the relay: plain integers and preallocated buckets, which cost a frame next to nothing.
 
-Nothing here knows how it is told to anybody (server.metrics reads it when it is asked).
+Nothing here knows how the figures are published (server.metrics reads them on request).
 """
 
 from bisect import bisect_left
@@ -18,7 +18,7 @@ class Histogram:
 
     def __init__(self) -> None:
         self.counts = [0] * (len(LATENCY_BOUNDS_S) + 1)
-        """Of each bucket alone, not added up."""
+        """Counts of each bucket alone, not cumulative."""
         self.total_s = 0.0
 
     def observe(self, seconds: float, times: int = 1) -> None:
@@ -62,9 +62,9 @@ class Traffic:
         self.datagrams_to_agents = self.bytes_to_agents = self.frames_to_agents = 0
         self.messages_from_browsers = self.bytes_from_browsers = self.frames_from_browsers = 0
         self.messages_to_browsers = self.bytes_to_browsers = self.frames_to_browsers = 0
-        """Of frames each time one browser is sent it."""
+        """Frames, counted for each browser that gets them."""
         self.frames_lost = 0
-        """Transactional frames that a browser was told it lost."""
+        """Transactional frames reported to browsers as lost."""
         self.holds_ordered = 0
         self.links_orphaned = self.links_resumed = 0
         """Control channels that were lost while the data channel went on; and that had a successor."""
@@ -73,7 +73,7 @@ class Traffic:
         self.refusals: Counter[str] = Counter()
         self.browser_closes: Counter[int] = Counter()
         self.separation: Counter[str] = Counter()
-        """Alerts about drones near each other, by level, each time that people were told another one."""
+        """Separation alerts by level, counted each time that people are notified of another one."""
         self.up = Histogram()
         """From the socket that agents write to, to the socket of a browser: the frame that waited longest in a message
         that was due at once. State that waits for its beat is not in it."""

@@ -32,9 +32,9 @@ class Viewport:
 
 
 def place_in(frame: bytes) -> tuple[float, float] | None:
-    """(latitude, longitude) in degrees of a whole GLOBAL_POSITION_INT; None while the autopilot does not know it.
+    """(latitude, longitude) in degrees from a whole GLOBAL_POSITION_INT; None while the autopilot has no position.
 
-    An autopilot without a fix says exactly 0, 0.
+    An autopilot without a fix reports exactly 0, 0.
     """
     _, lat_e7, lon_e7 = _PLACE.unpack_from(payload(frame).ljust(_PLACE.size, b"\0"))
     return None if lat_e7 == 0 and lon_e7 == 0 else (lat_e7 / 1e7, lon_e7 / 1e7)
