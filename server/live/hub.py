@@ -1,15 +1,16 @@
 """The hub: the one owner of live state. Links, drones, leases and browsers meet here and nowhere else.
 
-Its laws:
-- Every method is a plain `def`: nothing can happen between reading and writing, so there are no locks.
-- It knows no database. What it believes of users, drones and leases is handed to it, newest wins.
-- It never waits for anybody: what a browser or an agent cannot take at once waits in a bounded place of its own.
-- A frame goes to those who may see its drone, and from whoever has the controls to the drone. Anything else is dropped,
-  counted and answered.
-- What it notices and cannot decide, it reports (`state.on_event`), and goes on.
+Rules:
 
-Its parts are public: whoever needs one calls it there. The hub itself has what touches several of them. A method that
-only passes its arguments on to one part has no place here.
+- Every method is a plain `def`: nothing happens between a read and a write, so there are no locks.
+- It knows no database. Users, drones and leases are handed to it; the newest wins.
+- It never waits: what a browser or an agent cannot take at once waits in a bounded queue.
+- A frame goes from a drone to those who may see it, and from the pilot to the drone. Everything else is dropped,
+  counted and answered.
+- What it notices and cannot decide, it reports (`state.on_event`).
+
+Its parts are public: callers use them directly. The hub itself has only what touches several parts. Do not add methods
+that only forward to one part.
 """
 
 from collections.abc import Iterable, Mapping
@@ -94,7 +95,7 @@ class Hub:
         self.reports = AgentReports(state, self.operations, self.video)
         """What agents report. For the control channel."""
         self.safety = SafetyWatch(state)
-        """Who is there. A program that keeps the controls says so here."""
+        """Presence of people. A program that keeps the controls reports here."""
         self.holds = HoldOrders(state, number_after=int(clock().timestamp()))
         """Orders to hold and to stay. For the services of the controls."""
         self.links = LinkChanges(state, order_hold=self.holds.order)
@@ -103,7 +104,7 @@ class Hub:
         """Fence, settings, rehearsals of one drone. For the services of the controls."""
         self._leases = LeaseChanges(state, note_presence=self.safety.note_presence)
         self.fleet = FleetChanges(state, lease_learnt=self._leases.learnt)
-        """Which snapshot was taken over last, and what it says of accounts. To ask only."""
+        """The last applied snapshot and its accounts. Read only."""
         self.audience = Audience(state, note_presence_of=self.safety.note_presence_of, close=self.fleet.close_browser)
         """What a browser wants to see. For the live channel."""
         self.observed = ObservedCommands(clock)
@@ -162,7 +163,7 @@ class Hub:
         self.separation.send_all(browser)
 
     def detach_browser(self, browser: Browser, now: float) -> None:
-        """The browser is gone. Harmless if it was gone already."""
+        """Removes a browser. Idempotent."""
         self.audience.leave(browser, now)
         self.follows.browser_gone(browser.number)
 
@@ -206,7 +207,7 @@ class Hub:
         self.video.end_user(user_id, why)
 
     def close_all(self) -> None:
-        """The tower is going down: everybody is told, so that they come back instead of wondering."""
+        """The tower stops: notifies everybody, so that clients reconnect."""
         for browser in self.state.browsers.values():
             browser.close(GOING_DOWN, "the tower is shutting down")
         for link in self.state.links.values():
@@ -226,7 +227,7 @@ class Hub:
         self.video.link_changed(link.drone_id, now)
 
     def detach_link(self, link: AgentLink) -> None:
-        """The link is gone. Harmless if it was gone already or has been replaced."""
+        """Removes a link. Idempotent, also for a replaced link."""
         self.links.detach(link)
         self.video.link_changed(link.drone_id)
 

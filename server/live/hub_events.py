@@ -1,4 +1,4 @@
-"""What the hub notices and somebody else has to act on, past tense. The hub tells, and never waits."""
+"""Events that the hub notices and others handle, in the past tense. The hub never waits for them."""
 
 from dataclasses import dataclass
 from typing import Final, Literal
@@ -87,7 +87,7 @@ class LossParametersReported:
 
 @dataclass(frozen=True)
 class ControlsMoved:
-    """Another process has changed the lease: the database told of it, not this tower's service."""
+    """Another process changed the lease: seen in the database, not reported by this tower's service."""
 
     drone_id: DroneId
 

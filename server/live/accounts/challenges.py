@@ -1,7 +1,7 @@
-"""The challenges that passkeys answer: random, single use, for five minutes, for the browser that asked. A core.
+"""Challenges for passkeys: random, single use, valid for five minutes and for one browser. A core.
 
-Kept in memory: a challenge that a restart forgets is asked for again. Bounded in number, and in how fast one network
-may ask; nothing here is slow, so that passkeys stay a way in while passwords are being guessed.
+Kept in memory: after a restart the browser requests another one. Bounded in number, and in rate per network. Nothing
+here is slow, so that passkeys stay a way in while passwords are being guessed.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Purpose(StrEnum):
 
 
 class ChallengeOver(Refusal):
-    """Never given, answered before, too old, or given to another browser: on purpose not said which."""
+    """Unknown, used, too old, or issued to another browser. The message does not say which, on purpose."""
 
     def __init__(self) -> None:
         super().__init__("this took too long or was already answered: try again")
@@ -78,7 +78,7 @@ class Challenges:
         return challenge
 
     def take(self, challenge: bytes, *, purpose: Purpose, asker: str, now_s: float) -> None:
-        """Uses it up, whoever shows it. Raises ChallengeOver where it is not good for this."""
+        """Consumes the challenge, whoever presents it. Raises ChallengeOver if it is not valid for this."""
         given = self._given.pop(challenge, None)
         if given is None or now_s >= given.until_s or (given.purpose, given.asker) != (purpose, asker):
             raise ChallengeOver

@@ -1,6 +1,6 @@
-"""Where passkeys are good: the name and the origin that browsers bind them to. A core: it is told all it needs.
+"""The name and origin to which browsers bind passkeys. A core.
 
-Browsers make passkeys for names only (never for an IP address), over TLS or on the same machine.
+Browsers create passkeys for names only (never for an IP address), over TLS or on the same machine.
 """
 
 from __future__ import annotations
@@ -17,22 +17,23 @@ _LOCALHOST: Final = "localhost"
 
 
 class PasskeysUnavailable(Refusal):
-    """Passkeys cannot work at the address of this tower. The message says what to set."""
+    """Passkeys cannot work at this tower's address. The message says what to set."""
 
 
 @dataclass(frozen=True)
 class RelyingParty:
-    """`id`: the name (tower.example.org). `origin`: what a browser must say that it was at."""
+    """`id`: the name (tower.example.org). `origin`: what a browser must report."""
 
     id: str
     origin: str
 
 
 def relying_party(*, public_url: str, host: str, port: int) -> RelyingParty:
-    """Of the tower at `public_url`; where none is set, of this machine, if `host` (a Host header) says that the
-    browser is at localhost. `port`: where the tower listens. Raises PasskeysUnavailable.
+    """The relying party of the tower at `public_url`. Without one, this machine, if `host` (a Host header) says
+    localhost.
 
-    The Host header comes from outside: it opens nothing but localhost, at the port that is really ours.
+    `port`: where the tower listens. Raises PasskeysUnavailable. The Host header is not trusted: it allows only
+    localhost, at the tower's own port.
     """
     if not public_url:
         if host.rpartition("@")[2].partition(":")[0].lower() != _LOCALHOST:

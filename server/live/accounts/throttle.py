@@ -1,12 +1,12 @@
-"""How fast somebody may try passwords: a few at once, then with waits that double. A core: `now` is passed in.
+"""Limits how fast passwords can be tried: a few at once, then delays that double. A core: takes `now`.
 
-An address is an IPv4 address or an IPv6 /64 (server.live.anonymous.networks). Four counts for each try:
+An address is an IPv4 address or an IPv6 /64 (server.live.anonymous.networks). Each try counts four times:
 
-- of the name from this address: whoever mistypes;
-- of the address whatever the name: whoever tries one password on many names;
-- of the name from all addresses that its owner has never signed in from: whoever has many addresses. The owner is not
-  locked out by it: they go on from the addresses that they are known at, and with a passkey;
-- of the network around the address: it refuses nobody, but whoever comes from there hashes after the others.
+- for the name at this address, against typing errors and simple guessing;
+- for the address, whatever the name, against trying one password on many names;
+- for the name at all addresses unknown to it, against guessing from many addresses. The owner is not locked out: known
+  addresses and passkeys still work;
+- for the network around the address. This count refuses nobody, but its passwords are hashed after the others.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from server.live.anonymous.networks import Origin, origin_of
 from server.live.relay.token_bucket import TokenBucket
 
 FREE_TRIES: Final = 5
-"""People mistype; nobody waits before this many failures."""
+"""Failures without a delay, because people mistype."""
 FREE_TRIES_OF_ADDRESS: Final = 50
 """A whole office may come from one address, in the morning."""
 FIRST_WAIT_S: Final = 1.0
@@ -101,7 +101,7 @@ class SignInThrottle:
         return Caller(origin, Priority.SUSPECT if suspect else Priority.FRESH)
 
     def succeeded(self, *, name: str, address: str) -> None:
-        """The name is cleared; of the address only this try: whoever has an account must not clear it for others."""
+        """Clears the name, but for the address only this try: an account must not clear the address for others."""
         origin = origin_of(address)
         self._tries.pop((name, origin.address), None)
         if not self._is_known(name, origin):

@@ -1,7 +1,7 @@
-"""Codes of an authenticator (RFC 6238) and recovery codes. A core: `now` is passed in; knows no database.
+"""Authenticator codes (RFC 6238) and recovery codes. A core: takes `now`; knows no database.
 
-A code is six digits, good for its 30 seconds and the 30 before and after, and worth one use: whoever remembers the
-newest step that was used refuses that one and all before it.
+A code has six digits. It is valid for its 30 seconds and for the 30 before and after, once: the caller stores the
+newest used step and refuses it and all before.
 """
 
 from __future__ import annotations

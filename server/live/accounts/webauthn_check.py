@@ -1,7 +1,7 @@
-"""What a browser is asked for and how its answer is checked, by py_webauthn. No database, no HTTP, no clock.
+"""Options for the browser and the check of its response, by py_webauthn. No database, no HTTP, no clock.
 
-Asked for: a credential that needs no name beside it (discoverable), user verification, and no attestation: the tower
-does not ask who made an authenticator. The counter is compared by whoever knows the last one (`passkeys.py`).
+Requires a discoverable credential (it needs no name), user verification, and no attestation: the tower does not ask who
+made an authenticator. The caller (`passkeys.py`) compares the counter.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ _TIMEOUT_MS: Final = int(LIFETIME_S * 1000)
 
 
 class PasskeyFault(Exception):
-    """The answer of an authenticator is not good. `why` is for the audit trail, not for whoever sent it."""
+    """An authenticator's response is invalid. `why` is for the audit trail, not for the client."""
 
     def __init__(self, why: str) -> None:
         super().__init__(why)
@@ -60,7 +60,7 @@ class PasskeyFault(Exception):
 
 @dataclass(frozen=True)
 class KnownCredential:
-    """One that an authenticator may be asked for, or must not make again."""
+    """A credential that an authenticator may use, or must not create again."""
 
     id: bytes
     transports: tuple[str, ...] = ()
@@ -119,7 +119,7 @@ def request_options(
 
 
 def challenge_in(client_data: str) -> bytes:
-    """The challenge that an answer says it is for; nothing of it is checked yet. Raises PasskeyFault."""
+    """The challenge that a response claims to answer, unverified. Raises PasskeyFault."""
     try:
         document = json.loads(base64url_to_bytes(client_data))
         text, crossing = document["challenge"], document.get("crossOrigin")

@@ -52,7 +52,7 @@ class AnonymousBudget:
         self._proxies = [ipaddress.ip_network(one.strip()) for one in trusted_proxies.split(",") if one.strip()]
 
     def is_proxy(self, address: str) -> bool:
-        """Whether a connection from there may say for whom it speaks."""
+        """Whether connections from there may name their client."""
         try:
             ip = ipaddress.ip_address(address)
         except ValueError:
@@ -67,7 +67,7 @@ class AnonymousBudget:
         return False
 
     def standing(self, origin: Origin) -> Priority:
-        """Of a request from there."""
+        """Priority of a request from there."""
         return Priority.KNOWN if self.known.knows(origin) else Priority.FRESH
 
     def begin_handshake(self, origin: Origin, *, is_known: bool) -> bool:
@@ -115,5 +115,5 @@ class AnonymousVisit:
 
 
 def origin_of_guest(address: str, port: int, *, is_proxy: bool) -> Origin:
-    """A proxy's connections take turns with each other: nobody knows yet for whom each of them speaks."""
+    """A proxy's connections take turns with each other: their clients are not known yet."""
     return Origin(f"{address}:{port}", f"{address}:{port}") if is_proxy else origin_of(address)

@@ -26,7 +26,7 @@ class AnonymousConnection:
 
 
 class ConnectionBudget:
-    """`come` for each connection that is accepted, `gone` at its end, `admit` when it has signed in."""
+    """Call `come` for each accepted connection, `gone` at its end, `admit` after its sign-in."""
 
     def __init__(self, limits: AnonymousLimits, known: KnownAddresses) -> None:
         self._limits = limits

@@ -26,7 +26,7 @@ class Priority(IntEnum):
     FRESH = 1
     """Nothing is known of them."""
     SUSPECT = 2
-    """From a network in which somebody has guessed wrongly."""
+    """From a network with wrong guesses."""
 
 
 @dataclass(eq=False, slots=True)
@@ -46,15 +46,15 @@ class Bounds:
     per_network: int
     total: int
     known_factor: int = 1
-    """A known address may have so many times as many places."""
+    """Multiplies the places of a known address."""
 
 
 class FairLine(Generic[T]):
-    """`join`, then `call` for whoever is next. `leave` takes somebody out who waits no longer."""
+    """`join`, then `call` for the next one. `leave` removes one that no longer waits."""
 
     def __init__(self, bounds: Bounds, *, newest_first: Priority | None = None) -> None:
-        """`newest_first`: of this standing, whoever came last is next. Where more come than can be served, some wait in
-        vain whatever the order is; this way it is not all of them."""
+        """`newest_first`: within this priority the newest is next. If more arrive than can be served, some wait in vain
+        in any order; this way not all of them do."""
         self._newest_first = newest_first
         self._bounds = bounds
         self._heap: list[tuple[int, int, int, Ticket[T]]] = []
@@ -91,7 +91,7 @@ class FairLine(Generic[T]):
         return ticket, pushed_out
 
     def call(self, worst: Priority = Priority.SUSPECT) -> Ticket[T] | None:
-        """Whoever is next and stands no worse than that; they are out of the line then."""
+        """Removes and returns the next ones of at least this priority."""
         while self._heap and not self._heap[0][3].waiting:
             heapq.heappop(self._heap)
         if not self._heap or self._heap[0][3].standing > worst:

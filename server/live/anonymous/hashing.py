@@ -1,8 +1,8 @@
-"""Who hashes a password next: threads are few and each hash takes tens of megabytes. Pure.
+"""Order of password hashes: threads are few, and each hash takes tens of megabytes. Pure.
 
-Known addresses go first and have threads kept for them. Then come strangers in whose network nobody has guessed
-wrongly, the newest first: a network has two such tries, and a flood of them that came before does not hold up whoever
-comes now. Then all others, in turns by network.
+Known addresses go first and have reserved threads. Next come strangers whose network has no wrong guesses, newest
+first: a network has two such tries, and an earlier flood of them does not delay a newcomer. Then all others, in turns
+by network.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Caller:
 
 @dataclass(frozen=True)
 class Place(Generic[T]):
-    """`ticket` None: no place in the line. `pushed_out` must be told that it waits in vain."""
+    """`ticket` None: no place in the queue. Notify `pushed_out` that it waits in vain."""
 
     ticket: Ticket[T] | None
     pushed_out: Ticket[T] | None

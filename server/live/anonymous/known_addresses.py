@@ -1,7 +1,7 @@
-"""Addresses from which somebody has signed in: they keep a way in when strangers fill the others. Pure.
+"""Addresses with an earlier sign-in. They keep access when strangers use up the other places. Pure.
 
-Only keyed digests are kept, under a key that the process makes and never writes: the memory of a tower tells nobody who
-was where. After a restart the list is filled from the sessions that still stand.
+Holds only digests, keyed with a key that the process creates and never writes: the tower's memory reveals no one's
+addresses. After a restart the list is filled from the valid sessions.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from server.live.anonymous.networks import Origin
 
 
 class KnownAddresses:
-    """Of all people, and of each name by itself. The one not seen for longest goes first."""
+    """In total, and per name. The least recently seen address is dropped first."""
 
     def __init__(self, key: bytes, max_known: int) -> None:
         self._key = key
@@ -24,7 +24,7 @@ class KnownAddresses:
         return len(self._known)
 
     def remember(self, origin: Origin, name: str = "") -> None:
-        """Somebody has signed in from there. `name`: as the key of a user's name; empty: whoever it was."""
+        """A sign-in from this address. `name`: the user's name as key; empty: any user."""
         for one in {name, ""}:
             digest = self._digest(origin, one)
             self._known[digest] = None
@@ -33,7 +33,7 @@ class KnownAddresses:
             self._known.popitem(last=False)
 
     def knows(self, origin: Origin, name: str = "") -> bool:
-        """Whether this name, or with none anybody, has signed in from there."""
+        """Whether this name (or, without one, any user) has signed in from there."""
         return self._digest(origin, name) in self._known
 
     def _digest(self, origin: Origin, name: str) -> bytes:

@@ -1,7 +1,7 @@
-"""The one table of what a peer may use before it has signed in. docs/anonymous-budget.md repeats it; a test compares.
+"""The one table of limits before sign-in. docs/anonymous-budget.md repeats it; a test compares.
 
-A peer is counted by its address (IPv4) or its /64 (IPv6, where a single host has 2**64 addresses): "address" below. The
-"network" around it is its /24 or its /48. "Known" is an address from which somebody has signed in before.
+A client is counted by its IPv4 address or its IPv6 /64, because one host has the whole /64: "address" below. The
+"network" around it is the /24 or the /48. "Known" is an address with an earlier sign-in.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ class AnonymousLimits:
     head_within_s: float = 10.0
     """A browser opens connections ahead of time; one that is closed is opened again when it is needed."""
     max_sign_in_body_bytes: int = 16 * 1024
-    """`POST /session`, `/session/passkey` and `/enrol`: the only bodies that are read of somebody unknown."""
+    """`POST /session`, `/session/passkey` and `/enrol`: the only bodies read from strangers."""
     sign_in_body_within_s: float = 10.0
     max_body_bytes: int = 64 * 1024
     """No other request of the API comes near; whatever does is a mistake or an attack."""
@@ -28,8 +28,8 @@ class AnonymousLimits:
     """Mission, fence and rally points of 724 items each, or 4096 parameters, with room to be written widely. Such a
     body is read only when it is known who sends it."""
     body_within_s: float = 30.0
-    """In which a body must be whole. Half a megabyte needs 4 s at 1 Mbit/s; whoever sends byte by byte would keep
-    memory and a connection for ever."""
+    """Time to complete a body. Half a megabyte needs 4 s at 1 Mbit/s. Without a limit, a client that sends byte by byte
+    would keep memory and a connection for ever."""
     body_spread_s: float = 2.0
     """Added to either, by chance: 200 bodies that were given up together delayed a frame by 25 ms."""
 
@@ -38,24 +38,24 @@ class AnonymousLimits:
     """A browser opens six; a few dozen may be behind one address."""
     max_connections_per_network: int = 200
     max_connections: int = 600
-    """Of addresses that are not known. When there are so many, the network that has most loses its oldest one."""
+    """For unknown addresses. Beyond it, the network with the most connections loses its oldest one."""
     known_address_factor: int = 4
-    """A known address may have so many times what another one may."""
+    """Multiplies the limits of a known address."""
     accept_slice_s: float = 0.002
     accept_rest_s: float = 0.006
-    """Accepting takes the event loop for at most so long at a time, then rests."""
+    """Longest time of the event loop that accepting takes before it pauses."""
 
     # -- bytes and requests, in fair turns between networks
     read_slice_s: float = 0.002
     read_rest_s: float = 0.008
     max_unread_bytes: int = 2 * 1024 * 1024
-    """Of all anonymous connections that wait for their turn to be parsed."""
+    """For all anonymous connections that wait to be parsed."""
     requests_per_s: float = 100.0
     requests_burst: float = 4.0
     """Requests that begin, of all addresses that are not known together. The rest waits."""
     known_requests_per_s: float = 200.0
     known_requests_burst: float = 10.0
-    """Of one known address. What is beyond waits with the others."""
+    """For one known address. The rest waits with the others."""
     max_waiting_requests_per_address: int = 64
     max_waiting_requests_per_network: int = 128
     max_waiting_requests: int = 512
@@ -66,7 +66,7 @@ class AnonymousLimits:
 
     # -- hashing of passwords
     known_hash_slots: int = 1
-    """Of TOWER_ARGON2_CONCURRENCY threads; with one thread the known go first."""
+    """Of TOWER_ARGON2_CONCURRENCY threads. With one thread, known addresses go first."""
     max_waiting_hashes_per_address: int = 4
     max_waiting_hashes_per_network: int = 8
     max_waiting_hashes: int = 64

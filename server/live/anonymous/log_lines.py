@@ -6,7 +6,7 @@ from server.live.relay.token_bucket import TokenBucket
 
 
 class LogBudget:
-    """For all kinds of such lines together: what they say is that somebody tries, not who else does."""
+    """One limit for all such lines: each one says that somebody tries, and more of them say no more."""
 
     def __init__(self, per_s: float, burst: float, now: float) -> None:
         self._bucket = TokenBucket(per_s, burst, now)

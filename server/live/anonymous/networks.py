@@ -9,10 +9,10 @@ from functools import lru_cache
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """Where a peer comes from. Of what is no IP address, both are the text itself."""
+    """The origin of a client. Text that is not an IP address stands for itself."""
 
     address: str
-    """The IPv4 address, or the /64 of an IPv6 one: whoever has one address of it has all."""
+    """The IPv4 address, or the /64 of an IPv6 address, because its owner has all of it."""
     network: str
     """The /24 or /48 around it."""
 

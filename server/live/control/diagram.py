@@ -38,7 +38,7 @@ _ORDERS: Final = {
 
 
 def transitions() -> Iterator[tuple[Phase, Event, Phase, tuple[Order, ...]]]:
-    """Every change that the table allows anybody."""
+    """All transitions of the table."""
     for lease, event, actor in product(_LEASES, Event, _ACTORS):
         outcome = decide(lease, event, actor)
         if isinstance(outcome, Changed):

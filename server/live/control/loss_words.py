@@ -1,7 +1,7 @@
-"""What would happen if the operator, the tower or the radio were lost, in plain words. Pure.
+"""What happens if operator, tower or radio are lost, in plain words. Pure.
 
-Facts about the autopilots are in `loss_words_ardupilot.py` and `loss_words_px4.py`; here is what our own side does, and
-what is said of every autopilot alike.
+Facts about the autopilots are in `loss_words_ardupilot.py` and `loss_words_px4.py`. This file has what the agent does,
+and what is the same for all autopilots.
 """
 
 import hashlib
@@ -26,7 +26,7 @@ _THEN = {
 
 
 def loss_sentences(parameters: LossParameters | None, settings: DroneSettings) -> list[Sentence]:
-    """In the order operator, tower, radio. `parameters` is None while the agent has told nothing."""
+    """In the order operator, tower, radio. `parameters`: None until the agent has reported them."""
     found = [*_of_ours(settings)]
     if parameters is None:
         found.append(
@@ -74,12 +74,12 @@ def _of_ours(settings: DroneSettings) -> Iterable[Sentence]:
 
 
 def is_dangerous(sentences: Iterable[Sentence]) -> bool:
-    """Whether a loss would drop or lose the drone: then the holder must say that they know, before arming."""
+    """Whether a loss would drop or lose the drone: the holder must then acknowledge it before arming."""
     return any(sentence.severity == "danger" for sentence in sentences)
 
 
 def findings_hash(sentences: Iterable[Sentence]) -> str:
-    """Of what is dangerous. An acknowledgement holds for exactly these sentences; a new danger is asked for again."""
+    """Identifies the dangers. An acknowledgement is valid for exactly these sentences; a new danger needs a new one."""
     dangers = sorted(f"{one.about}: {one.text}" for one in sentences if one.severity == "danger")
     return hashlib.sha256("\n".join(dangers).encode()).hexdigest()
 

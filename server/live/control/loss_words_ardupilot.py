@@ -1,6 +1,6 @@
-"""What ArduCopter does by itself on a loss, read from its parameters. Pure; the facts are in its documentation.
+"""What ArduCopter does on a loss, from its parameters. Pure; facts from its documentation.
 
-A parameter that was not read is taken at ArduPilot's default only where that is the worse case to be told of.
+For a missing parameter it assumes ArduPilot's default only if that is the worse case.
 """
 
 from collections.abc import Iterable

@@ -1,4 +1,4 @@
-"""What PX4 does by itself on a loss, read from its parameters. Pure; the facts are in its documentation."""
+"""What PX4 does on a loss, from its parameters. Pure; facts from its documentation."""
 
 from collections.abc import Iterable
 from typing import Final

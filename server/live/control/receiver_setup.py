@@ -23,7 +23,7 @@ JOYSTICK: Final = 1.0
 
 @dataclass(frozen=True)
 class SetupRow:
-    """One parameter. `now` None: not read; then `wanted` is what it needs at least."""
+    """One parameter. `now` None: not read; `wanted` is then the minimum."""
 
     name: str
     now: float | None
@@ -37,7 +37,7 @@ class SetupRow:
 
 @dataclass(frozen=True)
 class ReceiverSetup:
-    """Of one drone. `autopilot`: `ardupilot`, `px4`, or empty for another."""
+    """The setup of one drone. `autopilot`: `ardupilot`, `px4`, or empty for another."""
 
     autopilot: str
     has_radio: bool | None
@@ -78,7 +78,7 @@ class ReceiverSetup:
 class _Wanted:
     name: str
     value: Callable[[float], float]
-    """Of what it is now."""
+    """For the present value."""
     why: str
 
 
@@ -112,7 +112,7 @@ _BY_AUTOPILOT: Final = {"ardupilot": _ARDUPILOT, "px4": _PX4}
 
 
 def receiver_setup(parameters: LossParameters | None) -> ReceiverSetup:
-    """`parameters` is None while the agent has told nothing."""
+    """`parameters`: None until the agent has reported them."""
     if parameters is None:
         return ReceiverSetup("", None, ())
     rows = tuple(_row(one, parameters.values.get(one.name)) for one in _BY_AUTOPILOT.get(parameters.autopilot, ()))

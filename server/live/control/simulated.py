@@ -1,4 +1,4 @@
-"""Whether an autopilot is a simulated one. Pure; told by its parameters."""
+"""Whether an autopilot is simulated, by its parameters. Pure."""
 
 from wire.control_messages import LossParameters
 

@@ -1,4 +1,4 @@
-"""What accounts and fleet ask of whoever owns the live state (the hub). An interface only."""
+"""The interface of the live state (the hub) for accounts and fleet."""
 
 from __future__ import annotations
 

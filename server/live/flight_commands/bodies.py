@@ -1,4 +1,4 @@
-"""The commands that can be asked for, as bodies of requests. Degrees, metres above home, metres a second."""
+"""The commands of the API, as request bodies. Degrees, metres above home, metres a second."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""The command to follow the person who flies the drone: whether it may be, and the order for it. Nothing is sent here.
+"""The command to follow the pilot: whether it is allowed, and its order. Sends nothing.
 
-The drone stays on the side of the person on which it is, so far away as was asked for, and as high as it is: so its way
-never leads over the person, neither at the beginning nor when they turn round.
+The drone stays on its side of the person, at the requested distance and at its present height: its path never leads
+over the person, neither at the start nor when they turn round.
 """
 
 from __future__ import annotations

@@ -94,7 +94,7 @@ def _refuse(hub: Hub, drone: LiveDrone, leader: LiveDrone, work: FollowWork, now
 
 
 def refuse_busy(hub: Hub, drone: LiveDrone) -> None:
-    """Raises DroneBusy, CannotFollow: what keeps it from following anybody."""
+    """Raises DroneBusy or CannotFollow if the drone cannot follow."""
     name = drone.record.name
     own = hub.follows.leader_of(drone.drone_id)
     if own is not None:

@@ -1,6 +1,6 @@
-"""What a request becomes: a pilot's command, and of that the order for its vehicle. Pure.
+"""Turns a request into a pilot's command and its order for the vehicle. Pure.
 
-How each autopilot is told is in its profile (`wire.autopilots`).
+The profile of each autopilot has its form (`wire.autopilots`).
 """
 
 from __future__ import annotations

@@ -38,11 +38,11 @@ class NotKnownHow(Refusal):
 
 
 class NotKnownYet(Refusal):
-    """Something that the command needs has not been heard from the drone."""
+    """The drone has not reported something that the command needs."""
 
 
 class NoSuchMode(Refusal):
-    """Of this autopilot."""
+    """The vehicle's autopilot."""
 
 
 class NoSuchItem(Refusal):

@@ -102,6 +102,6 @@ def _bad(message: str) -> BadPlan:
 
 
 def body_schema(properties: dict[str, Any], required: list[str]) -> dict[str, Any]:
-    """For the `openapi_extra` of a route that reads its body by itself."""
+    """For the `openapi_extra` of a route that reads its own body."""
     schema = {"type": "object", "properties": properties, "required": required, "additionalProperties": False}
     return {"requestBody": {"required": True, "content": {"application/json": {"schema": schema}}}}

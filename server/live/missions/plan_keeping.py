@@ -1,4 +1,4 @@
-"""What a drone's autopilot will not keep of a plan, told before it is sent. Pure; the facts are wire.plan_keeping's."""
+"""Predicts what a drone's autopilot changes in a plan. Pure; wire.plan_keeping has the facts."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def keeping_for(drone: LiveDrone) -> KeptFields:
 
 
 def plan_kept(keeping: KeptFields, kind: PlanKind, items: Sequence[PlanItem]) -> PlanKeptView:
-    """What is to be told of these items beforehand."""
+    """The changes to report before an upload."""
     changes = changes_ahead(keeping, kind, items)
     relevant = [one for one in changes if one.effect > Effect.QUIET]
     views = [

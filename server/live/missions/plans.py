@@ -1,4 +1,4 @@
-"""What is asked of a drone about plans, as orders for the service; and a plan as it is answered. Pure."""
+"""Orders about plans for the operations service, and plans as response bodies. Pure."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ ItemRow = tuple[int, int, tuple[float | None, float | None, float | None, float 
 
 
 class PlanNotRead(Refusal):
-    """The agent tried, and says why not."""
+    """The agent tried and reports why it failed."""
 
 
 class PlanView(OnboardPlanView):
@@ -60,7 +60,7 @@ def clear(kind: PlanKind, *, while_flying: bool) -> Order:
 
 
 def plan_json(onboard: OnboardState, kind: PlanKind) -> bytes:
-    """The `PlanView` of what the agent told last."""
+    """The `PlanView` of the agent's last report."""
     view, known = onboard.plan(kind)
     return _json(view, known.items(), known.read_at)
 

@@ -1,15 +1,15 @@
-"""What people are told of an operation of which the agent did not say how it ended. Pure."""
+"""Texts for operations that end without a report of the agent. Pure."""
 
 from server.live.operations.operation import Lane, Operation
 
 
 def moved_words(operation: Operation) -> str:
-    """The controls went to somebody else between two steps."""
+    """The controls changed hands between two steps."""
     return f"It was stopped after this step, because the controls moved: {operation.step.phase}."
 
 
 def overruled_words(operation: Operation) -> str:
-    """Between two steps the drone was made to hold, or told to do something else."""
+    """Between two steps the drone was made to hold, or got another command."""
     step = operation.step.phase
     return f"It was stopped after this step: {step}. The rest was not sent because a hold or another command came."
 

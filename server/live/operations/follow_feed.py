@@ -1,11 +1,12 @@
-"""Drones that follow another, or a person: tells their agents where that is, and stops what may not go on. A part of
-the hub.
+"""Sends agents the position of the drone or person that theirs follows, and ends what may not continue. Part of the
+hub.
 
-Laws, each with a test:
-- A follower's agent hears of its leader five times a second, with the newest that the tower has and how old that is.
-- Who asked for it must be allowed to see the leader all the time, and the place must be within the limits of a loan.
-- Nobody follows a drone that follows, and two that follow the same one have places apart.
-- Who follows a person holds when the browser that tells where they are is gone.
+Rules, each tested:
+
+- A follower's agent gets its leader's newest position and age five times a second.
+- The requester must be allowed to see the leader throughout, and the position must be within the limits of a loan.
+- No drone follows a follower, and two followers of one leader keep apart.
+- A drone that follows a person holds when the browser that reports their position is gone.
 """
 
 from dataclasses import dataclass
@@ -53,7 +54,7 @@ class FollowFeed:
         """By the follower."""
 
     def began(self, operation: Operation, following: Following) -> None:
-        """From now on its agent is told."""
+        """Starts sending positions to its agent."""
         self._running[operation.drone_id] = (operation, following)
 
     def leader_of(self, drone_id: DroneId) -> Following | None:
@@ -91,7 +92,7 @@ class FollowFeed:
         return following.person.take(fix, browser=browser, sign_in=asked_by.session_id)
 
     def browser_gone(self, browser: int) -> None:
-        """It tells no more where anybody is."""
+        """Stops sending positions."""
         for operation, following in list(self._running.values()):
             person = following.person
             if operation.running and person is not None and person.browser == browser:
@@ -145,7 +146,7 @@ class FollowFeed:
 
 
 def motion_of(drone: LiveDrone) -> Motion | None:
-    """The newest that was heard of where it is, however old."""
+    """The newest known position, however old."""
     return None if drone.position_frame is None else motion_in(drone.position_frame, drone.position_at)
 
 
@@ -154,7 +155,7 @@ def _motion(leader: LiveDrone | None) -> Motion | None:
 
 
 def why_not_seen(leader: LiveDrone | None, following: Following) -> str | None:
-    """Why whoever asked may not know where the leader is, or None."""
+    """Why the requester may not know the leader's position, or None."""
     viewer = following.asked_by
     seen = leader is not None and leader.may(viewer.user_id, viewer.role, Right.SEE)
     if leader is None or not seen or leader.blind_user_id == viewer.user_id:

@@ -1,6 +1,6 @@
-"""Which operations are remembered, and for how long: those that may be asked for, and those that were given up.
+"""Which operations are kept, and for how long: those that can be requested, and those given up.
 
-Bounded: 1,000 that are over, for an hour at most; 50 of which an agent may still report the end.
+Bounded: 1,000 that have ended, for an hour at most; 50 whose end an agent may still report.
 """
 
 from collections import OrderedDict
@@ -19,12 +19,12 @@ class KeptOperations:
 
     def __init__(self) -> None:
         self._named: OrderedDict[int, Operation] = OrderedDict()
-        """All that may be asked for, by their number."""
+        """All that can be requested, by number."""
         self._late: OrderedDict[int, Operation] = OrderedDict()
         """Given up; by transaction."""
 
     def add(self, operation: Operation) -> None:
-        """Somebody asked for it, and may ask how it goes."""
+        """A requested operation, whose progress can be requested."""
         self._named[operation.id] = operation
 
     def find(self, operation_id: int) -> Operation | None:

@@ -1,7 +1,7 @@
-"""What a vehicle says of its own parameters, as its agent told it in pieces. State and checks; no I/O.
+"""Metadata that a vehicle offers for its own parameters, as its agent sends it in pieces. State and checks; no I/O.
 
-It is kept packed, at most MAX_PACKED_BYTES for each drone, and read when somebody asks for it: what it takes to read is
-no business of the loop that hands on frames.
+Kept packed, at most MAX_PACKED_BYTES for each drone. Unpacked on request, outside the event loop, which forwards
+frames.
 """
 
 from typing import Final
@@ -21,7 +21,7 @@ class MetadataStore:
         self.words = NOT_REPORTED
         """Why there is none."""
         self.reported: str | None = None
-        """The hash that the agent told last."""
+        """The last reported hash."""
         self._size = 0
         self._hash: str | None = None
         self._packed = b""
@@ -36,8 +36,8 @@ class MetadataStore:
         return reported.hash if reported.hash is not None and reported.hash != self._hash else None
 
     def add_piece(self, piece: MetadataPiece) -> None:
-        """Those of another one, and those out of order, say nothing. Raises MalformedMessage about a whole that is not
-        what was said of it."""
+        """Ignores pieces of another one, and those out of order. Raises MalformedMessage if the whole does not match
+        its hash."""
         if piece.hash != self.reported or piece.hash == self._hash:
             return
         if piece.offset == 0:
@@ -55,15 +55,15 @@ class MetadataStore:
             self._packed, self._hash = whole, piece.hash
 
     def packed(self) -> bytes | None:
-        """Of the hash that was told last; None where it is not here."""
+        """The metadata of the last reported hash; None if it is missing."""
         return (self._packed or None) if self.reported is not None and self.reported == self._hash else None
 
     def unreadable(self, packed: bytes) -> None:
-        """These bytes are no metadata: nobody is given them."""
+        """These bytes are not metadata: they are not served."""
         if packed == self._packed:
             self._packed, self.words = b"", UNREADABLE
 
     def forget(self) -> None:
-        """The agent is gone. What is here stays until it says that it has another."""
+        """The agent's link is gone. The metadata stays until the agent reports another hash."""
         self.reported, self.words = None, NOT_REPORTED
         self._coming.clear()

@@ -1,11 +1,12 @@
-"""Commands that came as frames: what a pilot's program sent past the operations, and what the drone answered. Pure.
+"""Commands that arrived as frames, and the drone's answers. Pure.
 
-A browser, `tower connect` and whatever speaks MAVLink send frames. They pass at once; this only looks on, and tells of
-each command once, with its answer, for the audit trail. Its laws, each with a test:
-- It never holds a frame back, and never fails for one.
-- A command that is sent again within `SAME_WITHIN_S`, or says that it is a repeat, is the same one, counted.
-- A command ends with its answer, or without one after its time. A stream of them is told once in `MAX_STREAM_S`.
-- Bounded: `MAX_OPEN` for a drone; what comes beyond is counted in one for each user.
+Browsers, `tower connect` and other MAVLink programs send frames past the operations. They pass at once; this module
+only observes, and reports each command once, with its answer, to the audit trail. Rules, each tested:
+
+- It never delays a frame, and never fails because of one.
+- A command repeated within `SAME_WITHIN_S`, or marked as a repetition, is the same one, with a count.
+- A command ends with its answer, or after its time. A stream is reported once in `MAX_STREAM_S`.
+- Bounded: `MAX_OPEN` per drone; the excess is counted per user.
 """
 
 from __future__ import annotations
@@ -66,7 +67,7 @@ _Key = tuple[int, tuple[object, ...]]
 
 
 class ObservedCommands:
-    """One for the hub. `on_settled` is told of each command when it is over."""
+    """One for the hub. `on_settled` gets each command when it has ended."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -74,7 +75,7 @@ class ObservedCommands:
         self.on_settled: Callable[[CommandObserved], None] = lambda command: None
 
     def sent(self, drone_id: DroneId, by: UserRef, address: str, frame: bytes, now: float) -> None:
-        """A frame that has gone to the drone."""
+        """A frame was sent to the drone."""
         seen = command_of(frame)
         if seen is None:
             return
@@ -121,7 +122,7 @@ class ObservedCommands:
                     self._settle(drone_id, key, one)
 
     def settle_all(self) -> None:
-        """The tower ends: what was sent is told, answered or not."""
+        """The tower stops: reports everything, answered or not."""
         for drone_id, there in list(self._open.items()):
             for key, one in list(there.items()):
                 self._settle(drone_id, key, one)

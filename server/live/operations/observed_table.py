@@ -39,9 +39,9 @@ class SeenCommand:
     answer_id: int | None
     """The message that answers it; None: nothing does."""
     answer: object = None
-    """What stands in that answer: the MAV_CMD, the kind of plan, the name of a parameter."""
+    """The subject in the answer: MAV_CMD, kind of plan, or parameter name."""
     repeat: bool = False
-    """It says itself that it was sent before."""
+    """The message marks itself as a repetition."""
     mode: int | None = None
     """The HEARTBEAT shows this custom mode, and nothing else answers."""
     detail: Mapping[str, object] = field(default_factory=dict)
@@ -59,7 +59,7 @@ _PLAN_KIND: Final[Mapping[int, tuple[int, int]]] = {
     _M.MAVLINK_MSG_ID_MISSION_CLEAR_ALL: (2, -1),
     _M.MAVLINK_MSG_ID_MISSION_WRITE_PARTIAL_LIST: (6, -1),
 }
-"""Where the kind of plan stands, and the number of items, if it does."""
+"""Offsets of the kind of plan and the number of items, if the message has them."""
 _MISSION_KINDS: Final = {0: "mission", 1: "fence", 2: "rally"}
 
 _NAMES: Final[Mapping[int, str]] = {
@@ -77,7 +77,7 @@ _NAMES: Final[Mapping[int, str]] = {
     _M.MAV_CMD_DO_SET_ROI_LOCATION: "roi",
     _M.MAV_CMD_DO_SET_ROI_NONE: "roi",
 }
-"""Of MAV_CMDs, as `POST /drones/{id}/commands` names them."""
+"""Names of MAV_CMDs, as in `POST /drones/{id}/commands`."""
 
 _DISTINGUISHING_PARAMS: Final[Mapping[int, int]] = {
     _M.MAV_CMD_COMPONENT_ARM_DISARM: 2,
@@ -86,7 +86,8 @@ _DISTINGUISHING_PARAMS: Final[Mapping[int, int]] = {
     _M.MAV_CMD_DO_AUX_FUNCTION: 2,
     _M.MAV_CMD_DO_FLIGHTTERMINATION: 1,
 }
-"""How many parameters make another command of one MAV_CMD: arming is not disarming. Of all others the newest counts."""
+"""How many parameters distinguish commands of one MAV_CMD: arming is not disarming. For all others the newest
+counts."""
 
 _STREAMS: Final[Mapping[int, str]] = {
     _M.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED: "SET_POSITION_TARGET_LOCAL_NED",

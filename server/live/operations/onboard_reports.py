@@ -1,4 +1,4 @@
-"""What agents say of what is on board, beside the operations: plans, parameters, the table of parameters."""
+"""Agents' reports of what is on board, beside the operations: plans, parameters, the parameter table."""
 
 from collections.abc import Callable
 
@@ -12,8 +12,10 @@ OnboardReport = PlanOnBoard | ParameterCache | ParameterChanged | ParameterTable
 
 
 class OnboardReports:
-    """No state of its own: it is in `drone.onboard`. `reads_parameters`: whether an operation at this drone asked for
-    them. `tables`: fetches a table of parameters that is lacking."""
+    """Has no state; that is in `drone.onboard`.
+
+    `reads_parameters`: whether an operation at this drone requested them. `tables`: fetches missing parameter tables.
+    """
 
     def __init__(self, clock: Clock, tables: TableFetching, *, reads_parameters: Callable[[LiveDrone], bool]) -> None:
         self._clock = clock
@@ -21,7 +23,7 @@ class OnboardReports:
         self._reads_parameters = reads_parameters
 
     def receive(self, drone: LiveDrone, message: OnboardReport, now: float) -> None:
-        """Raises MalformedMessage about what is not what it says."""
+        """Raises MalformedMessage."""
         match message:
             case PlanOnBoard():
                 if drone.onboard.update_plan(message, self._clock()):

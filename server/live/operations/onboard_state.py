@@ -1,7 +1,7 @@
-"""What is on board of one drone, as its agent told: plans and parameters. State and checks; no I/O, takes the time.
+"""Plans and parameters on board of one drone, as its agent reports. State and checks; no I/O; takes the time.
 
-An agent is believed about its own drone and about nothing else, and only where what it tells agrees with itself: a plan
-or a table that is not what its hash says is a MalformedMessage, which ends the channel.
+An agent is trusted about its own drone only, and only if its reports are consistent: a plan or a table that does not
+match its hash is a MalformedMessage, which ends the channel.
 """
 
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ from wire.transactions import LogEntry, ParameterCache, ParameterChanged, Parame
 
 @dataclass(frozen=True)
 class KnownPlan:
-    """`packed`: None where the agent told no more than the hash. `read_at`: when it was told."""
+    """`packed`: None if the agent reported only the hash. `read_at`: time of the report."""
 
     packed: bytes | None
     read_at: datetime | None
@@ -48,7 +48,7 @@ def checked_plan(kind: PlanKind, packed: bytes, *, hash_: str | None = None, cou
 
 
 class OnboardState:
-    """One for each drone. What is told to browsers is kept as the views that they are told."""
+    """One for each drone. Keeps the views that browsers get."""
 
     def __init__(self) -> None:
         self.plans: PlansView = NO_PLANS
@@ -85,8 +85,8 @@ class OnboardState:
         return view != before
 
     def forget(self) -> None:
-        """The agent is gone: whoever else is at the drone may change what is on board. A table of parameters stays
-        until a hash says that it is another."""
+        """The agent's link is gone: others may change what is on board. A parameter table stays until a hash
+        disagrees."""
         self.plans = NO_PLANS
         self._known.clear()
         self.parameters.state = NO_PARAMETERS
@@ -94,12 +94,12 @@ class OnboardState:
 
 
 class ReportedParameters:
-    """The table of one drone as it came, packed, and what has changed since. Unpacked when somebody asks: a thousand
-    drones have a million and a half of them."""
+    """The parameter table as received, packed, and its changes. Unpacked on request: a thousand drones have 1.5 million
+    parameters."""
 
     def __init__(self) -> None:
         self.state: ParametersStateView = NO_PARAMETERS
-        """As browsers are told."""
+        """The view for browsers."""
         self.read_at: datetime | None = None
         self._packed: bytes | None = None
         self._hash: str | None = None
@@ -133,7 +133,7 @@ class ReportedParameters:
         self._changes.clear()
 
     def changed(self, reported: ParameterChanged, at: datetime | None) -> bool:
-        """One of them has another value. Whether browsers must hear of it. Raises MalformedMessage."""
+        """A parameter has another value. Returns whether to notify browsers. Raises MalformedMessage."""
         try:
             parameter = msgspec.convert([reported.name, reported.value, reported.kind], Parameter)
         except msgspec.ValidationError as error:
@@ -148,8 +148,8 @@ class ReportedParameters:
         return self.state != before
 
     def table(self) -> Table | None:
-        """All of them as they are now, or None where that is not known. Changes that do not add up to the hash that
-        was told make the table one that is lacking."""
+        """All present values, or None if they are not known. Changes that do not match the reported hash make the table
+        missing."""
         if self.state.hash is None or self._packed is None or self.lacks_table:
             return None
         table = unpack_table(self._packed)

@@ -64,8 +64,8 @@ AT_ONCE: Final = {Lane.PLANS: 1, Lane.PARAMETERS: 1, Lane.COMMANDS: 4, Lane.LOGS
 
 @dataclass(frozen=True)
 class Step:
-    """One transaction. `phase`: for people, while it runs; empty: what the agent says of it. `skip`: whether it has
-    become needless when its turn comes."""
+    """One transaction. `phase`: for people, while it runs; empty: the agent's own text. `skip`: whether it is
+    unnecessary when its turn comes."""
 
     work: Work
     deadline_s: float
@@ -74,18 +74,18 @@ class Step:
 
 
 Say = Callable[[Step, Outcome, str, bool | None], str]
-"""The words of an operation that ended with this step, like that, of which the agent said so, and whether it saw it."""
+"""Text for an operation that ended with this step and this report; `saw`: whether telemetry confirmed it."""
 
 
 def as_said(step: Step, outcome: Outcome, words: str, seen: bool | None) -> str:
-    """What the agent says, and nothing else."""
+    """The agent's own text."""
     return words
 
 
 @dataclass(frozen=True)
 class Order:
-    """What is asked for. `work`: its name for programs; `steps` are done one after the other, up to the first that
-    does not end well. `writes`: it changes the drone. `hash`: of the plan that it is about. `about`: for the trail."""
+    """A request. `work`: its name for programs; `steps` run in order, up to the first that fails. `writes`: it changes
+    the drone. `hash`: of the plan concerned. `about`: for the audit trail."""
 
     work: WorkName
     lane: Lane
@@ -94,13 +94,13 @@ class Order:
     kind: PlanKind | None = None
     hash: str | None = None
     noted: bool = False
-    """It stands in the audit trail though it changes nothing; what writes always does."""
+    """It is audited although it changes nothing; writes always are."""
     overrules: bool = False
-    """It says how the drone is to fly: no step of an earlier order comes after it, and it is never one too many."""
+    """It decides how the drone flies: it replaces earlier commands and is exempt from the limit."""
     stops: bool = False
-    """It brings the drone to a stop, home or down: asking for too much else does not keep anybody from it."""
+    """It stops the drone, returns or lands it: exempt from the rate limit."""
     needs: str = TRANSACTIONS
-    """What the agent must have said that it takes."""
+    """The capability that the agent must have reported."""
     say: Say = as_said
     about: dict[str, object] = field(default_factory=dict)
 
@@ -109,7 +109,7 @@ class Carrier(Protocol):
     """What an operation knows of the link that carries its transaction (`server.live.relay.agent_link.AgentLink`)."""
 
     process: int
-    """Which process of the agent has it; 0: it does not say."""
+    """Number of the agent process that runs it; 0: not reported."""
     has_channel: bool
 
     def post(self, message: ToAgent) -> None:
@@ -141,7 +141,7 @@ class Operation:
     refused: int = 0
     logs: tuple[LogEntry, ...] | None = None
     plan: bytes | None = None
-    """Of a download, packed."""
+    """Content of a download, packed."""
     ended_at: datetime | None = None
 
     # -- the service's own --------------------------------------------------------------------------------------
@@ -155,13 +155,13 @@ class Operation:
     over_since: float = 0.0
     link_lost: bool = False
     ask_at: float | None = None
-    """When the agent is asked what became of it, where it has said nothing since its link is back."""
+    """When to ask the agent about it, if it has reported nothing since its link returned."""
     cancelling: bool = False
     on_end: list[Callable[[Operation], None]] = field(default_factory=list)
 
     @property
     def step(self) -> Step:
-        """The one that runs, or, of one that was given up, was the last. After any other end there is none."""
+        """The running transaction; after giving up, the last one. None after any other end."""
         return self.order.steps[self.next_step - 1]
 
     @property
@@ -170,5 +170,5 @@ class Operation:
 
 
 def is_another_agent(before: Carrier | None, now: Carrier) -> bool:
-    """Whether that is known: an old agent does not say which process it is."""
+    """Whether that is known: an old agent does not report its process."""
     return before is not None and before.process != 0 and now.process != 0 and before.process != now.process

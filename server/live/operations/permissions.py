@@ -1,7 +1,7 @@
-"""Whether somebody may have something done at a drone now. Decided by the rules by which frames are (server.relay).
+"""Whether a user may have something done at a drone now, by the rules for frames (server.relay).
 
-What is asked for is turned into the frames that an ordinary ground station would send for it, and each is judged as if
-it had come on the live channel: who has the controls, what nobody may send, the loss check, the limits of a loan.
+A request is turned into the frames that an ordinary ground station would send, and each is judged as if it had arrived
+on the live channel: controls, forbidden messages, loss check, limits of a loan.
 """
 
 from collections.abc import Iterable, Sequence
@@ -34,7 +34,7 @@ def require_view(drone: LiveDrone, viewer: Principal) -> None:
 
 
 def refuse_others(drone: LiveDrone, viewer: Principal, now: float) -> None:
-    """Raises NotInControl for everybody but the holder and the assistant."""
+    """Raises NotInControl for all but the holder and the assistant."""
     has_turn = drone.authorization_of(viewer).has_turn
     if not has_turn or drone.fenced or drone.ignores_holder(viewer.user_id, now):
         raise NotInControl(drone.record.name)
@@ -43,7 +43,7 @@ def refuse_others(drone: LiveDrone, viewer: Principal, now: float) -> None:
 def refuse_frame(
     drone: LiveDrone, viewer: Principal, frame: bytes, *, item: int | None = None, falls: bool = False
 ) -> None:
-    """Raises what the policy of frames says about this one. `falls`: they know that it makes the drone fall."""
+    """Raises what the frame policy decides. `falls`: the sender knows that the drone will fall."""
     name, standing, command = drone.record.name, drone.authorization_of(viewer), command_in(frame)
     match refusal_of(frame, command, standing):
         case None:
@@ -74,7 +74,7 @@ def refuse_plan(drone: LiveDrone, viewer: Principal, kind: PlanKind, items: Sequ
 
 
 def refuse_commands(drone: LiveDrone, viewer: Principal, works: Iterable[CommandWork], *, falls: bool = False) -> None:
-    """Raises what the policy of frames says about the first of them that may not pass."""
+    """Raises what the frame policy decides about the first refused frame."""
     for work in works:
         refuse_frame(drone, viewer, _frame(message_of(work)), falls=falls)
 

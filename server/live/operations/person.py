@@ -1,9 +1,10 @@
-"""A person whom a drone follows: which of the fixes of their browser count, and where they are by them. Pure.
+"""A person whom a drone follows: which fixes of their browser count, and the resulting position. Pure.
 
-Laws, each with a test:
-- A fix counts when it is newer than the last, sure enough, and within what a person can have moved meanwhile.
-- All come from one browser: the first of the sign-in that asked. Two would pull the drone to and fro.
-- The height is the drone's own at the beginning. What a browser says of heights is wrong by tens of metres.
+Rules, each tested:
+
+- A fix counts if it is newer than the last, accurate enough, and within reach of a person.
+- All fixes come from one browser, the first of the sign-in that made the request. Two would pull the drone to and fro.
+- The height is the drone's own at the start, because heights from browsers are wrong by tens of metres.
 """
 
 from math import cos, hypot, isfinite, radians, sin
@@ -16,7 +17,7 @@ ACCURATE_M: Final = 20.0
 """Worse fixes do not count; nor those that are less sure than the drone is away, which might be above the person."""
 
 FASTEST_M_S: Final = 12.0
-"""Of somebody on foot, or on a bicycle. What is further from the last fix, and both are sure, is wrong."""
+"""For a person on foot or on a bicycle. Two accurate fixes further apart than this are wrong."""
 
 MIN_M: Final = 8.0
 """From the person, over ground."""
@@ -66,7 +67,7 @@ class PersonTrack:
         return None
 
     def motion(self) -> Motion:
-        """At the drone's height, as the newest fix says."""
+        """At the drone's height, from the newest fix."""
         fix = self._newest
         speed, heading = fix.speed_m_s, fix.heading_deg
         north = east = 0.0

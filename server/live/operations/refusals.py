@@ -18,7 +18,7 @@ class DroneBusy(Refusal):
 
 
 class TooManyOperations(Refusal):
-    """Of one user, whatever the drone."""
+    """Of one user, over all drones."""
 
     def __init__(self) -> None:
         super().__init__("too many requests in a short time: wait a few seconds")
@@ -32,7 +32,7 @@ class UnknownOperation(Refusal):
 
 
 class NotInControl(Refusal):
-    """Somebody else has the controls, or nobody, or they are just being moved."""
+    """Another user has the controls, nobody has, or they are changing hands."""
 
     def __init__(self, name: str) -> None:
         super().__init__(f"you do not have the controls of {name}: nothing was sent to it")

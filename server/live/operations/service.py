@@ -1,15 +1,16 @@
-"""The service of operations: sends transactions to agents, takes what they tell of them, and sees each to its end.
+"""The operations service: sends transactions to agents, takes their reports, and sees each to its end.
 
-Its laws, each with a test:
-- Plain methods, no await: it is a part of the hub's world, and nothing happens between its reading and writing.
-- An operation ends exactly once, with words; only one of which nobody knew the end may be put right by its agent later.
-- What an agent tells counts for operations of its own drone only.
-- A link that is lost ends nothing at once: the agent goes on beside the autopilot and tells when it is back. An agent
-  that was started again knows nothing, so what ran there has failed. One that says nothing of a plan, of which it would
-  tell five times a second, is asked to stop it: what was lost on its way there ends with its answer.
-- Steps of one operation are sent under the epoch of its beginning, and none once the controls have changed hands, the
-  drone was made to hold, or somebody has said otherwise how it is to fly.
-- Bounded: so many at a time for each lane of a drone, 1,000 that are over, for an hour at most.
+Rules, each tested:
+
+- Plain methods without await: it is part of the hub's world, and nothing happens between its reads and writes.
+- An operation ends exactly once, with a text. An agent may later correct only an end that was unknown.
+- An agent's report counts only for operations of its own drone.
+- A lost link ends nothing at once: the agent works on beside the autopilot and reports when it is back. A restarted
+  agent knows nothing, so what it ran has failed. If an agent reports nothing of a plan, which it would do five times a
+  second, it is asked to stop it: a request lost on its way ends with that answer.
+- All steps of an operation are sent under the epoch of its beginning, and none after the controls changed hands, the
+  drone was made to hold, or another flight command came.
+- Bounded: a number at a time per lane of a drone, and 1,000 ended ones, for an hour at most.
 """
 
 from collections.abc import Callable
@@ -49,10 +50,10 @@ GRACE_S: Final = 10.0
 """Beyond the agent's deadline: the way there, the end of what it is at, the way back."""
 
 ASK_AFTER_S: Final = 8.0
-"""How long an agent that is back may say nothing of a plan: to stop a mission before it writes takes it 5 s."""
+"""How long a returned agent may be silent about a plan: stopping a mission before a write takes it 5 s."""
 
 MAX_PHASE_LENGTH: Final = 80
-"""Characters of an agent's words while it works: many browsers are told them."""
+"""Maximum length of an agent's progress text, which goes to many browsers."""
 
 LINK_LOST: Final = "link lost"
 STOPPING: Final = "being stopped"
@@ -82,8 +83,8 @@ class OperationService:
         return self._begin(drone, order, by=by, now=now, address=address)
 
     def has_turn(self, drone: LiveDrone, user_id: UserId, now: float) -> bool:
-        """While an admin assists, theirs is the turn for as long as they do something. False: it will be soon, or is
-        the other's; it is asked for."""
+        """While an admin assists, they have the turn during their operations. False: the turn was requested, or is the
+        other's."""
         assistant, turn = drone.lease.assistant, drone.turn
         if assistant is None:
             return True
@@ -115,14 +116,14 @@ class OperationService:
         return [one for one in self._running.values() if one.drone_id == drone_id and one.order.lane is lane]
 
     def transaction(self, drone_id: DroneId, transaction_id: int) -> Operation | None:
-        """The operation of which that drone runs this transaction."""
+        """The operation whose transaction this drone runs."""
         operation = self._running.get(transaction_id)
         return operation if operation is not None and operation.drone_id == drone_id else None
 
     # -- what agents tell ------------------------------------------------------------------------------------
 
     def receive(self, drone: LiveDrone, link: AgentLink, message: TransactionToTower) -> None:
-        """Raises MalformedMessage about what is not what it says."""
+        """Raises MalformedMessage."""
         match message:
             case TransactionProgress():
                 self._progress(drone, link, message)
@@ -132,7 +133,7 @@ class OperationService:
                 self._onboard.receive(drone, message, self._now)
 
     def resumed(self, link: AgentLink) -> None:
-        """The link has another control channel: what was said on the last may be lost, on either way."""
+        """The link has another control channel: messages of the last one may be lost in either direction."""
         for operation in self._running.values():
             if operation.link is link:
                 self._ask_later(operation, self._now)
@@ -177,7 +178,7 @@ class OperationService:
         return operation
 
     def _make_space(self, drone: LiveDrone, order: Order) -> None:
-        """Whoever writes a plan does not wait for somebody who reads one."""
+        """A write of a plan does not wait for a read."""
         there = self._asked_at(drone, order.lane)
         if order.writes and order.lane is Lane.PLANS:
             for one in there:
@@ -198,7 +199,7 @@ class OperationService:
             raise DroneBusy(f"{drone.record.name} is busy{who} ({busy.order.work.replace('_', ' ')}): wait, or stop it")
 
     def _asked_at(self, drone: LiveDrone, lane: Lane) -> list[Operation]:
-        """What somebody asked for; what the tower reads by itself is in nobody's way."""
+        """Operations that a user requested. The tower's own reads block nobody."""
         return [one for one in self.running_at(drone.drone_id, lane) if one.by is not None]
 
     def _send_next(self, operation: Operation, link: AgentLink, now: float) -> bool:

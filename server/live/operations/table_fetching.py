@@ -1,4 +1,4 @@
-"""Which tables of parameters the tower lacks, and when an agent is asked for its own. No I/O; takes `now`."""
+"""Which parameter tables the tower lacks, and when to request them from the agent. No I/O; takes `now`."""
 
 from collections.abc import Callable, Iterator
 from typing import Final
@@ -14,7 +14,7 @@ TABLE_AGAIN_AFTER_S: Final = 5.0
 NOT_YET_S: Final = 0.25
 """An agent tells of its table right after the welcome, a moment before its first datagram makes it online."""
 TABLES_APART_S: Final = 0.5
-"""Of one drone: to check one is work, and an agent may well tell a new hash with every message."""
+"""For one drone. Checking a table is work, and an agent may report a new hash with every message."""
 
 FETCH: Final = Order(
     work="parameters_read",
@@ -25,7 +25,7 @@ FETCH: Final = Order(
 
 
 class TableFetching:
-    """`fetch`: begins FETCH at a drone, and says whether that could be. Asked again until the table is here."""
+    """`fetch`: starts FETCH at a drone and returns whether it could. Repeated until the table arrives."""
 
     def __init__(self, state: LiveState, fetch: Callable[[LiveDrone, float], bool]) -> None:
         self._state = state
@@ -33,12 +33,12 @@ class TableFetching:
         self._due: dict[DroneId, float] = {}
 
     def want(self, drone: LiveDrone, now: float) -> None:
-        """The agent has told something of its parameters: its table is asked for, now or soon, if it is not here."""
+        """The agent reported its parameters: requests the table, now or soon, if it is missing."""
         if drone.onboard.parameters.lacks_table and drone.drone_id not in self._due:
             self._ask(drone, now)
 
     def came(self, drone: LiveDrone, now: float) -> None:
-        """A table. If it was not the right one, the next is asked for soon."""
+        """A table arrived. If it was the wrong one, the next request follows soon."""
         if drone.drone_id in self._due:
             self._due[drone.drone_id] = now + TABLES_APART_S
 

@@ -1,4 +1,4 @@
-"""What a vehicle says of its own parameters, as it is answered. Pure; it takes a while: call it in a thread."""
+"""Metadata of a vehicle's own parameters as a response body. Pure and slow: call it in a thread."""
 
 from __future__ import annotations
 

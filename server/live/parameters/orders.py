@@ -1,4 +1,4 @@
-"""What is asked of a drone about its parameters, as orders for the service; and the table as it is answered. Pure."""
+"""Orders about parameters for the operations service, and the table as a response body. Pure."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _NAME: Final = r"^[A-Za-z0-9_]{1,16}$"
 
 
 class ParametersUnknown(Refusal):
-    """`count` of `total` are known so far; `total` 0: nobody knows how many there are."""
+    """`count` of `total` are known; `total` 0: the number is not known."""
 
     def __init__(self, name: str, count: int, total: int) -> None:
         known = f"{count} of {total} are" if total else "none is"

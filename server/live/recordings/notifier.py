@@ -14,14 +14,14 @@ What = Literal["begun", "ended", "ready", "failed", "removed"]
 
 
 class RecordingNotifier:
-    """`counts`: how often each was told, since the tower runs."""
+    """`counts`: notifications by kind since the start of the tower."""
 
     def __init__(self, hub: Hub) -> None:
         self._hub = hub
         self.counts: Counter[str] = Counter()
 
     def publish(self, event: What, view: RecordingView) -> None:
-        """To whoever may watch the drone's video now."""
+        """Notifies all who may watch the drone's video now."""
         self.counts[event] += 1
         state = self._hub.state
         drone = state.drones.get(DroneId(view.drone_id))

@@ -1,12 +1,12 @@
-"""The units of a recording: the file that has them while it goes on, what is in them, when each picture is shown. Pure.
+"""The units of a recording: their file, their content, and the display time of each picture. Pure.
 
-- On disk there are units one after another, each with its length and a checksum. Nothing is ever changed that was
-  written before, so whatever happens to the tower, all but the last unit can be read. Not the live picture's units
-  alone, because a player knows nothing of when each was taken: docs/recordings.md.
-- H.264: can all of a recording be decoded with the parameter sets of its first picture?
-- MPEG-1: a unit has one picture that was taken, and may have another that says "as before": the encoder's way to have
-  the first one out without delay.
-- A picture is shown as long after the first as it was taken after it.
+- The file has one unit after another, each with its length and a checksum. Written bytes never change, so after any
+  failure all but the last unit can be read. The live units alone do not suffice, because a player would not know when
+  each was taken: docs/recordings.md.
+- H.264: checks whether the parameter sets of the first picture decode the whole recording.
+- MPEG-1: a unit has one captured picture, and may have another one that says "unchanged": this makes the encoder output
+  the first one without delay.
+- The interval between displayed pictures is the interval between their captures.
 """
 
 from __future__ import annotations
@@ -128,11 +128,11 @@ def pictures_in(stream: bytes) -> list[bytes]:
 TICKS_PER_S: Final = 90_000
 """The unit of time in the finished file."""
 _MIN_STEP: Final = 90
-"""A millisecond: two pictures never share a moment, whatever the clocks say."""
+"""A millisecond: two pictures never share a time, whatever the clocks say."""
 
 
 class Taken(NamedTuple):
-    """Microseconds of one monotonic clock. `capture_us`: 0 where nobody knew; `came_us`: when the tower got it."""
+    """Microseconds of one monotonic clock. `capture_us`: 0 if not known; `came_us`: arrival at the tower."""
 
     capture_us: int
     came_us: int

@@ -44,7 +44,7 @@ def drift_m(motion: Motion, now: float) -> float:
 def judge(
     own: Motion, other: Motion, seen: Relative, bounds: SeparationBounds, now: float, *, widened: float = 1.0
 ) -> Judged | None:
-    """How near two drones will come. `widened`: the distances are taken so many times as large. None: not near."""
+    """The closest approach of two drones. `widened`: multiplies the distances. None: they stay apart."""
     drift = drift_m(own, now) + drift_m(other, now)
     for level, share, ahead in ((Level.WARNING, 1 / 2, 1 / 3), (Level.CAUTION, 1.0, 1.0)):
         approach = conflict_ahead(

@@ -1,7 +1,7 @@
-"""Whether a drone is one that others may be alarmed about: armed, flown by an autopilot that is heard, plausible. Pure.
+"""Whether others may be alarmed about a drone: armed, with a live autopilot, plausible. Pure.
 
-Nothing here can tell a real machine from a careful imitation: an agent says what it likes. It keeps out what is on the
-ground, what is no vehicle, and what does not move like one.
+Nothing here can tell a real machine from a careful imitation, because the agent is the only source. It excludes drones
+on the ground, things that are not vehicles, and things that do not move like one.
 """
 
 from typing import Final
@@ -17,7 +17,7 @@ _TYPE, _AUTOPILOT, _BASE_MODE = 4, 5, 6
 
 
 def is_credible(drone: LiveDrone | None, now: float) -> bool | None:
-    """None: it was not heard lately, so nobody knows."""
+    """None: not heard recently, so not known."""
     if drone is None:
         return False
     if drone.armed is False or drone.motion_check.why is not None:

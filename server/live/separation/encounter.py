@@ -1,10 +1,10 @@
-"""One pair of drones that may come near each other, and what people are told of it. Takes `now`; a small machine.
+"""A pair of drones that may come close, and the alert about it. Takes `now`; a small state machine.
 
-    suspected --(the conflict lasts, or begins soon)--> caution / warning --(over for long enough)--> clear
+suspected --(the conflict lasts, or begins soon)--> caution / warning --(over for long enough)--> clear
 
-Nothing flickers: a level is raised when it was found for LASTS_S, or for a quarter of the time that is left where that
-is longer (at once where it begins within SOON_S), and lowered when it was not found for OVER_S, by distances a quarter
-larger than those that raised it. So a drone that turns at the end of a line towards its neighbour's is no alert.
+Levels do not flicker. A level rises after it was found for LASTS_S, or for a quarter of the remaining time if that is
+longer (at once if it begins within SOON_S). It falls after it was not found for OVER_S, by distances a quarter larger
+than those that raised it. So a drone that turns at the end of a line towards its neighbour's raises no alert.
 """
 
 from typing import Final, Literal
@@ -19,15 +19,15 @@ LASTS_SHARE: Final = 0.25
 OVER_S: Final = 3.0
 WIDENED: Final = 1.25
 UNHEARD_S: Final = 10.0
-"""An alert about a drone that is not heard any more stays for so long: silence does not mean that it went away."""
+"""An alert about a drone that fell silent stays this long: silence does not mean that it went away."""
 
 Why = Literal["", "apart", "landed", "unheard"]
 """`landed`: or removed from the tower."""
 
 
 class Encounter:
-    """`number` names it to people, from its first alert to its end. `look` again and again; it is over when `over` says
-    why."""
+    """`number` identifies it to people from the first alert to the end. Call `look` repeatedly until `over` has a
+    reason."""
 
     def __init__(self, number: int, pair: Pair) -> None:
         self.number = number
@@ -36,7 +36,7 @@ class Encounter:
         self.judged: Judged | None = None
         """The newest prediction; of the widened distances where only those are still kept."""
         self.seen: Relative | None = None
-        """The second drone of the pair as the first sees it now; None while one of them is not heard."""
+        """The second drone as seen from the first; None while one of them is silent."""
         self.over: Why = ""
         self._higher_since: dict[Level, float] = {}
         self._lower_since: float | None = None
@@ -45,7 +45,7 @@ class Encounter:
         self._unheard_since: float | None = None
 
     def check(self, own: Motion | None, other: Motion | None, bounds: SeparationBounds, now: float) -> bool:
-        """Where the two are now (None: on the ground, or gone). Whether people are to be told another level."""
+        """Takes the positions of both (None: on the ground, or gone). Returns whether the alert level changed."""
         if own is None or other is None:
             return self._end("landed")
         if now - min(own.at, other.at) > STALE_S:

@@ -1,4 +1,4 @@
-"""Where a drone is and how it moves: what GLOBAL_POSITION_INT says, and how two of them lie to each other. Pure."""
+"""Position and motion of a drone from GLOBAL_POSITION_INT, and the geometry between two of them. Pure."""
 
 from math import atan2, cos, degrees, hypot, radians
 from struct import Struct
@@ -26,7 +26,7 @@ class Motion(NamedTuple):
 
 
 def motion_in(frame: bytes, at: float) -> Motion | None:
-    """Of a whole GLOBAL_POSITION_INT; None while the autopilot does not know where it is (it says exactly 0, 0)."""
+    """From a whole GLOBAL_POSITION_INT; None while the autopilot has no position (it reports exactly 0, 0)."""
     _, lat_e7, lon_e7, alt_mm, _, north, east, down = _FIELDS.unpack_from(payload(frame).ljust(_FIELDS.size, b"\0"))
     if lat_e7 == 0 and lon_e7 == 0:
         return None
@@ -34,7 +34,7 @@ def motion_in(frame: bytes, at: float) -> Motion | None:
 
 
 def boot_s_in(frame: bytes) -> float:
-    """Of a whole GLOBAL_POSITION_INT: the autopilot's own time, seconds since it was switched on."""
+    """From a whole GLOBAL_POSITION_INT: the autopilot's own time, seconds since power-on."""
     boot_ms: int = _FIELDS.unpack_from(payload(frame).ljust(_FIELDS.size, b"\0"))[0]
     return boot_ms / 1000
 

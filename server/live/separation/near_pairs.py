@@ -1,8 +1,8 @@
-"""Which of many drones can come near each other at all: a grid over the ground that each is on its way through. Pure.
+"""Finds the pairs of many drones that can come close: a grid over the ground that each will cross. Pure.
 
-A drone is written into every cell that it flies through within the time looked ahead, with the time and the heights at
-which it is there. Two that are never in one cell at one time and height are not looked at. The work is handed out in
-small portions, so that a thousand drones are looked through between frames and not instead of them.
+A drone is entered into every cell that it crosses within the look-ahead time, with its times and heights there. Pairs
+that never share a cell at one time and height are skipped. The work is done in small portions between frames, even for
+a thousand drones.
 """
 
 from collections.abc import Iterator, Mapping
@@ -21,7 +21,7 @@ Pair = tuple[DroneId, DroneId]
 CELL_M: Final = 250.0
 DRONES_A_PORTION: Final = 100
 PAIRS_A_PORTION: Final = 100
-"""Of those that are to be looked at closely; and twenty times as many that a glance tells apart."""
+"""Maximum number of pairs checked closely, and twenty times as many excluded at a glance."""
 _MAX_LAT_DEG: Final = 89.0
 """Nearer to a pole the columns of the grid would run together."""
 

@@ -1,7 +1,7 @@
-"""Who is told that two drones come near each other: everybody who gets the frames of either. A part of the hub.
+"""Notifies people about drones that come close: all who get the frames of either one. Part of the hub.
 
-Whoever sees both is told all of it. Whoever may not see the other one is told what `strangers` allows: that there is
-another drone, and roughly where, so that they can keep away from it and learn nothing else about somebody else's squad.
+A person who may see both drones gets everything. A person who may not see the other one gets what `strangers` allows:
+that there is another drone, and roughly where, enough to keep away and nothing else about the other squad.
 """
 
 import secrets
@@ -22,9 +22,9 @@ from server.live.separation.watch import SeparationWatch, Sky
 from wire.ids import DroneId
 
 AGAIN_S: Final = 2.0
-"""The figures of an alert that lasts are told again so often."""
+"""How often the figures of a lasting alert are sent again."""
 MAX_REPEATED: Final = 50
-"""Of the worst ones. The others keep the figures of their last change."""
+"""For the worst alerts. The others keep the figures of their last change."""
 MOTION_S: Final = 0.5
 """How often it is looked whether a drone moves as it can: a fifth of them at each tick."""
 _PARTS: Final = 5
@@ -42,7 +42,7 @@ def random_number() -> int:
 
 
 class Counts(NamedTuple):
-    """Pairs in alert; and how often, since the start, there was more than the watch looks at."""
+    """Pairs in alert, and how often the watch had more pairs than it can check."""
 
     cautions: int
     warnings: int
@@ -59,7 +59,7 @@ class SeparationNotifier:
         self._watch = SeparationWatch(Sky(self._flying, self._motion), bounds, new_number)
         self._strangers = StrangerAlerts(new_number)
         self._heard: dict[int, set[int]] = {}
-        """Browsers that were told all of an encounter, by its number."""
+        """Browsers that got everything about an encounter, by its number."""
         self._again_at = float("-inf")
         self._motion_at = float("-inf")
         self._motion_part = 0
@@ -83,7 +83,7 @@ class SeparationNotifier:
             self._strangers.forget_all_but(one.number for one in encounters)
 
     def send_all(self, browser: Browser) -> None:
-        """What holds now, to somebody who has just come."""
+        """The present alerts, for a new browser."""
         for one in self._watch.encounters:
             first, second = (browser.number in self._watchers(drone_id) for drone_id in one.pair)
             if first and second:
@@ -96,7 +96,7 @@ class SeparationNotifier:
                     browser.notify(_event_of_stranger(own, said))
 
     def counts(self) -> Counts:
-        """Of this moment."""
+        """A snapshot of this moment."""
         levels = [one.level for one in self._watch.encounters]
         return Counts(levels.count(Level.CAUTION), levels.count(Level.WARNING), self._watch.cut_short)
 
@@ -156,7 +156,7 @@ class SeparationNotifier:
         self._notify_strangers(one, now)
 
     def _notify_strangers(self, one: Encounter, now: float) -> None:
-        """Asked for each drone of the pair whoever watches: what is said must not depend on who listens."""
+        """Computed for each drone of the pair, with or without viewers: the content must not depend on who listens."""
         drones = [self._state.drones.get(drone_id) for drone_id in one.pair]
         for drone in drones:
             if drone is not None:

@@ -1,7 +1,7 @@
-"""Whether a drone moves as a machine can, by what it says of itself. Pure; takes `now`.
+"""Whether a drone moves as a machine can, by its own reports. Pure; takes `now`.
 
-A drone whose place jumps, or whose speed and place do not fit each other, has lost its position, or nobody built it.
-Either way its alerts are for its own people: it raises none with others for QUARANTINE_S.
+A drone whose position jumps, or whose speed and position disagree, has lost its position or is invented. In both cases
+only its own people get its alerts: it raises none with others for QUARANTINE_S.
 """
 
 from math import cos, hypot, radians
@@ -10,7 +10,7 @@ from typing import Final, Literal, NamedTuple
 from server.live.separation.motion import METRES_PER_DEGREE, Motion
 
 Why = Literal["jump", "speed", "height", "course"]
-"""`jump`: it is where it cannot have come; `course`: it does not go where, or as fast as, its speed says."""
+"""`jump`: the position cannot be reached; `course`: the motion does not match the reported speed."""
 
 FASTEST_M_S: Final = 120.0
 """Over ground. No drone that people fly from a console is faster."""
@@ -21,21 +21,21 @@ HIGHEST_M: Final = 9_000.0
 COVERS_M_S: Final = 150.0
 """By the tower's clock, however the drone's own clock runs."""
 LATE_S: Final = 2.0
-"""A position may have been on its way for so much longer than the one before."""
+"""A position may have been delayed by this much more than the one before."""
 JUMP_M: Final = 50.0
 """A correction of the position filter, or a better fix, is less."""
 COURSE_OVER_S: Final = 5.0
 COURSE_OFF_M: Final = 30.0
 COURSE_OFF_SHARE: Final = 0.5
-"""Of the way that the speeds make over COURSE_OVER_S."""
+"""Share of the distance that the speeds make over COURSE_OVER_S."""
 CLOCK_AHEAD_S: Final = 3.0
 CLOCK_FASTER: Final = 12.0
-"""The drone's clock is used between two positions while it has not run more than so much ahead of the tower's: a
-simulator may fly faster than life."""
+"""The drone's clock is used between two positions while it has not run further ahead of the tower's than this: a
+simulator may fly faster than real time."""
 
 QUARANTINE_S: Final = 60.0
 KNOWN_FOR_S: Final = 10.0
-"""For so long its positions must have been plausible, before others hear of it."""
+"""Its positions must have been plausible for this long before others get alerts about it."""
 
 
 class _Sample(NamedTuple):
@@ -44,7 +44,7 @@ class _Sample(NamedTuple):
 
 
 class MotionCheck:
-    """Of one drone. Give it the newest motion now and then; ask `why` and `is_known`."""
+    """For one drone. Feed it the newest motion regularly; read `why` and `is_known`."""
 
     def __init__(self) -> None:
         self.why: Why | None = None

@@ -1,11 +1,12 @@
-"""What somebody is told of a drone that they may not see: enough to avoid it, and no more. Pure; takes `now`.
+"""What people learn of a drone that they may not see: enough to avoid it, and no more. Pure; takes `now`.
 
-Its laws:
+Rules:
+
 - The other drone is a direction, a distance, a height difference and a time, all rounded. It has no name and no number.
-- Nothing is begun unless both drones are armed, flown by an autopilot that is heard, and move as machines can.
-- One that is disarmed, or moves as none can, ends what was told, and why is not said.
-- An alert is raised at once; its figures change every FIGURES_EVERY_S. Of two drones alerts begin BEGUN_AT_ONCE times,
-  then once in BEGUN_EVERY_S. Whoever connects later hears what was said last, not what is now.
+- An alert begins only if both drones are armed, have live autopilots, and move as machines can.
+- Disarming or implausible motion ends it, without a reason.
+- An alert is raised at once; its figures change every FIGURES_EVERY_S. Two drones begin BEGUN_AT_ONCE alerts, then one
+  in BEGUN_EVERY_S. A person who connects later gets the last message, not the present figures.
 """
 
 from collections.abc import Callable, Iterable
@@ -31,7 +32,7 @@ _MAX_BUCKETS: Final = 4096
 
 
 class Rounded(NamedTuple):
-    """`in_s`: down to the last step, so that nobody believes to have longer. None: not known."""
+    """`in_s`: rounded down, so that the time is never overestimated. None: not known."""
 
     level: Level
     in_s: int | None = None
@@ -55,7 +56,7 @@ def rounded(level: Level, approach: Approach | None, seen: Relative | None) -> R
 
 
 class Said(NamedTuple):
-    """To everybody who sees the one drone and not the other. `number` names it from the first word to the last."""
+    """For all who see one drone and not the other. `number` identifies the alert from its first message to its last."""
 
     number: int
     about: Rounded
@@ -76,13 +77,13 @@ class StrangerAlerts:
         self._alerts: dict[tuple[int, int], _Alert] = {}
         """By the encounter's number and the drone that is seen."""
         self._begun: dict[tuple[int, int], TokenBucket] = {}
-        """By who hears and who is heard of."""
+        """By recipient and subject."""
 
     def check(
         self, encounter: int, pair: Pair, level: Level, about: Callable[[], Rounded], *, fit: bool | None, now: float
     ) -> Said | None:
-        """What is to be said now, None: nothing. `pair`: one's own drone, then the other. `fit`: whether both are what
-        an alert may be about; None: one of them is not heard, which begins nothing and ends nothing."""
+        """The message due now; None: nothing. `pair`: one's own drone, then the other. `fit`: whether both qualify for
+        an alert; None: one is silent, which begins nothing and ends nothing."""
         key = encounter, pair[0]
         alert = self._alerts.get(key)
         if level is Level.CLEAR or fit is False:
@@ -98,7 +99,7 @@ class StrangerAlerts:
         return alert.said
 
     def last(self, encounter: int, own: int) -> Said | None:
-        """What was said last, while it holds."""
+        """The last message, while it is valid."""
         alert = self._alerts.get((encounter, own))
         return alert.said if alert is not None else None
 

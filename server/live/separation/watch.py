@@ -1,7 +1,7 @@
-"""The watch over all drones in the air, whoever owns them: which will come too near each other. No I/O; takes `now`.
+"""The watch over all drones in the air, of all owners: which pairs will come too close. No I/O; takes `now`.
 
-Once a second everything is looked through for pairs that may (`near_pairs`), in portions; pairs that do are looked at
-twice a second until they are apart (`encounter`).
+Once a second it searches all drones for possible pairs (`near_pairs`), in portions. It checks those pairs twice a
+second until they are apart (`encounter`).
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -17,23 +17,23 @@ from wire.ids import DroneId
 SWEEP_S: Final = 1.0
 CHECK_EVERY_S: Final = 0.5
 MAX_PAIRS: Final = 10_000
-"""That one sweep looks at closely. A thousand drones all over each other are not flown by people."""
+"""Maximum number of pairs that one sweep checks closely. People do not fly a thousand drones on top of each other."""
 MAX_ENCOUNTERS: Final = 300
 """The others wait until one of these is over."""
 
 
 class Sky(NamedTuple):
-    """Where the watch looks. `flying`: the drones in the air whose position is fresh. `motion`: the newest of one drone
-    however old, None when it is on the ground or gone."""
+    """The watch's view of the world. `flying`: drones in the air with a fresh position. `motion`: the newest motion of
+    one drone, however old; None if it is on the ground or gone."""
 
     flying: Callable[[float], Mapping[DroneId, Motion]]
     motion: Callable[[DroneId], Motion | None]
 
 
 class SeparationWatch:
-    """One for the tower. Call `tick` some ten times a second; it answers what people are to be told again.
+    """One for the tower. Call `tick` about ten times a second; it returns the alerts to send.
 
-    `new_number`: names an encounter to people. Counted ones, the default, tell how many others have.
+    `new_number`: identifies an encounter to people. Consecutive numbers, the default, reveal how many others there are.
     """
 
     def __init__(self, sky: Sky, bounds: SeparationBounds, new_number: Callable[[], int] | None = None) -> None:
@@ -48,7 +48,7 @@ class SeparationWatch:
 
     @property
     def encounters(self) -> list[Encounter]:
-        """That people were told of and that are not over, the worst first."""
+        """The open alerts, worst first."""
         active = [one for one in self._encounters.values() if one.level is not Level.CLEAR]
         return sorted(active, key=lambda one: (-one.level, one.judged.approach.in_s if one.judged else 0.0))
 

@@ -11,7 +11,7 @@ class UnknownTeam(Refusal):
 
 
 class UnknownInvitation(Refusal):
-    """Never was, withdrawn, over, or for somebody else."""
+    """Unknown, withdrawn, expired, or for another user."""
 
     def __init__(self) -> None:
         super().__init__("there is no such invitation: it may be over")

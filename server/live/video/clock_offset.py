@@ -1,8 +1,8 @@
-"""How far the clock of an agent is from the tower's: the answer that took the least round trip says it best.
+"""The offset of an agent's clock: the answer with the shortest round trip is the best estimate. Pure.
 
-Pure. An answer was given somewhere between question and arrival, so it is wrong by half its round trip at most; and a
-clock drifts, so an old answer is wrong by as much more as it may have drifted since. The one with the least of both
-counts. The offset is not averaged: on a busy way nearly all answers are late on one side, and so would be the mean.
+An answer's error is at most half its round trip, and it grows with age by the clocks' drift. The answer with the
+smallest error counts. The offset is not averaged: on a busy line nearly all answers are late in one direction, and so
+would be the mean.
 """
 
 from collections import OrderedDict
@@ -12,10 +12,10 @@ DRIFT: Final = 100e-6
 """Two cheap quartzes run apart by no more than this: a millisecond in ten seconds."""
 MAX_OPEN: Final = 16
 ANSWERED_WITHIN_S: Final = 2.0
-"""What comes later is no answer to what was asked."""
+"""A later answer is ignored."""
 MAX_KEPT: Final = 24
 _NO_TIME_US: Final = 1 << 63
-"""An agent may say anything; this is 292 000 years."""
+"""Bounds what an agent can report: 292 000 years."""
 
 
 class _Answer(NamedTuple):

@@ -1,4 +1,4 @@
-"""The video of one drone: who takes which of its streams, what its agent is told, what it says. Pure."""
+"""The video of one drone: viewers of its streams, and the messages to and from its agent. Pure."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -13,9 +13,9 @@ from server.live.video.viewer import LockstepGroup, VideoViewer
 from wire.video import VIDEO, ClockProbe, StreamRequest, VideoState, VideoWanted
 
 LINGER_S: Final = 3.0
-"""A stream goes on for so long after the last one left, so that looking elsewhere and back does not restart it."""
+"""A stream continues this long after its last viewer leaves, so that a viewer who returns does not restart it."""
 SILENT_AFTER_S: Final = 2.0
-"""No picture for so long, or for the time of four where they are rare: the stream is not live."""
+"""Without a picture for this long (or for four intervals of a slow stream) the stream is not live."""
 PROBES_AT_ONCE: Final = 6
 PROBE_FAST_S: Final = 0.2
 PROBE_EVERY_S: Final = 5.0
@@ -59,11 +59,11 @@ class Flow:
     rate_hz: float = 0.0
     bits_per_s: int = 0
     reported: VideoSituation | None = None
-    """What its takers were last told."""
+    """The state last sent to its viewers."""
 
     @property
     def taken(self) -> bool:
-        """Whether anybody takes it now."""
+        """Whether it has viewers now."""
         return bool(self.viewers or self.sinks)
 
     def leave_lockstep(self, viewer: VideoViewer) -> None:
@@ -118,12 +118,12 @@ class DroneVideo:
 
     @property
     def takes_video(self) -> bool:
-        """Whether its agent has a camera, as far as its hello said."""
+        """Whether the agent has a camera, by its hello."""
         return self.link is not None and VIDEO in self.link.takes
 
     @property
     def wanted(self) -> tuple[StreamKey, ...]:
-        """What its agent is asked for."""
+        """The streams requested from the agent."""
         return self._wanted
 
     def is_idle(self, now: float) -> bool:
@@ -152,7 +152,7 @@ class DroneVideo:
         return self._units.take(1.0, now) and self._bytes.take(unit_bytes, now)
 
     def flow(self, key: StreamKey, now: float) -> Flow:
-        """A stream that somebody wants."""
+        """A requested stream."""
         flow = self.flows.get(key)
         if flow is None:
             flow = self.flows[key] = Flow(wanted_since=now)
@@ -160,12 +160,12 @@ class DroneVideo:
         return flow
 
     def viewers(self) -> Iterator[VideoViewer]:
-        """Of all streams."""
+        """Over all streams."""
         for flow in self.flows.values():
             yield from flow.viewers.values()
 
     def send_wanted(self) -> None:
-        """Tells the agent what is wanted, whatever it was told before."""
+        """Sends the wanted streams to the agent, whatever was sent before."""
         self._wanted = tuple(sorted(self.flows))
         if self.link is not None and self.takes_video:
             self.link.post(VideoWanted(ticket=self.ticket, streams=tuple(StreamRequest(*key) for key in self._wanted)))
@@ -175,7 +175,7 @@ class DroneVideo:
             self.send_wanted()
 
     def tick(self, now: float) -> None:
-        """Several times a second: streams that nobody takes any more, streams that have stopped, the clock."""
+        """Called several times a second: ends streams without viewers, detects silent ones, probes the clock."""
         for key, flow in list(self.flows.items()):
             if flow.taken:
                 flow.lingers_until = now + LINGER_S

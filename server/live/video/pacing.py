@@ -18,7 +18,7 @@ PICTURE_AGE_S: Final = 0.35
 KEY_AGE_S: Final = 0.4
 """Older ones are not begun: the group is given up, and the next key picture waited for."""
 CATCH_UP_S: Final = 0.4
-"""For whoever has just come: the pictures that lead up to now are old, and drawn in a moment."""
+"""For a new viewer: the pictures before the present one are old and are drawn in a moment."""
 FIRST_DRAWN_S: Final = 0.5
 """Who takes longer for the first picture is not led up to now, but waits for the next key."""
 LEFT_OVER_S: Final = 0.2
@@ -26,32 +26,32 @@ LEFT_OVER_S: Final = 0.2
 QUEUE_S: Final = 0.18
 """How long what is sent may wait on the way, beyond what the way takes at its best."""
 PAUSE_S: Final = 0.09
-"""Nothing is sent while what was sent first is overdue by so much."""
+"""Sends nothing while the oldest unacknowledged unit is overdue by this much."""
 KEY_QUEUE_S: Final = 0.1
 """Before a key picture, which is large itself."""
 KEY_PAUSE_S: Final = 0.03
 """Instead of PAUSE_S before a key picture that is large: were the way slow, all that follows would wait for it."""
 LARGE_KEY_S: Final = 0.15
-"""Takes so long at the stream's bit rate."""
+"""Takes this long at the stream's bit rate."""
 KEY_DELAY_S: Final = 0.85
-"""A key picture that would be older when it has come is not begun, but the next one, as soon as it is there."""
+"""Skips a key picture that would be older than this on arrival, and begins with the next one."""
 FRESH_S: Final = 0.05
 """A key picture that is no older is begun however long it takes."""
 GOT_EVERY_S: Final = 0.075
-"""A viewer may leave out its `got` for pictures that it draws sooner than so long after the last one."""
+"""A viewer may omit its `got` for pictures drawn within this time after the last one."""
 TRUST_S: Final = 2.5
-"""A viewer that is calm says so every two seconds. For so long it is taken at its word."""
+"""A calm viewer says so every two seconds. It is trusted for this long."""
 OVERDUE_S: Final = 0.03
-"""Instead of PAUSE_S, once the viewer has said that the next picture should have come."""
+"""In place of PAUSE_S, once the viewer has reported an overdue picture."""
 EACH_IN_A_ROW: Final = 4
-"""After so many that were said for a single picture, the viewer is taken to say it for each."""
+"""After this many reports for single pictures, the viewer is assumed to report each one."""
 LATE_S: Final = 0.12
 """So much later than at its best, and the way does not take the stream."""
 FORGET_SLOW_S: Final = 1.0
 """After it was last late."""
 IN_TIME_S: Final = 0.04
 IN_TIME_AGAIN: Final = 3
-"""Or after so many in a row that were late by no more than this: it was a stop on the way, and not its rate."""
+"""Or after this many in a row that were late by no more than this: that was an interruption, not the line's rate."""
 MAX_WAY_S: Final = 1.0
 MAX_AHEAD_S: Final = 0.3
 """What the way itself holds counts for no more than this, once it is known to be slow."""
@@ -72,7 +72,7 @@ class ViewerPace:
         self.skipped = 0
         """Units of its stream that it was too slow for."""
         self.in_flight = 0
-        """Bytes sent and not yet drawn, as far as it has said."""
+        """Bytes sent and not yet reported as drawn."""
         self._stream: Stream | None = None
         self._group = 0
         self._next = 0
@@ -87,12 +87,12 @@ class ViewerPace:
         self._drawn_sent_at = float("-inf")
         """When the newest was sent that it has drawn."""
         self.trusted_until = _LONG_AGO
-        """Until then no news is good news: the viewer says when anything is late."""
+        """Until then silence is good news: the viewer reports anything late."""
         self._is_overdue = False
-        """The viewer waits for what should have come; until it says that something has."""
+        """The viewer waits for an overdue picture, until it reports that something arrived."""
         self.is_held_up = False
-        """Something could go, and does not, because what was sent before is overdue. On a way that lost a packet it
-        helps to send anything at all: only by what comes after it does the other side see that it is missing."""
+        """Something could be sent and is not, because earlier units are overdue. After a lost packet any new packet
+        helps: only later packets show the other side that one is missing."""
         self._singles = 0
         """So many `got` in a row were for one picture each."""
         self._best_s = self._best_before_s = _NOT_KNOWN
@@ -132,10 +132,10 @@ class ViewerPace:
         return self._send(unit, now) if not self._sent or self._has_way_for(unit, now) else None
 
     def got(self, sequence: int, now: float, *, calm: bool = False, overdue: bool = False, held_s: float = 0.0) -> None:
-        """The viewer has drawn this one, and is done with all before it. Nothing for one that is not open.
+        """The viewer has drawn this unit, and is done with all before it. Ignored for a unit that is not open.
 
-        `calm`: it has seen nothing late for a while, and says at once when it does. `overdue`: the next one should have
-        come by now. `held_s`: it drew it so long before it said so.
+        `calm`: nothing was late for a while, and it will report when something is. `overdue`: the next unit should have
+        arrived. `held_s`: time between drawing and reporting.
         """
         self._is_overdue, self.is_held_up = overdue, False
         if not calm and self.trusted_until != _LONG_AGO:
@@ -170,7 +170,7 @@ class ViewerPace:
             self._rate = None if over else max(self._rate, sample)
 
     def _reckon_what_came(self) -> None:
-        """While it was calm it did not say what had come: all that had taken the usual time had, when each was sent."""
+        """A calm viewer does not report arrivals: units older than the usual time have arrived."""
         best, reckoned, came = self._best(), self._delivered, 0
         sent = list(self._sent)
         for place, (number, size, at, _) in enumerate(sent):
@@ -182,7 +182,7 @@ class ViewerPace:
     # -- in step -----------------------------------------------------------------------------------------------
 
     def is_in_step(self, now: float) -> bool:
-        """Calm, and sent everything up to now: nothing has to be asked before it is sent what comes next."""
+        """Calm and fully served: the next unit can be sent without a check."""
         stream = self._stream
         return (
             stream is not None
@@ -194,8 +194,7 @@ class ViewerPace:
         )
 
     def was_in_step(self, sent: list[SentUnit], behind: int) -> None:
-        """Since it was found to be in step it was `sent` these, without being asked; it was not sent the newest
-        `behind` units that came."""
+        """Since it was found in step it was `sent` these without a check, and not the newest `behind` units."""
         for number, size, at in sent:
             self._sent.append((number, size, at, self._delivered))
             self.in_flight += size
@@ -213,7 +212,7 @@ class ViewerPace:
         self._lost = False
 
     def silent_for(self, now: float) -> float:
-        """Seconds since what it has not said to have drawn was sent; 0 if there is nothing."""
+        """Seconds since the oldest unreported unit was sent; 0 if there is none."""
         return now - self._sent[0][2] if self._sent else 0.0
 
     # -- what the way takes ----------------------------------------------------------------------------------

@@ -1,10 +1,10 @@
-"""The service of video, a part of the hub: who watches what, what agents are asked for, and units from one to many.
+"""The video service, part of the hub: who watches what, what agents must send, and units from one to many.
 
-Its laws, besides the hub's:
-- A unit goes to those who may watch its drone at this instant: whoever may no longer is taken off the list by the very
-  call that says so, and gets nothing more.
-- A unit is made ready once and the same bytes are written to all viewers; nobody waits for anybody.
-- Of many viewers only some are written to at once, the rest after whatever else has come meanwhile: frames first.
+Rules, besides the hub's:
+
+- A unit goes to those who may watch its drone at this instant: the call that ends a right also removes the viewer.
+- A unit is prepared once, and all viewers get the same bytes; nobody waits for anybody.
+- Only some of many viewers are written to at once, the rest after other arrivals: frames first.
 """
 
 import secrets
@@ -54,10 +54,10 @@ class VideoService:
         self._last_number = 0
         self._check_viewers_at = float("-inf")
         self._now = 0.0
-        """As it was told last, for what is told without a time."""
+        """The last time it was given, for calls without a time."""
         self.traffic = VideoTraffic()
         self.later: Later = lambda call: None
-        """How viewers beyond AT_ONCE are reached; whoever runs the hub says it."""
+        """How viewers beyond AT_ONCE are reached; the hub's owner sets it."""
 
     # -- viewers -------------------------------------------------------------------------------------------------
 
@@ -71,12 +71,12 @@ class VideoService:
         return self._bounds.refusal(self._viewers.values(), user_id, address)
 
     def enter(self, viewer: VideoViewer, now: float) -> None:
-        """Somebody who may watch comes: they are told how it is, and get the newest group of pictures at once."""
+        """A viewer who may watch connects: gets the state and the newest group of pictures at once."""
         self._viewers[viewer.number] = viewer
         self._watch(viewer, now)
 
     def leave(self, viewer: VideoViewer) -> None:
-        """The viewer is gone. Harmless if it was gone already."""
+        """Removes a viewer. Idempotent."""
         if self._viewers.pop(viewer.number, None) is not None:
             self._take_off(viewer)
 
@@ -145,7 +145,7 @@ class VideoService:
     # -- who may watch -------------------------------------------------------------------------------------------
 
     def recheck(self, drone_id: DroneId | None = None) -> None:
-        """Owners, loans, leases or drones have changed (of one drone, or any): who may not watch any more is gone."""
+        """Owners, loans, leases or drones changed (of one drone, or any): removes viewers without a right."""
         for viewer in list(self._viewers.values()):
             if drone_id is None or viewer.drone_id == drone_id:
                 refusal = why_not_watch(self._state.drones.get(viewer.drone_id), viewer.viewer)
@@ -155,7 +155,7 @@ class VideoService:
             self._check_drone(one)
 
     def end_where(self, why_signed_out: Callable[[Principal], str]) -> None:
-        """Ends those about whom something is said: accounts have changed."""
+        """Removes the viewers with a reason to end: accounts changed."""
         for viewer in list(self._viewers.values()):
             why = why_signed_out(viewer.viewer)
             if why:
@@ -198,7 +198,7 @@ class VideoService:
         return True
 
     def detach(self, drone_id: DroneId, sink: StreamSink) -> None:
-        """It wants no more. Harmless if it was gone already."""
+        """Ends its stream. Idempotent."""
         video = self._drones.get(drone_id)
         flow = video.flows.get(StreamKey(sink.quality, sink.codec)) if video is not None else None
         if flow is not None:
@@ -232,31 +232,31 @@ class VideoService:
             video.send_wanted()
 
     def update_state(self, link: AgentLink, state: VideoState) -> None:
-        """The agent says how it is with its camera."""
+        """The agent reports the state of its camera."""
         video = self._drones.get(link.drone_id)
         if video is not None and video.link is link:
             video.state = state
             video.send_situation(self._now)
 
     def clock_answered(self, link: AgentLink, answer: ClockAnswer, now: float) -> None:
-        """The agent says what time it is there."""
+        """The agent reports its clock."""
         video = self._drones.get(link.drone_id)
         if video is not None and video.link is link:
             video.clock.answered(answer.number, answer.at_us, now)
 
     def drone_of_ticket(self, ticket: str) -> DroneVideo | None:
-        """Whose video channel a ticket opens; None: of no link that stands."""
+        """The link of a video channel's ticket; None: of no present link."""
         return self._tickets.get(ticket)
 
     def open_channel(self, video: DroneVideo, channel: AgentVideoChannel) -> None:
-        """The agent's video process is there. A channel that it had is closed: the newest one counts."""
+        """The agent's video process connected. Closes its earlier channel: the newest one counts."""
         video.end_channel("the agent's video process has reconnected", CHANNEL_REPLACED)
         video.channel = channel
         for flow in video.flows.values():
             flow.stream.broken()
 
     def channel_lost(self, video: DroneVideo, channel: AgentVideoChannel) -> None:
-        """The channel is gone. Harmless if it has been replaced."""
+        """The channel is gone. Ignored for a replaced channel."""
         if video.channel is channel:
             video.channel = None
             for flow in video.flows.values():
@@ -374,7 +374,7 @@ class VideoService:
     # -- what others ask -----------------------------------------------------------------------------------------
 
     def video_of(self, drone: LiveDrone, now: float) -> DroneVideo:
-        """For those who only look: nothing is remembered of a drone that nobody watches."""
+        """For reads only: keeps no state for a drone without viewers."""
         video = self._drones.get(drone.drone_id)
         if video is None:
             video = DroneVideo(drone.record.name, self._new_ticket)
@@ -382,13 +382,14 @@ class VideoService:
         return video
 
     def first_offered(self, drone_id: DroneId, keys: Sequence[StreamKey]) -> StreamKey:
-        """The first that the agent can make; the last where none is, or nobody knows yet. `keys`: one at least."""
+        """The first one that the agent can produce; the last one if it can produce none or is not known yet. `keys`: at
+        least one."""
         video = self._drones.get(drone_id)
         offered = () if video is None or video.state is None else video.state.codecs
         return next((key for key in keys if key.codec in offered), keys[-1])
 
     def count(self) -> tuple[int, int]:
-        """(viewers, streams that agents are asked for)."""
+        """(viewers, streams requested from agents)."""
         return len(self._viewers), sum(len(video.flows) for video in self._drones.values())
 
 

@@ -6,14 +6,14 @@ from typing import Final, NamedTuple
 from wire.video import CameraState, Codec, VideoState
 
 NO_PICTURES_AFTER_S: Final = 8.0
-"""A process has to start, a camera to open: after so long something is wrong."""
+"""Time to start a process and open a camera. After this something is wrong."""
 
 
 class VideoCondition(StrEnum):
     """The state reported to viewers (docs/wire-protocol.md, 4)."""
 
     WAITING = "waiting"
-    """Pictures are asked for, and none has come yet."""
+    """Pictures were requested, and none has arrived yet."""
     LIVE = "live"
     NO_CAMERA = "no-camera"
     CAMERA_LOST = "camera-lost"
@@ -25,7 +25,7 @@ class VideoCondition(StrEnum):
 
 
 class VideoSituation(NamedTuple):
-    """`words` names the drone and says what is wrong; empty where nothing is. `codecs`: what can be asked for."""
+    """`words` names the drone and the fault; may be empty. `codecs`: those available."""
 
     condition: VideoCondition
     words: str = ""
@@ -33,10 +33,8 @@ class VideoSituation(NamedTuple):
 
 
 class Known(NamedTuple):
-    """What the tower knows of one stream. `linked`: the agent is there; `takes_video`: it has a camera at all.
-
-    `state`: as it last told. `live`: pictures come. `asked_for_s`: for so long they have been asked for.
-    """
+    """What the tower knows of one stream. `linked`: the agent is connected; `takes_video`: it has a camera. `state`:
+    its last report. `live`: pictures arrive. `asked_for_s`: time since they were requested."""
 
     name: str
     linked: bool
@@ -47,7 +45,7 @@ class Known(NamedTuple):
 
 
 def situation_of(known: Known, codec: Codec) -> VideoSituation:
-    """For whoever wants a stream with this codec."""
+    """For viewers who want this codec."""
     name, state = known.name, known.state
     if not known.linked:
         return VideoSituation(VideoCondition.OFFLINE, f"{name} is offline.")

@@ -1,7 +1,7 @@
-"""One stream of a drone's video as the tower has it: its newest group of pictures, for whoever comes or comes after.
+"""One stream of a drone's video: its newest group of pictures, for present and new viewers. Pure.
 
-Pure. A group begins with a key picture and needs nothing before it. The tower keeps the newest group of each stream and
-nothing else: viewers have a place in it (server.live.video.pacing), so that a slow one has no queue of its own.
+A group begins with a key picture and needs nothing before it. The tower keeps only the newest group of each stream.
+Viewers have a position in it (server.live.video.pacing), so a slow one has no queue of its own.
 """
 
 from typing import Final, NamedTuple, Protocol
@@ -11,7 +11,7 @@ from wire.video import Codec, Quality, UnitHead
 
 MAX_UNITS: Final = 150
 MAX_BYTES: Final = 4 * 1024 * 1024
-"""Of one group: several seconds of the highest quality. An agent that sends no key pictures is asked for one."""
+"""Maximum size of a group: several seconds of the highest quality. An agent without key pictures is asked for one."""
 _SEQUENCES: Final = 1 << 32
 
 
@@ -27,7 +27,7 @@ class StreamSink(Protocol):
 
     @property
     def quality(self) -> Quality:
-        """Of the stream that it takes; does not change while it is attached."""
+        """The viewer's stream; does not change while it is attached."""
 
     @property
     def codec(self) -> Codec:

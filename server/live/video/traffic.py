@@ -1,4 +1,4 @@
-"""What the relay of video counts: plain integers, read by server.metrics when it is asked."""
+"""Counters of the video relay: plain integers, read by server.metrics on request."""
 
 from collections import Counter
 
@@ -18,7 +18,7 @@ class VideoTraffic:
         self.skipped = 0
         """Units not sent because a viewer was too slow."""
         self.dropped: Counter[str] = Counter()
-        """Units of agents that went to nobody, by why."""
+        """Agents' units without a recipient, by reason."""
         self.closes: Counter[int] = Counter()
         """Connections of viewers that the tower closed, by code."""
         self.age = Histogram()

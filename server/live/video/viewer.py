@@ -1,10 +1,9 @@
-"""Viewers of a drone's video as the service sees them: who each is, which stream, how to write to it. Pure.
+"""Viewers of a drone's video: identity, stream, and how to write to them. Pure.
 
-Those of one stream who are in step (calm, and sent everything up to now) form a lockstep group: what goes to one of
-them goes to all. Nearly always that is nearly everybody, and the tower looks at none of them when a picture comes: for
-fifty viewers, the state of each is more than a processor's cache keeps until the next picture. The group writes down
-once what was sent. It goes to the account of each (pacing.py) when it leaves: with each `got`, and before
-anything else that concerns it.
+Viewers of one stream that are in step (calm and fully served) form a lockstep group: each unit goes to all of them.
+Nearly always that is nearly everybody, and the tower touches none of them per picture: for fifty viewers, their state
+exceeds the processor's cache between two pictures. The group keeps one list of what was sent. It is copied to a
+member's account (pacing.py) when the member leaves: with each `got`, and before anything else about it.
 """
 
 from __future__ import annotations
@@ -25,20 +24,20 @@ from wire.ids import DroneId
 MAX_MEMBERS: Final = 32
 """They are written to at one go: some tenths of a millisecond."""
 _MAX_LOG: Final = 200
-"""Units: with so many in it, those that everybody has on its account are dropped."""
+"""Units: beyond this, those on every member's account are dropped."""
 REQUESTS_PER_S: Final = 150.0
 REQUESTS_BURST: Final = 600
 """Text messages of a viewer: one for each picture drawn, and a few more."""
 REPORT_SKIPPED_EVERY_S: Final = 1.0
 TOO_SLOW: Final = 4408
 DEAF_AFTER_S: Final = 20.0
-"""A viewer that does not say for so long what it has drawn is gone, whatever its connection says."""
+"""A viewer without a report for this long is gone, whatever its connection's state."""
 
 
 class VideoViewer:
-    """`write`: a whole WebSocket message, as bytes; `send_text`: the payload of a text message; `has_room`: whether the
-    other side reads what it is sent; `close`: ends it with a code and words; `held_up`: told when pictures wait because
-    those before them are overdue (server.live.video.pacing)."""
+    """`write`: sends a whole WebSocket message, as bytes; `send_text`: sends a text message; `has_room`: whether the
+    other side reads; `close`: ends it with code and words; `held_up`: called when pictures wait behind overdue ones
+    (server.live.video.pacing)."""
 
     weight: Final = 1
 
@@ -104,7 +103,7 @@ class VideoViewer:
                 return  # the newest there is: nothing can be due after it
 
     def is_in_step(self, now: float) -> bool:
-        """Nothing waits for it, and nothing has to be asked before it is sent what comes next."""
+        """Nothing waits for it, and the next unit needs no check."""
         return not self.ended and self._pending_state is None and self.pace.is_in_step(now) and self._has_room()
 
     def situation(self, situation: VideoSituation) -> None:
@@ -138,7 +137,7 @@ class VideoViewer:
 
 
 class LockstepGroup:
-    """`left`: told of each member that it puts out itself, before that one is pumped."""
+    """`left`: called for each member that the group removes, before that one is served again."""
 
     weight: Final = MAX_MEMBERS
 
@@ -155,7 +154,7 @@ class LockstepGroup:
         self._logged = 0
         """Units that were sent, those included that are no longer in the log."""
         self._trusted_until = float("inf")
-        """At least so long, all of them."""
+        """All of them are at least this large."""
 
     def __len__(self) -> int:
         return len(self._members)
@@ -186,7 +185,7 @@ class LockstepGroup:
         self._unsent.append(unit)
 
     def pump(self, traffic: VideoTraffic, now: float) -> None:
-        """Writes what is due to all. Puts out who is not to be trusted any more, and everybody where it comes late."""
+        """Writes what is due to all members. Removes those no longer trusted, or everybody if it runs late."""
         if self._unsent and (now >= self._trusted_until or now - self._unsent[0].at >= PICTURE_AGE_S):
             self._put_out(traffic, now)
         writes, unsent = self._writes, self._unsent

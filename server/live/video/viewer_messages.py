@@ -16,7 +16,7 @@ CodecName = Literal["mpeg1", "h264"]
 
 
 class MalformedVideoRequest(ValueError):
-    """A viewer sent something that is no message of this channel. The text says what is wrong with it."""
+    """A viewer sent an invalid message. The text says what is wrong with it."""
 
 
 class AskClock(msgspec.Struct, frozen=True, tag="clock", tag_field="type"):
@@ -26,10 +26,10 @@ class AskClock(msgspec.Struct, frozen=True, tag="clock", tag_field="type"):
 
 
 class Drawn(msgspec.Struct, frozen=True, tag="got", tag_field="type"):
-    """The newest unit that was drawn; all before it are done with as well.
+    """The newest unit drawn; all before it are done too.
 
-    `calm`: nothing was late for a while; it says so every two seconds, and speaks up as soon as something is late or
-    does not come. `overdue`: the next one should have come by now. `held_ms`: it was drawn so long before this is said.
+    `calm`: nothing was late for a while; the viewer repeats this every two seconds and reports as soon as something is
+    late. `overdue`: the next unit should have arrived. `held_ms`: time between drawing and this report.
     """
 
     sequence: Annotated[int, msgspec.Meta(ge=0, le=0xFFFFFFFF)]
@@ -89,7 +89,7 @@ def encode_to_viewer(message: ToViewer) -> bytes:
 
 
 def state_message(situation: VideoSituation, key: StreamKey) -> StateMessage:
-    """As the viewer of one stream is told."""
+    """The state for the viewer of one stream."""
     return StateMessage(
         state=situation.condition.value,
         words=situation.words,

@@ -1,6 +1,6 @@
-"""Who may watch the video of a drone: whoever may have its frames, and did not have the video taken from them.
+"""Who may watch the video of a drone: all who may have its frames and were not barred from the video.
 
-The one judgement of `server.api.access`, asked when somebody comes and again on each change of what it depends on.
+Uses the one judgement of `server.api.access`, at the start and again on each change.
 """
 
 from typing import Final, NamedTuple

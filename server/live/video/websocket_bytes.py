@@ -9,9 +9,9 @@ TEXT: Final = 0x81
 BINARY: Final = 0x82
 """Whole messages in one frame."""
 PING: Final = bytes((0x89, 0))
-"""A whole ping. Its answer says nothing to the parser, whose own pings have something in them."""
+"""A whole ping. The parser ignores its answer; its own pings have a payload."""
 PONG: Final = bytes((0x8A, 0))
-"""A whole pong that answers no ping: nobody answers it (RFC 6455, 5.5.3)."""
+"""A whole unsolicited pong, which needs no answer (RFC 6455, 5.5.3)."""
 
 
 def whole_message(first: int, payload: bytes) -> bytes:
