@@ -313,7 +313,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
 
 
 async def _deleted_with_files(tower: Tower) -> frozenset[int]:
-    """Drones that were deleted, and of which there still are files."""
+    """Deleted drones whose files still exist."""
     there = await asyncio.to_thread(lambda: tower.flight_log_quota.drone_ids() | tower.recordings.store.drone_ids())
     async with tower.database.reading() as session:
         return await deleted_among(session, there - frozenset(sorted(tower.hub.state.drones)))
@@ -380,7 +380,7 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
 
 
 def _prepare_routes(app: TowerApp) -> None:
-    """What FastAPI otherwise does at the first request, whoever sends it: it stops everything for half a second."""
+    """What FastAPI otherwise does at the first request: it stops everything for half a second."""
     scope = {"type": "http", "method": "GET", "path": "/", "root_path": "", "query_string": b"", "headers": []}
     for route in app.router.routes:
         route.matches(dict(scope, app=app))

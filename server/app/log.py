@@ -47,8 +47,8 @@ def configure_log(log_format: str = "auto") -> None:
 
 
 def _is_our_fault(record: logging.LogRecord) -> bool:
-    """uvicorn logs a traceback for each text message that is no UTF-8: anybody who is connected could fill the log
-    with them. The connection is closed (1007) and the message counted; that is enough."""
+    """uvicorn logs a traceback for each text message that is not UTF-8: any client could fill the log. The connection
+    is closed (1007) and the message counted; that is enough."""
     return not (record.exc_info and isinstance(record.exc_info[1], UnicodeDecodeError))
 
 

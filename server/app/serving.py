@@ -1,7 +1,7 @@
-"""Runs the application on a listening socket: uvicorn, with the tower's own beginning and end.
+"""Runs the application on a listening socket: uvicorn, with the tower's own start and stop.
 
-The application's lifespan is entered here and not by uvicorn, so that what goes wrong at start-up arrives as the
-exception that it is, and so that good-byes are said while connections are still open.
+Enters the application's lifespan here and not in uvicorn, so that a failed start raises its own exception, and so that
+farewells are sent while connections are still open.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from server.store.database import LockLost
 from server.store.schema import check_schema
 
 MAX_MESSAGE_BYTES: Final = 64 * 1024
-"""Of a WebSocket message. The largest allowed upwards is 16 KiB; the rest is for telling why it was refused."""
+"""Of a WebSocket message. The largest allowed upwards is 16 KiB; the rest is room for reporting why it was refused."""
 GRACE_S: Final = 2
 ENDS_WITHIN_S: Final = 10.0
 """After it has lost its lock. What hangs in a database that went away must not keep it alive."""
@@ -74,8 +74,8 @@ class TowerServer(uvicorn.Server):
         self._acceptors: list[Acceptor] = []
 
     async def run_on(self, listener: socket.socket) -> None:
-        """Serves until told to stop, then closes the socket. Raises what the start of the application raises, and
-        LockLost where another process has become the tower."""
+        """Serves until it is stopped, then closes the socket. Raises what the application's start raises, and LockLost
+        if another process has become the tower."""
         lock = self._lock
         lock.address = lock.address or address_in_words(listener)
         with listener:
@@ -88,7 +88,7 @@ class TowerServer(uvicorn.Server):
             raise LockLost(lock.lost_words)
 
     async def _stand_by(self, listener: socket.socket) -> bool:
-        """Until this process has the lock. False where it was told to stop before."""
+        """Returns when this process has the lock. False if it was stopped before."""
         tower = self._app.tower
         await check_schema(tower.database)
         async with answering_standby(listener, self._app.version):
@@ -150,8 +150,10 @@ class TowerServer(uvicorn.Server):
 
 
 def run(app: TowerApp, listener: socket.socket, *, on_listening: Callable[[], None], standby: bool = False) -> None:
-    """Runs in a loop of its own until SIGINT or SIGTERM; a second SIGINT does not wait for anybody. `standby`: waits
-    first until no other process is the tower. Raises TowerLockHeld, LockLost."""
+    """Runs in its own loop until SIGINT or SIGTERM; a second SIGINT stops at once.
+
+    `standby`: waits first until no other process is the tower. Raises TowerLockHeld, LockLost.
+    """
 
     def listening() -> None:
         settle_memory()

@@ -1,6 +1,6 @@
-"""What a tower that waits for another one's end answers: that it stands by. No more than that, and to few at a time.
+"""What a tower in standby responds. Nothing more, and to few clients at a time.
 
-It reads one request of a connection and closes it. Everything of the tower itself is opened only when it is one.
+Reads one request of a connection and closes it. Everything of the tower itself is opened only when it takes over.
 """
 
 from __future__ import annotations

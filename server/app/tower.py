@@ -19,7 +19,7 @@ class Tower(Parts):
     loan_expiry: LoanExpiry
     audit_writer: OperationAuditWriter
     before_shutdown: list[Callable[[], Awaitable[None]]] = field(default_factory=list)
-    """Run, in order, while connections are still open: the place to say good-bye on them."""
+    """Run in order while connections are still open, to send farewells."""
 
     def hold_flown_by_hand(self) -> None:
         """Where the lock on the database may run out while another process waits for it."""

@@ -1,12 +1,13 @@
-"""Who may do what: one judgement for REST, WebSocket, UDP and video alike.
+"""Who may do what: one judgement for REST, WebSocket, UDP and video.
 
-Three tables, and nobody compares roles elsewhere:
-- `NEEDS`: the scopes that an action takes. A session has every scope, an API token those that it was made with.
-- `REACH`: how far each role of an account reaches with it: nowhere, to its own, or to everybody's.
+Three tables decide, and no other code compares roles:
+
+- `NEEDS`: the scopes that an action requires. A session has every scope, an API token those of its creation.
+- `REACH`: how far each account role reaches with it: nowhere, to its own objects, or to everybody's.
 - `RIGHTS` in `server.domain.relations`: what a relation to a drone allows.
 
-`judge` asks all of them at the door. `reaches` asks about somebody's object, `reach_of` about a list or a query, which
-then shows all or one's own; `roles_with` is the same the other way round, for a condition of SQL.
+`judge` checks all of them on each request. `reaches` answers for one object, `reach_of` for a list or a query, which
+then shows all or one's own; `roles_with` is the reverse, for an SQL condition.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ PROOF_MAX_AGE: Final = timedelta(minutes=5)
 
 
 class ProofNeeded(Refusal):
-    """The last proof is too old for what was asked."""
+    """The last proof of identity is too old for this request."""
 
     def __init__(self) -> None:
         super().__init__("confirm your identity first: this needs a proof from the last 5 minutes")
@@ -53,7 +54,7 @@ class SessionExpired(Refusal):
 
 
 class BadToken(Refusal):
-    """A token came, but it is not good: never was, expired, revoked. On purpose not said which."""
+    """The token is invalid: unknown, expired or revoked. The message does not say which, on purpose."""
 
     def __init__(self) -> None:
         super().__init__("this token is not valid: it may have expired or been revoked")
@@ -112,7 +113,7 @@ class Action(StrEnum):
     SEE_DRONE = "see-drone"
     FLY = "fly"
     COMMAND = "command"
-    """Take the controls from somebody, give them back, assist. Whoever reaches everywhere outranks all others."""
+    """Take the controls from somebody, give them back, assist. A role that reaches everywhere outranks all others."""
     HOLD_SEVERAL = "hold-several"
     """Have the controls of more than one drone at a time."""
     ADMINISTER = "administer"
@@ -135,7 +136,7 @@ class Action(StrEnum):
     SET_UP_SECOND_FACTOR = "set-up-second-factor"
     CHANGE_PASSWORD = "change-password"  # noqa: S105
     CHANGE_USERS = "change-users"
-    """Accounts and credentials of others: whoever may, can make an account to come back with."""
+    """Accounts and credentials of others. This right allows creating an account to come back with."""
 
 
 NEEDS: Final[Mapping[Action, frozenset[Scope]]] = {
@@ -192,11 +193,12 @@ WITH_FRESH_PROOF: Final = frozenset(
 
 
 class Reach(StrEnum):
-    """How far somebody gets with an action."""
+    """How far a role reaches with an action."""
 
     NONE = "none"
     OWN = "own"
-    """One's own: sessions, tokens, missions, teams, and the drones one has to do with (`RIGHTS` says how)."""
+    """Own objects: sessions, tokens, missions, teams, and the drones with a relation to the user (`RIGHTS` says
+    how)."""
     ALL = "all"
 
 
@@ -278,11 +280,8 @@ def refusals_for_roles(action: Action) -> Sequence[type[AdminsOnly] | type[ReadO
 
 @dataclass(frozen=True)
 class AccessRequest:
-    """`relation`: to the drone in question; None when there is no such drone, or no drone is in question.
-
-    `everybody`: a list of everybody's is asked for.
-    `now`: for what needs a fresh proof; without it no proof is fresh.
-    """
+    """`relation`: to the drone in question; None if there is no such drone, or no drone is in question. `everybody`:
+    for a list of all users' objects. `now`: for actions that need a fresh proof; without it no proof is fresh."""
 
     principal: Principal
     action: Action

@@ -1,10 +1,11 @@
 """Who may fly: the lease of one drone as a pure transition table. No clock, no database, no socket.
 
-Its laws:
-- A drone has one holder or none. Every change of a lease makes the epoch grow by one.
-- What is not allowed is a refusal with a code and words for people; there is no third outcome.
-- A change names its orders; whoever applies it carries them out.
-- The rules stand in `rules.py`; here is which of them answers which event in which phase.
+Rules:
+
+- A drone has one holder or none. Every change of a lease increments the epoch.
+- What is not allowed is a refusal with a code and a sentence for people; there is no third outcome.
+- A change lists its orders; the caller carries them out.
+- `lease_rules.py` has the rules; this file says which of them handles which event in which phase.
 """
 
 from typing import Final

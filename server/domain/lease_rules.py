@@ -1,4 +1,4 @@
-"""The rules of the lease table, one function for each kind of cell. Pure: `lease.py` says which cell has which rule."""
+"""The rules of the lease table, one function for each kind of cell. Pure: `lease.py` assigns rules to cells."""
 
 from dataclasses import replace
 

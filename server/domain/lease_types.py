@@ -1,4 +1,4 @@
-"""The words of the lease table: phases, events, orders, the lease itself and whoever asks. No rule stands here."""
+"""The types of the lease table: phases, events, orders, the lease itself, and the actor. No rules here."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -16,13 +16,13 @@ class Phase(StrEnum):
     HELD = "held"
     """Somebody has them, perhaps with an admin who assists."""
     TAKEN = "taken"
-    """An admin has them and took them away from somebody, who is shut out."""
+    """An admin has the controls and has shut out the operator."""
     OFFERED = "offered"
-    """The same, and they are offered back: that somebody has not said yet that they have control."""
+    """The same, and the controls are offered back; the operator has not accepted yet."""
 
 
 class Event(StrEnum):
-    """What somebody asks for, or what has come to pass."""
+    """A request, or something that happened."""
 
     ACQUIRE = "acquire"
     RELEASE = "release"
@@ -49,36 +49,36 @@ class Order(StrEnum):
 
 
 NO_EPOCH: Final = Epoch(0)
-"""Of a drone that nobody ever held."""
+"""The lease of a drone that was never held."""
 
 
 @dataclass(frozen=True)
 class Actor:
-    """Whoever asks, what they say with it, and what the decision depends on beside the lease itself."""
+    """The actor, the parameters of the request, and what the decision depends on beside the lease."""
 
     user_id: UserId | None
     is_admin: bool = False
     """Of the tower."""
     is_team_admin: bool = False
-    """Of the team that the drone belongs to."""
+    """Of the drone's team."""
     is_owner: bool = False
     """They may fly it: they own it, have borrowed it, or fly it for its team."""
     outranked: bool = False
     """An admin of the tower has the controls or assists, and this is none."""
     is_tower: bool = False
-    """The tower acts by itself: there is no user behind it."""
+    """The tower acts by itself, without a user."""
     holds_another: bool = False
     """An operator who has the controls of a different drone."""
     operator_may_fly: bool = True
     """The one it was taken from is still an owner with an account, and does not hold a different drone."""
     watch: bool = True
-    """With TAKE: whoever is shut out may go on watching."""
+    """With TAKE: the operator who is shut out may go on watching."""
     moves_video: bool = False
-    """With TAKE: whoever is shut out may not go on watching the video."""
+    """With TAKE: the operator who is shut out may not watch the video."""
     sticks_centred: bool = False
-    """With ACCEPT: they say that their sticks are in the middle."""
+    """With ACCEPT: the sticks are centred."""
     about: UserId | None = None
-    """Of the tower: whom the event is about. If it is somebody else's turn by now, the event has come too late."""
+    """For the tower: the user whom the event concerns. If the part is another's by now, the event came too late."""
 
     @property
     def may_take(self) -> bool:
@@ -123,7 +123,7 @@ class Lease:
         blind: bool = False,
         video_moved: bool = False,
     ) -> "Lease":
-        """The lease that follows this one: what is not named is gone."""
+        """The next lease: omitted parts are cleared."""
         return replace(
             self,
             holder=holder,

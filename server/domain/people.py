@@ -33,7 +33,7 @@ class TokenId:
 
 
 SignInId = int | TokenId
-"""By what somebody is signed in: a session (its number) or an API token."""
+"""How a user is signed in: a session (its number) or an API token."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Principal:
     role: Role
     session_id: SignInId
     expires_at: datetime
-    """When the session ends if nothing more is heard of it, or the token in any case."""
+    """When the session ends without further use, or the token in any case."""
     proved_at: datetime | None = None
     """When this person last proved who they are (`reauthentication.py`); a token never does."""
     scopes: frozenset[Scope] = ALL_SCOPES
@@ -61,7 +61,7 @@ class Principal:
 
     @property
     def may_fly(self) -> bool:
-        """Whether this sign-in counts as somebody at the controls."""
+        """Whether this sign-in counts as a person at the controls."""
         return Scope.FLY in self.scopes and self.role is not Role.OBSERVER
 
     def narrowed(self, scopes: frozenset[Scope]) -> Principal:

@@ -10,7 +10,7 @@ class Refusal(Exception):
 
 
 class RetryLater(Refusal):
-    """Turned down for now. `retry_after_s` says when it is worth trying again."""
+    """Refused for now. `retry_after_s`: when to try again."""
 
     def __init__(self, message: str, *, retry_after_s: float) -> None:
         super().__init__(message)

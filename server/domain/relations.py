@@ -1,9 +1,8 @@
-"""How a user stands to a drone, and what that allows: the one table for REST, WebSocket, UDP, video and leases alike.
+"""A user's relation to a drone and what it allows: the one table for REST, WebSocket, UDP, video and leases.
 
-`access.py` has the other table: what an account may do that is about no drone.
-
-Pure: it knows no database and no live state. Whoever asks says who owns the drone, to whom it is lent and which team
-it belongs to (`Ties`); `relation_of` answers with the strongest relation, and `may` looks it up in `RIGHTS`.
+`access.py` has the other table: what an account may do that concerns no drone. Pure: knows no database and no live
+state. The caller passes owners, loans and team of the drone (`Ties`); `relation_of` returns the strongest relation, and
+`may` looks it up in `RIGHTS`.
 """
 
 from __future__ import annotations
@@ -35,7 +34,7 @@ class Relation(StrEnum):
     TEAM_OPERATOR = "team-operator"
     BORROWER = "borrower"
     OBSERVER = "observer"
-    """Of its team; or an account that only watches, and was given the drone in whatever way."""
+    """An observer in its team, or an account that only watches and was given the drone."""
     STRANGER = "stranger"
 
 
@@ -47,7 +46,7 @@ class Right(StrEnum):
     READ = "read"
     """What is kept of it (recordings, flight logs), and asking the drone itself for something."""
     FLY = "fly"
-    """Have its controls, and what comes with them; say "stay"."""
+    """Have the controls, and what comes with them; say "stay"."""
     TAKE = "take"
     """Take the controls from somebody, give them back, assist."""
     ERASE = "erase"
@@ -58,7 +57,7 @@ class Right(StrEnum):
     REHEARSE = "rehearse"
     """Rehearse the loss of the operator or of the tower."""
     CANCEL = "cancel"
-    """Stop what somebody else asked it to do. Whoever has the controls and the turn may as well."""
+    """Stop an operation of somebody else. The holder with the turn may as well."""
 
 
 _TOWER_ADMINS: Final = frozenset({Relation.ADMIN})
@@ -80,7 +79,7 @@ RIGHTS: Final[Mapping[Right, frozenset[Relation]]] = {
 owners, names) is for admins of the tower alone."""
 
 OF_THE_HOLDER: Final = frozenset({Right.RECORD, Right.REHEARSE})
-"""What whoever has the controls may do as well."""
+"""What the holder of the controls may do as well."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +92,7 @@ class Ties:
 
 
 def relation_of(ties: Ties, user_id: UserId, role: Role) -> Relation:
-    """The strongest in which this user, whose account has this role, stands to the drone."""
+    """The strongest relation of this user, whose account has this role, to the drone."""
     if role is Role.ADMIN:
         return Relation.ADMIN
     relation = relation_by_ties(ties, user_id)
@@ -117,5 +116,5 @@ def relation_by_ties(ties: Ties, user_id: UserId) -> Relation:
 
 
 def may(relation: Relation, right: Right, *, holds: bool = False) -> bool:
-    """Whether somebody who stands so to a drone has this right. `holds`: they have its controls."""
+    """Whether this relation to a drone has this right. `holds`: the user has its controls."""
     return relation in RIGHTS[right] or (holds and right in OF_THE_HOLDER)

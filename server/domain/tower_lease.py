@@ -1,8 +1,8 @@
-"""Who is the tower: the rules of the lock on a database. Time is passed in, and nobody's wall clock counts.
+"""The rules of the lock that makes a process the tower of a database. Takes the time; no wall clock counts.
 
-The row of the lock holds a random owner and a counter. Its owner increments the counter; whoever waits watches it. Each
-side measures with a clock of its own, and only durations: an owner believes its lock for `LEASE_S` from the moment at
-which it *began* to renew it, and whoever waits takes it `TAKE_AFTER_S` after it last *saw* a change, which is later.
+The lock's row holds a random owner and a counter. The owner increments the counter; waiting processes watch it. Each
+side measures durations with its own clock: an owner trusts its lock for `LEASE_S` from the moment at which it *began*
+to renew it, and a waiting process takes it `TAKE_AFTER_S` after it last *saw* a change, which is later.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ TAKE_AFTER_S: Final = 3.3
 """The lease, and a tenth for clocks that do not run alike."""
 CHECK_EVERY_S: Final = 0.25
 WATCHED_FOR_S: Final = 3.0
-"""After its last look somebody still counts as waiting for the lock."""
+"""A process counts as waiting for the lock this long after its last look."""
 HOLD_AFTER_S: Final = 2.0
-"""An owner that somebody waits for, and that has not renewed its lock for so long, orders drones flown by hand to hold:
-a second before it stops forwarding (`LEASE_S`), and longer before another may be the tower."""
+"""An owner with a waiting rival that has not renewed its lock for this long makes drones flown by hand hold: a second
+before it stops forwarding (`LEASE_S`), and longer before another process can be the tower."""
 
 NOBODY: Final = ""
 
@@ -50,7 +50,7 @@ class LockState:
 
 
 class LockWatch:
-    """What whoever waits makes of what it sees. One for each attempt to become the tower."""
+    """A waiting process's view of the lock. One for each attempt to become the tower."""
 
     def __init__(self) -> None:
         self._seen: tuple[str, int] | None = None
@@ -95,9 +95,12 @@ class LockBelief:
         return self._as_of - self._checked_at < WATCHED_FOR_S
 
     def unanswered(self, began_at: float) -> None:
-        """The database did not answer an attempt that began then. Where nobody waits for the lock, the owner goes on:
-        who flies goes on flying. Where somebody does, they may have a way to the database that the owner lacks, and the
-        lease runs out. So it does for an owner that was stopped: it must see whether another has taken the lock."""
+        """The database did not answer an attempt that began then.
+
+        Without a rival the owner continues, and so do its pilots. A rival may have a way to the database that the owner
+        lacks, so the lease runs out. It also runs out for an owner that was stopped: it must check whether another
+        process has taken the lock.
+        """
         if self.may_act(began_at) and not self.is_watched:
             self._as_of = max(self._as_of, began_at)
 

@@ -14,8 +14,8 @@ BEAT_S: Final = 0.1
 
 
 async def rest(about_s: float) -> float:
-    """Sleeps until the beat that is nearest to so many seconds from now (exactly so long where that is less than a
-    beat). Returns when it was due, in monotonic seconds."""
+    """Sleeps until the aligned tick nearest to this many seconds from now (exactly this long if that is less than a
+    tick). Returns when it was due, in monotonic seconds."""
     now = time.monotonic()
     due_at = _due_at(now, about_s)
     await asyncio.sleep(_rounded(due_at - now))
@@ -32,8 +32,8 @@ def _rounded(delay_s: float) -> float:
 
 
 class SharedChecks:
-    """Conditions of many tasks, looked at once a second, all at one go: a task that wakes to look by itself costs some
-    forty microseconds each time, and fifty viewers' sign-ins were a tenth of what their video costs."""
+    """Checks the conditions of many tasks once a second, all in one go. A task that wakes up to check costs some forty
+    microseconds each time, and fifty viewers' sign-ins were a tenth of the cost of their video."""
 
     def __init__(self, every_s: float = 1.0) -> None:
         self._every_s = every_s

@@ -17,8 +17,8 @@ _log = structlog.get_logger(__name__)
 async def in_background(
     name: str, work: Callable[[], Awaitable[None]], *, again_after_s: float = AGAIN_AFTER_S
 ) -> AsyncIterator[None]:
-    """Runs `work` until the block ends. Where it fails, that is said and it begins again: a tower in which nobody looks
-    any more for withdrawn rights, or for loans whose time has come, must not look as if nothing were wrong."""
+    """Runs `work` until the block ends. If it fails, logs that and starts it again: a tower that no longer checks
+    withdrawn rights or expired loans must not look healthy."""
 
     async def for_ever() -> None:
         while True:

@@ -1,6 +1,6 @@
-"""A locked file that says that a process lives: the kernel frees the lock when the process ends, however it ends.
+"""A locked file that shows that a process lives: the kernel releases the lock when the process ends.
 
-Each process locks a file of its own. A process that is stopped (SIGSTOP) lives: its lock stays.
+Each process locks its own file. A stopped process (SIGSTOP) lives: its lock stays.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from pathlib import Path
 
 
 class LifeFile:
-    """Of this process. `lock` makes and locks it; `unlock` removes it."""
+    """The file of this process. `lock` creates and locks it; `unlock` removes it."""
 
     def __init__(self, path: Path) -> None:
         self._path = path

@@ -7,8 +7,8 @@ import socket
 from typing import Final
 
 UNSENT_BYTES: Final = 16 * 1024
-"""What the kernel may hold of a connection beyond what is on its way. More would be news grown old where nobody can
-throw it away; connections inherit it from the listening socket."""
+"""How much the kernel may buffer per connection beyond the data in flight. More would be stale data that nobody can
+drop. Connections inherit it from the listening socket."""
 
 
 class CannotListen(Exception):

@@ -1,5 +1,5 @@
-"""What only the tower's own user may read: its data folder and its database. Also where an older version, or another
-umask, left them open to everybody."""
+"""Makes the data folder and the database readable only for the tower's own user, also if an older version or another
+umask left them open."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ _log = structlog.get_logger(__name__)
 
 
 def make_private_file(path: Path) -> None:
-    """The file, made if it is missing, and what SQLite keeps beside it. One that belongs to somebody else is left as it
-    is; one that cannot be made is SQLite's to complain of."""
+    """The file, created if missing, and SQLite's files beside it. Leaves another user's file as it is; SQLite reports a
+    file that cannot be created."""
     with suppress(OSError):
         os.close(os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600))
     for ending in _SIDE_FILES:

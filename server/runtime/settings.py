@@ -151,7 +151,7 @@ class Settings:
     """Where the data channel listens. Empty: the same as `host`."""
     udp_port: int = _setting(14_650, "TOWER_UDP_PORT", _number(0, 65_535))
     public_url: str = _setting("", "TOWER_PUBLIC_URL", _public_url)
-    """The address people type, where a proxy hides it. Empty: whatever the Host header says."""
+    """The public address, if a proxy hides it. Empty: the Host header's."""
     tls_certificate: Path | None = field(default=None, metadata=_from("TOWER_TLS_CERTIFICATE", Path))
     """The certificate that the proxy shows to agents, in PEM; they bind their signatures to it. None: not known."""
     drone_credentials_until: datetime | None = field(
@@ -159,11 +159,11 @@ class Settings:
     )
     """From then on no agent signs in by a bearer credential of an older version. None: for as long as there are any."""
     trusted_proxies: str = _setting("127.0.0.1,::1", "TOWER_TRUSTED_PROXIES", _addresses)
-    """Who may say for whom they speak and that it came over TLS (X-Forwarded-For, X-Forwarded-Proto)."""
+    """Proxies that may name their client and say that it came over TLS (X-Forwarded-For, X-Forwarded-Proto)."""
     var: Path = field(default=_VAR, metadata=_from("TOWER_VAR", Path))
     database_url: str = _setting("", "DATABASE_URL", _database_url)
     database_timeout_s: float = _setting(2.0, "TOWER_DATABASE_TIMEOUT_S", _number(0.1, 60, float))
-    """For which the database may keep anybody waiting for one answer."""
+    """Longest wait for one answer of the database."""
     web: Path = field(default=_WEB, metadata=_from("TOWER_WEB", Path))
     secret_keys: str = field(default="", repr=False, metadata=_from("TOWER_SECRET_KEYS", _keys))
     """With them secrets that must be read again are sealed in the database. Empty: those in `secret_key_file`."""
@@ -203,18 +203,18 @@ class Settings:
     """What the map shows over its coastline; None: nothing."""
     tiles_attribution: str = _setting("", "TOWER_TILES_ATTRIBUTION", _attribution)
     tiles_most_zoom: int = _setting(19, "TOWER_TILES_MOST_ZOOM", _number(0, 24))
-    """Of tiles from elsewhere; beyond it they are stretched. A file says its own."""
+    """For tiles from elsewhere; beyond it they are stretched. A file contains its own."""
     files: Path = field(default=_UNSET, metadata=_from("TOWER_FILES", Path))
     """Where flight logs and recordings are kept. Not set: `files` in `var`."""
     files_budget_mb: int = _setting(5_000, "TOWER_FILES_BUDGET_MB", _number(1, 100_000_000))
-    """Of all flight logs together, in millions of bytes; the oldest are removed first."""
+    """For all flight logs together, in millions of bytes; the oldest are removed first."""
     file_largest_mb: int = _setting(500, "TOWER_FILE_LARGEST_MB", _number(1, 100_000))
     recordings_budget_mb: int = _setting(20_000, "TOWER_RECORDINGS_BUDGET_MB", _number(1, 100_000_000))
-    """Of all recordings of video together, in millions of bytes; the oldest are removed first."""
+    """For all video recordings together, in millions of bytes; the oldest are removed first."""
     recording_largest_mb: int = _setting(2_000, "TOWER_RECORDING_LARGEST_MB", _number(1, 100_000))
     recording_longest_s: float = _setting(7_200.0, "TOWER_RECORDING_LONGEST_S", _number(10, 7 * _DAY_S, float))
     security_contact: str = _setting("", "TOWER_SECURITY_CONTACT", _contact)
-    """Where people tell of weaknesses: `/.well-known/security.txt` says it. Empty: there is no such page."""
+    """Where to report vulnerabilities, for `/.well-known/security.txt`. Empty: no such page."""
     log_format: str = _setting("auto", "TOWER_LOG_FORMAT", _log_format)
 
     def __post_init__(self) -> None:
@@ -233,7 +233,7 @@ class Settings:
         return parse_keys(self.secret_keys, ",") if self.secret_keys else ()
 
     def vault(self) -> Vault:
-        """A vault with these keys. It reads its key file only when it is told to find its keys."""
+        """A vault with these keys. It reads its key file only in `find_keys`."""
         return Vault(keys=self.secret_key_list, key_file=self.secret_key_file)
 
     @property

@@ -1,7 +1,7 @@
-"""Where the map's tiles come from: the text of `TOWER_TILES`, read into what the tower and the console need of it.
+"""The source of the map's tiles: parses `TOWER_TILES` for tower and console.
 
-Nothing (the console's own coastline), a template of addresses of raster tiles somewhere else, or a PMTiles file that
-the tower serves. A file is looked into here, so that a wrong one is said at start and not by an empty map.
+Nothing (the console's own coastline), a URL template of raster tiles elsewhere, or a PMTiles file that the tower
+serves. The file is checked here, so that a wrong one is reported at the start and not by an empty map.
 """
 
 from __future__ import annotations

@@ -12,11 +12,11 @@ from typing import Final
 from cryptography.fernet import Fernet, InvalidToken, MultiFernet
 
 KEY_FILE: Final = "secret.key"
-"""Beside the database of a tower that was told nothing else; one key a line."""
+"""Beside the database, by default; one key per line."""
 
 
 class VaultError(Exception):
-    """The message says in one line what is wrong with the keys, and what to do. Shows none of them."""
+    """The message says in one line what is wrong with the keys, and what to do. It shows none of them."""
 
 
 def new_key() -> str:
@@ -35,7 +35,7 @@ def parse_keys(text: str, separator: str) -> tuple[str, ...]:
 
 
 class Vault:
-    """Finds its keys when it is told to. Until then it can neither seal nor open."""
+    """Finds its keys on request. Until then it can neither seal nor open."""
 
     def __init__(self, *, keys: Sequence[str] = (), key_file: Path) -> None:
         self._key_file = key_file

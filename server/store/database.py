@@ -34,22 +34,22 @@ TIMEOUT_S: Final = 2.0
 """How long the database may take to answer, to be reached, or to be free for a writer."""
 
 _SQLITE_POOL: Final[dict[str, Any]] = {"pool_size": 15, "max_overflow": 0, "pool_use_lifo": True}
-"""As many connections as SQLAlchemy allows by default, but none that is closed after use: each has a thread, and the
-event loop stands still while one starts."""
+"""As many connections as SQLAlchemy allows by default, but all are kept: each has a thread, and starting one stops the
+event loop."""
 
 WARM_CONNECTIONS: Final = 6
 """Opened before the tower listens: a flood of requests would open them all at once, and stop every frame for 70 ms."""
 
 COMMAND_TIMEOUT_S: Final = 5.0
-"""The same for a command (`tower drone add` beside a running tower): nobody flies by it."""
+"""The same for a command line (`tower drone add` beside a running tower), which no flight depends on."""
 
 TRANSACTION_TIMEOUTS: Final = 3
-"""After so many timeouts a transaction is given up, however its questions are answered."""
+"""Gives up a transaction after this many timeouts, however single queries go."""
 
 NOT_TRIED_FOR_S: Final = 10.0
 
 BUSY_STEP_MS: Final = 50
-"""By so much SQLite may wait longer than its caller: to tell it each time would take a question of its own."""
+"""SQLite may wait this much longer than its caller: setting the exact time would need another query each time."""
 _BUSY_MS: Final = "tower_busy_ms"
 
 NAMING: Final = {
@@ -162,7 +162,7 @@ class Database:
 
     @asynccontextmanager
     async def writing(self) -> AsyncIterator[AsyncSession]:
-        """Raises DatabaseUnavailable, and LockLost where the guard says so."""
+        """Raises DatabaseUnavailable, and LockLost by the guard."""
         # The turn comes first: who waits for it has no connection yet, and keeps no reader from one.
         async with self._in_time(wrote=True), self._turn(), self._writing() as session, session.begin():
             if self.guard is not None:
@@ -250,7 +250,7 @@ class Database:
 
 
 def _words(error: SQLAlchemyError) -> str:
-    """Of the database itself, where it said anything: one line, and no values."""
+    """The database's own message, if any: one line, without values."""
     said = str(getattr(error, "orig", None) or error).splitlines()
     return f"the database did not answer: {said[0] if said else type(error).__name__}"
 

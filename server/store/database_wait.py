@@ -1,7 +1,7 @@
-"""For how long one caller still waits for a database that fails: all its transactions together, and not each again.
+"""Bounds how long one caller waits for a failing database: all its transactions together.
 
-A request asks the database several times: who sent it, what they want, what is to be shown. Where each waited for its
-own timeout, the answer would come after several of them.
+A request queries the database several times: sender, action, result. If each query waited for its own timeout, the
+response would come after several of them.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ ENDS_WITHIN_S: Final = 0.2
 
 
 class DatabaseWait:
-    """Of one caller. Only what failed uses it up: work that the database does is not cut short by earlier work."""
+    """For one caller. Only failures use it up: a query that succeeds is not cut short by earlier ones."""
 
     def __init__(self, at_most_s: float) -> None:
         self.left_s = at_most_s
@@ -26,7 +26,7 @@ class DatabaseWait:
         self.is_over = False
         """The caller has its answer. What it began and left behind waits as long as it likes."""
         self.overdue: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-        """Done when a transaction has been given up and does not end: whoever waits for the caller need not."""
+        """Set when a transaction was given up and does not end: nobody needs to wait for the caller."""
 
     def is_overdue(self) -> None:
         """A transaction did not end though it was given up."""
@@ -34,7 +34,7 @@ class DatabaseWait:
             self.overdue.set_result(None)
 
     def failed_after(self, took_s: float) -> None:
-        """A transaction failed after so many seconds."""
+        """A transaction failed after this many seconds."""
         self.left_s = max(0.0, self.left_s - took_s)
         self.used_s += took_s
 
@@ -63,7 +63,7 @@ _give_up_at: Final[ContextVar[float | None]] = ContextVar("database_give_up_at",
 
 @contextmanager
 def waiting_at_most(seconds: float) -> Iterator[DatabaseWait]:
-    """In this block, and in the tasks that it starts, failing transactions take so long together."""
+    """In this block, and in the tasks that it starts, all failing transactions together take this long."""
     outer = current_wait()
     wait = DatabaseWait(seconds if outer is None else min(seconds, outer.left_s))
     token = _current.set(wait)
@@ -84,7 +84,7 @@ def current_wait() -> DatabaseWait | None:
 
 @contextmanager
 def giving_up_after(seconds: float) -> Iterator[None]:
-    """Of one transaction, for those parts of it that do not see its deadline, and for whoever waits for its caller."""
+    """Deadline of one transaction, for those parts that do not see it, and for those that wait for its caller."""
     token = _give_up_at.set(time.perf_counter() + seconds)
     wait, alarm = current_wait(), None
     if wait is not None:

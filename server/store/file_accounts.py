@@ -1,4 +1,4 @@
-"""To whom the files of a drone are put down, by what the hub knows. Asked in the tower's loop, told to threads."""
+"""Whose account the files of a drone count for, by what the hub knows. Read in the tower's loop, passed to threads."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from server.live.hub import Hub
 from server.store.file_budget import NOBODY, Account
 
 FileAccounts = Callable[[], Mapping[int, Account]]
-"""Of each drone there is, by its number."""
+"""Of all drones, by id."""
 
 
 def file_accounts(hub: Hub) -> dict[int, Account]:

@@ -1,5 +1,7 @@
-"""Room for the files that the tower keeps of drones: a budget, of which each owner has a share that no other one can
-take, and a part of the disk that is left free. Knows no kind of file; shared by flight logs and recordings."""
+"""Disk space for the files of drones: a budget in which each owner has a guaranteed share, and free space to keep.
+
+Knows no kind of file; flight logs and recordings share it.
+"""
 
 from __future__ import annotations
 
@@ -37,10 +39,10 @@ def to_shrink(
     coming: Account | None,
     budget_bytes: int,
 ) -> Account | None:
-    """Whose oldest file goes, where `used` is more than the budget: of whoever keeps the most, and never of one within
-    their share. None: nobody's; what comes may stay only if `coming` is within their own share.
+    """The account whose oldest file must go if `used` exceeds the budget: the one that uses the most, never one within
+    its share. None: no account; the new file may stay only if `coming` is within its own share.
 
-    Bytes: `used` of all there is, what comes among it; `removable` of what is neither coming nor being written.
+    Bytes: `used` in total, the new file included; `removable`: neither new nor being written.
     """
     share = share_bytes(used, budget_bytes=budget_bytes)
     for account in sorted(used, key=lambda one: (-used[one], one != coming)):
@@ -54,7 +56,7 @@ def to_shrink(
 
 
 def disk_takes(folder: Path, coming_bytes: int) -> bool:
-    """Whether the disk has room for so much, and what must stay free. Raises OSError."""
+    """Whether the disk has room for this much and the required free space. Raises OSError."""
     return shutil.disk_usage(folder).free >= coming_bytes + MIN_FREE_BYTES
 
 
@@ -64,7 +66,7 @@ def folder_of(root: Path, drone_id: DroneId) -> Path:
 
 
 def drone_folders(root: Path) -> Iterable[tuple[int, Path]]:
-    """Of each drone there is one for, with its number."""
+    """One account per drone, with its id."""
     if not root.is_dir():
         return
     for folder in root.iterdir():
@@ -79,6 +81,6 @@ def drones_with_files(root: Path) -> frozenset[int]:
 
 
 def remove_folders(root: Path, drone_ids: Iterable[int]) -> None:
-    """Of drones that were deleted, where there are any."""
+    """The account of deleted drones, if there are any."""
     for drone_id in drone_ids:
         shutil.rmtree(folder_of(root, DroneId(drone_id)), ignore_errors=True)

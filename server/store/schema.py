@@ -19,7 +19,7 @@ MIGRATIONS: Final = Path(__file__).resolve().parents[2] / "migrations"
 
 
 class DatabaseNotReady(Exception):
-    """The message says what is wrong and which command puts it right."""
+    """The message says what is wrong and which command repairs it."""
 
 
 async def check_schema(database: Database) -> None:

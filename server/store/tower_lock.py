@@ -40,9 +40,9 @@ from server.store.tower_lock_table import THE_ROW, TowerLockRow
 _log = structlog.get_logger(__name__)
 QUESTION_WITHIN_S: Final = 0.7
 REACHED_WITHIN_S: Final = 10.0
-"""A tower that starts gives up after the database has not answered for so long."""
+"""A starting tower gives up after the database has been silent for this long."""
 LOG_EVERY_CHECKS: Final = 4
-"""Whoever waits says so about once a second."""
+"""A waiting tower reports that about once a second."""
 TIMER_EARLY_S: Final = 0.05
 """The event loop's clock is another one, and its timers may come early."""
 _NOT_MINE: Final = -1
@@ -50,7 +50,7 @@ _CLOCK: Final = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
 
 
 def awake_or_asleep_s() -> float:
-    """Seconds of a clock that nobody sets, and that counts while the machine sleeps where the system has one."""
+    """Seconds of a clock that is never set and, where the system has one, counts during sleep."""
     return time.clock_gettime(_CLOCK)
 
 
@@ -64,7 +64,7 @@ class TowerLockHeld(Exception):
 
 
 class TowerLock:
-    """Of one process. It has connections of its own, so that nothing waits in front of a renewal."""
+    """The lock of one process. It has its own connections, so that nothing delays a renewal."""
 
     def __init__(self, database_url: str, *, clock: Clock, now: Callable[[], float] = awake_or_asleep_s) -> None:
         self._url = database_url
@@ -77,7 +77,7 @@ class TowerLock:
         parsed = make_url(database_url)
         self._beside = Path(parsed.database) if parsed.get_backend_name() == "sqlite" and parsed.database else None
         self.address = ""
-        """Where this tower is, for whoever finds the lock held."""
+        """The tower's address, for a process that finds the lock held."""
         self.on_lost: Callable[[str], None] = lambda words: None
         """Called once, at once, when it turns out that another process has the lock; with words for people."""
         self.on_running_out: Callable[[], None] = lambda: None
@@ -110,8 +110,10 @@ class TowerLock:
         return self._answered and self.may_act()
 
     async def take(self, *, waits: bool) -> None:
-        """Returns with the lock taken. `waits`: for as long as another has it. Raises TowerLockHeld, and, unless it
-        waits, what the database says if that lasts."""
+        """Returns when the lock is taken. `waits`: as long as another process has it.
+
+        Raises TowerLockHeld and, unless it waits, the database's error if that persists.
+        """
         watch, announced, rounds = LockWatch(), "", count()
         gives_up_at = self._now() + REACHED_WITHIN_S
         while True:
@@ -266,7 +268,7 @@ class TowerLock:
                 await session.execute(row.values(looks=TowerLockRow.looks + 1))
 
     async def _take_from(self, state: LockState) -> bool:
-        """By compare-and-set. False where somebody was faster, or the owner has renewed it after all."""
+        """Compare-and-set. False if another process was faster, or the owner has renewed the lock after all."""
         life = LifeFile(self._life_path(self._owner)) if self._beside is not None else None
         if life is not None and self._life is None:
             life.lock()

@@ -20,7 +20,7 @@ class TowerLockRow(Base):
 
     id: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
     owner: Mapped[str] = mapped_column(String(32), default="", server_default="")
-    """A random name of the process; empty: nobody."""
+    """A random name of the process; empty: free."""
     renewals: Mapped[int] = mapped_column(BigInteger, default=0, server_default="0")
     looks: Mapped[int] = mapped_column(BigInteger, default=0, server_default="0")
     """Counted up by each process that waits for the lock, whenever it looks."""

@@ -1,6 +1,6 @@
 """A pair of drones that may come close, and the alert about it. Takes `now`; a small state machine.
 
-suspected --(the conflict lasts, or begins soon)--> caution / warning --(over for long enough)--> clear
+    suspected --(the conflict lasts, or begins soon)--> caution / warning --(over for long enough)--> clear
 
 Levels do not flicker. A level rises after it was found for LASTS_S, or for a quarter of the remaining time if that is
 longer (at once if it begins within SOON_S). It falls after it was not found for OVER_S, by distances a quarter larger

@@ -22,7 +22,7 @@ from typing import Any, Final
 from passlib.hash import argon2
 
 NICE: Final = 5
-"""Hashing may have all processors that nothing else wants; frames are first."""
+"""Hashing may use all idle processors; frames go first."""
 PARALLELISM: Final = 4
 
 

@@ -82,7 +82,7 @@ class HashingProcess:
 
     @property
     def pid(self) -> int | None:
-        """Of the process, while there is one."""
+        """Of the process, while it runs."""
         return None if self._process is None else self._process.pid
 
     async def _start(self) -> asyncio.subprocess.Process:

@@ -31,21 +31,21 @@ from server.store.database import Database
 
 
 class PasskeyRefused(Refusal):
-    """At the door: unknown, of somebody else, wrongly signed, a copy: on purpose not said which."""
+    """At sign-in: unknown, another user's, wrongly signed, or a copy. The message does not say which, on purpose."""
 
     def __init__(self) -> None:
         super().__init__("the passkey was not accepted: try again, or sign in with your password")
 
 
 class WrongPasskey(PasskeyRefused):
-    """Of somebody signed in."""
+    """For a signed-in user."""
 
     def __init__(self) -> None:
         Refusal.__init__(self, "the passkey was not accepted: is it one of this account, and for this address?")
 
 
 class PasswordNeeded(Refusal):
-    """An admin has set a password: until its user has changed it, no passkey stands in for it."""
+    """An admin has set a password: until its user has changed it, no passkey replaces it."""
 
     def __init__(self) -> None:
         super().__init__("an admin has given this account a new password: sign in with it, and then with your passkey")
@@ -53,7 +53,7 @@ class PasswordNeeded(Refusal):
 
 @dataclass(frozen=True)
 class Asked:
-    """What the tower asked a browser for, as it has to come back."""
+    """The tower's request to a browser, to be returned with the response."""
 
     purpose: Purpose
     asker: str

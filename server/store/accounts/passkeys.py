@@ -1,7 +1,7 @@
-"""The rules of passkeys: added, named, used, removed. Knows nothing of HTTP.
+"""The rules of passkeys: add, rename, use, remove. Knows nothing of HTTP.
 
-Every function takes a session of `Database.writing()`, so that a rule and its audit record live or die together; those
-that change how many somebody has lock the user's row first.
+Every function takes a session of `Database.writing()`, so that a rule and its audit record are committed together.
+Functions that change the number of passkeys lock the user's row first.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ HANDLE_BYTES: Final = 32
 
 
 class UnknownPasskey(Refusal):
-    """No such passkey, or somebody else's: on purpose not said which."""
+    """No such passkey, or another user's. The message does not say which, on purpose."""
 
     def __init__(self) -> None:
         super().__init__("there is no such passkey")
@@ -61,7 +61,7 @@ async def begin_adding(session: AsyncSession, user_id: int) -> tuple[UserRow, li
 async def add(
     session: AsyncSession, *, user_id: int, new: NewCredential, name: str, party_id: str, action: AuditAction
 ) -> tuple[PasskeyRow, list[str]]:
-    """The passkey, and recovery codes where this is the first factor: they are told this once.
+    """The passkey, and recovery codes if this is the first factor; they are shown only this once.
 
     Raises BadName, PasskeyKnown or TooManyPasskeys.
     """
@@ -126,8 +126,11 @@ async def find(session: AsyncSession, credential_id: bytes) -> tuple[PasskeyRow,
 
 
 async def use(session: AsyncSession, passkey_id: int, assertion: Assertion, at: datetime) -> PasskeyRow:
-    """Writes down a use whose signature is right. Raises PasskeyFault where the passkey is gone, or where its counter
-    did not go on: then there are two authenticators with the same key."""
+    """Records a use with a valid signature.
+
+    Raises PasskeyFault if the passkey is gone, or if its counter did not advance: then two authenticators have the same
+    key.
+    """
     passkey = await session.scalar(select(PasskeyRow).where(PasskeyRow.id == passkey_id).with_for_update())
     if passkey is None:
         raise PasskeyFault("removed meanwhile")

@@ -1,12 +1,12 @@
-"""Which new passwords are acceptable: long enough, and not easy to guess. Passwords that are in use already go on.
+"""Which new passwords are acceptable: long enough, and not easy to guess. Existing passwords stay valid.
 
-How guessable one is, `zxcvbn` says: it knows common passwords, names, words, dates and rows of keys, and what people do
-to them. It is given the user's name and the tower's, which an attacker tries first.
+`zxcvbn` estimates guessability: it knows common passwords, names, words, dates, keyboard rows and their usual
+variations. It also gets the user's name and the tower's, which attackers try first.
 
-Its cost is bounded by what it is given. The library takes 10 s for 72 signs that each can stand for several letters
-("l33t"), so only the first JUDGED_CHARACTERS are judged, and of such signs beside the digits only the first
-MAX_LEET_SIGNS different ones are read as letters. It is pure Python and keeps the names in a global of the library: one
-at a time, in a thread of its own, so that the event loop goes on.
+Its input is bounded. The library takes 10 s for 72 characters that each can stand for several letters ("l33t"), so only
+the first JUDGED_CHARACTERS are judged, and of such characters beside the digits only the first MAX_LEET_SIGNS different
+ones count as letters. It is pure Python and keeps the names in a global variable: one call at a time, in its own
+thread, so that the event loop continues.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ MIN_LENGTH: Final = 12
 MAX_LENGTH: Final = 256
 """Hashing time does not grow with it, but a request has to end somewhere."""
 MIN_SCORE: Final = 3
-"""Of 0 to 4: over 10^8 guesses, and over 10^10 for 4."""
+"""From 0 to 4: over 10^8 guesses, and over 10^10 for 4."""
 JUDGED_CHARACTERS: Final = 32
 MAX_LEET_SIGNS: Final = 2
 MAX_WAITING: Final = 8

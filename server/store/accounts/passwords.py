@@ -65,11 +65,11 @@ class Passwords:
         self._dummy_hash = await self.hash(secrets.token_urlsafe())
 
     async def hash(self, password: str, *, caller: Caller | None = None) -> str:
-        """`caller` None: somebody who is signed in. Raises TooManySignIns."""
+        """`caller` None: a signed-in user. Raises TooManySignIns."""
         return str(await self._ask(caller, {"password": password, **self._costs}))
 
     async def verify(self, password: str, password_hash: str | None, *, caller: Caller | None = None) -> bool:
-        """With None (nobody of that name) takes as long as with a real hash, and answers False. `caller` as above."""
+        """With None (no such user) takes as long as with a real hash, and returns False. `caller` as above."""
         if password_hash is None:
             if self._dummy_hash is None:
                 await self.warm_up()

@@ -21,7 +21,7 @@ MAX_DOCUMENTS: Final = 16
 MAX_DOCUMENT_BYTES: Final = 8 * 1024
 """As compact UTF-8. The settings of a gamepad take about 1 KiB each."""
 MAX_DEPTH: Final = 32
-"""Of objects and lists in each other. What is much deeper can be stored, but not be sent as JSON again."""
+"""Nesting of objects and lists. Much deeper documents can be stored, but not returned as JSON."""
 
 
 class TooManyPreferences(Refusal):

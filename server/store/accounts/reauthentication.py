@@ -1,11 +1,11 @@
-"""A fresh proof of who sits there: what every change of a password, a factor, a token, a session or a user asks for.
+"""A fresh proof of identity, required for every change of a password, a factor, a token, a session or a user.
 
-A session remembers when its person last proved who they are, with every factor that the account has. Signing in is
-such a proof; `POST /api/v1/session/proof` renews it. It is good for PROOF_MAX_AGE, for this session alone. A token
-never has one: whoever holds a stolen cookie or a token can use an account, and cannot make it theirs.
+A session remembers when its user last proved their identity with every factor of the account. Signing in is such a
+proof; `POST /api/v1/session/proof` renews it. It is valid for PROOF_MAX_AGE, for this session alone. A token never has
+one: a stolen cookie or token can use an account, but not take it over.
 
-Kinds of proof are a table of `server/api/accounts/proof_routes.py`. A kind checks the evidence, bounded by the same
-throttle as signing in, and then calls `renew`.
+`server/api/accounts/proof_routes.py` has a table of kinds of proof. A kind checks the evidence, with the same throttle
+as signing in, and then calls `renew`.
 """
 
 from __future__ import annotations

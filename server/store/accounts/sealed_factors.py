@@ -22,9 +22,9 @@ def about(user_id: int) -> str:
 
 
 async def prepare_vault(vault: Vault, database: Database) -> None:
-    """Finds the keys, or makes the first one where nothing has been sealed; seals again what an older key has sealed.
+    """Finds the keys, or creates the first one if nothing has been sealed; reseals what an older key has sealed.
 
-    Raises VaultError, in words for whoever starts the tower, where something sealed cannot be opened.
+    Raises VaultError, with a text for the operator of the tower, if something sealed cannot be opened.
     """
     found = vault.find_keys()
     async with database.reading() as session:

@@ -1,9 +1,8 @@
-"""The rules of the second factor: begin, confirm, check at the door, renew, remove. Knows nothing of HTTP.
+"""The rules of the second factor: begin, confirm, check at sign-in, renew, remove. Knows nothing of HTTP.
 
-Two kinds: codes of an authenticator, here, and passkeys (`passkeys.py`). Recovery codes are for both: they come with
-the first factor of an account and go with its last.
-
-Every function takes a session of `Database.writing()`, so that a code that was used is used for everybody.
+There are two kinds: authenticator codes, here, and passkeys (`passkeys.py`). Recovery codes serve both: they come with
+an account's first factor and go with its last. Every function takes a session of `Database.writing()`, so that a used
+code is used everywhere.
 """
 
 from __future__ import annotations
@@ -37,14 +36,14 @@ class LastFactor(Refusal):
 
 
 class WrongCode(Refusal):
-    """Wrong, or used before: on purpose not said which."""
+    """Wrong, or used before. The message does not say which, on purpose."""
 
     def __init__(self) -> None:
         super().__init__("the code is wrong or was already used: wait for the next one")
 
 
 def factors_of(row: UserRow) -> list[str]:
-    """The kinds of second factor that somebody has, the best first: `passkey`, `code`."""
+    """The user's kinds of second factor, best first: `passkey`, `code`."""
     return ["passkey"] * (row.passkey_count > 0) + ["code"] * (row.totp_sealed is not None)
 
 
@@ -64,7 +63,7 @@ def begin(row: UserRow, vault: Vault) -> str:
 
 
 async def confirm(session: AsyncSession, row: UserRow, code: str, action: AuditAction, vault: Vault) -> list[str]:
-    """From here on the door asks for codes. Returns the recovery codes, which are told this once; none where a
+    """Enables the authenticator: sign-ins require its code. Returns the recovery codes, shown only this once; none if a
     passkey brought them already."""
     await _lock(session, row)
     if row.totp_sealed is not None:
@@ -81,8 +80,10 @@ async def confirm(session: AsyncSession, row: UserRow, code: str, action: AuditA
 
 
 async def spend(session: AsyncSession, row: UserRow, code: str, now: datetime, vault: Vault) -> bool:
-    """Whether the code is good; if it is, it is worth nothing from the commit on. True for "by a recovery code"
-    is not told: ask `codes_left`."""
+    """Whether the code is valid; a valid code is used up by the commit.
+
+    Does not say whether it was a recovery code: compare `codes_left`.
+    """
     if totp.looks_like_totp(code):
         if row.totp_sealed is None:
             return False
@@ -122,8 +123,8 @@ async def remove(session: AsyncSession, row: UserRow, action: AuditAction, *, is
 
 
 async def reset(session: AsyncSession, row: UserRow, action: AuditAction) -> None:
-    """Every factor goes, passkeys too. Harmless where there is none. An admin who does this for somebody ends their
-    sessions and tokens as well."""
+    """Removes every factor, passkeys too. Idempotent. An admin who does this for a user also ends their sessions and
+    tokens."""
     await _lock(session, row)
     await _remove_codes_of_authenticator(session, row, action)
     for passkey in await session.scalars(select(PasskeyRow).where(PasskeyRow.user_id == row.id)):
@@ -141,7 +142,7 @@ async def forget_codes(session: AsyncSession, user_id: int) -> None:
 
 
 async def new_codes(session: AsyncSession, row: UserRow) -> list[str]:
-    """Recovery codes, which are told this once. Those of before are worth nothing."""
+    """New recovery codes, shown only this once. The former ones become invalid."""
     await forget_codes(session, row.id)
     codes = totp.new_recovery_codes()
     session.add_all(RecoveryCodeRow(user_id=row.id, code_hash=totp.hash_recovery_code(code)) for code in codes)

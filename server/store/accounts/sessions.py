@@ -28,7 +28,7 @@ SEEN_EVERY: Final = timedelta(minutes=1)
 
 
 class UnknownSession(Refusal):
-    """No such session, or somebody else's: on purpose not said which."""
+    """No such session, or another user's. The message does not say which, on purpose."""
 
     def __init__(self) -> None:
         super().__init__("there is no such session")
@@ -109,8 +109,7 @@ class Sessions:
     async def begin(
         self, session: AsyncSession, *, user_id: int, now: datetime, address: str, user_agent: str
     ) -> NewSession:
-        """For somebody who has just proved who they are. Also sweeps out everybody's sessions that have ended by
-        themselves."""
+        """For a user who has just proved their identity. Also deletes all expired sessions."""
         await session.execute(
             delete(SessionRow).where(
                 or_(SessionRow.created_at <= now - self._lifetime, SessionRow.last_seen_at <= now - self._idle)
@@ -152,7 +151,7 @@ async def void_proofs(session: AsyncSession, user_id: int, *, but: SignInId) -> 
 
 
 async def list_sessions(session: AsyncSession, *, user_id: int | None = None) -> list[tuple[SessionRow, UserRow]]:
-    """With whose they are, newest first; of everybody where `user_id` is None. Some may have ended by themselves."""
+    """Sessions with their users, newest first; of all users if `user_id` is None. Some may have expired."""
     query = select(SessionRow, UserRow).join(UserRow, UserRow.id == SessionRow.user_id).order_by(SessionRow.id.desc())
     if user_id is not None:
         query = query.where(SessionRow.user_id == user_id)

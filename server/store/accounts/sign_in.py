@@ -24,7 +24,7 @@ _KINDS: Final = {"code": "the code of your authenticator", "passkey": "your pass
 
 
 class SecondFactorNeeded(Refusal):
-    """Name and password are right, and the account has a second factor. `more` says of which kinds."""
+    """Name and password are right, and the account has a second factor. `more` lists its kinds."""
 
     def __init__(self, kinds: Sequence[str] = ("code",)) -> None:
         words = " or ".join(_KINDS[kind] for kind in kinds)
@@ -33,7 +33,7 @@ class SecondFactorNeeded(Refusal):
 
 
 class WrongSecondFactor(WrongCode):
-    """At the door: the same, and nobody is signed in."""
+    """The same at sign-in, before anybody is signed in."""
 
 
 class WrongPassword(Refusal):
@@ -44,7 +44,7 @@ class WrongPassword(Refusal):
 
 
 SecondProof = Callable[[int], Awaitable[None]]
-"""Checks what stands for a code, of the user with this id; raises a refusal where it is not good."""
+"""Checks a substitute for a code, of the user with this id; raises a refusal if it is invalid."""
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,8 @@ class SignInService:
         return done
 
     async def check_own_password(self, *, user: UserRow, password: str, address: str, now: datetime) -> None:
-        """Of somebody signed in, before what a stolen cookie must not be able to do. Raises WrongPassword."""
+        """Checks a signed-in user's password before actions that a stolen cookie must not allow. Raises
+        WrongPassword."""
         self._throttle(user.name, address, now)
         if not await self.passwords.verify(password, user.password_hash):
             await self._refused(user, "wrong password", address, now)
@@ -143,7 +144,7 @@ class SignInService:
         return SignedIn(fresh, begun, ended.id if ended else None)
 
     def throttle_codes(self, principal: Principal, address: str, now: datetime) -> None:
-        """Before a code of somebody signed in is looked at. Raises SignInThrottled."""
+        """Call before checking a signed-in user's code. Raises SignInThrottled."""
         self._throttle(_of_codes(principal), address, now)
 
     def code_was_right(self, principal: Principal, address: str) -> None:

@@ -32,13 +32,13 @@ class UserRow(Base):
     password_changed_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     """None: it is still the first one."""
     totp_sealed: Mapped[str | None] = mapped_column(String(255))
-    """The secret of the second factor, as `server/runtime/vault.py` seals it; None: there is none."""
+    """The second factor's secret, sealed by `server/runtime/vault.py`; None: none."""
     totp_pending_sealed: Mapped[str | None] = mapped_column(String(255))
     """One that was shown to its user, who has not proved yet to have it."""
     totp_last_step: Mapped[int | None]
     """The newest time step whose code was used: it and all before are worth nothing."""
     passkey_handle: Mapped[bytes | None] = mapped_column(LargeBinary(64))
-    """By what authenticators know the account: random, so that it says nothing. None: never had a passkey."""
+    """The account's name towards authenticators: random, so that it reveals nothing. None: never had a passkey."""
     passkey_count: Mapped[int] = mapped_column(default=0, server_default="0")
     """How many rows of `passkeys` are theirs: changed together with them, under a lock of this row."""
 
@@ -57,7 +57,7 @@ class PasskeyRow(Base):
     user_id: Mapped[int] = mapped_column(ForeignKey("users.id", ondelete="CASCADE"), index=True)
     credential_id: Mapped[bytes] = mapped_column(LargeBinary(1023), unique=True)
     public_key: Mapped[bytes] = mapped_column(LargeBinary(1024))
-    """As COSE writes it. Nothing in this table signs anybody in."""
+    """In COSE format. Nothing in this table signs anybody in."""
     sign_count: Mapped[int] = mapped_column(BigInteger)
     """What the authenticator counted at its last use; 0 for good where it does not count."""
     name: Mapped[str] = mapped_column(String(64))

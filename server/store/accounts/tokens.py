@@ -37,15 +37,15 @@ PREFIX: Final = "twt_"
 """So that people, and programs that look for secrets in the wrong places, know one when they see it."""
 MAX_PER_USER: Final = 50
 USUAL_LIFE: Final = timedelta(days=90)
-"""Where nobody says otherwise, and the tower allows it."""
+"""The default, if the tower allows it."""
 MAX_LIFETIME: Final = timedelta(days=365)
-"""Whatever the setting TOWER_TOKEN_LONGEST_DAYS says."""
+"""Upper bound of the setting TOWER_TOKEN_LONGEST_DAYS."""
 WRITE_USES_EVERY_S: Final = 60.0
 _log = structlog.get_logger(__name__)
 
 
 class UnknownToken(Refusal):
-    """No such token, or somebody else's: on purpose not said which."""
+    """No such token, or another user's. The message does not say which, on purpose."""
 
     def __init__(self) -> None:
         super().__init__("there is no such token")
@@ -79,7 +79,7 @@ async def create_token(
     action: AuditAction,
     longest: timedelta = MAX_LIFETIME,
 ) -> tuple[ApiTokenRow, str]:
-    """The row, and the token itself, which is told here and never again. Without an end: USUAL_LIFE, or `longest`."""
+    """The row, and the token itself, which only this call returns. Default lifetime: USUAL_LIFE, or `longest`."""
     name = clean_name(name)
     if not scopes:
         raise BadScopes("a token needs at least one scope")
@@ -111,7 +111,7 @@ async def create_token(
 
 
 async def list_tokens(session: AsyncSession, *, user_id: int | None = None) -> list[tuple[ApiTokenRow, UserRow]]:
-    """With their owners, in the order of their ids; of everybody where `user_id` is None."""
+    """Tokens with their owners, by id; of all users if `user_id` is None."""
     query = select(ApiTokenRow, UserRow).join(UserRow, UserRow.id == ApiTokenRow.user_id).order_by(ApiTokenRow.id)
     if user_id is not None:
         query = query.where(ApiTokenRow.user_id == user_id)
@@ -119,7 +119,7 @@ async def list_tokens(session: AsyncSession, *, user_id: int | None = None) -> l
 
 
 async def revoke_token(session: AsyncSession, *, token_id: int, of_user: int | None, action: AuditAction) -> None:
-    """`of_user`: whose it has to be; None for anybody's. Raises UnknownToken."""
+    """`of_user`: the required owner; None for any. Raises UnknownToken."""
     await begin_fleet_change(session)
     row = await session.get(ApiTokenRow, token_id)
     if row is None or of_user not in (None, row.user_id):
@@ -130,7 +130,7 @@ async def revoke_token(session: AsyncSession, *, token_id: int, of_user: int | N
 
 
 async def _make_space(session: AsyncSession, owner: UserRow, action: AuditAction) -> None:
-    """For one more. Expired ones are listed for as long as there is room, and stand in nobody's way."""
+    """Makes room for one more. Expired tokens stay listed while there is room."""
     kept = list(await session.scalars(select(ApiTokenRow).where(ApiTokenRow.user_id == owner.id)))
     if len(kept) < MAX_PER_USER:
         return
@@ -218,7 +218,7 @@ class ApiTokens:
             _log.warning("token_uses_not_written", exc_info=True)
 
     async def keep_writing_uses(self) -> None:
-        """Never returns; the last uses before a stop are written by whoever stops it."""
+        """Never returns; whoever stops it writes the last uses."""
         while True:
             await asyncio.sleep(WRITE_USES_EVERY_S)
             await self.write_uses()

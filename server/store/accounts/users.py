@@ -23,7 +23,7 @@ from server.store.fleet.snapshot import begin_fleet_change
 
 
 class WrongSignIn(Refusal):
-    """Unknown name, wrong password or disabled account: on purpose not said which."""
+    """Unknown name, wrong password or disabled account. The message does not say which, on purpose."""
 
     def __init__(self) -> None:
         super().__init__("the name or the password is wrong")
@@ -57,7 +57,7 @@ class UserChange:
     disabled: bool | None = None
     password_hash: str | None = None
     must_change_password: bool = True
-    """Goes with `password_hash`: somebody else than its user has set it."""
+    """Goes with `password_hash`: another person has set the password."""
     keep_tokens: bool = False
     """Goes with `password_hash`: API tokens outlive it."""
 
@@ -134,8 +134,8 @@ async def change_user(session: AsyncSession, *, user_id: int, change: UserChange
 
 
 async def reset_second_factor(session: AsyncSession, *, user_id: int, action: AuditAction) -> tuple[UserRow, bool]:
-    """For somebody who has lost it: whoever has found it may be signed in, so their sessions and tokens end as well.
-    Also returns whether there was one; nothing changes where there was none."""
+    """For a user who lost a factor. Its finder may be signed in, so all sessions and tokens end too. Also returns
+    whether there was a factor; without one nothing changes."""
     await begin_fleet_change(session)
     row = await get_user(session, user_id)
     had_one = row.has_second_factor

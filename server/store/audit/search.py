@@ -53,7 +53,7 @@ async def page(
 
 
 async def pages(database: Database, wanted: AuditFilter, *, limit: int) -> AsyncIterator[Sequence[AuditEventRow]]:
-    """Up to `limit` events in pages, each read by itself: a slow reader must not keep the database from its work."""
+    """Up to `limit` events in pages, each read separately, so that a slow reader does not block the database."""
     before: int | None = None
     for _ in range(limit // ROWS_AT_ONCE):
         found = await page(database, wanted, before=before)

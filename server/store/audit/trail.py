@@ -24,7 +24,7 @@ class Identified(Protocol):
 
 @dataclass(frozen=True)
 class Actor:
-    """Who did it. `user_id` is None for somebody who is not signed in, and for the command line."""
+    """The actor. `user_id` is None without a sign-in, and for the command line."""
 
     user_id: int | None
     name: str
@@ -32,7 +32,7 @@ class Actor:
 
 COMMAND_LINE: Final = Actor(None, "tower command")
 TOWER: Final = Actor(None, "tower")
-"""For what the tower does by itself."""
+"""For actions of the tower itself."""
 
 
 def record(

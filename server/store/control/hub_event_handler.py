@@ -64,7 +64,7 @@ _log = structlog.get_logger(__name__)
 
 
 class HubEventHandler:
-    """One for a tower, told by the hub (`hub.state.on_event = event_handler.noticed`) inside a running loop."""
+    """One for a tower. The hub calls it (`hub.state.on_event = event_handler.noticed`) inside a running loop."""
 
     def __init__(
         self,
@@ -114,13 +114,13 @@ class HubEventHandler:
         self._queue(event)
 
     async def caught_up(self) -> None:
-        """Returns when everything that was noticed before the call has been seen to, or nearly: whoever waits for it
-        must not wait for a database that is out of reach."""
+        """Returns when all earlier events are handled, or after a short time: callers must not wait for an unreachable
+        database."""
         if self._at_work:
             await asyncio.wait(self._at_work.values(), timeout=CAUGHT_UP_WITHIN_S)
 
     async def stop(self) -> None:
-        """What is still waiting is not done: the database has the truth, and the next start looks at it."""
+        """Drops waiting events: the database has the truth, and the next start reads it."""
         tasks = list(self._at_work.values())
         for task in tasks:
             task.cancel()

@@ -33,10 +33,8 @@ HOLDS_ANOTHER: Final = Refused("holds-another", "release the drone that you are 
 
 @dataclass(frozen=True)
 class Ask:
-    """What somebody wants of a lease. `by` is None where the tower acts by itself.
-
-    `as_tower`: it is the tower's own event, whoever caused it. `about`: see Actor. `began_at`: perf_counter seconds.
-    """
+    """A request about a lease. `by` is None if the tower acts by itself. `as_tower`: the tower's own event, whoever
+    caused it. `about`: see Actor. `began_at`: perf_counter seconds."""
 
     drone_id: DroneId
     event: Event
@@ -63,10 +61,10 @@ class Committed:
 
 
 class LeaseStore(Protocol):
-    """All that the service wants of a database."""
+    """The service's interface to a database."""
 
     async def commit(self, ask: Ask) -> Committed | Refused:
-        """Decides on the lease as it stands and writes what follows; of two at the same moment one is refused."""
+        """Decides on the present lease and writes the result; of two concurrent requests one is refused."""
 
     async def settle(self, ask: Ask) -> LeaseView:
         """Writes down that `ask` was not carried out in time. The lease as it is: the answer to a commit may have been

@@ -1,7 +1,7 @@
-"""The check before flight: what each drone's parameters would do on a loss, and who has said that they know.
+"""The loss check: what each drone's parameters would do on a loss, and who has acknowledged it.
 
-Keeps in memory what is in the table, so that the hub can be told at once whenever parameters, settings or the holder
-change. An acknowledgement is of one user, for one set of dangers, and lets that user arm.
+Keeps the table in memory, so that the hub is updated at once when parameters, settings or the holder change. An
+acknowledgement is one user's, for one set of dangers, and lets that user arm.
 """
 
 import hashlib
@@ -35,10 +35,8 @@ _WRONG_NAME: Final = Refused(
 
 @dataclass(frozen=True)
 class LossCheck:
-    """The answer for one drone and whoever asks.
-
-    `acknowledged`: for these very dangers, by whoever asks if they may arm the drone now, else by its holder.
-    """
+    """The result for one drone and user. `acknowledged`: for exactly these dangers, by this user if they may arm the
+    drone now, else by its holder."""
 
     complete: bool
     has_radio: bool | None
@@ -64,7 +62,7 @@ class LossChecks:
                 self._acknowledged[DroneId(row.drone_id)][UserId(row.user_id)] = row.findings_hash
 
     async def read_again(self, drone_id: DroneId) -> None:
-        """Another process has given the controls to somebody, who may have acknowledged there."""
+        """Another process has given the controls to a user, who may have acknowledged there."""
         async with self._database.reading() as session:
             rows = await session.scalars(
                 select(LossAcknowledgementRow).where(LossAcknowledgementRow.drone_id == drone_id)
@@ -114,8 +112,8 @@ class LossChecks:
     async def acknowledge(
         self, principal: Principal, drone_id: DroneId, *, named: str | None, address: str
     ) -> LossCheck:
-        """Whoever may arm the drone now knows, and says of which drone by its name where there is a danger. Raises
-        ControlRefused for anybody else, and for another name."""
+        """Records an acknowledgement of the user who may arm the drone now, with its name if there is a danger. Raises
+        ControlRefused for others, and for a wrong name."""
         drone = self._hub.squads.drone(drone_id, principal.user_id, principal.role)
         if drone is None:
             raise UnknownDrone

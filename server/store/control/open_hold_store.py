@@ -17,8 +17,8 @@ async def load_open_holds(hub: Hub, database: Database) -> None:
 
 
 async def write_open_hold(hub: Hub, database: Database, drone_id: DroneId) -> None:
-    """As it is when it is written, and until nothing has changed meanwhile. A drone that nobody ever held has no row,
-    and no order to hold."""
+    """Writes the present state, and again until nothing has changed meanwhile. A drone that was never held has no row
+    and no pending order."""
     while (drone := hub.state.drones.get(drone_id)) is not None:
         written = drone.hold_noted
         async with database.writing() as session:

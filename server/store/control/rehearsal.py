@@ -64,10 +64,8 @@ def refusal_of(drone: LiveDrone, principal: Principal, what: What, *, in_flight:
 
 
 def needs_no_hold(drone: LiveDrone, what: What, now: float) -> str:
-    """Why this drone need not hold when that is lost, empty where it must.
-
-    A lost operator is the tower's to notice, which orders a hold in any case; the agent then says whether one was due.
-    """
+    """Why this drone need not hold on that loss; empty if it must. For a lost operator the tower orders a hold in any
+    case, and the agent reports whether one was due."""
     if what == "operator":
         return ""
     if drone.armed is False:
@@ -89,7 +87,7 @@ class Rehearsals:
         self._tasks: set[asyncio.Task[None]] = set()
 
     def begin(self, principal: Principal, drone_id: DroneId, what: What, *, in_flight: bool, address: str) -> None:
-        """Begins one; the watchers of the drone hear how it goes on. Raises UnknownDrone, ControlRefused."""
+        """Begins a rehearsal; all who watch the drone get its progress. Raises UnknownDrone, ControlRefused."""
         drone = self._hub.squads.drone(drone_id, principal.user_id, principal.role)
         if drone is None:
             raise UnknownDrone

@@ -1,7 +1,7 @@
 """The control service: carries a decision of the table into the store, the hub and the drone, in that order.
 
-Where the controls are to be taken from somebody, the hub's fence comes down before the store is asked: from that
-instant nobody's commands pass until it is decided. Of two who ask at the same moment the store lets one win.
+To take the controls from somebody, it fences the drone in the hub before it asks the store: from that instant no
+commands pass until the decision. Of two concurrent requests the store lets one win.
 """
 
 import asyncio
@@ -38,11 +38,11 @@ EVENT_NAMES: Final = {
     Event.OFFER_LAPSED: "taken",
     Event.EXPIRE: "expired",
 }
-"""The past tense in which everybody hears of an event (docs/wire-protocol.md, 1.2)."""
+"""The past-tense names of events for clients (docs/wire-protocol.md, 1.2)."""
 
 
 class ControlRefused(Refusal):
-    """The table said no. `code` is stable and for programs."""
+    """The table refused the event. `code` is stable and for programs."""
 
     def __init__(self, refused: Refused) -> None:
         super().__init__(refused.words)
@@ -131,10 +131,11 @@ class ControlService:
         about: UserId | None = None,
         turn_of: Literal["holder", "assistant"] | None = None,
     ) -> LeaseView:
-        """An event of the tower's own. `about`: whose part in the lease it ends; refused if it is another's by now.
+        """Applies an event of the tower's own. `about`: the user whose part in the lease it ends; refused if it is
+        another's by now.
 
-        `by` is whoever caused it, for the audit trail and for everybody to read; `ordered_by` where the trail has the
-        action of which this is the consequence. `turn_of` goes with TURN: everybody is told as `by` whose frames pass.
+        `by`: the person who caused it, for the audit trail and for notifications; `ordered_by`: the same if the trail
+        already has their action. `turn_of` goes with TURN: notifications name the user whose frames pass.
 
         Raises UnknownDrone and ControlRefused.
         """
@@ -184,7 +185,7 @@ class ControlService:
         return outcome
 
     async def _decided(self, ask: Ask, *, fenced: bool, by: UserRef | None, now: float) -> Committed | Refused:
-        """What the store says. A TAKE does not wait for it: the drone holds, also where there is no answer."""
+        """The store's decision. A TAKE does not wait for it: the drone holds, even without an answer."""
         if ask.event is not Event.TAKE or not fenced:
             return await self._store.commit(ask)
         name = by.name if by else "the tower"
@@ -214,8 +215,8 @@ class ControlService:
 
     @contextmanager
     def shut_out(self, principal: Principal, drone_id: DroneId, *, interrupts: bool = False) -> Iterator[None]:
-        """For a TAKE whose sender the database has not confirmed yet, and who was signed in a moment ago: the drone
-        holds, and nobody's commands pass in this block. Nothing happens where they may not take it."""
+        """For a TAKE whose sender the database has not confirmed yet, but who was signed in a moment ago: in this block
+        the drone holds and no commands pass. Without effect if they may not take it."""
         drone = self._hub.squads.drone(drone_id, principal.user_id, principal.role)
         takes = drone is not None and self._may_take_now(drone, principal)
         with self._fenced(drone_id, wanted=takes):
@@ -245,7 +246,7 @@ class ControlService:
             self.unfence(drone_id)
 
     def fence(self, drone_id: DroneId) -> None:
-        """From now until as many calls of `unfence` nobody's commands pass."""
+        """No commands pass until `unfence` has been called as often."""
         self._fences[drone_id] += 1
         self._hub.changes.fence(drone_id)
 

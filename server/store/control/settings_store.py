@@ -16,12 +16,12 @@ from wire.ids import DroneId
 
 
 async def load_settings(session: AsyncSession) -> dict[DroneId, DroneSettings]:
-    """Of every drone for which an admin chose any; all others have the defaults."""
+    """Settings of every drone with at least one chosen value; all others have the defaults."""
     return {DroneId(row.drone_id): settings_from(row.chosen) for row in await session.scalars(select(DroneSettingsRow))}
 
 
 async def read_settings(session: AsyncSession, drone_id: int) -> DroneSettings:
-    """Of one drone."""
+    """Settings of one drone."""
     row = await session.get(DroneSettingsRow, drone_id)
     return settings_from(row.chosen) if row is not None else DroneSettings()
 

@@ -1,6 +1,6 @@
-""" "Stay": what a drone would do by itself because a person is away waits until its battery is needed for the way home.
+""" "Stay": postpones the lost action until the drone needs its battery for the way home.
 
-The agent is told first; the audit trail is written afterwards, and not at all while the database is out of reach.
+The agent gets it first; the audit record follows, or is omitted while the database is unreachable.
 """
 
 from typing import Final

@@ -12,7 +12,7 @@ from server.store.database import Base, UtcDateTime
 
 
 class ControlLeaseRow(Base):
-    """One for each drone that anybody ever held."""
+    """One for each drone that was ever held."""
 
     __tablename__ = "control_leases"
 
@@ -34,7 +34,7 @@ class ControlLeaseRow(Base):
 
 
 class DroneSettingsRow(Base):
-    """How a drone holds, where an admin wants it other than usual: only what was set, by name."""
+    """A drone's hold settings that an admin has changed: only those, by name."""
 
     __tablename__ = "drone_settings"
 
@@ -44,7 +44,7 @@ class DroneSettingsRow(Base):
 
 
 class LossAcknowledgementRow(Base):
-    """Which set of dangerous parameters of a drone a user has said they know about; the newest only."""
+    """The set of dangerous parameters of a drone that a user has acknowledged; the newest only."""
 
     __tablename__ = "loss_acknowledgements"
 

@@ -1,7 +1,7 @@
-"""A TAKE that the database does not decide: the drone holds, and nobody's commands pass until it is decided.
+"""A TAKE that the database has not decided: the drone holds, and no commands pass until the decision.
 
-It is never carried out late. When the database takes writes again, the trail has that it failed, the lease is what the
-database says, and whoever has the controls by that lease goes on.
+It is never carried out late. When the database accepts writes again, the audit trail records the failure, the lease is
+what the database has, and its holder continues.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ DECIDED_WITHIN_S: Final = 0.1
 """After this the drone holds without the database. An ordinary commit takes a few milliseconds."""
 TRY_AGAIN_AFTER_S: Final = 0.5
 MAX_UNSETTLED: Final = 32
-"""Takes of one drone that get a row in the trail each. Of more than that the first are enough."""
+"""Maximum number of failed TAKEs of one drone that get an audit record each."""
 
 _log = structlog.get_logger(__name__)
 
 
 class ControlUndecided(DatabaseUnavailable):
-    """The database did not decide a TAKE. The message says what holds until it does."""
+    """The database did not decide a TAKE. The message says what applies until it does."""
 
     def __init__(self) -> None:
         super().__init__(
@@ -67,7 +67,7 @@ class UndecidedTakes:
         self._open: dict[DroneId, _Unsettled] = {}
 
     def hold(self, drone_id: DroneId, name: str, *, interrupts: bool) -> None:
-        """At once, whatever the database does. Everybody who may see the drone is told."""
+        """Orders a hold at once, whatever the database does, and notifies all who may see the drone."""
         reason = f"{name} takes the controls, and the database has not confirmed it yet"
         self._hub.holds.order(drone_id, reason, interrupts=interrupts)
         words = f"{reason}: nobody's commands pass until it has."

@@ -1,4 +1,4 @@
-"""Who took a right away from somebody, read from the audit trail: those who hear of it want a name."""
+"""Finds in the audit trail who took a right from a user, because notifications name that person."""
 
 from datetime import datetime, timedelta
 from typing import Final
@@ -30,7 +30,7 @@ _MOST: Final = 50
 
 
 async def who_withdrew(session: AsyncSession, event: RightLost, now: datetime) -> UserRef | None:
-    """The user whose action ended this right; None where it was no user, or nobody knows."""
+    """The user whose action ended this right; None if it was not a user, or is not known."""
     recent = (
         select(AuditEventRow)
         .where(AuditEventRow.action.in_(_ACTIONS), AuditEventRow.at >= now - timedelta(seconds=RECENTLY_S))

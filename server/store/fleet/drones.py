@@ -74,8 +74,8 @@ async def rename_drone(session: AsyncSession, *, drone_id: int, name: str, actio
 
 
 async def deleted_among(session: AsyncSession, drone_ids: Collection[int]) -> frozenset[int]:
-    """Which of these were deleted on purpose, as the trail says: any other that is not there is missing for another
-    reason, as an older copy of the database."""
+    """Which of these were deleted on purpose, by the audit trail. Others are missing for another reason, such as an
+    older copy of the database."""
     query = select(AuditEventRow.drone_id).where(AuditEventRow.action == DELETED, AuditEventRow.drone_id.in_(drone_ids))
     return frozenset(one for one in await session.scalars(query) if one is not None)
 
@@ -110,8 +110,8 @@ async def revoke_key(session: AsyncSession, *, drone_id: int, action: AuditActio
 async def exchange_credential(
     session: AsyncSession, *, drone_id: int, credential_hash: str, public_key: bytes, action: AuditAction
 ) -> bool:
-    """The key takes the place of the bearer credential, of which nothing is kept. False if that is not (any more) the
-    drone's: of two agents that show the same one, the first is the drone."""
+    """Replaces the bearer credential, which is deleted, by the key. False if the credential is not (or no longer) the
+    drone's: of two agents with the same one, the first is the drone."""
     await begin_fleet_change(session)
     row = await session.get(DroneRow, drone_id)
     if row is None or not credential_hash or row.credential_hash != credential_hash:
@@ -144,7 +144,7 @@ async def add_owner(session: AsyncSession, *, drone_id: int, user_id: int, actio
 
 
 async def remove_owner(session: AsyncSession, *, drone_id: int, user_id: int, action: AuditAction) -> None:
-    """Removing somebody who owns nothing changes nothing."""
+    """Idempotent."""
     await begin_fleet_change(session)
     drone, user = await get_drone(session, drone_id), await get_user(session, user_id)
     ownership = await session.get(OwnershipRow, (drone.id, user.id))

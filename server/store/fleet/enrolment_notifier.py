@@ -84,7 +84,7 @@ class EnrolmentNotifier:
         self._linked: dict[DroneId, datetime] = {}
         """When an agent linked, the last time; not looked up yet."""
         self._changed: dict[int, None] = {}
-        """Enrolments that nobody has been told of yet, in order."""
+        """Enrolments not yet reported, in order."""
         self._working: asyncio.Task[None] | None = None
         self._timers: dict[int, asyncio.TimerHandle] = {}
 
@@ -94,7 +94,7 @@ class EnrolmentNotifier:
         self._work_soon()
 
     def expect_expiry(self, enrolment_id: int, in_s: float) -> None:
-        """If nobody uses it, admins hear of that too."""
+        """Admins are notified of an unused enrolment too."""
         loop = asyncio.get_running_loop()
         self._timers[enrolment_id] = loop.call_later(in_s + 0.05, self._expired, enrolment_id)
 

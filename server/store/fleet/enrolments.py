@@ -1,7 +1,6 @@
-"""The rules of enrolment: a token with which an agent makes its key that of a drone, once. Knows nothing of HTTP.
+"""The rules of enrolment: a token with which an agent registers its key for a drone, once. Knows nothing of HTTP.
 
-Every function that changes anything takes a session of `Database.writing()`, so that a token is worth one use whoever
-comes first.
+Every function that changes anything takes a session of `Database.writing()`, so that a token is used only once.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ from wire.ids import DroneId
 PREFIX: Final = "twe_"
 MAX_LISTED: Final = 200
 MAX_CONCURRENT: Final = 500
-"""Of drones in one question: SQLite takes so many values, and the write lock is not kept for long."""
+"""Drones per query: within SQLite's limit of values, and the write lock is held briefly."""
 COMPANION: Final = Actor(None, "enrolling agent")
 
 
@@ -38,7 +37,7 @@ class UnknownEnrolment(Refusal):
 
 
 class BadEnrolment(Refusal):
-    """Never was, used, expired or cancelled: on purpose not said which."""
+    """Unknown, used, expired or cancelled. The message does not say which, on purpose."""
 
     def __init__(self) -> None:
         super().__init__("this enrolment token is not valid, or no longer valid: ask an admin for a new one")
@@ -70,7 +69,7 @@ def state_of(row: EnrolmentRow, now: datetime) -> EnrolmentState:
 async def begin(
     session: AsyncSession, *, drone_id: int, lasts_s: float, action: AuditAction
 ) -> tuple[EnrolmentRow, DroneRow, str, list[int]]:
-    """The token is told here and never again. Those that waited for the same drone are cancelled (their ids)."""
+    """Only this call returns the token. Cancels pending enrolments of the same drone (their ids)."""
     drone = await get_drone(session, drone_id)
     waiting = (
         await session.scalars(
@@ -160,11 +159,9 @@ async def _used_before(session: AsyncSession, token: str, key: str) -> Enrolment
 
 
 async def just_seen(session: AsyncSession, linked_at: Mapping[DroneId, datetime]) -> list[EnrolmentRow]:
-    """Of drones whose agents have just linked: the newest used enrolment of each, where the agent comes for the first
-    time since. One that was used after the agent linked is not what it has linked with.
-
-    At most MAX_CONCURRENT drones. A session of `Database.reading()` will do.
-    """
+    """For drones whose agents have just linked: the newest used enrolment of each, if this is the agent's first link
+    since. An enrolment used after the link does not count. At most MAX_CONCURRENT drones. A session of
+    `Database.reading()` is enough."""
     newest = (
         select(func.max(EnrolmentRow.id))
         .where(EnrolmentRow.drone_id.in_(linked_at), EnrolmentRow.used_at.is_not(None))

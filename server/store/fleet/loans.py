@@ -1,6 +1,6 @@
-"""The rules of lending: a drone, to a user, until a time, within limits; and whoever ends what is over.
+"""The rules of lending a drone to a user, until a time, within limits; and the end of expired loans.
 
-Every rule takes a session of `Database.writing()`, so that a rule and its audit record live or die together.
+Every rule takes a session of `Database.writing()`, so that a rule and its audit record are committed together.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from wire.ids import UserId
 LONGEST: Final = timedelta(days=366)
 CHECK_EVERY_S: Final = 0.25
 NO_LIMITS: Final = (Relation.TEAM_ADMIN, Relation.OWNER, Relation.TEAM_OPERATOR)
-"""Whoever stands so to a drone flies it without a loan."""
+"""A user with this relation flies the drone without a loan."""
 _log = structlog.get_logger(__name__)
 
 

@@ -1,4 +1,4 @@
-"""Keeps the live picture in step with the database, whoever changed it: this process or `tower drone add`."""
+"""Keeps the live state in step with the database, whichever process changed it, such as `tower drone add`."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Roster:
                 self._picture.apply_fleet(snapshot)
 
     async def follow(self) -> None:
-        """Runs until cancelled. A database out of reach is said once, not every second; the fleet stays as it is."""
+        """Runs until cancelled. Logs an unreachable database once, not every second; the fleet stays as it is."""
         in_reach = True
         while True:
             await rest(self._poll_s)

@@ -20,7 +20,7 @@ class DroneRow(Base):
     name: Mapped[str] = mapped_column(String(64))
     name_key: Mapped[str] = mapped_column(String(256), unique=True)
     credential_hash: Mapped[str] = mapped_column(String(64))
-    """Of a bearer credential that an older version gave out, and that no key has taken the place of. Empty: none."""
+    """Hash of a bearer credential of an older version that no key has replaced. Empty: none."""
     created_at: Mapped[datetime] = mapped_column(UtcDateTime)
     public_key: Mapped[str | None] = mapped_column(String(43))
     """The public half of the drone's Ed25519 key (wire.drone_key.key_text). None: no agent signs in by a key."""

@@ -38,8 +38,8 @@ class TowerIdentity:
         return self._private_key.sign(message)
 
     async def load(self, vault: Vault, database: Database) -> None:
-        """Opens the key, or makes the first one. The vault has its keys. Raises VaultError, in words for whoever starts
-        the tower."""
+        """Opens the key, or creates the first one. The vault has its keys. Raises VaultError, with a text for the
+        operator of the tower."""
         async with database.writing() as session:
             row = await session.get(TowerIdentityRow, 1)
             if row is None:

@@ -1,8 +1,8 @@
-"""The files that the tower keeps of drones: below one folder, within a budget that its owners share (`file_budget`). Of
-whoever keeps the most, the oldest is removed first.
+"""Flight logs on the tower's disk: below one folder, within a budget that owners share (`file_budget`).
 
-`drone-<id>/<log>-<began>.bin`, where `began` is in seconds since 1970, 0 where nobody knows. A file is there whole or
-not at all: it is written beside and renamed. Blocking; call it in a thread.
+The oldest file of the largest account is removed first. `drone-<id>/<log>-<began>.bin`, where `began` is in seconds
+since 1970, 0 if not known. A file is complete or absent: it is written beside its place and renamed. Blocking; call it
+in a thread.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A file on its way from an agent to the log store: streamed, counted, and only while somebody waits for it."""
+"""A file on its way from an agent to the log store: streamed, counted, and only while a transaction waits for it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from server.store.flight_logs.quota import FlightLogQuota
 from wire.transactions import LogDownloadWork
 
 SILENCE_S: Final = 30.0
-"""An agent that sends nothing for so long has gone; it begins again."""
+"""An agent that sends nothing for this long is gone; it starts again."""
 MAX_REMEMBERED: Final = 1000
 """Transactions; many times what drones can send at one time."""
 WRITE_AT_ONCE_BYTES: Final = 256 * 1024

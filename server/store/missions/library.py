@@ -1,8 +1,9 @@
-"""The rules of the library of missions: who sees and who changes which, how many there are, and who was first.
+"""The rules of the mission library: who sees and who changes missions, how many, and who was first.
 
-One's own is one's own. A shared one is read by whoever is in a team with its owner, and among those who are in no team;
-an admin's by everybody, and everything by admins. It is changed by its owner and by admins. What a user may not see is
-not there. Every rule takes a session of the database: a change and its audit record live or die together.
+A private mission is its owner's. A shared one can be read by members of the owner's teams, and among users without a
+team by all of those; an admin's by everybody, and all by admins. Owner and admins change it. A mission that a user may
+not see does not exist for them. Every rule takes a database session: a change and its audit record are committed
+together.
 """
 
 from __future__ import annotations

@@ -21,13 +21,13 @@ from server.store.audit.trail import Actor, record
 from server.store.database import Database
 
 MAX_WAITING: Final = 5000
-"""While the database is out of reach. The oldest stay: they say what began."""
+"""Queue while the database is unreachable. The oldest records stay: they say what began."""
 AT_ONCE: Final = 200
 TRY_AGAIN_AFTER_S: Final = 1.0
 CAUGHT_UP_WITHIN_S: Final = 5.0
 COMMAND: Final = "command.given"
 _RESULTS: Final = {State.DONE: "accepted", State.TIMED_OUT: "no answer"}
-"""Of an operation, in the words in which an autopilot's answer is told."""
+"""The result of an operation, in the terms of an autopilot's answer."""
 _log = structlog.get_logger(__name__)
 
 
@@ -42,7 +42,7 @@ class _Note:
 
 
 class OperationAuditWriter:
-    """One for a tower: `began` and `ended` are told by the service, `work` runs beside."""
+    """One for a tower: the service calls `began` and `ended`; `work` runs in the background."""
 
     def __init__(self, database: Database, clock: Clock) -> None:
         self._database = database
@@ -60,7 +60,7 @@ class OperationAuditWriter:
             self._note(operation, "operation.began", dict(operation.order.about))
 
     def ended(self, operation: Operation) -> None:
-        """Noted with the words that people were told."""
+        """Recorded with the text that people got."""
         if _is_command(operation):
             # One that was given up may end again, when its agent is back: it has its row by then.
             if self._running.pop(operation.id, None) is not None:

@@ -30,8 +30,8 @@ class VideoStreams(Protocol):
     """Every method is plain and returns at once. `now`: monotonic seconds."""
 
     def attach(self, drone_id: DroneId, sink: StreamSink, now: float) -> bool:
-        """From here on the sink gets the units of its stream, from a key picture on; the drone is asked for them. False
-        if there is no such drone."""
+        """From now on the sink gets the units of its stream, beginning with a key picture, and the drone must send
+        them. False if there is no such drone."""
 
     def detach(self, drone_id: DroneId, sink: StreamSink) -> None:
         """It gets no more. Harmless if it was detached already."""
@@ -40,7 +40,7 @@ class VideoStreams(Protocol):
         """How it is with the drone's video now."""
 
     def wanted(self, drone_id: DroneId) -> Collection[StreamKey]:
-        """Which of its streams somebody watches or records."""
+        """Which of its streams are watched or recorded."""
 
 
 class HubVideo(VideoStreams):
@@ -111,7 +111,7 @@ class UnitWriter:
         self._thread.start()
 
     def put(self, message: bytes, came_us: int) -> bool:
-        """Takes one unit, or says that it cannot. Returns at once."""
+        """Takes one unit, or reports that it cannot. Returns at once."""
         with self._changed:
             if self.problem or self._closing:
                 return False
@@ -228,8 +228,8 @@ class RecordingSink:
 
 @dataclass(eq=False)
 class Running:
-    """`began`: monotonic seconds. `ending`: why it is to end, for people, and empty where somebody ended it; None while
-    it goes on. `ended_by`: that somebody."""
+    """`began`: monotonic seconds. `ending`: why it must end, for people; empty if a user ended it; None while it runs.
+    `ended_by`: that user."""
 
     row: RecordingRow
     drone_id: DroneId

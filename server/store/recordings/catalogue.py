@@ -67,7 +67,7 @@ async def delete(session: AsyncSession, drone_id: int, recording_id: int, *, act
 
 
 async def remove_to_make_space(session: AsyncSession, recording_id: int, *, action: AuditAction) -> RecordingRow | None:
-    """None where it has gone already, or is no longer to be removed."""
+    """None if it is already gone, or must not be removed any more."""
     row = await session.get(RecordingRow, recording_id)
     if row is None or row.state in OPEN_STATES:
         return None
@@ -81,7 +81,7 @@ async def _remove(session: AsyncSession, row: RecordingRow, event: str, action: 
 
 
 def about(row: RecordingRow) -> dict[str, Any]:
-    """What the audit trail says of a recording."""
+    """The audit trail's details of a recording."""
     return {"recording": row.id, "quality": row.quality, "began_at": row.began_at.isoformat()}
 
 
@@ -96,7 +96,7 @@ async def mark_ended(
     flights: Iterable[datetime],
     action: AuditAction,
 ) -> RecordingRow | None:
-    """Its file is to be made. None where the row has gone, with its drone. Harmless a second time."""
+    """Its file is to be created. None if the row is gone, with its drone. Idempotent."""
     row = await session.get(RecordingRow, recording_id)
     if row is None or row.state != "recording":
         return row
@@ -111,7 +111,7 @@ async def mark_ended(
 async def mark_ready(
     session: AsyncSession, recording_id: int, finished: Finished, *, size_bytes: int
 ) -> RecordingRow | None:
-    """Its file is there. None where the row has gone meanwhile."""
+    """Its file exists. None if the row has gone meanwhile."""
     row = await session.get(RecordingRow, recording_id)
     if row is not None:
         row.state, row.size_bytes, row.duration_s = "ready", size_bytes, finished.duration_s

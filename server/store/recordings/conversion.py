@@ -36,7 +36,7 @@ from wire.video import Codec, Unit
 
 MAX_WIDTH: Final = 1920
 MAX_HEIGHT: Final = 1080
-"""Larger pictures are made smaller: nobody sends them, and each would take a second to code."""
+"""Larger pictures are scaled down: no drone sends them, and each would take a second to encode."""
 _TIME_BASE: Final = Fraction(1, TICKS_PER_S)
 _MP4: Final = {"movflags": "+faststart"}
 _X264: Final = {"preset": "veryfast", "crf": "23", "x264-params": "scenecut=0"}

@@ -26,7 +26,7 @@ from server.store.recordings.store import MP4, PART, UNITS, RecordingStore
 from server.store.recordings.tables import RecordingRow
 
 SILENCE_S: Final = 180.0
-"""A process that says nothing for so long hangs. It speaks once a second, if the machine lets it run at all."""
+"""A process that is silent for this long hangs. It reports once a second, if it runs at all."""
 MAX_DURATION_S: Final = 6 * 3600.0
 """For one file: the others wait for it. Two hours of the highest quality take a small computer less than two; a drone
 that sends what no camera gives may keep it busy for days."""

@@ -1,6 +1,8 @@
-"""Keeps recordings within their budget, which owners share (`file_budget`): of whoever keeps the most, the oldest that
-is over goes first, never one that goes on or is being finished. Files that the database does not know count too, and
-go by their age as all others do."""
+"""Keeps recordings within their budget, which owners share (`file_budget`).
+
+The oldest ended recording of the largest account goes first, never one that is running or being finished. Files unknown
+to the database count too, and go by age like all others.
+"""
 
 from __future__ import annotations
 
@@ -76,7 +78,7 @@ class RecordingQuota:
         self._one_at_a_time = asyncio.Lock()
 
     async def make_space(self, coming_bytes: int, drone_id: int | None = None) -> bool:
-        """Removes what has to go so that so much more of this drone fits. Whether it fits now: also on the disk."""
+        """Removes files so that this much more of the drone fits. Returns whether it fits now, on the disk too."""
         async with self._one_at_a_time:
             accounts = self._accounts()
             there = await self._count(accounts)
@@ -91,7 +93,7 @@ class RecordingQuota:
         return self.used.get(self._accounts().get(drone_id, NOBODY), 0)
 
     def stray_bytes(self) -> int:
-        """Of files that the database does not know."""
+        """Of files unknown to the database."""
         return sum(one.size_bytes for one in self.strays)
 
     async def _count(self, accounts: Mapping[int, Account]) -> _Bytes:
@@ -112,7 +114,7 @@ class RecordingQuota:
         return _Bytes(used, removable, drones)
 
     async def _shrink(self, there: _Bytes, accounts: Mapping[int, Account], coming: Account | None) -> bool:
-        """Whether what is left is within the budget, or what comes is within its account's share of it."""
+        """Whether the rest is within the budget, or the new file within its account's share."""
         while there.used.total() > self.budget_bytes:
             account = to_shrink(there.used, there.removable, coming=coming, budget_bytes=self.budget_bytes)
             if account is None:

@@ -1,7 +1,7 @@
-"""The recordings of the tower: begun, looked after, ended, and handed on to be finished.
+"""The recordings of the tower: started, supervised, ended, and passed on to be finished.
 
-Units go from the relay to a writer's thread and wait for nobody. All else happens here, beside: limits, flights, rows.
-What the database cannot take now is tried again; a recording ends on its disk in any case.
+Units go from the relay to a writer's thread and wait for nothing. Everything else happens here: limits, flights, rows.
+What the database cannot store now is retried; a recording is complete on disk in any case.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ class RecordingService:
         return view.model_copy(update=counts | {"flights": list(running.flights)})
 
     def running_bytes(self) -> int:
-        """Of what is being recorded."""
+        """The running recordings."""
         return sum(one.writer.taken_bytes for one in self._running.values())
 
     def _running_by_drone(self) -> Counter[int]:

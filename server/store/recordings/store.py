@@ -56,7 +56,7 @@ class RecordingStore:
         self.id = found
 
     def path(self, drone_id: int, file: str, ending: str) -> Path:
-        """Of one file, there or not."""
+        """Size of one file, present or not."""
         return folder_of(self._root, DroneId(drone_id)) / f"{file}{ending}"
 
     def remove(self, drone_id: int, file: str) -> None:
@@ -77,8 +77,8 @@ class RecordingStore:
         remove_folders(self._root, drone_ids)
 
     def sweep(self, files: Container[str]) -> list[Stray]:
-        """Removes halves of files. What belongs to no row (`files`) stays, and is told, the oldest first: an older copy
-        of the database may have been brought back, and the right one may follow. Raises OSError."""
+        """Removes incomplete files. Files without a row (`files`) stay and are reported, oldest first: an older copy of
+        the database may be in use, and the right one may follow. Raises OSError."""
         strays: list[Stray] = []
         for drone_id, folder in drone_folders(self._root):
             for path in list(folder.iterdir()):

@@ -28,7 +28,7 @@ class RecordingRow(Base):
     state: Mapped[str] = mapped_column(String(16), index=True)
     """`recording`, `finishing`, `ready`, `failed`."""
     words: Mapped[str] = mapped_column(String(200), default="")
-    """Why it ended where nobody ended it, or why it failed."""
+    """Why it ended by itself, or why it failed."""
     began_at: Mapped[datetime] = mapped_column(UtcDateTime, index=True)
     ended_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     flights: Mapped[list[str]] = mapped_column(JSON, default=list)

@@ -1,7 +1,7 @@
-"""Inviting people into a team by name, so that a team admin learns nothing of who there is.
+"""Invitations to a team by name, which reveal nothing about existing users to a team admin.
 
-An invitation is kept for the name as it was typed; nobody looks whether anybody has it. The team reads "invited" until
-it is accepted, withdrawn or over: whoever declines is as silent as a name that nobody has.
+An invitation keeps the name as typed, without a lookup. The team reads "invited" until it is accepted, withdrawn or
+expired: a user who declines looks like a name without a user.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from server.store.teams.teams import TeamManager, add_member, led_team, new_id, 
 
 LASTS: Final = timedelta(days=7)
 MAX_INVITATIONS: Final = 50
-"""Of one team that are not over."""
+"""Open invitations of one team."""
 
 
 class Received(NamedTuple):

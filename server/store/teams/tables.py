@@ -13,7 +13,7 @@ _ROLES = "role IN ('observer', 'operator', 'admin')"
 
 
 class TeamRow(Base):
-    """Its id is drawn by lot: it says nothing of how many other teams there are."""
+    """The id is random: it does not reveal how many other teams there are."""
 
     __tablename__ = "teams"
 
@@ -34,7 +34,7 @@ class TeamMemberRow(Base):
 
 
 class TeamDroneRow(Base):
-    """A drone is in one team at most: whoever flies it for one never meets those of another."""
+    """A drone is in one team at most: its pilots never meet those of another team."""
 
     __tablename__ = "team_drones"
 
@@ -44,7 +44,7 @@ class TeamDroneRow(Base):
 
 
 class TeamInvitationRow(Base):
-    """By a name, whether or not anybody has it: the team must not learn that from here."""
+    """By name, whether or not such a user exists: the team must not learn that here."""
 
     __tablename__ = "team_invitations"
     __table_args__ = (UniqueConstraint("team_id", "name_key"), CheckConstraint(_ROLES, name="role"))

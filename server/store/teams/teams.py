@@ -1,8 +1,8 @@
-"""The rules of teams: who makes, changes and leaves them, and which drones are in them. Knows nothing of HTTP.
+"""The rules of teams: who creates, changes and leaves them, and which drones are in them. Knows nothing of HTTP.
 
-No team learns of another: names of teams need not be unique, ids are drawn by lot, people are invited by a name that
-nobody looks up (`invitations.py`), and a team that one is not in does not exist. Every rule takes a session of
-`Database.writing()`, so that a rule and its audit record live or die together.
+No team learns of another: team names need not be unique, ids are random, people are invited by a name without a lookup
+(`invitations.py`), and a team exists only for its members. Every rule takes a session of `Database.writing()`, so that
+a rule and its audit record are committed together.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ MAX_DRONES: Final = 200
 DRONE_REMOVED: Final = "team.drone_removed"
 MEMBER_REMOVED: Final = "team.member_removed"
 ROLE_CHANGED: Final = "team.role_changed"
-"""In the audit trail: what takes a right from somebody."""
+"""Audit actions that take a right from a user."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ COMMAND_LINE: Final = TeamManager(None, above=True)
 
 
 async def role_in(session: AsyncSession, team_id: int, user_id: int | None) -> TeamRole | None:
-    """What somebody is in a team; None: not in it."""
+    """The user's role in a team; None: not a member."""
     row = await session.get(TeamMemberRow, (team_id, user_id)) if user_id is not None else None
     return TeamRole(row.role) if row is not None else None
 
@@ -112,7 +112,7 @@ async def led_team(session: AsyncSession, team_id: int, manager: TeamManager) ->
 
 
 def new_id() -> int:
-    """One that says nothing of how many there are."""
+    """Random, so that it does not reveal the number of teams."""
     return secrets.randbelow(2**31 - 1) + 1
 
 
@@ -165,7 +165,7 @@ async def delete_team(session: AsyncSession, team_id: int, *, manager: TeamManag
 async def set_role(
     session: AsyncSession, team_id: int, *, user_id: int, role: TeamRole, manager: TeamManager, action: AuditAction
 ) -> None:
-    """Of a member. Only those above all teams bring in people who are not: a team admin invites.
+    """Sets a member's role. Only admins above all teams can add people who are not members: a team admin invites.
 
     Raises UnknownTeam, TeamAdminsOnly, UnknownUser, LastTeamAdmin, TeamFull.
     """
@@ -205,7 +205,7 @@ async def add_member(
 async def remove_member(
     session: AsyncSession, team_id: int, *, user_id: int, manager: TeamManager, action: AuditAction
 ) -> None:
-    """A team admin removes a member; everybody may leave. What was lent to them by the team is theirs no more.
+    """A team admin removes a member; every member may leave. Loans by the team end.
 
     Raises UnknownTeam, TeamAdminsOnly, UnknownUser, LastTeamAdmin.
     """
