@@ -15,14 +15,14 @@ from wire.lateness import stamp_ms
 from wire.tagged import MAX_UPWARD_MESSAGE_BYTES, split_tagged, stamp, tag
 
 PROGRAM_GONE_AFTER_S: Final = 5.0
-"""Ground stations say a heartbeat each second: five missing are what autopilots, too, take for gone."""
+"""Ground stations send a heartbeat each second; autopilots, too, treat five missing ones as a loss."""
 
 MAX_PROGRAMS: Final = 32
 """Streams remembered at a time; the one that was silent for longest makes room."""
 
 CHATTER: Final = frozenset({mavlink.MAVLINK_MSG_ID_HEARTBEAT, mavlink.MAVLINK_MSG_ID_REQUEST_DATA_STREAM})
-"""What every ground station says over and over. From somebody without the controls the tower would refuse it each time,
-and a heartbeat that got through would tell the autopilot of a pilot who is not there."""
+"""Messages that every ground station repeats. Without the controls the tower would refuse each of them, and a heartbeat
+that got through would tell the autopilot of a pilot who is not there."""
 
 
 class Bridge:
@@ -30,7 +30,7 @@ class Bridge:
 
     def __init__(self, drone_id: DroneId) -> None:
         self.has_controls = False
-        """Set by whoever follows the tower's events."""
+        """Set by the follower of the tower's events."""
         self.skipped_bytes = 0
         self._drone_id = drone_id
         self._streams: dict[Hashable, FrameStream] = {}
@@ -73,7 +73,7 @@ class Bridge:
             return []
 
     def has_programs(self, now: float) -> bool:
-        """Whether a program has been heard lately. Before the first one it is whoever has just typed the command."""
+        """Whether a program was heard recently. Before the first one it is the user who has just typed the command."""
         if not self._ever_heard:
             return True
         return any(now - heard_at < PROGRAM_GONE_AFTER_S for heard_at in self._heard_at.values())

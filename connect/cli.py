@@ -110,7 +110,7 @@ def _say(words: str) -> None:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """`tower connect ...`: `arguments` are what stands behind `connect`."""
+    """`tower connect ...`: `arguments` are what follows `connect`."""
     try:
         app(args=arguments if arguments is not None else sys.argv[1:], prog_name="tower connect")
     except Ended as ended:

@@ -11,7 +11,7 @@ import msgspec
 from wire.ids import DroneId
 
 REPEATED_AFTER_S: Final = 10.0
-"""One sentence is said again after so long at the earliest, with how often it happened meanwhile."""
+"""A repeated sentence is printed again after this long at the earliest, with its count."""
 
 MAX_REMEMBERED: Final = 64
 
@@ -28,7 +28,7 @@ _STEPS: Final = {"ordered", "confirmed", "unconfirmed"}
 
 
 class ControlView:
-    """Feed it text messages of the live channel; take what there is to say."""
+    """Feed it the live channel's text messages; read what to print."""
 
     def __init__(self, drone_id: DroneId, name: str) -> None:
         self.name = name
@@ -47,7 +47,7 @@ class ControlView:
 
     @property
     def has_controls(self) -> bool:
-        """Whether our user is the holder, as far as the tower has told."""
+        """Whether our user is the holder, by the tower's last message."""
         return self.user_id is not None and self.holder_id == self.user_id
 
     def event(self, text: str, now: float) -> list[dict[str, Any]]:
@@ -76,12 +76,12 @@ class ControlView:
         return []
 
     def pop_sentences(self) -> list[str]:
-        """What there is to say, in order."""
+        """What to print, in order."""
         sentences, self._sentences = self._sentences, []
         return sentences
 
     def say(self, text: str, now: float, count: int = 1) -> None:
-        """Says it now, or counts it where it has just been said."""
+        """Prints it now, or counts it if it was just printed."""
         if now - self._said_at.get(text, float("-inf")) < REPEATED_AFTER_S:
             self._unsaid[text] += count
             return

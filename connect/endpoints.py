@@ -44,7 +44,7 @@ def _unusable(name: str, error: OSError) -> Unusable:
 
 
 class UdpTo:
-    """Sends to one address from a port of its own, as autopilots do; hears that address only."""
+    """Sends to one address from its own port, as autopilots do, and hears only that address."""
 
     def __init__(self, host: str, port: int) -> None:
         self.name = f"udp {host}:{port}"

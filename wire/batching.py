@@ -1,9 +1,9 @@
 """Packs frames to one peer into as few datagrams as the deadline allows. No I/O; takes `now`.
 
-A datagram costs the same whether it carries one frame or twenty: a system call and a seal here, an opening there, and
-28 bytes of headers on the air. So a frame that nobody waits for (`wire.urgency`) stays for at most `wait_s` and
-goes with those that come meanwhile. One that somebody waits for leaves at once, and takes along what was waiting: the
-order never changes. A batch has one epoch; a frame of another one sends the batch off.
+A datagram costs the same with one frame or twenty: a system call and a seal here, an opening there, and 28 bytes of
+headers on the air. So a frame that is not urgent (`wire.urgency`) waits for at most `wait_s` and shares a datagram with
+later ones. An urgent frame leaves at once and takes waiting ones along: the order never changes. A batch has one epoch;
+a frame of another epoch sends the batch off.
 """
 
 from collections.abc import Iterable
@@ -13,10 +13,10 @@ from wire.ids import Epoch
 from wire.urgency import is_urgent
 
 MAX_WAIT_S: Final = 0.010
-"""Half the interval of sticks at 50 Hz; nobody sees it on a map."""
+"""Half the interval of sticks at 50 Hz; not visible on a map."""
 
 CLOSE_WAIT_S: Final = 0.002
-"""While somebody holds the drone: long enough for the frames that an autopilot sends together."""
+"""While the drone has a holder: long enough for the frames that an autopilot sends together."""
 
 
 class Batch(NamedTuple):

@@ -1,7 +1,7 @@
-"""Which TLS channel a sign-in is for: `tls-server-end-point` (RFC 5929, 4), the hash of the server's certificate.
+"""The TLS channel of a sign-in: `tls-server-end-point` (RFC 5929, 4), the hash of the server's certificate.
 
-Python's ssl has no exporter (RFC 9266), and its `tls-unique` is not defined for TLS 1.3. The certificate is known to
-both ends whoever terminates TLS, as long as the tower is told which one its proxy shows.
+Python's ssl has no exporter (RFC 9266), and its `tls-unique` is not defined for TLS 1.3. Both ends know the
+certificate, whoever terminates TLS, if the tower is configured with its proxy's.
 """
 
 import hashlib

@@ -27,7 +27,7 @@ _PING_FIXED: Final = Struct("<BIQQBBIB")
 _PONG_FIXED: Final = Struct("<BIQQ")
 PING_BYTES: Final = _PING_FIXED.size
 LOST_OF: Final = 255
-"""Loss is told in parts of this."""
+"""Unit of loss: fractions with this denominator."""
 
 
 class Frames(NamedTuple):
@@ -68,11 +68,11 @@ _PURPOSES: Final = tuple(Purpose)
 
 
 class Ping(NamedTuple):
-    """Asks for a Pong, and tells what its sender has measured, so that the other side need not ask by itself.
+    """Requests a Pong and carries its sender's measurements, so that the other side need not ping.
 
-    `uplink`: 0..255, which one it left by. `trip_us`: the round trip of the sender's ping that was answered last, 0 if
-    none was since its last ping. `lost`: share of the sender's last pings that nobody answered, in parts of LOST_OF.
-    `padding_bytes`: zeros behind it, for trying out a size.
+    `uplink`: 0..255, the one it was sent by. `trip_us`: round trip of the sender's last answered ping, 0 if none was
+    answered since its last ping. `lost`: share of the sender's last pings without an answer, in units of 1/LOST_OF.
+    `padding_bytes`: zeros at the end, to test a size.
     """
 
     sequence: int
@@ -92,9 +92,9 @@ class Pong(NamedTuple):
 
 
 class Urgent(NamedTuple):
-    """A message of the control channel that must not wait for a lost packet to be sent again. JSON, as it is there.
+    """A message of the control channel that must not wait for a TCP retransmission. JSON, as on the control channel.
 
-    It is sent more than once, and on the control channel too: whoever gets it counts it once.
+    Sent several times, and on the control channel too: the receiver counts it once.
     """
 
     text: bytes

@@ -1,7 +1,7 @@
 """The typed messages of the control channel between agent and tower (docs/wire-protocol.md, 2).
 
-Text messages are these structs as JSON, told apart by `type`. Unknown fields are ignored, so that either side may be
-newer; an unknown type is a MalformedMessage, which the receiver counts and answers by closing.
+Text messages are these structs as JSON, distinguished by `type`. Unknown fields are ignored, so that either side may be
+newer; an unknown type is a MalformedMessage, which the receiver counts before it closes the channel.
 """
 
 from enum import StrEnum
@@ -15,7 +15,7 @@ from wire.transactions import TransactionToAgent, TransactionToTower
 from wire.video import VideoToAgent, VideoToTower
 
 PROTOCOL: Final = 1
-"""Of a hello after a bearer credential; with a signature it is that of `wire.sign_in`."""
+"""For a hello after a bearer credential; with a signature it is that of `wire.sign_in`."""
 AGENT_SUBPROTOCOL: Final = "tower-agent.v1"
 KEY_SUBPROTOCOL: Final = "tower-agent.v2"
 """The tower speaks first, with a challenge, and the hello is signed."""
@@ -77,9 +77,9 @@ class SignIn(msgspec.Struct, frozen=True, kw_only=True):
 class Hello(msgspec.Struct, frozen=True, tag="hello", tag_field="type", kw_only=True):
     """Agent to tower, first. `public_key`: X25519, 32 bytes, base64 in JSON.
 
-    `resume`: the link that the agent still has, whose control channel this shall be (wire.resuming). A tower that
-    cannot or will not answers as always. `process`: a random number of the agent's process, by which the tower tells
-    one that came back from one that was started again; 0: from an agent that says none.
+    `resume`: the agent's existing link, whose control channel this one becomes (wire.resuming). A tower that cannot or
+    will not resume answers as always. `process`: a random number of the agent's process, which distinguishes a
+    reconnect from a restart; 0: from an agent without one.
     """
 
     agent_version: str
@@ -94,9 +94,9 @@ class Hello(msgspec.Struct, frozen=True, tag="hello", tag_field="type", kw_only=
 class Welcome(msgspec.Struct, frozen=True, tag="welcome", tag_field="type", kw_only=True):
     """Tower to agent, the answer to hello. UDP goes to the host of the control channel, `udp_port`.
 
-    `signature`: the tower's, over the transcript and the link's id (wire.sign_in). `credential_forgotten`: the bearer
-    credential that this agent came with is worth nothing any more, its key counts. `ticket`: opens what an agent does
-    by HTTP while this link stands. None of them after a hello of protocol 1.
+    `signature`: the tower's, over the transcript and the link's id (wire.sign_in). `credential_forgotten`: the agent's
+    bearer credential is invalid from now on, its key counts. `ticket`: authorizes the agent's HTTP requests while this
+    link exists. All three are absent after a hello of protocol 1.
     """
 
     drone_id: U32
@@ -133,11 +133,11 @@ class Resumed(msgspec.Struct, frozen=True, tag="resumed", tag_field="type", kw_o
 
 
 class ControlChanged(msgspec.Struct, frozen=True, tag="control_changed", tag_field="type", kw_only=True):
-    """Tower to agent: who has the controls. `holder_present`: they have a live connection.
+    """Tower to agent: who has the controls. `holder_present`: they have a live connection. `assistant_flies`: an admin
+    assists the holder and has the turn.
 
-    `assistant_flies`: an admin assists the holder, and it is their frames that pass now. `number` grows with each of a
-    link: it comes on two channels, and what is no newer than the last one says nothing. 0: from a tower that counts
-    none.
+    `number` grows within a link: the message arrives on two channels, and one that is not newer than the last is
+    ignored. 0: from a tower without numbers.
     """
 
     number: U32 = 0
@@ -187,7 +187,7 @@ class SafetySettings(msgspec.Struct, frozen=True, tag="safety_settings", tag_fie
     lost_hold_s: float = 2.0
     lost_action: LostAction = LostAction.RETURN
     lost_action_s: float = 30.0
-    """After the loss of the tower or of the person: a hold begun, or the holder gone."""
+    """After the loss of the tower or the person: a hold begun, or the holder gone."""
     rtt_limit_ms: float = 500.0
     """The agent holds when sticks are older than half of this for `rtt_limit_s` while flown by hand."""
     rtt_limit_s: float = 1.0
@@ -210,9 +210,8 @@ class StreamState(msgspec.Struct, frozen=True, tag="stream_state", tag_field="ty
 class LossParameters(msgspec.Struct, frozen=True, tag="loss_parameters", tag_field="type", kw_only=True):
     """Agent to tower, when read and on each change: the parameters that decide what the autopilot does on a loss.
 
-    `values` holds those that the autopilot has, by their own names. `complete`: those without which nobody
-    knows what it does are among them.
-    `has_radio`: whether RC input from a receiver is seen (None: not known).
+    `values`: those that the autopilot has, by its own names. `complete`: all required ones are included. `has_radio`:
+    whether a receiver's RC input is present (None: not known).
     """
 
     autopilot: str
@@ -223,11 +222,11 @@ class LossParameters(msgspec.Struct, frozen=True, tag="loss_parameters", tag_fie
 
 
 class HoldProgress(msgspec.Struct, frozen=True, tag="hold_progress", tag_field="type", kw_only=True):
-    """Agent to tower: one step of a hold was done. `elapsed_ms` since the order came.
+    """Agent to tower: one step of a hold was completed. `elapsed_ms`: since the order arrived.
 
-    `number` counts the steps that this agent process told: what comes twice (two channels, several copies) has the same
-    one. Without it a second hold that took just as long as the one before would pass for a copy of it; and it begins
-    anywhere, so that the first steps of an agent that was started again do not pass for those before.
+    `number` counts the steps of this agent process: copies (two channels, repetitions) have the same one. Without it a
+    second hold of the same duration would look like a copy of the first. It starts at a random value, so that the first
+    steps of a restarted agent do not look like earlier ones.
     """
 
     number: U32 = 0
@@ -240,7 +239,7 @@ class HoldProgress(msgspec.Struct, frozen=True, tag="hold_progress", tag_field="
 
 
 class AutopilotState(msgspec.Struct, frozen=True, tag="autopilot_state", tag_field="type", kw_only=True):
-    """Agent to tower, on each change: is the autopilot heard, armed, in the air."""
+    """Agent to tower, on each change: heartbeats received, armed, in the air."""
 
     heard: bool
     armed: bool

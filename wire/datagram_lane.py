@@ -1,7 +1,7 @@
-"""Datagrams that wait until a stream (the control channel's WebSocket) takes them: few, young, the newest first kept.
+"""Datagrams that wait for a stream (the control channel's WebSocket): few, young, the newest kept.
 
-A stream that stalls would deliver yesterday's sticks today. So little waits here and not for long, the oldest go first,
-and what is lost here is lost as on UDP: whoever needs it asks again. No I/O; takes `now`.
+A stalled stream would deliver stale sticks. So little waits here and not for long, the oldest are dropped first, and
+losses are like those of UDP: the protocols above repeat what they need. No I/O; takes `now`.
 """
 
 from collections import deque
@@ -11,11 +11,11 @@ LANE_BYTES: Final = 16 * 1024
 """A third of a second of full telemetry, all of a second of a thin one."""
 
 LANE_AGE_S: Final = 0.5
-"""What sticks may be late by, unless a drone's settings say otherwise."""
+"""The maximum age of sticks, unless a drone's settings change it."""
 
 STALLED_AFTER_S: Final = 1.0
-"""A stream over which nothing is shown to have arrived for so long gets keep-alives only. So what the operating systems
-and proxies on the way hold, where nobody can see it, is bounded as well."""
+"""A stream without proof of delivery for this long gets keep-alives only. This also bounds what operating systems and
+proxies on the way can hold."""
 
 
 class DatagramLane:

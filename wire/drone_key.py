@@ -14,7 +14,7 @@ from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
 from wire.ids import DroneId
 
 KEY_BYTES: Final = 32
-"""Of a seed and of a public key."""
+"""Size of a seed and of a public key."""
 SIGNATURE_BYTES: Final = 64
 CALLER_HEADER: Final = "x-tower-drone"
 """`<drone id> <public key>`, with the upgrade of a control channel: who will sign. It proves nothing, and spares the

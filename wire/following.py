@@ -1,6 +1,6 @@
-"""Following a leader: what the tower asks of a follower's agent, and tells it of the leader meanwhile (no I/O).
+"""Following a leader: the tower's request to a follower's agent, and the leader's positions meanwhile (no I/O).
 
-Only to an agent that has said FOLLOW in its hello: another one would not know the work, and end the channel.
+Only for an agent with FOLLOW in its hello: another one would not know the work, and end the channel.
 """
 
 from typing import Annotated, Final
@@ -11,7 +11,7 @@ FOLLOW: Final = "follow"
 """What `takes` of a hello has where this is understood."""
 
 FOLLOW_PERSON: Final = "follow_person"
-"""The same for `patience_s`: without it a person, of whom a fix comes once a second, would be lost all the time."""
+"""The same for `patience_s`: a person sends a fix once a second, and would otherwise be lost all the time."""
 
 PATIENCE_S: Final = 2.0
 """With a leader that flies: its place comes five times a second."""
@@ -27,7 +27,7 @@ APART_M: Final = 8.0
 its place in the wind."""
 
 FARTHEST_M: Final = 200.0
-"""From the leader: beyond it nobody follows any more."""
+"""Distance from the leader beyond which following ends."""
 
 MAX_OFFSET_M: Final = 100.0
 
@@ -55,10 +55,9 @@ class FollowWork(msgspec.Struct, frozen=True, tag="follow", tag_field="work"):
 class LeaderPosition(msgspec.Struct, frozen=True, tag="leader_position", tag_field="type", kw_only=True):
     """Tower to agent, on the data channel, five times a second while a FollowWork runs. The newest wins.
 
-    `id`: of the transaction. `number` grows. `sent_ms`: the tower's clock, as in its datagrams. Height above the sea,
-    velocity north, east and down. `age_ms`: how long before it was sent the tower had the position. `airborne` False:
-    the leader is known to be on the ground. A person that is followed is told as one that flies as high as the follower
-    did when it began.
+    `id`: of the transaction. `number` grows. `sent_ms`: the tower's clock, as in its datagrams. Height above sea level;
+    velocity north, east and down. `age_ms`: age of the position when sent. `airborne` False: the leader is known to be
+    on the ground. For a person, the height is that of the follower when it began.
     """
 
     id: _U32

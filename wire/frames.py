@@ -55,7 +55,7 @@ def message_id(frame: bytes) -> int:
 
 
 def source(frame: bytes) -> tuple[int, int]:
-    """(sysid, compid) of whoever made a whole frame."""
+    """(sysid, compid) of a whole frame's sender."""
     return (frame[5], frame[6]) if frame[0] == MAGIC_V2 else (frame[3], frame[4])
 
 

@@ -1,14 +1,12 @@
-"""Round trip and loss of a link. One side leads, the agent: it pings on its own and says in each ping what it measured.
+"""Round trip and loss of a link.
 
-So the tower knows as much without pings and clocks of its own: with a thousand links they would be most of its work.
-Only while somebody flies does it ping as well (`watch_closely`): then it must notice by itself, and at once, that
-answers stay away.
+One side leads, the agent: it sends pings, each with its measurements. So the tower knows as much without pings and
+timers of its own, which would be most of its work for a thousand links. Only while somebody flies does it ping too
+(`watch_closely`), because it must then notice missing answers itself and at once.
 
-The side that leads may take its time where nothing hangs on it (`at_leisure`): what has been answered need not be asked
-again so soon. A ping that is not answered is followed by the next one as early as ever, and so is every ping while the
-other side pings too.
-
-Takes `now` (seconds, monotonic); reads no clock.
+The leading side may ping less often when nothing depends on it (`at_leisure`). After an unanswered ping the next one
+follows as early as ever, and so does every ping while the other side pings too. Takes `now` (seconds, monotonic); reads
+no clock.
 """
 
 from collections import deque
@@ -23,7 +21,7 @@ LEISURE_S: Final = 1.0
 """The interval where there is time, and the last ping was answered."""
 
 CLOSE_S: Final = 2.0
-"""For so long after a ping of the side that does not lead the other one takes no leisure."""
+"""The leading side does not slow down for this long after a ping of the other side."""
 
 ANSWER_WITHIN_S: Final = 2.0
 """A ping not answered by then counts as lost."""
@@ -32,7 +30,7 @@ PROBE_SEQUENCES: Final = 1 << 31
 """Sequence numbers from here on are those of probes, which are no part of this measurement."""
 
 REMEMBERED: Final = 20
-"""Pings over which the loss is told: ten seconds, or twenty at leisure."""
+"""Pings over which loss is measured: ten seconds, or twenty at leisure."""
 
 _MAX_REPORTED_US: Final = (1 << 32) - 1
 _NEVER: Final = float("inf")
@@ -59,12 +57,12 @@ class Keepalive:
         self._reported_loss = 0.0
         self._unreported_us = 0
         self.heard_at = now
-        """When the other side was last heard: set it with any authentic datagram."""
+        """When the other side was last heard: set it with each authentic datagram."""
         self.rtt_s: float | None = None
         """Smoothed round trip, or None before the first answer."""
 
     def watch_closely(self, closely: bool, now: float) -> None:
-        """Whether the side that does not lead is to measure by itself. Nothing changes for the one that leads."""
+        """Whether the side that does not lead measures by itself. Without effect on the one that leads."""
         if self._leads or closely == self._pings:
             return
         self._pings = closely
@@ -81,8 +79,8 @@ class Keepalive:
 
     @property
     def rests_s(self) -> float:
-        """For so much longer than by the usual interval nothing may come, without anything being wrong: whoever judges
-        by silence, or by what is not proven, leaves this out."""
+        """How much longer than the usual interval silence is normal: subtract it before judging by silence or by
+        missing proof."""
         if self._leads:
             return self._rests_s
         return 0.0 if self._pings else LEISURE_S - PING_INTERVAL_S
@@ -108,12 +106,12 @@ class Keepalive:
         return Ping(self._sequence, trip_us=trip_us, lost=round(self.loss * LOST_OF))
 
     def hurry(self, now: float) -> None:
-        """The way has changed: the other side has to hear of it, so the next ping is due now."""
+        """The path has changed: the next ping is due now, to tell the other side."""
         if self._pings:
             self.next_ping_at = now
 
     def pong(self, pong: Pong, now: float) -> float | None:
-        """An answer came: its round trip in seconds. None for one that nobody waits for (late, or repeated)."""
+        """An answer arrived: its round trip in seconds. None for a late or repeated one."""
         sent = self._waiting.pop(pong.sequence, None)
         if sent is None:
             return None
@@ -130,7 +128,7 @@ class Keepalive:
         return sample
 
     def receive_ping(self, ping: Ping, now: float) -> float | None:
-        """The other side's ping: the round trip told in it, in seconds. None if this side measures by itself."""
+        """The other side's ping: the round trip it reports, in seconds. None if this side measures by itself."""
         if self._leads:
             self._close_until = now + CLOSE_S
             self._no_later_than_usual()
@@ -162,7 +160,7 @@ class Keepalive:
 
     @property
     def loss(self) -> float:
-        """Share of the last pings that nobody answered, 0..1."""
+        """Share of the last pings without an answer, 0..1."""
         if self._answered:
             return self._answered.count(False) / len(self._answered)
         return self._reported_loss

@@ -1,8 +1,8 @@
-"""From two public keys to the two keys of the data channel, and the one that proves a link.
+"""Derives the two keys of the data channel, and the one that proves a link, from two public keys.
 
-The exchange travels in the control channel (TLS). Fresh X25519 keys give each link keys of its own that nobody can
-work out later. What keeps somebody in the middle out are the signatures over both public keys (wire.sign_in); the salt
-is no secret, and only ties the keys to the one sign-in that they are of.
+The exchange travels in the control channel (TLS). Fresh X25519 keys give each link its own keys, which nobody can
+derive later. The signatures over both public keys (wire.sign_in) keep out a man in the middle; the salt is not secret
+and only binds the keys to the one sign-in.
 """
 
 from typing import NamedTuple

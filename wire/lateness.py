@@ -1,9 +1,8 @@
-"""How late something comes, told by stamps of the sender's own clock. No I/O; takes `now`.
+"""How late something arrives, by stamps of the sender's own clock. No I/O; takes `now`.
 
-The two clocks need not agree: the least difference between arrival and stamp over the last while is taken for "not late
-at all" (the shortest way through the network), and what comes later than that by so much was held up by so much. A
-queue on the way, a stalled TCP connection, a replayed backlog all show; the plain length of the way does not (the
-keep-alive measures that).
+The clocks need not agree: the smallest difference between arrival and stamp in the recent past counts as "not late"
+(the shortest path through the network), and everything beyond it was delayed by the excess. This shows a queue on the
+way, a stalled TCP connection, or a replayed backlog; not the path's own length, which the keep-alive measures.
 """
 
 from collections import deque

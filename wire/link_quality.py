@@ -57,8 +57,8 @@ class _Counted:
         return min(1.0, max(0.0, 1.0 - (last.received - begin.received) / expected))
 
     def _before(self, moment: float, *, near_the_end: bool) -> Report:
-        """The newest report that is not later than `moment`, or else the oldest of all. Looked for from the nearer end:
-        a thousand links are asked this every second."""
+        """The newest report not later than `moment`, or else the oldest. Searched from the nearer end, because a
+        thousand links need it every second."""
         begin = self._points[0][1]
         if near_the_end:
             for at, report in reversed(self._points):
@@ -80,7 +80,7 @@ class LinkQuality:
         self._trip_sum_s = 0.0
         """Of `_trips`."""
         self._step_sum_s = 0.0
-        """Of the differences between each of them and the next."""
+        """Mean difference between consecutive values."""
         self._sent = _Counted(now)
         self._received = _Counted(now)
 
@@ -109,7 +109,7 @@ class LinkQuality:
             self._trip_sum_s = self._step_sum_s = 0.0
 
     def receive_report(self, report: Report, now: float) -> None:
-        """The other side says what it has received."""
+        """The other side reports what it has received."""
         self._sent.note(report, now)
 
     def counted(self, report: Report, now: float) -> None:
@@ -117,8 +117,8 @@ class LinkQuality:
         self._received.note(report, now)
 
     def over(self, window_s: float, now: float) -> Quality:
-        """`window_s`: SHORT_WINDOW_S or LONG_WINDOW_S, or between. Shorter than two intervals of the pings it would
-        often say nothing."""
+        """`window_s`: from SHORT_WINDOW_S to LONG_WINDOW_S. Windows shorter than two ping intervals would often be
+        empty."""
         rtt_s, jitter_s = self._trips_over(window_s, now)
         return Quality(rtt_s, jitter_s, self._sent.loss(window_s, now), self._received.loss(window_s, now))
 

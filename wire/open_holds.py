@@ -1,7 +1,7 @@
-"""What an agent and a tower tell each other about an open hold and a lost action (docs/wire-protocol.md, 2).
+"""Messages between agent and tower about an open hold and a lost action (docs/wire-protocol.md, 2).
 
-A hold is open from its order until somebody flies the drone, or the lost action is done, or the drone is disarmed.
-Both sides name OPEN_HOLDS in `takes`; a side that does not gets neither message.
+A hold is open from its order until somebody flies the drone, the lost action is done, or the drone is disarmed. Both
+sides name OPEN_HOLDS in `takes`; a side that does not gets neither message.
 """
 
 from enum import StrEnum
@@ -34,7 +34,7 @@ class HoldStage(StrEnum):
     ALTITUDE = "altitude"
     """Stage one: altitude hold (or a rung of the drone's ladder), with the agent's centred sticks."""
     STAY = "stay"
-    """Stage two: a mode that stays put and uses nobody's sticks."""
+    """Stage two: a mode that stays in place without sticks."""
 
 
 class AfterSticks(StrEnum):
@@ -62,9 +62,9 @@ class LostPhase(StrEnum):
     """Nobody is lost."""
     COUNTING = "counting"
     STAYED = "stayed"
-    """Somebody said "stay", or staying is the action: the battery ends it."""
+    """A person said "stay", or staying is the action: the battery ends it."""
     ASKING = "asking"
-    """The autopilot is asked for the mode until it is confirmed."""
+    """The mode is requested until the autopilot confirms it."""
     DONE = "done"
 
 
@@ -93,8 +93,8 @@ class HoldState(msgspec.Struct, frozen=True, tag="hold_state", tag_field="type",
 
 
 class Stay(msgspec.Struct, frozen=True, tag="stay", tag_field="type", kw_only=True):
-    """Tower to agent: somebody said "stay". The lost action for a lost person waits until the battery is at the level
-    that the way home needs, or until a hold begins again."""
+    """Tower to agent: a person said "stay". The lost action for a lost person waits until the battery is at the level
+    needed for the way home, or until another hold begins."""
 
     order_id: U32
     by: Annotated[str, msgspec.Meta(max_length=80)]

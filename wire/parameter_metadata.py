@@ -1,9 +1,9 @@
-"""What a vehicle says of its own parameters: the form of the file, its bytes, and the messages that carry it. No I/O.
+"""A vehicle's metadata of its own parameters: file format, bytes, and messages. No I/O.
 
-The form is that of MAVLink's component metadata, COMP_METADATA_TYPE_PARAMETER, version 1 (mavlink.io, services/
-component_information; parameter.schema.json). An agent reads the vehicle's file, leaves out what is not in this form,
-and tells the rest gzipped, in pieces. Neither side sends any of these messages to one that has not said
-PARAMETER_METADATA in its hello or welcome.
+The format is MAVLink's component metadata, COMP_METADATA_TYPE_PARAMETER, version 1 (mavlink.io,
+services/component_information; parameter.schema.json). An agent reads the vehicle's file, removes what is not in this
+format, and sends the rest gzipped, in pieces. Neither side sends these messages to one without PARAMETER_METADATA in
+its hello or welcome.
 """
 
 import zlib
@@ -17,7 +17,7 @@ PARAMETER_METADATA: Final = "parameter_metadata"
 
 MAX_PACKED_BYTES: Final = 256 * 1024
 MAX_TEXT_BYTES: Final = 3 * 1024 * 1024
-"""Unpacked: twice what a PX4 says of its 1,800 parameters."""
+"""Unpacked: twice the size of PX4's for 1,800 parameters."""
 MAX_PARAMETERS: Final = 8192
 MAX_COMMAS: Final = 400_000
 """In the text. A list of single characters would take fifty times its size while it is read."""
@@ -71,7 +71,7 @@ class MetadataEntry(msgspec.Struct, frozen=True, kw_only=True, rename="camel", o
 
 
 class MetadataDocument(msgspec.Struct, frozen=True, kw_only=True):
-    """All that a vehicle says of its parameters."""
+    """All metadata of a vehicle's parameters."""
 
     version: int = VERSION
     parameters: Annotated[tuple[MetadataEntry, ...], msgspec.Meta(max_length=MAX_PARAMETERS)]
@@ -79,7 +79,7 @@ class MetadataDocument(msgspec.Struct, frozen=True, kw_only=True):
 
 class MetadataKnown(msgspec.Struct, frozen=True, tag="parameter_metadata", tag_field="type", kw_only=True):
     """Agent to tower, on each link and on each change. `hash`: of the packed bytes, `size_bytes` of them. None: there
-    is none, and `words` say why. A tower that lacks it asks by MetadataWanted."""
+    is none, and `words` say why. A tower that lacks it sends MetadataWanted."""
 
     hash: Hash | None
     size_bytes: Annotated[int, msgspec.Meta(ge=0, le=MAX_PACKED_BYTES)] = 0

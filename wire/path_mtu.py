@@ -1,11 +1,11 @@
-"""How large a datagram may be to pass in one piece, found out by padded probes (after RFC 8899). No I/O; takes `now`.
+"""Finds the largest datagram that passes in one piece, with padded probes (after RFC 8899). No I/O; takes `now`.
 
-Begins at a size that every path must carry, tries the largest that makes sense, and else halves the gap. A probe says
-"do not fragment"; everything else may be cut up on its way, so a path that shrinks costs speed and not the link. The
-size that was found is tried again from time to time; where it does not pass any more, the search begins again.
+Begins at a size that every path must carry, tries the largest useful one, and otherwise halves the gap. Probes forbid
+fragmentation; everything else may be fragmented, so a shrinking path costs speed and not the link. The size found is
+probed again from time to time; if it fails, the search restarts.
 
-The agent probes. The tower takes over what it saw arrive: on nearly every path both directions carry the same.
-Where several uplinks are in use, each datagram goes by all of them, so the least of what they carry counts.
+The agent probes. The tower adopts what it saw arrive: nearly every path carries the same in both directions. With
+several uplinks, each datagram goes by all of them, so the smallest of their sizes counts.
 """
 
 from collections.abc import Collection
@@ -27,7 +27,7 @@ BELIEVED_FOR_S: Final = 100.0
 """By the side that does not probe: three probes of the other have not come."""
 
 SILENT_UPLINK_S: Final = 2.0
-"""By the side that does not probe: an uplink that said nothing for so long, where another did, is not sent to."""
+"""For the side that does not probe: an uplink that was silent for this long, while another was not, is not used."""
 
 
 class PathMtu:
@@ -98,7 +98,7 @@ class PathMtus:
 
     def __init__(self, uplinks: int, now: float) -> None:
         self.datagram_bytes = SAFE_DATAGRAM_BYTES
-        """The largest that is known to pass by every uplink that worked when it was last asked for."""
+        """The largest size that passes every uplink that worked when last probed."""
         self._paths = [PathMtu(now) for _ in range(uplinks)]
 
     def probes_due(self, working: Collection[int], now: float) -> list[tuple[int, int]]:
@@ -141,8 +141,8 @@ class SeenMtu:
         self.check(now)
 
     def check(self, now: float) -> None:
-        """Time has passed: a size of which nothing has come for long is the safe one again, and an uplink that is
-        silent while another is not does not count."""
+        """Time has passed: a size without recent proof falls back to the safe one, and an uplink that is silent while
+        another is not does not count."""
         if not self._uplinks:
             return
         for seen in self._uplinks.values():

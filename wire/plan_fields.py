@@ -1,7 +1,7 @@
-"""What becomes of one number of a plan's item in an autopilot: kept, rounded, dropped, refused. Pure.
+"""What an autopilot does with one number of a plan's item: keep, round, drop, refuse. Pure.
 
-A rule says it for one field of one command; an autopilot's table (plan_keeping_ardupilot, plan_keeping_px4) puts rules
-together. Numbers are those of MISSION_ITEM_INT, 32 bits wide; None is NaN ("as the autopilot likes").
+A rule covers one field of one command; an autopilot's table (plan_keeping_ardupilot, plan_keeping_px4) combines rules.
+Numbers are those of MISSION_ITEM_INT, 32 bits wide; None is NaN ("the autopilot decides").
 """
 
 import struct
@@ -21,9 +21,9 @@ class Effect(IntEnum):
     QUIET = 1
     """Another number that means the same, or a field that means nothing there."""
     FLIGHT = 2
-    """The autopilot does not do what was asked for: to be told before it is sent."""
+    """The autopilot does something else than requested: report it before the upload."""
     REFUSED = 3
-    """The autopilot refuses it, or has no room for it and nobody can say what it makes of it."""
+    """The autopilot refuses it, or has no room for it and its effect is unknown."""
 
 
 class Kept(NamedTuple):
@@ -190,7 +190,7 @@ def always(value: float) -> Rule:
 
 
 def fields_of(item: PlanItem) -> dict[str, float | None]:
-    """By the names that are told: command, frame, param1 to param4, x, y, z, autocontinue."""
+    """By reported name: command, frame, param1 to param4, x, y, z, autocontinue."""
     p1, p2, p3, p4 = item.params
     return {
         "command": float(item.command),

@@ -54,9 +54,9 @@ def _kept(keeping: KeptFields, kind: PlanKind, item: PlanItem) -> ItemKept:
 
 
 class Change(NamedTuple):
-    """A field that comes back otherwise than it was sent. `item` from 0. `kept` of what is refused: as it was sent.
+    """A field that comes back changed. `item` from 0. `kept` of a refused value: as sent.
 
-    Of the field "count": `item` is the first that the autopilot has no room for, `kept` how many it has room for.
+    For the field "count": `item` is the first without room, `kept` the number with room.
     """
 
     item: int
@@ -67,10 +67,8 @@ class Change(NamedTuple):
 
 
 def changes_ahead(keeping: KeptFields, kind: PlanKind, plan: Sequence[PlanItem]) -> list[Change]:
-    """What the autopilot will not keep, its want of room first, then in the order of the items.
-
-    To be told before a plan is sent.
-    """
+    """What the autopilot will not keep: lack of room first, then in the order of the items. Report it before an
+    upload."""
     found = []
     most = keeping.room[kind]
     if len(plan) > most:

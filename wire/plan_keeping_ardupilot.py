@@ -1,17 +1,17 @@
 """What ArduPilot keeps of a plan's items: the table, by command. Pure.
 
-It packs an item of a mission into 15 bytes by its command, and makes up what it sends back from these. Read in its
-source of July 2025 (4.7-dev): `mavlink_int_to_mission_cmd`, `mission_cmd_to_mavlink_int`, `sanity_check_params`,
-`stored_in_location` and the structures of AP_Mission; MissionItemProtocol_Fence and _Rally with AC_PolyFence_loader and
-AP_Rally. Tried on ArduCopter of that source (tests/real). Earlier 4.x know fewer commands and refuse the others.
+It packs a mission item into 15 bytes by its command, and reconstructs what it sends back. Read in its source of July
+2025 (4.7-dev): `mavlink_int_to_mission_cmd`, `mission_cmd_to_mavlink_int`, `sanity_check_params`, `stored_in_location`
+and the structures of AP_Mission; MissionItemProtocol_Fence and _Rally with AC_PolyFence_loader and AP_Rally. Tested
+with ArduCopter of that source (tests/real). Earlier 4.x know fewer commands and refuse the others.
 
-- Of every item of a mission: autocontinue is 1. NaN is refused, but for the few fields that are dropped.
-- A command without a place: frame 0, and no place.
-- A command with a place: frame 0, 3 or 10; heights are cut to whole centimetres (`to_send` rounds them first). Frame 2
-  counts as above sea level.
-- Of a fence: frame 0, no height, autocontinue 0; a corner's or a circle's param1 alone is kept.
-- Of a rally point: heights are cut to whole metres; no parameters, autocontinue 0.
-- A command that is not in the table: every bit, but for autocontinue and the frame's `_INT` twin.
+- Every mission item: autocontinue is 1. NaN is refused, except for the few fields that are dropped.
+- A command without a position: frame 0, and no position.
+- A command with a position: frame 0, 3 or 10; heights are cut to whole centimetres (`to_send` rounds them first). Frame
+  2 counts as above sea level.
+- Fences: frame 0, no height, autocontinue 0; only param1 of a corner or a circle is kept.
+- Rally points: heights are cut to whole metres; no parameters, autocontinue 0.
+- A command outside the table: every bit, except autocontinue and the frame's `_INT` twin.
 """
 
 import struct
@@ -97,14 +97,14 @@ def _turns(sent: float | None) -> Kept:
 
 
 def _direction(sent: float | None) -> Kept:
-    """Of a radius only the sign: clockwise is 1."""
+    """Only the sign of a radius: clockwise is 1."""
     if sent is None:
         return refused(sent)
     return becomes(sent, -1.0 if sent < 0.0 else 1.0, Effect.QUIET if sent == 0.0 else Effect.FLIGHT)
 
 
 def _landing_heading(sent: float | None) -> Kept:
-    """Of a heading only the sign."""
+    """Only the sign of a heading."""
     if sent is None:
         return Kept(1.0, Effect.QUIET)
     turns = -1.0 if sent <= -(2.0**-23) else 1.0
@@ -219,7 +219,7 @@ class ArduPilot:
 
     @property
     def room(self) -> Room:
-        """Of the usual boards."""
+        """On the usual boards."""
         return ARDUPILOT_ROOM
 
     def to_send(self, kind: PlanKind, item: PlanItem) -> PlanItem:

@@ -1,16 +1,16 @@
 """What PX4 keeps of a plan's items: the table, by command. Pure.
 
 Read in its source (1.16): `parse_mavlink_mission_item` and `format_mavlink_mission_item` of mavlink_mission.cpp,
-mission_item_s of navigation.h. Tried on 1.15.4 and 1.16.1 (tests/real/test_real_px4_plans.py): all that the console
+mission_item_s of navigation.h. Tested with 1.15.4 and 1.16.1 (tests/real/test_real_px4_plans.py): all that the console
 offers, with odd numbers in each parameter.
 
-- A command is either one of a place, with frame 0, 3, 5 or 6 (it comes back as 5 or 6), or one of frame 2. With the
-  other frame, and over terrain, it is refused.
-- Frame 2: parameters and z are kept in every bit, NaN too; x and y go through a float of 32 bits.
-- A heading goes through radians from 0 to 2 pi.
-- A height is kept in every bit. Of autocontinue its lowest bit is kept.
-- Of a fence: frame 5 and autocontinue 0; param1 and the height are kept. Of a rally point: no parameters.
-- A command that is not in the table: every bit, but for autocontinue and the frame.
+- A command has either a position, with frame 0, 3, 5 or 6 (it returns as 5 or 6), or frame 2. With the other kind of
+  frame, and over terrain, it is refused.
+- Frame 2: parameters and z keep every bit, NaN too; x and y pass through a 32-bit float.
+- A heading passes through radians from 0 to 2 pi.
+- A height keeps every bit, autocontinue its lowest bit.
+- Fences: frame 5 and autocontinue 0; param1 and the height are kept. Rally points: no parameters.
+- A command outside the table: every bit, except autocontinue and the frame.
 """
 
 from typing import Final
@@ -41,7 +41,7 @@ _AT_A_PLACE, _NEXT_WAYPOINT, _A_WAYPOINT = 3, 1, 2
 
 
 def _roi_kind(sent: float | None) -> Kept:
-    """It is stored, and not told again. A place, or none; the rest needs frame 2."""
+    """Stored, and not returned. With or without a position; the rest needs frame 2."""
     return Kept(0.0, Effect.QUIET if sent else Effect.SAME) if sent in (0.0, 3.0) else refused(sent)
 
 

@@ -19,12 +19,12 @@ def _room(mission: int, fence: int, rally: int) -> Room:
 
 
 ARDUPILOT_ROOM: Final = _room(649, 70, 46)
-"""Copter with 16 KiB of storage. Source: StorageManager's layout (4.7-dev of July 2025): 9,758 bytes for the mission
-at 15 an item are 650, of which one is home; 560 at 8 for the fence, 690 at 15 for rally points. Tried on its own
-simulator (tests/real). Boards of 15 KiB take 302 items of a mission, those of 32 KiB 1,305; with a card more."""
+"""Copter with 16 KiB of storage. Source: StorageManager's layout (4.7-dev of July 2025): 9,758 bytes for the mission at
+15 an item make 650, one of them home; 560 at 8 for the fence, 690 at 15 for rally points. Tested with its own simulator
+(tests/real). Boards with 15 KiB have room for 302 mission items, those with 32 KiB for 1,305; with a card more."""
 
 PX4_ROOM: Final = _room(MAX_ITEMS_ANY, 64, 32)
 """Source: dataman (1.16): 2,000 items of a mission, more than a plan here has; boards of little flash take fewer."""
 
 MAX_ROOM: Final = _room(MAX_ITEMS_ANY, MAX_ITEMS_ANY, MAX_ITEMS_ANY)
-"""Of an autopilot that is not known."""
+"""For an unknown autopilot."""

@@ -1,10 +1,8 @@
-"""What a drone can be told to fly: missions, fences and rally points as plain items, their bytes and their hash.
+"""Missions, fences and rally points as plain items, their bytes and their hash.
 
-A plan is a tuple of items without home, numbered from 0 in the order in which they are flown. What an autopilot adds
-(ArduPilot keeps home in slot 0) is the agent's affair and never seen here. Numbers are those of MISSION_ITEM_INT,
-floats are rounded to the 32 bits that they have there, so that JSON, MAVLink and the hash never disagree.
-
-No I/O, and nothing of the protocol that carries a plan.
+A plan is a tuple of items without home, numbered from 0 in flight order. The agent handles what an autopilot adds
+(ArduPilot keeps home in slot 0). Numbers are those of MISSION_ITEM_INT, with floats rounded to 32 bits, so that JSON,
+MAVLink and the hash never disagree. No I/O, and nothing of the protocol that carries a plan.
 """
 
 from collections.abc import Iterable
@@ -54,10 +52,8 @@ _MISSION_TYPES: Final = {
 
 
 def as_float32(value: float) -> float:
-    """The nearest number that 32 bits hold; minus zero becomes zero, which is all that JavaScript's JSON can say.
-
-    Raises ValueError where that is not finite.
-    """
+    """The nearest 32-bit float; minus zero becomes zero, because JavaScript's JSON has no other. Raises ValueError if
+    the result is not finite."""
     try:
         (rounded,) = _FLOAT.unpack(_FLOAT.pack(value))
     except OverflowError:

@@ -1,8 +1,8 @@
-"""When a side goes on to its next key, and when it stops opening what was sealed under the last one. No I/O.
+"""When a side changes to its next key, and when it stops accepting the last one. No I/O.
 
-Each direction has keys of its own, and whoever sends decides. A side goes on after a time or a number of datagrams, but
-never before something under its present key is known to have arrived: so it is at most one key ahead of what the other
-side has seen, however much the network loses.
+Each direction has its own keys, and the sender decides. It changes after a time or a number of datagrams, but never
+before a datagram under the present key is known to have arrived: so it is at most one key ahead of the receiver,
+however much the network loses.
 """
 
 from typing import Final
@@ -27,8 +27,8 @@ class Rekeying:
         """Counter of the first datagram under the present key."""
 
     def due(self, *, sealed: int, arrived: int, now: float) -> bool:
-        """Whether to go on to the next key now; then it has done so. `sealed`: datagrams so far, under all keys;
-        `arrived`: the highest counter that the other side has told of, plus one."""
+        """Changes to the next key if it is time, and returns whether it did. `sealed`: datagrams so far, under all
+        keys; `arrived`: the highest counter that the other side has reported, plus one."""
         if arrived <= self._first:
             return False
         if now - self._since < REKEY_AFTER_S and sealed - self._first < REKEY_AFTER_DATAGRAMS:

@@ -1,8 +1,8 @@
-"""The proof that whoever opens a new control channel still has the link that it names (docs/wire-protocol.md, 2.1).
+"""The proof that the opener of a new control channel still has the link that it names (docs/wire-protocol.md, 2.1).
 
-Both sides say it with a key that was worked out beside those of the link and opens no datagram, over what each of them
-has made up for this one sign-in. So a proof that was overheard or kept is worth nothing on any other channel, and none
-counts twice. No I/O; randomness is passed in.
+Both sides prove it with a key that was derived beside those of the link and opens no datagram, over random values that
+each of them made for this one sign-in. So an overheard or stored proof is useless on any other channel, and none is
+valid twice. No I/O; randomness is passed in.
 """
 
 import hmac
@@ -18,11 +18,8 @@ _BY_TOWER: Final = b"tower resume v1 tower"
 
 
 class Challenge:
-    """What one side of one sign-in has to prove, and wants proven.
-
-    `resume_key`: of the link (wire.key_agreement). `public_key`: of this sign-in's hello, made for it. `nonce`: the
-    tower's, NONCE_BYTES of chance, made for it.
-    """
+    """What one side of one sign-in must prove, and verify. `resume_key`: of the link (wire.key_agreement).
+    `public_key`: of this sign-in's hello. `nonce`: the tower's NONCE_BYTES random bytes for this sign-in."""
 
     def __init__(self, resume_key: bytes, *, link_id: LinkId, public_key: bytes, nonce: bytes) -> None:
         self._key = resume_key

@@ -1,8 +1,7 @@
 """One side of a link: seals and opens, answers pings, measures. Verbs as in aioquic, `now` passed in, no I/O.
 
-The shell calls `receive` for each datagram and sends what `batch_frames` and `datagrams_to_send` hand out; at
-`batch_due_at` it sends what `batch_due` hands out. What a side believes of the
-content (the tag, the epoch) is its own rule and stands where that side is.
+The shell calls `receive` for each datagram and sends what `batch_frames` and `datagrams_to_send` return; at
+`batch_due_at` it sends what `batch_due` returns. Each side has its own rules for trusting the content (tag, epoch).
 """
 
 from collections.abc import Sequence
@@ -170,7 +169,7 @@ class SealedLink:
         return max(0.0, now - self._proven_at - self.keepalive.rests_s)
 
     def short_window_s(self) -> float:
-        """The shortest over which the quality says something: four keep-alives, in both directions together."""
+        """The shortest meaningful window: four keep-alives, both directions together."""
         return SHORT_WINDOW_S * (1.0 + self.keepalive.rests_s / PING_INTERVAL_S)
 
     def _pong(self, pong: Pong, now: float) -> Probed | None:
@@ -192,7 +191,7 @@ class SealedLink:
         return self._seal_batches(self._batcher.add(epoch, frames, now), now)
 
     def batch_closely(self, closely: bool) -> None:
-        """Whether somebody waits for every frame: they are collected for CLOSE_WAIT_S then, else for MAX_WAIT_S."""
+        """Whether every frame is awaited: frames are then collected for CLOSE_WAIT_S, otherwise for MAX_WAIT_S."""
         self._batcher.wait_s = CLOSE_WAIT_S if closely else MAX_WAIT_S
 
     @property
@@ -216,8 +215,8 @@ class SealedLink:
         return [seal(content) for content in contents]
 
     def _ping_along(self, frames: Sequence[bytes], largest_bytes: int, now: float) -> Ping | None:
-        """A ping to go with these frames, where that saves a datagram: it would have to leave by itself before the next
-        frames come, if they come as the last ones did."""
+        """A ping to go with these frames, if that saves a datagram: it would have to leave alone before the next
+        frames, at their present interval."""
         interval_s = min(now - self._frames_left_at, PINGS_AHEAD_S)
         self._frames_left_at = now
         if now + interval_s < self.keepalive.next_ping_at or self.unproven_s(now) > PINGS_ALONG_WHILE_PROVEN_S:

@@ -1,7 +1,7 @@
-"""Sealed datagrams: ChaCha20-Poly1305 around whatever one side has to say to the other.
+"""Sealed datagrams: ChaCha20-Poly1305 around the messages between the two sides.
 
-`Sealer` is one direction's sending half, `Opener` its receiving half. The checks of `Opener` run in the order of
-docs/wire-protocol.md, 3.1, and each has a drop reason. Nothing here knows what the content means.
+`Sealer` is one direction's sending half, `Opener` its receiving half. `Opener` checks in the order of
+docs/wire-protocol.md, 3.1, and each check has a drop reason. Nothing here knows what the content means.
 """
 
 from struct import Struct
@@ -92,7 +92,7 @@ class Opener:
 
     def __init__(self, key: bytes, link_id: LinkId) -> None:
         self.phase = 0
-        """Of the newest key under which something came."""
+        """Of the newest key with an accepted datagram."""
         self._key = key
         self._ciphers = {0: ChaCha20Poly1305(key)}
         """By phase: the present one, and the one before until it is retired."""
@@ -146,7 +146,7 @@ class Opener:
         return self._next[1]
 
     def _enter(self, phase: int) -> None:
-        """The other side has gone on to its next key."""
+        """The other side has changed to its next key."""
         assert self._next is not None
         last = self._ciphers[self.phase]
         self._key, cipher = self._next

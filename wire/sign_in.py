@@ -31,7 +31,7 @@ class MalformedTranscript(ValueError):
 
 
 class SignInPurpose(IntEnum):
-    """What the agent wants with its signature."""
+    """The purpose of the agent's signature."""
 
     LINK = 1
     EXCHANGE = 2

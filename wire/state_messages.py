@@ -1,7 +1,7 @@
-"""Which messages are state, of which only the newest matters, and which must all arrive.
+"""Which messages are state, where only the newest matters, and which must all arrive.
 
-A message that is not listed as state counts as transactional: what we do not know is never thrown away in silence.
-Both ends of the way up use it: the agent to thin a stream, the tower to spare slow browsers.
+A message outside the list counts as transactional: an unknown message is never dropped in silence. Both ends of the way
+up use it: the agent to thin a stream, the tower to spare slow browsers.
 """
 
 from typing import Final
@@ -42,7 +42,7 @@ _INSTANCES: Final[dict[int, tuple[int, int]]] = {
     mavlink.MAVLINK_MSG_ID_RAW_RPM: (4, 1),
     mavlink.MAVLINK_MSG_ID_OBSTACLE_DISTANCE: (156, 1),  # by the kind of sensor
 }
-"""Message id of a state message to where what tells it apart stands in the payload: (offset, bytes)."""
+"""Message id of a state message to the position of its instance in the payload: (offset, bytes)."""
 
 StateKey = tuple[int, int, int, int]
 """(sysid, compid, message id, instance): frames with one key replace each other."""
@@ -56,10 +56,8 @@ _UNKNOWN: Final[StateKey] = (-1, -1, -1, -1)
 
 
 def state_key(frame: bytes) -> StateKey | None:
-    """What a whole frame is the newest of, or None if it is transactional.
-
-    The instance tells apart, say, two batteries of one sender; it is 0 where the message has none.
-    """
+    """The key of a whole state frame, or None if it is transactional. The instance distinguishes, say, two batteries of
+    one sender; it is 0 for messages without one."""
     # Asked once for every frame that anybody sends: the five bytes of the header that say who sent what are enough for
     # nearly all of them.
     if frame[0] == MAGIC_V2:

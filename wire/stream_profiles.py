@@ -1,9 +1,8 @@
-"""How thinly a drone's telemetry may be sent: the profiles, and the rate of each message in them. One table, no logic.
+"""Telemetry profiles, and the rate of each message in them. One table, no logic.
 
-`full` is everything as the autopilot sends it. `thin` is for a weak cellular link: a console that one can work with.
-`minimal` is a map, a height, a battery and a mode, for less than a kilobyte a second with everything around it. The
-rates are limits for state messages (`wire.state_messages`), of which only the newest counts; HEARTBEAT and everything
-transactional is never thinned.
+`full`: everything as the autopilot sends it. `thin`: for a weak cellular link, with a usable console. `minimal`: a map,
+a height, a battery and a mode, for less than a kilobyte a second in all. The rates limit state messages
+(`wire.state_messages`), of which only the newest counts; HEARTBEAT and transactional messages are never thinned.
 """
 
 from enum import StrEnum
@@ -12,7 +11,7 @@ from typing import Final, NamedTuple
 from wire.dialect import mavlink
 
 BEAT_S: Final = 0.2
-"""Thinned messages leave together, at beats: one datagram instead of many. Each rate is one in so many beats."""
+"""Thinned messages leave together, at ticks: one datagram in place of many. Each rate is one in a number of ticks."""
 
 
 class StreamProfile(StrEnum):
@@ -76,5 +75,5 @@ def rate_hz(profile: StreamProfile, message_id: int, *, by_hand: bool) -> float:
 
 
 def beats_between(profile: StreamProfile, message_id: int, *, by_hand: bool) -> int:
-    """One frame in so many beats; 0 in `full`, where nothing waits for a beat."""
+    """One frame in this many ticks; 0 in `full`, where nothing waits for a tick."""
     return round(1.0 / (BEAT_S * rate_hz(profile, message_id, by_hand=by_hand)))

@@ -1,9 +1,10 @@
-"""The typed messages with which the tower has work done at the drone: plans, parameters, commands (no I/O).
+"""The typed messages for transactions at the drone: plans, parameters, commands (no I/O).
 
-They travel on the control channel beside those of wire.control_messages. Neither side sends any to one that has not
-said TRANSACTIONS in its hello or welcome: an unknown type ends the channel. `id` is the tower's, and grows; what an
-agent tells of an id that the tower has forgotten says nothing. What goes to the tower fits its bound of 64 kB: plans
-and parameter tables are packed, refusals are counted beyond the first.
+They travel on the control channel beside those of wire.control_messages. Neither side sends any to one without
+TRANSACTIONS in its hello or welcome: an unknown type ends the channel.
+
+`id` is the tower's, and grows; reports about an id that the tower has forgotten are ignored. Messages to the tower fit
+its bound of 64 kB: plans and parameter tables are packed, and refusals beyond the first are only counted.
 """
 
 from enum import StrEnum
@@ -58,7 +59,7 @@ class PlanDownloadWork(msgspec.Struct, frozen=True, tag="plan_download", tag_fie
 
 
 class PlanUploadWork(msgspec.Struct, frozen=True, tag="plan_upload", tag_field="work"):
-    """Put this plan on board: the whole of it, or the old one stays. Of no items: as to clear it."""
+    """Upload this plan: all of it, or the old one stays. Without items: clear it."""
 
     kind: PlanKind
     items: BoundedPlan
@@ -73,7 +74,7 @@ class PlanClearWork(msgspec.Struct, frozen=True, tag="plan_clear", tag_field="wo
 
 
 class PlanVerifyWork(msgspec.Struct, frozen=True, tag="plan_verify", tag_field="work"):
-    """Read the plan on board and say whether it is this one."""
+    """Read the plan on board and compare it with this one."""
 
     kind: PlanKind
     items: BoundedPlan
@@ -131,10 +132,10 @@ Work = (
 
 
 class Transaction(msgspec.Struct, frozen=True, tag="transaction", tag_field="type", kw_only=True):
-    """Tower to agent: do this. `epoch`: what writes is refused under an older one than the agent knows.
+    """Tower to agent: execute this. `epoch`: writes under an older one than the agent knows are refused.
 
-    `sent_ms`: the tower's clock, as in its datagrams (wire.lateness.stamp_ms): a command that comes too late by it is
-    never carried out. None: nobody can say.
+    `sent_ms`: the tower's clock, as in its datagrams (wire.lateness.stamp_ms): a command that is late by it is never
+    executed. None: not known.
     """
 
     id: U32
@@ -178,13 +179,13 @@ class LogEntry(msgspec.Struct, frozen=True, array_like=True):
 
 
 class TransactionResult(msgspec.Struct, frozen=True, tag="transaction_result", tag_field="type", kw_only=True):
-    """Agent to tower, once, the last of a transaction.
+    """Agent to tower, once, the last message of a transaction.
 
-    `words`: for people, what failed, why, and what is on board now. `item`: the item of the plan that was refused, from
-    0. `code`: the name of the MAV_MISSION_RESULT or MAV_RESULT, empty where there is none. `plan`: of a download, as
-    `wire.plans.pack_plan` makes it. `refusals`: of a parameter write, the first MAX_REFUSALS, of `refused` in all.
-    `logs`: of a log list, newest first. `seen`: of a command that was accepted, whether telemetry showed it in time;
-    None where there is nothing to see, or an older agent does not look.
+    `words`: for people: what failed, why, and what is on board now. `item`: the refused item of the plan, from 0.
+    `code`: the name of the MAV_MISSION_RESULT or MAV_RESULT, or empty. `plan`: of a download, packed by
+    `wire.plans.pack_plan`. `refusals`: of a parameter write, the first MAX_REFUSALS, of `refused` in all. `logs`: of a
+    log list, newest first. `seen`: for an accepted command, whether telemetry confirmed it in time; None if there is
+    nothing to confirm, or the agent is older.
     """
 
     id: U32
@@ -227,7 +228,7 @@ class ParameterCache(msgspec.Struct, frozen=True, tag="parameter_cache", tag_fie
     count: U16
     total: U16
     verified: bool = True
-    """Without a hash it says nothing."""
+    """Ignored without a hash."""
 
 
 class ParameterTable(msgspec.Struct, frozen=True, tag="parameter_table", tag_field="type", kw_only=True):

@@ -37,7 +37,7 @@ SOON_S: Final = 60.0
 
 
 class Transport(StrEnum):
-    """As the browsers are told."""
+    """The state for browsers."""
 
     UDP = "udp"
     WEBSOCKET = "websocket"
@@ -50,7 +50,7 @@ class TransportChoice:
         self.transport = Transport.UDP
         self.needed = MIN_NEEDED
         self._proven_at: float | None = now
-        """Of the transport that is in use; None: not yet since the change."""
+        """Of the present transport; None: none since the change."""
         self._changed_at = now
         self._returned_at: float | None = None
         self._next_probe = now
@@ -58,8 +58,8 @@ class TransportChoice:
         self._answered_at = now
 
     def proven(self, transport: Transport, now: float, *, rests_s: float = 0.0) -> None:
-        """Something that we sent by this way is known to have arrived. `rests_s`: for so much longer than usual the
-        pings rest now, so that no further proof is due (wire.keepalive)."""
+        """Something sent by this transport is known to have arrived. `rests_s`: pings now pause this much longer than
+        usual, so that no further proof is due (wire.keepalive)."""
         if transport is self.transport:
             self._proven_at = now + rests_s
 

@@ -1,7 +1,7 @@
-"""Which messages leave at once, and which may wait a moment for others to share a datagram with. One table, both ways.
+"""Which messages leave at once, and which may wait for others to share a datagram. One table, both directions.
 
-Urgent is what somebody or something waits for: a hand on the sticks, a command and its answer, a sign of life, and the
-transfers in which each message asks for the next one (every step would pay for the wait).
+Urgent is what a person or a program waits for: sticks, a command and its answer, a sign of life, and transfers in which
+each message requests the next one (every step would add the delay).
 """
 
 from typing import Final

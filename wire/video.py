@@ -173,7 +173,7 @@ _Words = Annotated[str, msgspec.Meta(max_length=200)]
 
 
 class StreamRequest(msgspec.Struct, frozen=True):
-    """One stream that somebody watches."""
+    """One watched stream."""
 
     quality: Quality
     codec: Codec
@@ -195,7 +195,7 @@ class CameraState(StrEnum):
     NONE = "none"
     """None is set up."""
     IDLE = "idle"
-    """There is one, and nobody watches: it is closed."""
+    """There is a camera, and no viewer: it is closed."""
     OPENING = "opening"
     LIVE = "live"
     LOST = "lost"
@@ -203,11 +203,9 @@ class CameraState(StrEnum):
 
 
 class VideoState(msgspec.Struct, frozen=True, tag="video_state", tag_field="type", kw_only=True):
-    """Agent to tower, at the beginning of a link and on each change.
-
-    `words`: for people, what is wrong or holds the stream back; empty where nothing does. `thin`: the link takes less
-    than the least bit rate of what is watched. `codecs`: those that can be asked for.
-    """
+    """Agent to tower, at the beginning of a link and on each change. `words`: for people: what is wrong or holds the
+    stream back; may be empty. `thin`: the link carries less than the lowest bit rate of the watched streams. `codecs`:
+    the available ones."""
 
     camera: CameraState
     words: _Words = ""

@@ -1,11 +1,9 @@
 """Who may call a route: one dependency per kind of person, each of which yields the principal of the request.
 
-`server.domain.access` has the one judgement for REST, WebSocket, UDP and video alike, and the table of which scopes an
-action takes.
+`server.domain.access` has the one judgement for REST, WebSocket, UDP and video, and the scopes that an action requires.
 
-Not theirs and not there get the same answer: `judge` is told how the user stands to a drone (`server.domain.relations`,
-which has the table of who may do what with one), or None when there is no such drone, and refuses both with the same
-words.
+"Not yours" and "not there" get the same response: `judge` gets the user's relation to a drone
+(`server.domain.relations`), or None if there is no such drone, and refuses both with the same words.
 """
 
 from __future__ import annotations
@@ -44,7 +42,7 @@ InPerson = Annotated[Principal, who_may(Action.SEE_CREDENTIALS)]
 Oneself = Annotated[Principal, who_may(Action.CHANGE_PREFERENCES)]
 """Whoever is signed in, in person."""
 Prover = Annotated[Principal, who_may(Action.PROVE_ONESELF)]
-"""Whoever may confirm that it is them: in person, before anything else that is asked of an account."""
+"""A user who may prove their identity: in person, before anything else that an account requires."""
 Proved = Annotated[Principal, who_may(Action.CHANGE_CREDENTIALS)]
 """Whoever is signed in, in person, and proved who they are a moment ago."""
 FactorSetter = Annotated[Principal, who_may(Action.SET_UP_SECOND_FACTOR)]

@@ -1,8 +1,7 @@
 """Finds out who sends a request or opens a WebSocket, and whether they may do what they ask for.
 
-Two ways to sign in: a browser's session cookie, for everything that its user may do, and an API token in the
-`Authorization` header, for what its scopes say and its owner may do. Where a token comes with a request, no cookie of
-it is looked at.
+There are two ways to sign in: a browser's session cookie, for everything that its user may do, and an API token in the
+`Authorization` header, for what its scopes allow and its owner may do. If a request has a token, its cookie is ignored.
 """
 
 from __future__ import annotations

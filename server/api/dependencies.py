@@ -1,9 +1,8 @@
-"""What routes are given, one dependency per part of the tower: a route's signature says all that it uses.
+"""Dependencies of routes, one per part of the tower: a route's signature shows all that it uses.
 
-Nothing else reads `app.state`; a test holds that. `server/app/composition.py` puts the parts there (`provide`).
-
-Every provider is `async def`: FastAPI runs others in a thread pool. It takes an `HTTPConnection`, so that it serves
-WebSockets as well as requests. What is passed to a rule or a helper is the part itself, never a request.
+Nothing else reads `app.state`; a test checks that. `server/app/composition.py` puts the parts there (`provide`). Every
+provider is `async def`, because FastAPI runs others in a thread pool. It takes an `HTTPConnection`, so that it serves
+WebSockets too. Pass the part itself to a rule or a helper, never the request.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Sign-ins that the database confirmed, for the time in which it does not answer.
 
-Who flies goes on flying, and a drone can be made to hold, without it. What is remembered counts only while the live
-picture, too, knows of the sign-in: it hears within a second of accounts and sessions that have ended. Nothing that is
-kept can be changed by it, for that takes the database.
+They let pilots fly on, and let a drone be made to hold. A remembered sign-in counts only while the live state knows it
+too, which learns within a second of ended accounts and sessions. It cannot change anything stored, because that takes
+the database.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ MAX_REMEMBERED: Final = 4096
 
 
 class RememberedSignIns:
-    """By a hash of the cookie or token. `is_current`: what the live picture says."""
+    """By a hash of the cookie or token. `is_current`: the live state's answer."""
 
     def __init__(self, is_current: Callable[[Principal, int], bool]) -> None:
         self._is_current = is_current
         self._known: OrderedDict[bytes, tuple[Principal, int]] = OrderedDict()
 
     def note(self, secret: str, found: Principal | None, revision: int) -> None:
-        """What the database has just said; `revision`: of the fleet, before it was asked."""
+        """The database's answer; `revision`: of the fleet, before the query."""
         key = _key(secret)
         self._known.pop(key, None)
         if found is not None:

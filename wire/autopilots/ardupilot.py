@@ -96,5 +96,5 @@ def modes_in(enum: str, known: Mapping[str, FlightMode]) -> tuple[FlightMode, ..
 
 
 def named(name: str, number: int) -> FlightMode:
-    """A mode of which nothing is known but its name."""
+    """A mode with a known name and unknown properties."""
     return FlightMode(name, number, (number, 0), name.replace("_", " "))

@@ -1,5 +1,7 @@
-"""ArduPlane: watched, returned (RTL) and made to circle where it is (LOITER). Nothing of it is measured, so the agent
-changes none of its modes by itself."""
+"""ArduPlane: watched, returned (RTL) and made to circle in place (LOITER).
+
+Nothing about it is measured, so the agent never changes its modes by itself.
+"""
 
 from __future__ import annotations
 

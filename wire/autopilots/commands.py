@@ -1,6 +1,6 @@
-"""What a pilot can ask for, as plain values, and the MAVLink commands that it becomes. Pure.
+"""A pilot's commands as plain values, and their MAVLink form. Pure.
 
-Each autopilot's profile has a `CommandTable`: for each command how it is said, or why it cannot be.
+Each autopilot's profile has a `CommandTable`: for each command its form, or why it is not available.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ class CommandRefused(Exception):
 
 
 class NotSupported(CommandRefused):
-    """This autopilot has no such thing, or nobody knows how to ask it for it."""
+    """This autopilot lacks the command, or its form is not known."""
 
 
 class NotHeardYet(CommandRefused):
-    """Something that the command needs has not been heard from the drone."""
+    """The drone has not reported something that the command needs."""
 
 
 class UnknownMode(CommandRefused):
-    """Of this autopilot."""
+    """The vehicle's autopilot."""
 
 
 class UnknownItem(CommandRefused):
@@ -85,7 +85,7 @@ class GoTo(PilotCommand):
 
 @dataclass(frozen=True)
 class Hold(PilotCommand):
-    """Stays where it is, with nobody at the sticks."""
+    """Stays in place without sticks."""
 
     name = "hold"
 
@@ -124,7 +124,7 @@ class ChangeSpeed(PilotCommand):
 
 @dataclass(frozen=True)
 class Turn(PilotCommand):
-    """To a heading; `relative`: by so much, clockwise."""
+    """Turns to a heading; `relative`: by this angle, clockwise."""
 
     name = "turn"
     deg: float
@@ -179,7 +179,7 @@ class LookAt(PilotCommand):
 
 @dataclass(frozen=True)
 class CommandStep:
-    """One MAV_CMD. `phase`: what it does, for people. `needless`: what it wants is so already."""
+    """One MAV_CMD. `phase`: what it does, for people. `needless`: its effect is already present."""
 
     phase: str
     work: CommandWork
@@ -204,10 +204,10 @@ class VehicleState:
     """Above home."""
     heading_deg: float | None = None
     mission_items: int | None = None
-    """None: nobody knows what is on board."""
+    """None: the plan on board is not known."""
 
     def is_armed(self) -> bool:
-        """Raises NotHeardYet: what arms is not begun where nobody knows."""
+        """Raises NotHeardYet: a command that arms does not start in an unknown state."""
         if self.armed is None:
             raise NotHeardYet(f"it is not known whether {self.name} is armed: its autopilot is silent")
         return self.armed
@@ -231,7 +231,7 @@ class VehicleState:
         return self.heading_deg
 
     def above_sea(self, height_m: float) -> float:
-        """Of a height above home. Raises NotHeardYet."""
+        """Converts a height above home. Raises NotHeardYet."""
         if self.home_alt_m is None:
             raise NotHeardYet(f"the home of {self.name} is not known yet")
         return self.home_alt_m + height_m
@@ -258,7 +258,7 @@ class Unable(Generic[C_contra]):
 
 
 Said = Callable[[VehicleState, C_contra], Steps] | Unable[C_contra]
-"""How a command is said. Raises CommandRefused where this vehicle cannot be asked for it now."""
+"""The form of a command. Raises CommandRefused if this vehicle cannot be given it now."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -285,10 +285,10 @@ class CommandTable:
 
 
 _BESIDE: Final = (Arm, ChangeSpeed, LookAt, SetHome, Turn)
-"""What leaves it flying as it does, unless it is said with a command that does not."""
+"""Does not change how the drone flies, unless combined with a command that does."""
 _FLIES: Final = frozenset({int(mavlink.MAV_CMD_DO_REPOSITION), int(mavlink.MAV_CMD_DO_SET_MODE)})
 
 
 def overrules(command: PilotCommand, steps: Steps) -> bool:
-    """Whether it says how the drone is to fly: nothing that was asked for before may come after it."""
+    """Whether it decides how the drone flies: no earlier command may follow it."""
     return not isinstance(command, _BESIDE) or any(step.work.command in _FLIES for step in steps)

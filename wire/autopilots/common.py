@@ -1,4 +1,4 @@
-"""How commands are said that ArduPilot and PX4 understand alike, and the pieces of the others. Pure."""
+"""Commands that ArduPilot and PX4 understand alike, and building blocks of the others. Pure."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def yaw_rad(heading_deg: float | None) -> float | None:
 
 
 def arm(state: VehicleState, command: Arm) -> Steps:
-    """Also where it is armed: the autopilot says so itself."""
+    """Also for an armed drone: the autopilot reports it."""
     return (arming(),)
 
 

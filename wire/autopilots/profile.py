@@ -32,14 +32,14 @@ class Sticks(StrEnum):
     """What sticks do in a flight mode."""
 
     FLY = "fly"
-    """They fly it: with nobody at them it does what a radio at rest says. The safe guess for a mode we do not know."""
+    """The sticks fly it: without a pilot it does what a radio at rest says. The safe assumption for an unknown mode."""
     ADJUST = "adjust"
-    """It flies by itself, and the sticks change height or place."""
+    """It flies by itself, and the sticks change height or position."""
     IGNORED = "ignored"
 
 
 class FlightTask(StrEnum):
-    """What a drone in the air does in a mode, as far as losing somebody goes."""
+    """What a flying drone does in a mode, as far as the loss of a person is concerned."""
 
     MISSION = "mission"
     RETURN = "return"
@@ -60,10 +60,10 @@ class FlightMode:
     label: str
     """For people."""
     aliases: tuple[str, ...] = ()
-    """Further names by which it may be asked for."""
+    """Other names for requests."""
     sticks: Sticks = Sticks.FLY
     task: FlightTask | None = None
-    """None: not said of this mode."""
+    """None: not known for this mode."""
     needs_position: bool = True
     """Armed, it can only be entered and kept with a position estimate."""
     holds_when_centred: bool = False
@@ -71,9 +71,9 @@ class FlightMode:
     drifts: bool = False
     """Keeps the height and not the place."""
     flies_mission: bool = False
-    """In it the autopilot flies what stands in its mission."""
+    """The autopilot flies its mission in it."""
     settable: bool = True
-    """Whether it may be asked for."""
+    """Whether users can request it."""
     offered: bool = False
     """Whether the console offers it for choice."""
 
@@ -83,8 +83,11 @@ class ModeRoles:
     """Which mode does what a pilot asks for. None: this autopilot has none, or none that we ask for."""
 
     hold: FlightMode | None = None
-    """Stays where it is, with nobody at the sticks. Not altitude hold: without a stream of centred sticks that falls
-    back to the radio's values, and with the throttle at rest the drone descends into the ground (measured)."""
+    """Stays in place without sticks.
+
+    Not altitude hold: without a stream of centred sticks that falls back to the radio's values, and with the throttle
+    at rest the drone descends into the ground (measured).
+    """
     returns: FlightMode | None = None
     land: FlightMode | None = None
     mission: FlightMode | None = None
@@ -93,12 +96,12 @@ class ModeRoles:
     targets: FlightMode | None = None
     """Takes targets one after the other, for following."""
     by_hand: FlightMode | None = None
-    """Does what the sticks say, and stays in its place when they are centred."""
+    """Obeys the sticks, and stays in place when they are centred."""
 
 
 @dataclass(frozen=True)
 class FailsafeModes:
-    """What the agent asks for by itself, when it holds or has lost somebody. Measured before it is written down."""
+    """Modes that the agent requests by itself, to hold or after a loss. Measured before they are listed."""
 
     position_holds: tuple[FlightMode, ...]
     """Stage one of a hold: the ladder, without its last rung."""
@@ -152,16 +155,16 @@ class AutopilotFamily:
     silent_without_receiver: bool
     """It sends no RC_CHANNELS where there is no receiver."""
     accepts_modes_it_does_not_enter: bool = False
-    """A mode flown with sticks, asked for with the very first sticks: accepted, not entered, and entered when asked for
-    again."""
+    """A mode flown with sticks and requested with the very first sticks is accepted but not entered, until it is
+    requested again."""
     station_parameters: tuple[str, ...] = ()
-    """Names of the parameter that says whose sticks it obeys."""
+    """Names of the parameter that selects whose sticks it obeys."""
     stick_parameters: tuple[str, ...] = ()
     """Read besides: the middles of the stick channels."""
     loss_parameters: tuple[str, ...]
     """Those that decide what happens on a loss, and by which a simulated one is known."""
     deciding_parameters: tuple[str, ...]
-    """Those of them that every autopilot of the family has and without which nobody knows what it does."""
+    """Those that every autopilot of the family has, and without which its behaviour is unknown."""
     after_sticks: AfterSticksRule
     keeping: Callable[[int], KeptFields]
     """What it keeps of a plan's items, by MAV_TYPE."""
@@ -181,7 +184,7 @@ class AutopilotProfile:
     roles: ModeRoles
     commands: CommandTable
     failsafe: FailsafeModes | None = None
-    """None: the agent changes no mode by itself."""
+    """None: the agent never changes modes by itself."""
     stands_in: bool = False
     """For naming modes of vehicles of its family that have no profile of their own."""
 
@@ -214,12 +217,12 @@ class AutopilotProfile:
         return self._by_number.get(custom_mode)
 
     def mode_name(self, custom_mode: int) -> str:
-        """As the autopilot names it; "mode 99" where nobody has a name."""
+        """The autopilot's name for it; "mode 99" for an unknown one."""
         mode = self._by_number.get(custom_mode)
         return f"mode {custom_mode}" if mode is None else mode.name
 
     def flies_without_sticks(self, custom_mode: int) -> bool:
-        """Whether nobody needs to hold the sticks in this mode. An unknown mode counts as one that needs them."""
+        """Whether the mode needs no pilot at the sticks. An unknown mode counts as one that does."""
         mode = self.mode(custom_mode)
         if mode is not None:
             return mode.sticks is not Sticks.FLY
@@ -255,13 +258,13 @@ def mode_step(mode: FlightMode, state: VehicleState | None = None) -> CommandSte
 
 
 def mode_named(modes: Sequence[FlightMode], name: str) -> FlightMode | None:
-    """One that may be asked for. Upper and lower case do not count, nor a space or a line between words."""
+    """A mode that users can request. Ignores case, spaces and hyphens."""
     wanted = "_".join(name.upper().replace("_", " ").split())
     return next((mode for mode in modes if mode.settable and wanted in (mode.name, *mode.aliases)), None)
 
 
 def change_mode(modes: Sequence[FlightMode]) -> Callable[[VehicleState, ChangeMode], Steps]:
-    """For a CommandTable: any of these modes that may be asked for."""
+    """For a CommandTable: any mode that users can request."""
 
     def say(state: VehicleState, command: ChangeMode) -> Steps:
         mode = mode_named(modes, command.mode)

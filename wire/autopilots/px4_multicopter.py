@@ -74,7 +74,7 @@ def _mode(
     settable: bool = True,
     offered: bool = True,
 ) -> FlightMode:
-    """AUTO and OFFBOARD are flown by nobody's sticks."""
+    """No sticks fly AUTO and OFFBOARD."""
     return FlightMode(
         name,
         custom_mode(main, sub),

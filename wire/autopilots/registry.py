@@ -29,13 +29,13 @@ _USUAL: Final = int(mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA)
 
 
 def of(autopilot: int, vehicle_type: int) -> AutopilotProfile | None:
-    """By MAV_AUTOPILOT and MAV_TYPE; None for a vehicle of which nothing is known."""
+    """By MAV_AUTOPILOT and MAV_TYPE; None for an unknown vehicle."""
     return _BY_VEHICLE.get((autopilot, vehicle_type))
 
 
 def nearest(autopilot: int, vehicle_type: int) -> AutopilotProfile:
-    """The same, or the profile of its nearest kin. For reading modes when in doubt, never for commands: an autopilot
-    that nobody knows is read as ArduPilot."""
+    """The same, or the most similar profile. For reading modes only, never for commands: an unknown autopilot is read
+    as ArduPilot."""
     known = autopilot if autopilot in FAMILIES else _USUAL
     return of(known, vehicle_type) or _STAND_INS[known]
 

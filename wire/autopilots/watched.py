@@ -12,7 +12,7 @@ _RETURNED: Final = "is watched and returned only: fly it with its own ground sta
 
 
 def watched_only(*, returns: FlightMode | None = None, hold: FlightMode | None = None) -> CommandTable:
-    """Return and hold are said as modes; every other command has a reason."""
+    """Return and hold are modes; every other command has a reason for its refusal."""
     unable: Unable[Any] = Unable(_WATCHED if returns is None else _RETURNED)
     return CommandTable(
         arm=unable,

@@ -1,5 +1,5 @@
-"""For whom a passkey challenge is, read from a request: before somebody is signed in the browser, which a cookie of its
-own names, afterwards the session. And for which address of the tower."""
+"""The owner of a passkey challenge, read from a request: before sign-in the browser, by a cookie, afterwards the
+session. And the address of the tower it is for."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from server.runtime.settings import Settings
 from server.store.accounts.passkey_sign_in import Asked
 
 BROWSER_COOKIE: Final = "tower_passkey"
-"""Which browser asked for a challenge. It says nothing about who sits there."""
+"""The browser that requested a challenge. It does not identify a user."""
 _BROWSER: Final = re.compile(r"[A-Za-z0-9_-]{43}")
 
 
@@ -55,14 +55,14 @@ class PasskeyRequest:
         return Asked(Purpose.SIGN_IN, _asker(browser), party)
 
     def of_sign_in(self) -> Asked:
-        """What must have been asked of this browser before it signs in. Raises PasskeysUnavailable, ChallengeOver."""
+        """The challenge that this browser got for a sign-in. Raises PasskeysUnavailable, ChallengeOver."""
         browser = self.request.cookies.get(BROWSER_COOKIE, "")
         if not _BROWSER.fullmatch(browser):
             raise ChallengeOver
         return Asked(Purpose.SIGN_IN, _asker(browser), self._relying_party())
 
     def of_session(self, principal: Principal, purpose: Purpose) -> Asked:
-        """What is or was asked of this session. Raises PasskeysUnavailable."""
+        """The challenge for this session. Raises PasskeysUnavailable."""
         return Asked(purpose, f"session {principal.session_id}", self._relying_party())
 
     def challenge_for(self, asked: Asked) -> bytes:

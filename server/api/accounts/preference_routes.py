@@ -1,4 +1,4 @@
-"""`/api/v1/me/preferences`: what the console keeps for whoever is signed in."""
+"""`/api/v1/me/preferences`: documents that the console stores for the signed-in user."""
 
 from __future__ import annotations
 

@@ -94,7 +94,7 @@ async def _by_password(checks: _Checks, principal: Principal, proof: PasswordPro
 
 
 async def _by_passkey(checks: _Checks, principal: Principal, proof: PasskeyProof, action: AuditAction) -> None:
-    """It verified its person, so it stands for the password and the code."""
+    """A passkey verifies its user, so it replaces password and code."""
     await checks.passkey_sign_in.accept(
         proof.credential.model_dump(),
         asked=checks.passkey_request.of_session(principal, Purpose.PROVE),

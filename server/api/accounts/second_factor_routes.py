@@ -51,7 +51,7 @@ class RecoveryCodes(BaseModel):
 
 
 def is_factor_demanded(settings: Settings, principal: Principal) -> bool:
-    """Whether somebody must keep at least one."""
+    """Whether the user must keep at least one factor."""
     return settings.admins_need_second_factor and is_demanded_a_factor(principal.role)
 
 

@@ -1,4 +1,4 @@
-"""`/api/v1/tokens`: API tokens, made by each user for themself; admins see and revoke everybody's."""
+"""`/api/v1/tokens`: API tokens, created by each user for themselves; admins see and revoke all."""
 
 from __future__ import annotations
 

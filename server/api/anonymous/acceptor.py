@@ -1,7 +1,7 @@
-"""Takes connections off the listening socket, so many at a time that frames need not wait for them.
+"""Accepts connections in small batches, so that frames need not wait for them.
 
-An event loop's own server accepts all that wait in the kernel at once, and makes a connection of each: a thousand of
-them cost a tenth of a second. Here whoever is over the budget is closed before anything is made.
+An event loop's own server accepts everything that waits in the kernel at once and creates a connection for each: a
+thousand of them cost a tenth of a second. Here a client over its budget is closed before anything is created.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _RESET: Final = struct.pack("ii", 1, 0)
 
 
 class Acceptor:
-    """Of one listening socket. `make` gives the protocol of a connection."""
+    """For one listening socket. `make` creates a connection's protocol."""
 
     def __init__(
         self,
@@ -46,7 +46,7 @@ class Acceptor:
         self._loop.add_reader(listener, self._ready)
 
     def close(self) -> None:
-        """Accepts nobody from here on. A second time is harmless."""
+        """Stops accepting. Idempotent."""
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None

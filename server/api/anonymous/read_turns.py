@@ -1,7 +1,7 @@
-"""Bytes of connections that have not signed in are parsed in slices of time, in fair turns between networks.
+"""Parses bytes of connections without a sign-in in time slices, in fair turns between networks.
 
-An event loop hands over the bytes of all connections that are ready before it looks at anything else: a thousand heads
-that come at once would be a thousand parsed before the next frame. While a connection waits here it is not read.
+An event loop delivers the bytes of all ready connections before anything else: of a thousand simultaneous heads all
+would be parsed before the next frame. A connection that waits here is not read.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class ReadTurns:
         self._timer: asyncio.TimerHandle | None = None
 
     def came(self, reader: AnonymousReader, data: bytes) -> None:
-        """`data` is for this connection: now, if nobody waits, else when its turn comes."""
+        """Parses `data` for this connection: now, if nothing waits, else in its turn."""
         if reader.unread:  # it has a place already
             self._keep(reader, data)
         elif self._timer is None and self._slices.wait_s(time.monotonic()) <= 0:

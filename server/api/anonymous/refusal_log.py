@@ -12,7 +12,7 @@ _log = structlog.get_logger(__name__)
 
 
 def log_refusal(budget: AnonymousBudget, event: str, status: int, why: str) -> None:
-    """Somebody was refused at a door. `left_out`: so many lines of strangers were not written before this one."""
+    """Logs a refused sign-in. `left_out`: lines about strangers that were omitted before this one."""
     if budget.may_log(time.monotonic()):
         left_out = budget.log.take_unreported()
         more = {"left_out": left_out} if left_out else {}

@@ -1,7 +1,7 @@
-"""Lets requests of strangers begin at a bounded pace, in fair turns between networks. Plain ASGI, the outermost layer.
+"""Starts requests of strangers at a bounded rate, in fair turns between networks. Plain ASGI, the outermost layer.
 
-Here the client's address is known behind a trusted proxy too: uvicorn has put it into the scope, and believes
-X-Forwarded-For of nobody but `TOWER_TRUSTED_PROXIES`.
+The client's address is known here behind a trusted proxy too: uvicorn has put it into the scope, and trusts
+X-Forwarded-For only from `TOWER_TRUSTED_PROXIES`.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class _TooManyRequests(Exception):
 
 
 class RequestGate:
-    """Wraps the application. `is_vouched`: says at once, from the head alone, that somebody has signed in."""
+    """Wraps the application. `is_vouched`: whether the head alone shows that the client has signed in."""
 
     def __init__(
         self, app: ASGIApp, budget: AnonymousBudget, is_vouched: Callable[[Scope], bool] = lambda scope: False

@@ -56,7 +56,7 @@ class AcceptRequest(ControlRequest):
 async def _take_by(
     request: Request, authenticator: AuthenticatorDep, control: ControlDep, clock: ClockDep, drone_id: DronePath
 ) -> AsyncIterator[Principal]:
-    """Who takes the controls. Where the database does not say at once whether they may, and they were signed in a
+    """The user who takes the controls. If the database does not confirm their right at once, and they were signed in a
     moment ago, the drone holds first."""
     admitting = asyncio.ensure_future(authenticator.admit(request, Action.COMMAND))
     try:

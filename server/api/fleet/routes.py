@@ -1,4 +1,4 @@
-"""`/api/v1/drones`: the squad for everybody, answered from the live picture, and drones administration for admins."""
+"""`/api/v1/drones`: the squad, answered from the live state, and the administration of drones for admins."""
 
 from __future__ import annotations
 

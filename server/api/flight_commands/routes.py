@@ -1,4 +1,4 @@
-"""`/api/v1/drones/{id}/commands`: what a drone is told to do, in words that do not depend on its autopilot."""
+"""`/api/v1/drones/{id}/commands`: commands that do not depend on the autopilot."""
 
 from __future__ import annotations
 

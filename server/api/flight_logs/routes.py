@@ -49,7 +49,8 @@ router = APIRouter(prefix="/api/v1", tags=["logs"])
 
 LIST_WITHIN_S: Final = 60.0
 FETCH_WITHIN_S: Final = 600.0
-"""As long as a transaction may last. What was read by then stays beside the autopilot: asked for again, it goes on."""
+"""The longest time of a transaction. What was read by then stays with the agent, and another request continues from
+there."""
 MEDIA_TYPE: Final = "application/octet-stream"
 
 DronePath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]

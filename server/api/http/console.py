@@ -1,7 +1,7 @@
-"""Serves the console that was built into a folder. Every path that is not the API's is a page of the application.
+"""Serves the built console from a folder. Every path outside the API is a page of the application.
 
-Files go out compressed where the build has put a compressed copy beside them, with an ETag; what has a hash in its name
-is kept for ever, and everything else is asked for again and answered with 304 while it is the same.
+Sends the compressed copies of the build, with an ETag. Files with a hash in their name are cached for ever; everything
+else is revalidated and answered with 304 while it is the same.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ NOT_BUILT: Final = "The console has not been built yet. Run `make setup`, or `np
 FOR_EVER: Final = "public, max-age=31536000, immutable"
 """The build puts a hash of the content into the names of what is in assets/."""
 UNCHANGED_KEEPS: Final = frozenset({"cache-control", "etag", "vary"})
-"""What an answer 304 still says."""
+"""Headers that a 304 keeps."""
 
 
 def serve_console(app: FastAPI, folder: Path, texts: Mapping[str, Callable[[], str | None]]) -> None:
-    """Answers whatever no route of the API knows, so that a known path with a wrong method stays a 405. `texts`: what
-    stands at a path of its own; None: nothing does."""
+    """Responds to paths that no route of the API has, so that a known path with a wrong method stays a 405. `texts`:
+    the content of a single path; None: there is none."""
     no_such_route = app.router.default
 
     async def console(scope: Scope, receive: Receive, send: Send) -> None:

@@ -20,7 +20,7 @@ def copy_for(file: Path, accept_encoding: str) -> tuple[Path, str | None]:
 
 
 def accepted_codings(accept_encoding: str) -> frozenset[str]:
-    """Which of our codings the header allows (RFC 9110, 12.5.3): `q=0` forbids one, `*` stands for those not named."""
+    """The supported codings that the header allows (RFC 9110, 12.5.3): `q=0` forbids one, `*` stands for all others."""
     weights: dict[str, bool] = {}
     for item in accept_encoding.split(","):
         name, _, parameters = item.partition(";")

@@ -1,8 +1,8 @@
-"""Over TLS the tower's cookies have the prefix `__Host-`: a browser then takes them over TLS alone, for this very host
-and no sibling of it. Elsewhere (a tower on one's own machine) they keep the plain name, which browsers send there.
+"""Over TLS the tower's cookies have the prefix `__Host-`: browsers then send them over TLS only, and to this very host.
 
-The one place that knows: the rest of the tower reads and sets plain names. Over TLS a cookie with a plain name is
-nobody's word (a sibling domain, or whoever is on the way, can plant it): it is not passed on, and it is cleared.
+Elsewhere (a tower on one's own machine) they keep the plain name, which browsers send there. This is the one place that
+knows; the rest of the tower reads and sets plain names. Over TLS a cookie with a plain name is not trusted, because a
+sibling domain or somebody on the network can plant it: it is dropped and cleared.
 """
 
 from __future__ import annotations

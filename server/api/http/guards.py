@@ -11,7 +11,7 @@ _log = structlog.get_logger(__name__)
 
 
 class UnexpectedErrors:
-    """An error that nobody expected: written to the log in full, told to the client in one sentence."""
+    """An unexpected error: logged in full, reported to the client in one sentence."""
 
     def __init__(self, app: ASGIApp) -> None:
         self._app = app

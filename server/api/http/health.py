@@ -1,4 +1,4 @@
-"""`/api/v1/health` and `/api/v1/health/ready`: for whatever watches over the tower. Tell nothing about anybody."""
+"""`/api/v1/health` and `/api/v1/health/ready`, for monitoring. They reveal nothing about users."""
 
 from __future__ import annotations
 

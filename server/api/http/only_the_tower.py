@@ -1,6 +1,6 @@
-"""A process that may not be the tower any more answers nobody as if it were. Plain ASGI.
+"""A process that may no longer act as the tower refuses all requests. Plain ASGI.
 
-It was stopped for longer than its lock lasts and has not looked since, or another process has the lock. What waited in
+It was stopped for longer than its lock lasts and has not checked since, or another process has the lock. What waited in
 its sockets meanwhile must not be carried out late.
 """
 

@@ -1,4 +1,4 @@
-"""Puts problem documents into the OpenAPI description, so that it says what is really answered."""
+"""Adds problem documents to the OpenAPI description, so that it matches the real responses."""
 
 from __future__ import annotations
 

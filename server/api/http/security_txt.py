@@ -7,7 +7,7 @@ from typing import Final
 
 PATH: Final = ".well-known/security.txt"
 VALID_FOR: Final = timedelta(days=180)
-"""From each answer on: a tower that still answers still has somebody who reads."""
+"""Counted from each response: a tower that responds still has an operator."""
 
 
 def security_txt(contact: str, public_url: str, now: datetime) -> str | None:

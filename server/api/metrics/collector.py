@@ -1,6 +1,6 @@
-"""Turns the relay's plain counters into Prometheus' metrics, when somebody asks and not before.
+"""Converts the relay's plain counters to Prometheus metrics on request.
 
-docs/metrics.md lists the same; a test compares the two.
+docs/metrics.md lists them; a test compares.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

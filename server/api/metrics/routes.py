@@ -1,4 +1,4 @@
-"""`/metrics`: for Prometheus, and for admins who want to look."""
+"""`/metrics`: for Prometheus, and for admins."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _may_read.action = Action.READ_METRICS  # type: ignore[attr-defined]  # for the 
 
 
 def new_registry(parts: Parts) -> CollectorRegistry:
-    """Of one tower: a second one in the same process (tests) counts for itself."""
+    """For one tower: a second one in the same process (tests) counts separately."""
     registry = CollectorRegistry()
     registry.register(RelayCollector(parts.hub, parts.database))
     registry.register(AnonymousCollector(parts.anonymous))

@@ -1,4 +1,4 @@
-"""`/api/v1/missions`: the library. Lists without documents; each change says which version it replaces."""
+"""`/api/v1/missions`: the library. Lists have no documents; each change names the version that it replaces."""
 
 from __future__ import annotations
 
@@ -164,7 +164,7 @@ async def delete_mission(
 
 
 def _version(if_match: str | None) -> int | None:
-    """None where there is none; 0, which no mission has, for what is no version."""
+    """None without a header; 0, which no mission has, for an invalid version."""
     if if_match is None:
         return None
     found = _TAG.fullmatch(if_match.strip())

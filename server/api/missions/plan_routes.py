@@ -181,7 +181,7 @@ async def foresee_plan(
 
 
 def _being_read(hub: Hub, drone: LiveDrone, kind: PlanKind) -> Operation | None:
-    """Somebody has asked for the same a moment ago."""
+    """The same was requested a moment ago."""
     there = hub.operations.running_at(drone.drone_id, Lane.PLANS)
     return next((one for one in there if one.step.work == PlanDownloadWork(kind)), None)
 

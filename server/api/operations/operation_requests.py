@@ -41,7 +41,7 @@ def watched_drone(hub: Hub, principal: Principal, drone_id: int) -> LiveDrone:
 
 
 def refuse_observers(drone: LiveDrone, principal: Principal) -> None:
-    """Raises OnlyWatches for whoever may see the drone, and have nothing read or fetched from it."""
+    """Raises OnlyWatches for users who may see the drone but not read from it."""
     if not drone.may(principal.user_id, principal.role, Right.READ):
         raise OnlyWatches(drone.record.name)
 

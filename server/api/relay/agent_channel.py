@@ -73,7 +73,7 @@ REFUSED: Final = 4401
 TOO_SLOW: Final = 4408
 MOVED: Final = 4410
 BROKEN_OFF: Final = (1005, 1006, 1011)
-"""Codes of a connection that ended without anybody's wish; 1011 is what a side says that got no answer to its pings."""
+"""Close codes of unintended ends; a side that got no answer to its pings sends 1011."""
 
 _log = structlog.get_logger(__name__)
 
@@ -200,7 +200,7 @@ class AgentChannel:
         return link
 
     def _check_still(self, signed_in: SignedIn) -> LiveDrone:
-        """What it signed in by may have been revoked while it was asked something. Raises AgentRefused."""
+        """Its credential may have been revoked during an await. Raises AgentRefused."""
         drone = self._hub.state.drones.get(signed_in.drone_id)
         if drone is None or drone.record.identity != signed_in.identity:
             raise AgentRefused(401, "what this agent signed in by has been revoked or replaced")

@@ -1,7 +1,7 @@
-"""How an agent signs in to its control channel: with the drone's key, or once more with a bearer credential of old.
+"""Sign-in of an agent to its control channel: with the drone's key, or once more with an old bearer credential.
 
-The work for somebody unknown is bounded: a hash before the upgrade, or one pair of X25519 keys and one Ed25519
-signature to check after it. What it costs and what is answered do not tell whether there is such a drone.
+The work for a stranger is bounded: a hash before the upgrade, or one X25519 key pair and one Ed25519 verification after
+it. Neither cost nor response reveals whether the drone exists.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from wire.sign_in import NONCE_BYTES, MalformedTranscript, SignInPurpose, Transc
 
 NO_CREDENTIALS: Final = "this tower no longer accepts bearer credentials: enrol the drone again"
 _NOBODY: Final = public_half(Ed25519PrivateKey.generate())
-"""Stands in for the key of a drone that is not there: nobody has the private half."""
+"""Replaces the key of a drone that does not exist: nobody has the private half."""
 _NO_HASH: Final = "0" * 64
 
 AGENT_PATH: Final = "/api/v1/agent"
@@ -41,8 +41,8 @@ MAX_ID_LENGTH: Final = 10
 
 
 class AgentRefused(Exception):
-    """Sign-in of an agent failed. Carries the HTTP status (401: also the close code 4401) and words for whoever reads
-    the agent's log."""
+    """Sign-in of an agent failed. Carries the HTTP status (401: also the close code 4401) and a text for the agent's
+    log."""
 
     def __init__(self, status: int, words: str) -> None:
         super().__init__(words)
@@ -72,7 +72,7 @@ class SignedIn:
     hello: Hello
     drone_id: DroneId
     identity: tuple[str, bytes]
-    """Of the drone's record: what it was proven by."""
+    """From the drone's record: how it proves its identity."""
     public_key: bytes
     """X25519, the tower's for this sign-in."""
     keys: Callable[[LinkId], LinkKeys]
@@ -82,7 +82,7 @@ class SignedIn:
 
 
 def read_credential(hub: Hub, connection: HTTPConnection, *, until: datetime | None, now: datetime) -> Credential:
-    """The bearer credential of the request, checked. Raises AgentRefused; never says which part was wrong."""
+    """The request's bearer credential, verified. Raises AgentRefused; never says which part was wrong."""
     if not is_private_path(connection):
         raise AgentRefused(403, "agents must use https: a credential must not cross the network in the clear")
     if until is not None and now >= until:
@@ -93,8 +93,9 @@ def read_credential(hub: Hub, connection: HTTPConnection, *, until: datetime | N
 
 
 def is_agent(hub: Hub, scope: Scope) -> bool:
-    """Whether an agent of ours seems to sign in: after a restart of the tower a thousand of them come at once, and need
-    not wait for strangers. It proves nothing: whoever knows a drone's public key only waits for less."""
+    """Whether the client appears to be one of our agents: after a restart of the tower a thousand of them connect at
+    once, and need not queue with strangers. It proves nothing: a client that knows a drone's public key only waits
+    less."""
     if scope["type"] != "websocket" or scope["path"] != AGENT_PATH:
         return False
     headers = Headers(scope=scope)
@@ -127,7 +128,7 @@ def _credential(hub: Hub, headers: Headers) -> Credential:
 
 
 def by_credential(credential: Credential, hello: Hello) -> SignedIn:
-    """Of protocol 1: the upgrade request has shown the credential, and nothing is signed."""
+    """Protocol 1: the upgrade request has the credential, and nothing is signed."""
     private_key = X25519PrivateKey.generate()
     hashed = credential.hashed()
     return SignedIn(

@@ -1,11 +1,11 @@
-"""Sockets of their own for the peers whose datagrams must not wait for others, on the port that everybody sends to.
+"""Separate sockets for peers whose datagrams must not wait for others, on the shared port.
 
-Only the kernel knows who sent a datagram before it is read. A UDP socket that is bound to the same port and connected
-to one address gets what comes from there, and the shared socket gets the rest. So a drone that somebody flies wakes the
-process at once, while the other ones are read in rounds.
+Only the kernel knows the sender of a datagram before it is read. A UDP socket that is bound to the same port and
+connected to one address receives that peer's datagrams, and the shared socket the rest. So a flown drone wakes the
+process at once, while the others are read in rounds.
 
-SO_REUSEPORT stands only while such a socket is being opened: nobody else can take over the port, and a second tower
-still learns that it is in use. What comes for others meanwhile is read like all else.
+SO_REUSEPORT is set only while such a socket is being opened: no other process can take over the port, and a second
+tower still learns that it is in use. Datagrams of others that arrive there meanwhile are read like all others.
 """
 
 import asyncio

@@ -1,10 +1,9 @@
-"""The tower's UDP socket, the thin shell of the data channel: hands datagrams to the hub, counts what it refuses.
+"""The tower's UDP socket, the thin shell of the data channel: passes datagrams to the hub and counts refusals.
 
-A plain socket: with 50 drones at 500 to 2,500 datagrams a second that costs a quarter to a third less than uvloop's own
-datagram transport, and the same on a loop that has none. A datagram that comes alone is read at once. Those that come
-in company are read in rounds (`read_rhythm`): a wake-up of the process costs more than ten datagrams in one that is
-awake. Drones that somebody flies or looks at closely are in no round: each has a socket of its own
-(`connected_sockets`).
+A plain socket: with 50 drones at 500 to 2,500 datagrams a second it costs a quarter to a third less than uvloop's own
+datagram transport, and the same on other loops. A single datagram is read at once. Many are read in rounds
+(`read_rhythm`), because waking the process costs more than ten datagrams. Drones that are flown or in focus are in no
+round: each has its own socket (`connected_sockets`).
 """
 
 import asyncio
@@ -36,8 +35,8 @@ agents send would be lost with it."""
 
 SLICE_S: Final = 0.002
 CHECK_EVERY: Final = 32
-"""After so many datagrams a round looks at the clock. One that took longer than SLICE_S goes on when others had their
-turn: sockets of drones that somebody flies, and sticks."""
+"""A round checks the clock after this many datagrams. If it took longer than SLICE_S, it continues after the sockets of
+flown drones, and sticks, had their turn."""
 
 RECEIVE_BUFFER_BYTES: Final = 4 << 20
 """Asked for; the kernel gives what it allows. What comes while the tower is busy waits there."""
@@ -100,7 +99,7 @@ class DataEndpoint:
         self._read(time.monotonic(), MAX_CONCURRENT, connected)
 
     def _read(self, now: float, most: int, readable: socket.socket | None = None) -> int:
-        """One round, of the shared socket unless said otherwise. Returns how many datagrams there were."""
+        """One round, of the shared socket by default. Returns the number of datagrams."""
         readable = readable or self._socket
         assert readable is not None
         receive, received = readable.recvfrom, self.datagram_received

@@ -1,4 +1,4 @@
-"""What an agent shows with what it does by HTTP: a ticket that its link's welcome told, good while the link stands."""
+"""The ticket with which an agent makes HTTP requests: sent in its link's welcome, valid while the link exists."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def new_ticket(link_id: LinkId) -> str:
 
 
 def drone_of(hub: Hub, connection: HTTPConnection, *, credentials_until: datetime | None, now: datetime) -> DroneId:
-    """Whose agent this is: by the ticket of a link that stands, or by the bearer credential of one that has no key yet.
+    """The drone of an agent: by the ticket of an existing link, or by the bearer credential of an agent without a key.
     Raises AgentRefused."""
     _, _, text = connection.headers.get("authorization", "").partition(" ")
     match = _FORM.fullmatch(text.strip())

@@ -25,7 +25,7 @@ from wire.ids import DroneId
 BROWSER_SUBPROTOCOL: Final = "tower.v1"
 BAD_REQUEST: Final = 4400
 MAX_BAD_REQUESTS: Final = 20
-"""Text messages that make no sense before the channel is closed: a mistake is told, a flood is ended."""
+"""Invalid text messages before the channel is closed: a mistake is reported, a flood ends the channel."""
 MAX_QUOTED_LENGTH: Final = 200
 """Characters of what is wrong with it: the words may quote what came, and no answer is larger than that."""
 

@@ -34,7 +34,7 @@ class LiveWriter:
         """The same of the frames in `_unsent`."""
         self._loop = asyncio.get_running_loop()
         self._woken = False
-        """A flush is on its way, or the browser does not read: it need not be asked for again."""
+        """A flush is pending, or the browser does not read: no need to schedule another."""
         self._stopped = False
         self._beat: asyncio.TimerHandle | None = None
         self._unsent: deque[tuple[Callable[[bytes], None], bytes]] = deque()

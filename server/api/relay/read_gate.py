@@ -1,7 +1,7 @@
-"""Watches a socket until something can be read, once: then it waits to be told to watch again.
+"""Watches a socket until it can be read, once; then waits to be armed again.
 
-An event loop is told to watch and to stop watching by some ten system calls, many times a second where rounds rest
-(`read_rhythm`). Linux can do it with one: an epoll inside the loop's, which disarms itself when it has fired.
+Arming and disarming an event loop's watch takes some ten system calls, many times a second while rounds rest
+(`read_rhythm`). Linux can do it with one: an epoll inside the loop's, which disarms itself when it fires.
 """
 
 import asyncio

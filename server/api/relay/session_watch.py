@@ -1,4 +1,4 @@
-"""Watches whether the sign-in of an open connection still stands."""
+"""Watches whether the sign-in of an open connection is still valid."""
 
 import time
 from collections.abc import Callable
@@ -21,11 +21,8 @@ async def watch_session(
     still_signed_in: StillSignedIn,
     over: Callable[[str], None],
 ) -> None:
-    """Returns when it has ended, after `over` was called with the reason in words.
-
-    Asks the database once a minute, when the sign-in should end by itself, and within a second of a change of accounts
-    after which it may be gone.
-    """
+    """Returns when the sign-in has ended, after calling `over` with the reason. Queries the database once a minute,
+    when the sign-in should expire, and within a second of a change of accounts that may have ended it."""
     asked, expires_at, in_doubt = time.monotonic(), viewer.expires_at, False
 
     def is_due() -> bool:

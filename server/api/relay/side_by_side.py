@@ -8,7 +8,7 @@ from typing import Any, Final
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 MAX_REASON_BYTES: Final = 123
-"""RFC 6455, 5.5: a control frame has 125 bytes, of which two are the code."""
+"""RFC 6455, 5.5: a control frame has at most 125 bytes, two of them for the code."""
 
 GOOD_BYE_WITHIN_S: Final = 1.0
 
@@ -40,7 +40,7 @@ class Ending:
 
     @property
     def requested(self) -> bool:
-        """Whether anybody wants the connection to end."""
+        """Whether the connection should end."""
         return self._requested.is_set()
 
     def request(self, code: int, why: str) -> None:
@@ -55,7 +55,7 @@ class Ending:
 
 
 async def close_quietly(websocket: WebSocket, code: int, why: str) -> None:
-    """Says good-bye to a peer that may be gone or may not read any more."""
+    """Says farewell to a peer that may be gone or may no longer read."""
     with contextlib.suppress(RuntimeError, TimeoutError, WebSocketDisconnect):
         async with asyncio.timeout(GOOD_BYE_WITHIN_S):
             await websocket.close(code, cut_reason(why))

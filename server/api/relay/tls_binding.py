@@ -1,7 +1,7 @@
-"""What the tower knows of the TLS channel that agents come by: the certificate which its proxy shows, if it was told.
+"""What the tower knows of its agents' TLS channel: the certificate of its proxy, if configured.
 
-The tower does not terminate TLS. Where TOWER_TLS_CERTIFICATE names the certificate, an agent that sees another one at
-the end of its channel has somebody between, and its signature is refused.
+The tower does not terminate TLS. If TOWER_TLS_CERTIFICATE names the certificate, an agent that sees another one has
+somebody in between, and its signature is refused.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""How whoever watches signs in on a WebSocket: a session cookie from a page of ours, or a token. One way for all."""
+"""Sign-in of viewers on a WebSocket: a session cookie from our own page, or a token."""
 
 from __future__ import annotations
 
@@ -38,13 +38,14 @@ class ViewerSignIn:
     hub: Hub
     settings: Settings
     revision: int
-    """`hub.fleet.revision` before the sign-in was looked up. What changes between then and the moment at which the hub
-    has the connection would otherwise be told to nobody."""
+    """`hub.fleet.revision` before the sign-in was looked up. Otherwise a change between then and the registration in
+    the hub would go unnoticed."""
 
     async def sign_in(self, websocket: WebSocket, subprotocol: str | None) -> Principal | None:
-        """Who opens this. None: nobody who may; the connection has been closed with a code that says why.
+        """The user who opens the connection. None: no permitted user; the connection was closed with a code that says
+        why.
 
-        `?scopes=watch` asks for less than the sign-in allows.
+        `?scopes=watch` requests less than the sign-in allows.
         """
         if token_in(websocket.headers) is None and not origin_allowed(websocket, self.settings):
             await turn_away(websocket, subprotocol, WRONG_ORIGIN, "this page may not talk to this tower")
@@ -84,10 +85,7 @@ async def turn_away(websocket: WebSocket, subprotocol: str | None, code: int, wh
 
 
 class StillSignedIn:
-    """Whether the sign-in of a connection that stays open still stands.
-
-    `revision`: of ViewerSignIn.
-    """
+    """Whether the sign-in of an open connection is still valid. `revision`: from ViewerSignIn."""
 
     def __init__(
         self, hub: Hub, sessions: Sessions, api_tokens: ApiTokens, viewer: Principal, *, revision: int
@@ -100,14 +98,15 @@ class StillSignedIn:
         self._is_new = True
 
     def comes_into_doubt(self) -> bool:
-        """Whether the fleet has changed since the last call, and the database must be asked. Call it each second."""
+        """Whether the fleet has changed since the last call, so that the database must be queried. Call it each
+        second."""
         hub, is_new = self._hub, self._is_new
         changed = hub.fleet.revision != self._revision
         self._revision, self._is_new = hub.fleet.revision, False
         return changed and (is_new or not hub.fleet.knows_sign_in(self._viewer.session_id))
 
     async def ask(self, now: datetime) -> Principal | str:
-        """What the database says, off the frame path; in words, where the connection must end."""
+        """Queries the database, off the frame path. Returns why the connection must end, or an empty text."""
         signed_in_by = self._viewer.session_id
         if isinstance(signed_in_by, TokenId):
             found = await self._api_tokens.touch(signed_in_by, now)

@@ -16,7 +16,7 @@ class WriteRound:
         self._open = False
 
     def ask(self, write: Callable[[], None]) -> None:
-        """`write` is called at the end of the round, or soon if there is none. It must ask once only."""
+        """Calls `write` at the end of the round, or soon if there is none. Ask once only."""
         self._asked.append(write)
         if not self._open and len(self._asked) == 1:
             asyncio.get_running_loop().call_soon(self.end)

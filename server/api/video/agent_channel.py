@@ -70,7 +70,7 @@ class AgentVideoSocket:
             await close_quietly(self._websocket, self._ending.code, self._ending.why)
 
     def ask_key(self, key: StreamKey) -> None:
-        """See AgentVideoChannel. One that does not read is not asked."""
+        """See AgentVideoChannel. An agent that does not read is not asked."""
         if self._writer.has_room():
             self._writer.write_text(msgspec.json.encode(KeyWanted(key.quality, key.codec)))
 

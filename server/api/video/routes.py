@@ -75,7 +75,7 @@ async def watch_video(
 
 
 def _said(websocket: WebSocket, name: str, otherwise: str) -> str:
-    """What the address says of `name`. Raises MalformedVideoRequest where it says two things."""
+    """The value of `name` in the query string. Raises MalformedVideoRequest if there are two."""
     said = websocket.query_params.getlist(name)
     if len(said) > 1:
         raise MalformedVideoRequest(f"{name} must be said once")

@@ -75,7 +75,7 @@ class DirectWriter(Protocol):
         """False while the other side does not read what it was sent: HIGH_WATER_BYTES wait in the transport."""
 
     def write_binary(self, payload: bytes) -> None:
-        """One binary message. Nothing happens on a connection that is closing or gone."""
+        """Sends one binary message. Ignored on a closing or closed connection."""
 
     def write_text(self, payload: bytes) -> None:
         """One text message, UTF-8."""
@@ -90,8 +90,7 @@ class DirectWriter(Protocol):
         """A small frame that is not answered, unless something waits in the transport already."""
 
     def take_messages(self, *, largest_bytes: int, slice_bytes: int = SLICE_BYTES) -> None:
-        """From here on a message from the other side may have so many bytes; so much of what comes is parsed at a
-        time."""
+        """From now on messages may have this many bytes, and this much is parsed at a time."""
 
     def set_listeners(self, *, on_text: Listener | None = None, on_binary: Listener | None = None) -> None:
         """From here on these are called with whole messages, within the call that brings their bytes: `on_text` with

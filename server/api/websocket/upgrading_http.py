@@ -1,15 +1,13 @@
-"""uvicorn's HTTP, with bounds where it has none, and without what would stay behind when a WebSocket begins.
+"""uvicorn's HTTP protocol, with bounds, and without leftovers when a WebSocket begins.
 
-- Who sends a head without end would have the process keep and parse it, and everybody's frames wait meanwhile: a
-  request has MAX_HEADERS headers and MAX_HEAD_BYTES around its body at most. More is answered 431, and the connection
-  is closed.
-- Who connects and says nothing, or one byte now and then, would keep the connection for ever, and thousands of them
-  all that the process may open: the head of a request must be there within HEAD_WITHIN_S. (Between requests, uvicorn
-  waits for 5 s.)
-- Bytes of a connection that has not signed in are parsed when it is its turn (server.api.anonymous.read_turns).
-- The parser and the connection know each other. At the end uvicorn parts them; one that was upgraded has no such end,
-  and both would wait for the garbage collector, which comes seldom (server/runtime/garbage.py), with all that
-  was in the request.
+- A head without end would make the process keep and parse it while everybody's frames wait: a request has at most
+  MAX_HEADERS headers and MAX_HEAD_BYTES around its body. Beyond that it gets 431, and the connection is closed.
+- A client that sends nothing, or a byte now and then, would keep its connection for ever, and thousands of them all
+  file descriptors: the head of a request must be complete within HEAD_WITHIN_S. (Between requests, uvicorn waits for 5
+  s.)
+- Bytes of connections without a sign-in are parsed in their turn (server.api.anonymous.read_turns).
+- Parser and connection refer to each other. uvicorn separates them at the end, but not after an upgrade: both would
+  wait for the garbage collector, which runs seldom (server/runtime/garbage.py), with everything in the request.
 """
 
 import asyncio
