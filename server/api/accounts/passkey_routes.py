@@ -1,4 +1,4 @@
-"""`/api/v1/session/passkey` and `/api/v1/me/passkeys`: signing in with a passkey, and one's own passkeys."""
+"""`/api/v1/session/passkey` and `/api/v1/me/passkeys`: sign-in with a passkey, and the user's own passkeys."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ _OWN: Final = (NotSignedIn, SessionExpired, InPersonOnly)
 
 @router.post("/session/passkey/options", responses=answers(PasskeysUnavailable, TooManyChallenges))
 async def ask_for_passkey(response: Response, passkey_request: PasskeyRequestDep) -> PasskeyOptions:
-    """Begins a sign-in with a passkey. The answer is the same whoever is about to sign in."""
+    """Begins a sign-in with a passkey. The response does not depend on the user."""
     asked = passkey_request.begin_sign_in(response)
     challenge = passkey_request.challenge_for(asked)
     return PasskeyOptions(public_key=webauthn_check.request_options(asked.party, challenge=challenge))
@@ -73,8 +73,8 @@ async def sign_in_with_passkey(
     passkey_request: PasskeyRequestDep,
     body: PasskeySignIn,
 ) -> Me:
-    """Signs in with a passkey alone: it stands for the password and the second factor. A session that the request had
-    is ended."""
+    """Signs in with a passkey alone, which replaces the password and the second factor. Ends the session that the
+    request already had, if any."""
     done = await passkey_sign_in.sign_in(
         body.credential.model_dump(),
         asked=passkey_request.of_sign_in(),
@@ -91,7 +91,7 @@ async def sign_in_with_passkey(
 
 @router.get("/me/passkeys", responses=answers(*_OWN))
 async def list_passkeys(principal: InPerson, database: DatabaseDep) -> list[PasskeyView]:
-    """One's own passkeys, in the order in which they were added."""
+    """Lists your passkeys, oldest first."""
     async with database.reading() as session:
         return [PasskeyView.of(row) for row in await passkeys.list_passkeys(session, principal.user_id)]
 
@@ -128,9 +128,10 @@ async def add_passkey(
     passkey_request: PasskeyRequestDep,
     body: NewPasskey,
 ) -> PasskeyAdded:
-    """Adds what the browser has made. With the first factor of an account come recovery codes, told this once.
+    """Adds the passkey that the browser has created. The first factor of an account comes with recovery codes, shown
+    only once.
 
-    The user's other sessions prove again who they are before they change credentials.
+    Your other sessions must prove your identity again before they can change credentials.
     """
     clean_name(body.name)  # before the challenge is used up
     asked = passkey_request.of_session(principal, Purpose.ADD)
@@ -156,7 +157,7 @@ async def add_passkey(
 async def rename_passkey(
     principal: Proved, database: DatabaseDep, audit: AuditDep, passkey_id: PasskeyPath, body: PasskeyRename
 ) -> PasskeyView:
-    """Gives a passkey another name."""
+    """Renames a passkey."""
     async with database.writing() as session:
         row = await passkeys.rename(
             session,
@@ -172,7 +173,7 @@ async def rename_passkey(
 async def remove_passkey(
     principal: Proved, database: DatabaseDep, audit: AuditDep, settings: SettingsDep, passkey_id: PasskeyPath
 ) -> None:
-    """The tower forgets a passkey: it signs nobody in any more. The device may keep its half."""
+    """Removes a passkey from the tower: it can no longer sign in. The device may keep its half."""
     async with database.writing() as session:
         await passkeys.remove(
             session,

@@ -1,4 +1,4 @@
-"""`/api/v1/me/preferences`: what the console keeps for whoever is signed in."""
+"""`/api/v1/me/preferences`: documents that the console stores for the signed-in user."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Document = Annotated[dict[str, Any], Body(description="any JSON object of at mos
 
 @router.get("")
 async def get_preferences(principal: Anybody, database: DatabaseDep) -> dict[str, dict[str, Any]]:
-    """Every document by its name; empty for somebody who has none."""
+    """Returns every document by name; an empty object if there are none."""
     async with database.reading() as session:
         return await preferences_of(session, principal.user_id)
 
@@ -31,9 +31,9 @@ async def get_preferences(principal: Anybody, database: DatabaseDep) -> dict[str
 async def put_preference(
     principal: Oneself, database: DatabaseDep, clock: ClockDep, name: Name, document: Document
 ) -> None:
-    """Keeps a document in the place of the one of that name. An empty object takes it away.
+    """Stores a document and replaces the one of the same name. An empty object deletes it.
 
-    Not with a token: these documents say how a pilot's sticks are read, and a program has no business with that.
+    Not allowed with a token: these documents define how a pilot's sticks are read, which is no business of a program.
     """
     async with database.writing() as session:
         await keep_preference(session, user_id=principal.user_id, name=name, document=document, now=clock())

@@ -1,7 +1,7 @@
-"""Bytes of connections that have not signed in are parsed in slices of time, in fair turns between networks.
+"""Parses the bytes of connections that have not signed in, in slices of time and in fair turns between networks.
 
-An event loop hands over the bytes of all connections that are ready before it looks at anything else: a thousand heads
-that come at once would be a thousand parsed before the next frame. While a connection waits here it is not read.
+An event loop delivers the bytes of all ready connections before anything else: a thousand request heads that arrive at
+once would all be parsed before the next frame. A connection that waits here is not read meanwhile.
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ class AnonymousReader(Protocol):
 
     guest: AnonymousConnection | None
     unread: bytes
-    """What has come and waits for its turn."""
+    """Received bytes that wait for their turn."""
 
     def hold_reading(self) -> None:
-        """No more is read of it."""
+        """Stops reading from the connection."""
 
     def take_turn(self) -> None:
-        """Parses what is in `unread`, and reads on."""
+        """Parses the bytes in `unread`, and resumes reading."""
 
     def cut(self) -> None:
-        """Ends it, without words."""
+        """Ends the connection without a message."""
 
 
 class ReadTurns:
-    """One for a tower."""
+    """One instance per tower."""
 
     def __init__(self, budget: AnonymousBudget) -> None:
         limits = budget.limits
@@ -47,8 +47,8 @@ class ReadTurns:
         self._timer: asyncio.TimerHandle | None = None
 
     def came(self, reader: AnonymousReader, data: bytes) -> None:
-        """`data` is for this connection: now, if nobody waits, else when its turn comes."""
-        if reader.unread:  # it has a place already
+        """Passes `data` to this connection now if no connection waits, otherwise when its turn comes."""
+        if reader.unread:  # already queued
             self._keep(reader, data)
         elif self._timer is None and self._slices.wait_s(time.monotonic()) <= 0:
             reader.unread = data
@@ -63,7 +63,7 @@ class ReadTurns:
                 self._plan()
 
     def close(self) -> None:
-        """At the end of the tower."""
+        """Call it when the tower stops."""
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None

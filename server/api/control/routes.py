@@ -1,4 +1,4 @@
-"""`/api/v1/drones/{id}/control/...`: REST's way to the control service."""
+"""`/api/v1/drones/{id}/control/...`: REST access to the control service."""
 
 import asyncio
 import time
@@ -28,15 +28,16 @@ DronePath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
 
 
 class ControlRequest(BaseModel):
-    """Why. Everybody concerned reads it, and so does the audit trail."""
+    """The reason. Everybody concerned sees it, and the audit trail stores it."""
 
     reason: Annotated[str, Field(max_length=256)] = ""
 
 
 class TakeRequest(ControlRequest):
-    """Why, and whether whoever is shut out may go on watching: all of it (`watch`), and the video (`video`).
+    """The reason, and whether the operator who is shut out may keep watching: everything (`watch`), and the video
+    (`video`).
 
-    `interrupt`: an emergency. The hold also interrupts a return or a landing, which otherwise goes on.
+    `interrupt`: an emergency. The hold also interrupts a return or a landing, which otherwise continues.
     """
 
     interrupt: bool = False
@@ -56,8 +57,8 @@ class AcceptRequest(ControlRequest):
 async def _take_by(
     request: Request, authenticator: AuthenticatorDep, control: ControlDep, clock: ClockDep, drone_id: DronePath
 ) -> AsyncIterator[Principal]:
-    """Who takes the controls. Where the database does not say at once whether they may, and they were signed in a
-    moment ago, the drone holds first."""
+    """Yields the principal who takes the controls. If the database does not decide at once whether they may, and their
+    sign-in is remembered, the drone holds first."""
     admitting = asyncio.ensure_future(authenticator.admit(request, Action.COMMAND))
     try:
         with ExitStack() as until_decided:
@@ -104,14 +105,14 @@ async def _change(
 async def acquire(
     principal: Pilot, control: ControlDep, address: AddressDep, drone_id: DronePath, body: Reason = None
 ) -> DroneView:
-    """Take the controls of a drone of yours that nobody has."""
+    """Takes the controls of a drone of yours that has no holder."""
     return await _change(control, principal, drone_id, Event.ACQUIRE, body, address)
 
 
 @router.post("/keep-alive", operation_id="keep_control")
 async def keep_alive(principal: Pilot, hub: HubDep, drone_id: DronePath) -> DroneView:
-    """The holder's program is there, for 5 s more; without a live channel this is how the tower knows. Send one every
-    2 s. 409 `not-the-holder` when the controls are gone, which is how the program knows."""
+    """Heartbeat of the holder's program, valid for 5 s; needed only without a live channel. Send one every 2 s. Returns
+    409 `not-the-holder` when the controls are gone."""
     drone = hub.squads.drone(DroneId(drone_id), principal.user_id, principal.role)
     if drone is None:
         raise UnknownDrone
@@ -125,7 +126,7 @@ async def keep_alive(principal: Pilot, hub: HubDep, drone_id: DronePath) -> Dron
 async def release(
     principal: Pilot, control: ControlDep, address: AddressDep, drone_id: DronePath, body: Reason = None
 ) -> DroneView:
-    """Give up the controls. A drone that is being flown by hand holds."""
+    """Releases the controls. A drone that is flown by hand holds."""
     return await _change(control, principal, drone_id, Event.RELEASE, body, address)
 
 
@@ -137,9 +138,9 @@ async def take(
     drone_id: DronePath,
     body: Annotated[TakeRequest | None, Body()] = None,
 ) -> DroneView:
-    """Admin: take the controls, or withdraw an offer. The drone holds, but a return or a landing goes on unless
-    `interrupt` says otherwise; its operator is shut out until they are given
-    back, does not see it either if `watch` is false, and has no video of it if `video` is `move`."""
+    """Admin: takes the controls, or withdraws an offer. The drone holds, but a return or a landing continues unless
+    `interrupt` is true. The operator is shut out until the controls are given back. If `watch` is false, the operator
+    does not see the drone either; if `video` is `move`, the operator gets no video."""
     return await _change(control, principal, drone_id, Event.TAKE, body, address)
 
 
@@ -147,7 +148,7 @@ async def take(
 async def give(
     principal: Commander, control: ControlDep, address: AddressDep, drone_id: DronePath, body: Reason = None
 ) -> DroneView:
-    """Admin: offer the controls back to the operator they were taken from. The drone holds until they are accepted."""
+    """Admin: offers the controls back to the operator they were taken from. The drone holds until they are accepted."""
     return await _change(control, principal, drone_id, Event.GIVE, body, address)
 
 
@@ -159,7 +160,7 @@ async def accept(
     drone_id: DronePath,
     body: Annotated[AcceptRequest | None, Body()] = None,
 ) -> DroneView:
-    """The operator: "I have control", with centred sticks."""
+    """The operator accepts the controls ("I have control"), with centred sticks."""
     return await _change(control, principal, drone_id, Event.ACCEPT, body, address)
 
 
@@ -167,8 +168,8 @@ async def accept(
 async def stay(
     principal: Pilot, stays: StaysDep, address: AddressDep, drone_id: DronePath, body: Reason = None
 ) -> DroneView:
-    """Holder, owner, borrower or admin: the drone is to stay where it is. What it would do by itself because a person
-    is away waits until the battery is needed for the way home. 409 `nothing-to-stay` where nothing is being counted."""
+    """Holder, owner, borrower or admin: keeps the drone where it is. What it would do by itself because a person is
+    away is postponed until the battery is needed for the way home. 409 `nothing-to-stay` if no countdown is running."""
     reason = body.reason.strip() if body else ""
     return await stays.stay(principal, DroneId(drone_id), reason=reason, address=address)
 
@@ -177,7 +178,7 @@ async def stay(
 async def assist(
     principal: Commander, control: ControlDep, address: AddressDep, drone_id: DronePath, body: Reason = None
 ) -> DroneView:
-    """Admin: help the holder. Your commands win for as long as they come, and a second longer."""
+    """Admin: assists the holder. Your commands take precedence while they arrive, and for one second after."""
     return await _change(control, principal, drone_id, Event.ASSIST, body, address)
 
 
@@ -185,5 +186,5 @@ async def assist(
 async def unassist(
     principal: Commander, control: ControlDep, address: AddressDep, drone_id: DronePath, body: Reason = None
 ) -> DroneView:
-    """Admin: end the assistance, your own or another admin's."""
+    """Admin: ends the assistance, your own or another admin's."""
     return await _change(control, principal, drone_id, Event.ASSIST_END, body, address)

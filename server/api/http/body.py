@@ -1,4 +1,4 @@
-"""What may be in a request: JSON, and not much of it. Plain ASGI, before anything is read."""
+"""Limits request bodies: JSON only, bounded in size. Plain ASGI, before anything is read."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ _FILES: Final = re.compile(r"/api/v1/agent/files/\d+")
 
 
 class BodyCheck:
-    """Turns down what the headers promise, where they do; counts what really comes, where they do not,
-    and gives up what does not come to its end."""
+    """Refuses a body whose headers announce too much. Without such headers it counts the received bytes. Gives up a
+    body that does not arrive in full in time."""
 
     def __init__(self, app: ASGIApp, budget: AnonymousBudget) -> None:
         self._app = app
@@ -38,7 +38,7 @@ class BodyCheck:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] == "http":
             headers = Headers(scope=scope)
-            if _FILES.fullmatch(scope["path"]):  # an agent's, which is no JSON and is counted where it is written
+            if _FILES.fullmatch(scope["path"]):  # an agent's upload is not JSON, and is counted where it is written
                 await self._app(scope, receive, send)
                 return
             most, within_s = _bounds(scope["path"])
@@ -56,7 +56,7 @@ class BodyCheck:
 
     def _counted(self, receive: Receive, most: int, within_s: float) -> Receive:
         taken, whole, refused = 0, False, self._budget.refused
-        # Bodies that began together must not end together: two hundred answers at once delay a frame by 25 ms.
+        # Bodies that began together must not end together: two hundred responses at once delay a frame by 25 ms.
         until = asyncio.get_running_loop().time() + within_s + random.random() * SPREAD_S  # noqa: S311 (no secret)
 
         async def counted() -> Message:
@@ -64,7 +64,7 @@ class BodyCheck:
             try:
                 async with asyncio.timeout_at(
                     None if whole else until
-                ):  # afterwards it waits for the end of the connection
+                ):  # afterwards `receive` waits for the end of the connection
                     message = await receive()
             except TimeoutError:
                 refused[Over.BODY_TIME] += 1
@@ -73,14 +73,14 @@ class BodyCheck:
             whole = not message.get("more_body", False)
             if taken > most:
                 refused[Over.BODY] += 1
-                raise HTTPException(TOO_LARGE.status)  # in the route that reads, so it becomes a problem document
+                raise HTTPException(TOO_LARGE.status)  # raised in the route, so it becomes a problem document
             return message
 
         return counted
 
 
 def _bounds(path: str) -> tuple[int, float]:
-    """How many bytes a body may have there, and in how many seconds it must be whole."""
+    """Returns the maximum size of a body on this path in bytes, and its deadline in seconds."""
     if path in _SIGN_IN:
         return LIMITS.max_sign_in_body_bytes, min(LIMITS.sign_in_body_within_s, WITHIN_S)
     return LIMITS.max_plan_body_bytes if _PLANS.fullmatch(path) else MAX_BODY_BYTES, WITHIN_S

@@ -1,4 +1,4 @@
-"""Whether a request came over TLS: by the connection, by a proxy that is believed, or to the public https address."""
+"""Whether a request came over TLS: by the connection, by a trusted proxy, or to the public https address."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from starlette.types import Scope
 
 
 class OverTls:
-    """`public_url`: TOWER_PUBLIC_URL. A proxy that does not say how it was asked still passes its name on."""
+    """`public_url`: TOWER_PUBLIC_URL. A proxy that does not report the scheme still passes on the host name."""
 
     def __init__(self, public_url: str) -> None:
         parts = urlsplit(public_url)
         self._public_host = parts.netloc.lower() if parts.scheme == "https" else None
 
     def __call__(self, scope: Scope) -> bool:
-        """Of an HTTP request or a WebSocket's handshake."""
+        """For an HTTP request or a WebSocket handshake."""
         if scope.get("scheme") in {"https", "wss"}:
             return True
         return self._public_host is not None and Headers(scope=scope).get("host", "").lower() == self._public_host

@@ -1,7 +1,7 @@
-"""How an agent signs in to its control channel: with the drone's key, or once more with a bearer credential of old.
+"""How an agent signs in to its control channel: with the drone's key, or with a bearer credential of an older version.
 
-The work for somebody unknown is bounded: a hash before the upgrade, or one pair of X25519 keys and one Ed25519
-signature to check after it. What it costs and what is answered do not tell whether there is such a drone.
+The work for an unknown client is bounded: one hash before the upgrade, or one X25519 key pair and one Ed25519 signature
+check after it. Neither the cost nor the response reveals whether the drone exists.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from wire.sign_in import NONCE_BYTES, MalformedTranscript, SignInPurpose, Transc
 
 NO_CREDENTIALS: Final = "this tower no longer accepts bearer credentials: enrol the drone again"
 _NOBODY: Final = public_half(Ed25519PrivateKey.generate())
-"""Stands in for the key of a drone that is not there: nobody has the private half."""
+"""Replaces the key of a drone that does not exist: nobody has the private half."""
 _NO_HASH: Final = "0" * 64
 
 AGENT_PATH: Final = "/api/v1/agent"
@@ -41,8 +41,7 @@ MAX_ID_LENGTH: Final = 10
 
 
 class AgentRefused(Exception):
-    """Sign-in of an agent failed. Carries the HTTP status (401: also the close code 4401) and words for whoever reads
-    the agent's log."""
+    """Sign-in of an agent failed. Carries the HTTP status (401: also the close code 4401) and text for the agent's log."""
 
     def __init__(self, status: int, words: str) -> None:
         super().__init__(words)
@@ -51,17 +50,17 @@ class AgentRefused(Exception):
 
 
 Exchange = Callable[[Credential, bytes, str], Awaitable[bool | None]]
-"""Makes a key that of the credential's drone. False: the credential is not good any more; None: not now."""
+"""Registers a key for the credential's drone. False: the credential is no longer valid; None: not possible now."""
 
 
 @dataclass(frozen=True)
 class SignInRules:
-    """What a tower goes by when agents sign in."""
+    """Rules for the sign-in of agents."""
 
     identity: TowerIdentity
     binding: TlsBinding
     credentials_until: datetime | None
-    """From then on no bearer credential is taken. None: as long as there are any."""
+    """No bearer credential is accepted after this time. None: no limit."""
     exchange: Exchange
 
 
@@ -72,9 +71,9 @@ class SignedIn:
     hello: Hello
     drone_id: DroneId
     identity: tuple[str, bytes]
-    """Of the drone's record: what it was proven by."""
+    """The identity in the drone's record that the agent has proven."""
     public_key: bytes
-    """X25519, the tower's for this sign-in."""
+    """The tower's X25519 key for this sign-in."""
     keys: Callable[[LinkId], LinkKeys]
     signature: Callable[[LinkId], bytes]
     trial: bool = False
@@ -82,7 +81,8 @@ class SignedIn:
 
 
 def read_credential(hub: Hub, connection: HTTPConnection, *, until: datetime | None, now: datetime) -> Credential:
-    """The bearer credential of the request, checked. Raises AgentRefused; never says which part was wrong."""
+    """Returns the bearer credential of the request, checked. Raises AgentRefused, which never says which part was
+    wrong."""
     if not is_private_path(connection):
         raise AgentRefused(403, "agents must use https: a credential must not cross the network in the clear")
     if until is not None and now >= until:
@@ -93,8 +93,8 @@ def read_credential(hub: Hub, connection: HTTPConnection, *, until: datetime | N
 
 
 def is_agent(hub: Hub, scope: Scope) -> bool:
-    """Whether an agent of ours seems to sign in: after a restart of the tower a thousand of them come at once, and need
-    not wait for strangers. It proves nothing: whoever knows a drone's public key only waits for less."""
+    """Whether one of our agents seems to sign in: after a restart of the tower a thousand sign in at once, and need not
+    wait for strangers. It proves nothing: a client that knows a drone's public key only waits for less."""
     if scope["type"] != "websocket" or scope["path"] != AGENT_PATH:
         return False
     headers = Headers(scope=scope)
@@ -127,7 +127,7 @@ def _credential(hub: Hub, headers: Headers) -> Credential:
 
 
 def by_credential(credential: Credential, hello: Hello) -> SignedIn:
-    """Of protocol 1: the upgrade request has shown the credential, and nothing is signed."""
+    """Protocol 1: the upgrade request has carried the credential, and nothing is signed."""
     private_key = X25519PrivateKey.generate()
     hashed = credential.hashed()
     return SignedIn(
@@ -143,10 +143,10 @@ def by_credential(credential: Credential, hello: Hello) -> SignedIn:
 
 
 class KeySignIn:
-    """One sign-in by key: a challenge, and the hello that answers it, once."""
+    """One sign-in by key: a challenge, and the one hello that answers it."""
 
     def __init__(self, hub: Hub, rules: SignInRules, credential: Credential | None) -> None:
-        """`credential`: that the upgrade request showed, for which the key is to be exchanged."""
+        """`credential`: from the upgrade request, to be exchanged for the key."""
         self._hub = hub
         self._rules = rules
         self._credential = credential
@@ -159,7 +159,7 @@ class KeySignIn:
         )
 
     async def check(self, hello: Hello, address: str) -> SignedIn:
-        """Raises AgentRefused, or MalformedMessage for what is no signed hello."""
+        """Raises AgentRefused, or MalformedMessage for a hello that is not signed."""
         said = hello.sign_in
         if said is None:
             raise MalformedMessage("a hello of this protocol is signed")
@@ -206,7 +206,7 @@ class KeySignIn:
         )
 
     def _check_known(self, drone_id: DroneId, signature: bytes, transcript: Transcript) -> tuple[str, bytes]:
-        """One signature is checked, whether there is such a drone or not."""
+        """Checks one signature, whether the drone exists or not."""
         drone = self._hub.state.drones.get(drone_id)
         known = drone.record.public_key if drone is not None else b""
         signed = is_signed(known or _NOBODY, signature, transcript.for_agent())
@@ -217,8 +217,8 @@ class KeySignIn:
     async def _exchange(
         self, credential: Credential, signature: bytes, transcript: Transcript, address: str
     ) -> tuple[str, bytes]:
-        """The key is the drone's from here on. Where the database is out of reach the credential still is: a drone
-        that flies must not wait for that."""
+        """Registers the key for the drone. If the database is unreachable, the credential still counts: a flying drone
+        must not wait for that."""
         if transcript.drone_id != credential.drone_id or not is_signed(
             transcript.drone_key, signature, transcript.for_agent()
         ):

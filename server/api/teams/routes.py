@@ -1,4 +1,4 @@
-"""`/api/v1/teams` and `/api/v1/me/invitations`: people and drones that belong together."""
+"""`/api/v1/teams` and `/api/v1/me/invitations`: teams of people and drones."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class NewInvitation(MemberRole):
 
 
 async def _applied(roster: Roster, event_handler: HubEventHandler) -> None:
-    """What people gain or lose by the change, they have when it is answered: view, controls, video."""
+    """Applies gained and lost rights (view, controls, video) before the response."""
     await roster.refresh()
     await event_handler.caught_up()
 
@@ -72,7 +72,7 @@ async def _view(database: Database, clock: Clock, principal: Principal, team_id:
 
 @router.get("/teams")
 async def list_teams(principal: Viewer, database: DatabaseDep, clock: ClockDep) -> list[TeamView]:
-    """The teams that one is in; for an admin of the tower all of them."""
+    """Lists your teams; for an admin of the tower, all teams."""
     manager = TeamManager.of(principal)
     async with database.reading() as session:
         return await views_of(session, await teams.list_teams(session, manager), manager, clock())
@@ -88,7 +88,7 @@ async def make_team(
     clock: ClockDep,
     body: TeamName,
 ) -> TeamView:
-    """Makes a team, of which one is the admin. An admin of the tower makes it for others."""
+    """Creates a team with you as its admin. An admin of the tower creates it for others."""
     action, manager = audit.action(principal), TeamManager.of(principal)
     async with database.writing() as session:
         row = await teams.make_team(session, name=body.name, manager=manager, action=action)
@@ -99,7 +99,7 @@ async def make_team(
 
 @router.get("/teams/{team_id}", responses=answers(UnknownTeam))
 async def get_team(principal: Viewer, database: DatabaseDep, clock: ClockDep, team_id: Id) -> TeamView:
-    """One of them. One that somebody else is in does not exist."""
+    """Returns one team. A team that you are not in yields 404."""
     return await _view(database, clock, principal, team_id)
 
 
@@ -114,7 +114,7 @@ async def rename_team(
     team_id: Id,
     body: TeamName,
 ) -> TeamView:
-    """Team admin: gives it another name."""
+    """Team admin: renames the team."""
     action, manager = audit.action(principal), TeamManager.of(principal)
     async with database.writing() as session:
         await teams.rename_team(session, team_id, name=body.name, manager=manager, action=action)
@@ -131,7 +131,8 @@ async def delete_team(
     event_handler: EventHandlerDep,
     team_id: Id,
 ) -> None:
-    """Team admin: its drones go back to their owners alone; whoever flew one for the team loses it."""
+    """Team admin: deletes the team. Its drones belong to their owners alone again; users who flew one for the team lose
+    it."""
     action, manager = audit.action(principal), TeamManager.of(principal)
     async with database.writing() as session:
         await teams.delete_team(session, team_id, manager=manager, action=action)
@@ -150,7 +151,7 @@ async def set_team_member(
     user_id: Id,
     body: MemberRole,
 ) -> TeamView:
-    """Team admin: changes the role of a member. An admin of the tower brings in anybody."""
+    """Team admin: changes the role of a member. An admin of the tower can add any user."""
     action, manager = audit.action(principal), TeamManager.of(principal)
     async with database.writing() as session:
         await teams.set_role(session, team_id, user_id=user_id, role=body.role, manager=manager, action=action)
@@ -170,7 +171,7 @@ async def remove_team_member(
     team_id: Id,
     user_id: Id,
 ) -> None:
-    """Team admin, or oneself: what they lose with it, they have lost when this is answered."""
+    """Team admin, or the member: removes a member. The rights that came with the team are gone before the response."""
     action, manager = audit.action(principal), TeamManager.of(principal)
     async with database.writing() as session:
         await teams.remove_member(session, team_id, user_id=user_id, manager=manager, action=action)
@@ -191,7 +192,7 @@ async def add_team_drone(
     team_id: Id,
     drone_id: Id,
 ) -> TeamView:
-    """Team admin who owns the drone: everybody in the team sees it from now on. Doing it twice changes nothing."""
+    """Team admin who owns the drone: adds it to the team, and all members see it. Repeating it changes nothing."""
     action, manager = audit.action(principal), TeamManager.of(principal)
     async with database.writing() as session:
         await teams.add_drone(session, team_id, drone_id=drone_id, manager=manager, action=action)
@@ -209,7 +210,7 @@ async def remove_team_drone(
     team_id: Id,
     drone_id: Id,
 ) -> None:
-    """Team admin, or an owner of the drone: whoever flew it for the team loses it at once."""
+    """Team admin, or an owner of the drone: removes it. Members who flew it for the team lose it at once."""
     action, manager = audit.action(principal), TeamManager.of(principal)
     async with database.writing() as session:
         await teams.remove_drone(session, team_id, drone_id=drone_id, manager=manager, action=action)
@@ -220,7 +221,8 @@ async def remove_team_drone(
 async def invite_to_team(
     principal: TeamEditor, audit: AuditDep, database: DatabaseDep, team_id: Id, body: NewInvitation
 ) -> InvitationView:
-    """Team admin: whoever has this name may join within a week. The answer is the same whether anybody has it."""
+    """Team admin: invites the user of this name to join within a week. The response does not reveal whether the name
+    exists."""
     action, manager = audit.action(principal), TeamManager.of(principal)
     async with database.writing() as session:
         row = await invitations.invite(session, team_id, name=body.name, role=body.role, manager=manager, action=action)
@@ -233,7 +235,7 @@ async def invite_to_team(
 async def withdraw_invitation(
     principal: TeamEditor, audit: AuditDep, database: DatabaseDep, team_id: Id, invitation_id: Id
 ) -> None:
-    """Team admin: it is worth nothing from then on."""
+    """Team admin: withdraws an invitation, which becomes invalid."""
     action, manager = audit.action(principal), TeamManager.of(principal)
     async with database.writing() as session:
         await invitations.withdraw(session, team_id, invitation_id, manager=manager, action=action)
@@ -241,7 +243,7 @@ async def withdraw_invitation(
 
 @router.get("/me/invitations")
 async def list_invitations(principal: Oneself, database: DatabaseDep, audit: AuditDep) -> list[ReceivedView]:
-    """Teams that one may join, the newest first."""
+    """Lists your invitations, newest first."""
     async with database.reading() as session:
         found = await invitations.received(session, principal, audit.action(principal))
         return [ReceivedView.of(one) for one in found]
@@ -257,7 +259,7 @@ async def accept_invitation(
     clock: ClockDep,
     invitation_id: Id,
 ) -> TeamView:
-    """One is in the team from then on."""
+    """Accepts an invitation: you are in the team from then on."""
     async with database.writing() as session:
         team_id = await invitations.accept(session, principal, invitation_id, action=audit.action(principal))
     await _applied(roster, event_handler)
@@ -266,6 +268,6 @@ async def accept_invitation(
 
 @router.post("/me/invitations/{invitation_id}/decline", status_code=204, responses=answers(UnknownInvitation))
 async def decline_invitation(principal: Oneself, database: DatabaseDep, audit: AuditDep, invitation_id: Id) -> None:
-    """The team does not learn of it."""
+    """Declines an invitation. The team is not notified."""
     async with database.writing() as session:
         await invitations.decline(session, principal, invitation_id, action=audit.action(principal))
