@@ -84,7 +84,8 @@ class DroneSettingsPatch(BaseModel):
 
 @router.get("")
 async def get_drone_settings(principal: Viewer, hub: HubDep, drone_id: DronePath) -> DroneSettingsView:
-    """Returns how this drone holds, what it does when the tower or the person is lost, and how much telemetry it sends."""
+    """Returns how this drone holds, what it does when the tower or the person is lost, and how much telemetry it
+    sends."""
     if hub.squads.drone(DroneId(drone_id), principal.user_id, principal.role) is None:
         raise UnknownDrone
     return DroneSettingsView.model_validate(settings_in(hub, DroneId(drone_id)).as_values())

@@ -49,8 +49,7 @@ router = APIRouter(prefix="/api/v1", tags=["logs"])
 
 LIST_WITHIN_S: Final = 60.0
 FETCH_WITHIN_S: Final = 600.0
-"""Maximum duration of a transaction. The agent keeps the part read by then: a repeated request resumes.
-"""
+"""Maximum duration of a transaction. The agent keeps the part read by then: a repeated request resumes."""
 MEDIA_TYPE: Final = "application/octet-stream"
 
 DronePath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]

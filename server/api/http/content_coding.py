@@ -1,4 +1,5 @@
-"""Chooses the compressed copy of a file that a browser accepts: the build puts `name.br` and `name.gz` beside `name`."""
+"""Chooses the compressed copy of a file that a browser accepts: the build puts `name.br` and `name.gz` beside
+`name`."""
 
 from __future__ import annotations
 
@@ -10,7 +11,8 @@ ENDINGS: Final = {"br": ".br", "gzip": ".gz"}
 
 
 def copy_for(file: Path, accept_encoding: str) -> tuple[Path, str | None]:
-    """Returns the copy to send and its `Content-Encoding`, or the file itself and None. `accept_encoding`: the header."""
+    """Returns the copy to send and its `Content-Encoding`, or the file itself and None. `accept_encoding`: the
+    header."""
     accepted = accepted_codings(accept_encoding)
     for coding, ending in ENDINGS.items():
         copy = file.with_name(file.name + ending)

@@ -11,7 +11,8 @@ from server.api.http.over_tls import OverTls
 
 
 def content_security_policy(tiles_from: str | None = None) -> str:
-    """Returns what the console's pages may load. `tiles_from`: the only other origin, for map tiles, set by an admin."""
+    """Returns what the console's pages may load. `tiles_from`: the only other origin, for map tiles, set by an
+    admin."""
     tiles = f" {tiles_from}" if tiles_from else ""
     return "; ".join(
         (

@@ -114,7 +114,8 @@ async def put_plan(
     kind: KindPath,
     prefer: Prefer = None,
 ) -> OperationView:
-    """Uploads a plan. It replaces the old plan as a whole, verified by reading it back; otherwise the old plan stays."""
+    """Uploads a plan. It replaces the old plan as a whole, verified by reading it back; otherwise the old plan
+    stays."""
     body = await read_body(request, PlanToPut)
     principal = await authenticator.admit(request, Action.FLY)
     what, items = PlanKind(kind), plan_of(body.items)

@@ -149,7 +149,8 @@ async def write_parameters(
     drone_id: DronePath,
     prefer: Prefer = None,
 ) -> OperationView:
-    """Writes these parameters in this order and reads each back. `refusals` lists those that differ from the request."""
+    """Writes these parameters in this order and reads each back. `refusals` lists those that differ from the
+    request."""
     body = await read_body(request, ValuesToWrite)
     principal = await authenticator.admit(request, Action.FLY)
     drone = await flown_drone(hub, principal, drone_id)

@@ -163,7 +163,8 @@ class AgentChannel:
         )
 
     def _shown(self, by_key: bool) -> Credential | None:
-        """Returns the credential of the upgrade request; None if the agent has none and will sign. Raises AgentRefused."""
+        """Returns the credential of the upgrade request; None if the agent has none and will sign. Raises
+        AgentRefused."""
         if by_key and "authorization" not in self._websocket.headers:
             if not is_private_path(self._websocket):
                 raise AgentRefused(403, "agents must use https: what they say must not cross the network in the clear")

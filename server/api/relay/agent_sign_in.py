@@ -41,7 +41,8 @@ MAX_ID_LENGTH: Final = 10
 
 
 class AgentRefused(Exception):
-    """Sign-in of an agent failed. Carries the HTTP status (401: also the close code 4401) and text for the agent's log."""
+    """Sign-in of an agent failed. Carries the HTTP status (401: also the close code 4401) and text for the agent's
+    log."""
 
     def __init__(self, status: int, words: str) -> None:
         super().__init__(words)

@@ -23,7 +23,8 @@ _REUSE: Final[int | None] = getattr(socket, "SO_REUSEPORT", None)
 
 
 class ConnectedSockets:
-    """Calls `ready` with a readable socket, which `ready` must read. Call `close` before the shared socket is closed."""
+    """Calls `ready` with a readable socket, which `ready` must read. Call `close` before the shared socket is
+    closed."""
 
     def __init__(self, shared: socket.socket, ready: Callable[[socket.socket], None]) -> None:
         self._loop = asyncio.get_running_loop()
@@ -33,7 +34,8 @@ class ConnectedSockets:
         self._failed: set[Address] = set()
 
     def follow(self, wanted: Set[Address]) -> bool:
-        """Opens sockets for these peers and closes all others. False: some peers have none, and use the shared socket."""
+        """Opens sockets for these peers and closes all others. False: some peers have none, and use the shared
+        socket."""
         for address in self._sockets.keys() - wanted:
             self._close(address)
         self._failed &= wanted

@@ -120,7 +120,8 @@ class DataEndpoint:
         return most
 
     def datagram_received(self, datagram: bytes, address: tuple[str, int], now: float) -> bool:
-        """Handles one datagram from any sender. `address` may have more than host and port. False: it was not examined."""
+        """Handles one datagram from any sender. `address` may have more than host and port. False: it was not
+        examined."""
         # The link id is only trusted once the datagram is decrypted, and is then checked again.
         link_id = LinkId(int.from_bytes(datagram[2:6], "little"))
         anonymous = self._anonymous

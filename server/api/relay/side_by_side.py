@@ -17,7 +17,8 @@ _BREACHES: Final = (1002, 1007, 1009)
 
 
 async def until_one_ends(*parts: Coroutine[Any, Any, None]) -> None:
-    """Raises what a part raised, once all have ended; a part that was cancelled because another ended raises nothing."""
+    """Raises what a part raised, once all have ended; a part that was cancelled because another ended raises
+    nothing."""
     tasks = [asyncio.create_task(part) for part in parts]
     try:
         await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)

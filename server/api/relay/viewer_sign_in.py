@@ -78,7 +78,8 @@ ViewerSignInDep = Annotated[ViewerSignIn, Depends(_viewer_sign_in)]
 
 
 async def turn_away(websocket: WebSocket, subprotocol: str | None, code: int, why: str) -> None:
-    """Refuses after the upgrade: for a refused upgrade, a browser shows a script only that it failed, without a code."""
+    """Refuses after the upgrade: for a refused upgrade, a browser shows a script only that it failed, without a
+    code."""
     await websocket.accept(subprotocol=subprotocol)
     await websocket.close(code, why)
 

@@ -252,7 +252,8 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
         self._parse_slice()
 
     def _parse_slice(self) -> None:
-        """Parses one slice; the next follows when the application has taken the messages of this one (see `receive`)."""
+        """Parses one slice; the next follows when the application has taken the messages of this one (see
+        `receive`)."""
         self._slice_planned = False
         if self.transport.is_closing():
             self._unparsed = b""
