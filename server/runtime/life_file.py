@@ -1,6 +1,6 @@
-"""A locked file that says that a process lives: the kernel frees the lock when the process ends, however it ends.
+"""A locked file that shows that a process is alive: the kernel releases the lock however the process ends.
 
-Each process locks a file of its own. A process that is stopped (SIGSTOP) lives: its lock stays.
+Each process locks its own file. A stopped process (SIGSTOP) is alive: its lock stays.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from pathlib import Path
 
 
 class LifeFile:
-    """Of this process. `lock` makes and locks it; `unlock` removes it."""
+    """The file of this process. `lock` creates and locks it; `unlock` removes it."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -36,7 +36,7 @@ class LifeFile:
 
 
 def has_died(path: Path) -> bool:
-    """Whether the process of this life file is dead for certain. False where the file is missing: nothing is known."""
+    """Whether the process of this life file is certainly dead. False if the file is missing: nothing is known."""
     try:
         descriptor = os.open(path, os.O_RDWR | os.O_CLOEXEC)
     except OSError:
