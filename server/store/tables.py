@@ -1,4 +1,4 @@
-"""Every table of the tower, for whoever needs the whole picture: migrations and the start-up check."""
+"""Every table of the tower, for migrations and the start-up check."""
 
 from typing import Final
 

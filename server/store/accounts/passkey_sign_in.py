@@ -1,7 +1,7 @@
-"""Passkeys at the door: as sign-in, as second factor beside a password, and as a fresh proof. Knows nothing of HTTP.
+"""Passkeys: as sign-in, as second factor beside a password, and as a fresh proof. Independent of HTTP.
 
-No password is hashed here, so nothing waits behind those who guess passwords. A passkey that verified its person
-counts as both factors: something they have, and what unlocks it.
+No password is hashed here, so nothing queues behind attackers who guess passwords. A passkey with user verification
+counts as both factors: possession, and what unlocks it.
 """
 
 from __future__ import annotations
@@ -31,21 +31,21 @@ from server.store.database import Database
 
 
 class PasskeyRefused(Refusal):
-    """At the door: unknown, of somebody else, wrongly signed, a copy: on purpose not said which."""
+    """At sign-in: unknown, of another user, wrongly signed, or a copy. Deliberately does not say which."""
 
     def __init__(self) -> None:
         super().__init__("the passkey was not accepted: try again, or sign in with your password")
 
 
 class WrongPasskey(PasskeyRefused):
-    """Of somebody signed in."""
+    """The passkey of a signed-in user was not accepted."""
 
     def __init__(self) -> None:
         Refusal.__init__(self, "the passkey was not accepted: is it one of this account, and for this address?")
 
 
 class PasswordNeeded(Refusal):
-    """An admin has set a password: until its user has changed it, no passkey stands in for it."""
+    """An admin has set a password: until its user has changed it, no passkey replaces it."""
 
     def __init__(self) -> None:
         super().__init__("an admin has given this account a new password: sign in with it, and then with your passkey")
@@ -53,7 +53,7 @@ class PasswordNeeded(Refusal):
 
 @dataclass(frozen=True)
 class Asked:
-    """What the tower asked a browser for, as it has to come back."""
+    """What the tower asked a browser for; the response must match it."""
 
     purpose: Purpose
     asker: str
@@ -83,7 +83,7 @@ class PasskeySignInService:
         user_agent: str,
         now: datetime,
     ) -> SignedIn:
-        """Always a new session with a new token. Raises ChallengeOver, PasskeyRefused or PasswordNeeded."""
+        """Always begins a new session with a new token. Raises ChallengeOver, PasskeyRefused or PasswordNeeded."""
         checked = await self._check(credential, asked=asked, user_id=None, address=address, now=now)
         user = checked.user
         if user.must_change_password:
@@ -114,7 +114,8 @@ class PasskeySignInService:
     async def accept(
         self, credential: dict[str, Any], *, asked: Asked, user_id: int, address: str, now: datetime
     ) -> PasskeyRow:
-        """A passkey of this very user, beside a password or for a fresh proof. Raises ChallengeOver or WrongPasskey."""
+        """Accepts a passkey of this user only, beside a password or as a fresh proof. Raises ChallengeOver or
+        WrongPasskey."""
         try:
             checked = await self._check(credential, asked=asked, user_id=user_id, address=address, now=now)
         except PasskeyRefused:
@@ -127,7 +128,7 @@ class PasskeySignInService:
             raise WrongPasskey from None
 
     def use_challenge(self, client_data: str, *, asked: Asked, now: datetime) -> bytes:
-        """Uses it up. Raises ChallengeOver or PasskeyFault."""
+        """Uses up the challenge. Raises ChallengeOver or PasskeyFault."""
         challenge = challenge_in(client_data)
         self.challenges.take(challenge, purpose=asked.purpose, asker=asked.asker, now_s=now.timestamp())
         return challenge
@@ -144,7 +145,7 @@ class PasskeySignInService:
         async with self.database.reading() as session:
             found = await passkeys.find(session, credential_id)
         if found is None:
-            raise PasskeyRefused  # nobody's: there is nobody to write it down for
+            raise PasskeyRefused  # it belongs to no user, so there is no account to record it for
         passkey, user = found
         try:
             assertion = check_assertion(

@@ -1,4 +1,4 @@
-"""How accounts look from outside: the JSON of sign-in and of users administration."""
+"""External views of accounts: the JSON of sign-in and of user administration."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from server.store.accounts.tables import UserRow
 
 
 class Strict(BaseModel):
-    """A misspelt member is an error, not something that is silently left undone."""
+    """A misspelt member is an error instead of being ignored."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -46,7 +46,7 @@ class NewPassword(Strict):
 
 
 class PasswordJudgement(BaseModel):
-    """What the tower thinks of a new password."""
+    """The tower's judgement of a new password."""
 
     acceptable: bool
     message: Annotated[str, Field(description="Why it is not acceptable; or empty")]
@@ -57,7 +57,7 @@ class CodeProof(Strict):
 
 
 class Me(BaseModel):
-    """Who is signed in."""
+    """The signed-in user."""
 
     model_config = ConfigDict(json_schema_serialization_defaults_required=True)
 
@@ -81,7 +81,7 @@ class Me(BaseModel):
 
 
 class AccountView(Me):
-    """A user, as an admin sees them."""
+    """A user, as admins see them."""
 
     disabled: bool
     created_at: datetime
@@ -100,7 +100,7 @@ class NewUser(Strict):
 
 
 class UserPatch(Strict):
-    """What is left out (or null) stays as it is."""
+    """Omitted (or null) members stay as they are."""
 
     role: Role | None = None
     disabled: bool | None = None

@@ -1,7 +1,7 @@
-"""What a tower settles before it answers anybody: nobody assists a drone in a tower that has just started.
+"""Ends all assistance before a restarted tower answers any request.
 
-Whose turn it was went with the old process. Were the assistance to go on under its epoch, the sticks of holder and
-assistant could both pass in it; with a new epoch they cannot.
+The old process knew whose turn it was. If the assistance continued under its epoch, the sticks of both holder and
+assistant could pass in it; with a new epoch they cannot.
 """
 
 from sqlalchemy import select
@@ -16,7 +16,7 @@ from server.store.database import Database
 
 
 async def end_assistance(database: Database, clock: Clock) -> None:
-    """Comes before the hub is fed, so that nobody has seen the old epoch in this process."""
+    """Runs before the hub is loaded, so that nobody has seen the old epoch in this process."""
     reason = "the tower was started again"
     async with database.writing() as session:
         assisted = select(ControlLeaseRow).where(ControlLeaseRow.assistant_id.is_not(None)).with_for_update()
