@@ -223,7 +223,7 @@ def turn(lease: Lease, actor: Actor) -> Outcome:
     return Changed(replace(lease, epoch=Epoch(lease.epoch + 1)))
 
 
-# -- rights and presence that are lost -----------------------------------------------------------------------
+# -- lost rights and lost presence ---------------------------------------------------------------------------
 
 
 def revoke(lease: Lease, actor: Actor) -> Outcome:

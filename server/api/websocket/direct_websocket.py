@@ -153,7 +153,7 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
         self.conn.parser.close()
         self.conn.parser_exc = None
 
-    # -- what it does not read -------------------------------------------------------------------------------
+    # -- peers that do not read ------------------------------------------------------------------------------
 
     def pause_writing(self) -> None:
         super().pause_writing()
@@ -237,7 +237,7 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
         """Whether it is a whole message, and no earlier one waits for the application."""
         return event.fin and not self.close_sent and self.queue.empty()
 
-    # -- what it sends ---------------------------------------------------------------------------------------
+    # -- received bytes --------------------------------------------------------------------------------------
 
     def data_received(self, data: bytes) -> None:
         if self.close_sent:

@@ -76,7 +76,7 @@ class UpgradingHttp(HttpToolsProtocol):
         else:
             self._turns.came(self, data)
 
-    # -- what has not signed in waits for its turn (AnonymousReader) ---------------------------------------------
+    # -- turns of connections that have not signed in (AnonymousReader) ------------------------------------------
 
     def hold_reading(self) -> None:
         self.transport.pause_reading()

@@ -78,8 +78,7 @@ class LossChecks:
         self.recheck(drone_id)
 
     def recheck(self, drone_id: DroneId) -> None:
-        """Parameters, settings, holder or assistant have changed: updates in the hub who must acknowledge before
-        arming."""
+        """Parameters, settings, holder or assistant have changed: updates the hub's block on arming."""
         drone = self._hub.state.drones.get(drone_id)
         if drone is None:
             return  # it was just deleted

@@ -87,7 +87,7 @@ class RecordingService:
         self._quota_checked_at = float("-inf")
         quota.in_use = self._running_by_drone
 
-    # -- what goes on ----------------------------------------------------------------------------------------
+    # -- running recordings ----------------------------------------------------------------------------------
 
     def view(self, row: RecordingRow) -> RecordingView:
         """Returns the view with the bytes recorded so far."""
@@ -202,7 +202,7 @@ class RecordingService:
         with suppress(TimeoutError):
             await asyncio.wait_for(running.over.wait(), STOPPED_WITHIN_S)
 
-    # -- beside ----------------------------------------------------------------------------------------------
+    # -- background work -------------------------------------------------------------------------------------
 
     async def work(self) -> None:
         """Runs until cancelled."""
