@@ -135,7 +135,7 @@ async def _lends_for(
 
 
 class LoanExpiry:
-    """Ends loans in time: at once in the live picture, even if the database is unreachable, then in the database."""
+    """Ends loans on time: at once in the live picture, even if the database is unreachable, then in the database."""
 
     def __init__(self, database: Database, picture: LivePicture, roster: Roster, clock: Clock) -> None:
         self._database = database
