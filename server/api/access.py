@@ -1,9 +1,10 @@
-"""Who may call a route: one dependency per kind of person, each of which yields the principal of the request.
+"""Who may call a route: one dependency per kind of person. Each yields the principal of the request.
 
-`server.domain.access` has the one judgement for REST, WebSocket, UDP and video, and the scopes that an action requires.
+`server.domain.access` decides for REST, WebSocket, UDP and video alike, and lists the scopes that each action needs.
 
-"Not yours" and "not there" get the same response: `judge` gets the user's relation to a drone
-(`server.domain.relations`), or None if there is no such drone, and refuses both with the same words.
+A drone that does not exist and a drone of somebody else get the same answer: `judge` receives the user's relation to
+the drone (`server.domain.relations` lists what each relation allows), or None when there is no such drone, and refuses
+both in the same words.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from server.domain.people import Principal
 
 
 def who_may(action: Action) -> Any:
-    """A route's dependency: the principal of the request, if it may do that."""
+    """Dependency of a route: yields the principal of the request, or raises the refusal."""
 
     async def checked(connection: HTTPConnection, authenticator: AuthenticatorDep) -> Principal:
         return await authenticator.admit(connection, action)
@@ -29,7 +30,7 @@ def who_may(action: Action) -> Any:
 
 
 Anybody = Annotated[Principal, who_may(Action.KNOW_ONESELF)]
-"""Whoever is signed in, however."""
+"""Any signed-in user or token."""
 Viewer = Annotated[Principal, who_may(Action.SEE_SQUAD)]
 Pilot = Annotated[Principal, who_may(Action.FLY)]
 Commander = Annotated[Principal, who_may(Action.COMMAND)]
@@ -40,12 +41,12 @@ MissionWriter = Annotated[Principal, who_may(Action.CHANGE_MISSIONS)]
 MetricsReader = Annotated[Principal, who_may(Action.READ_METRICS)]
 InPerson = Annotated[Principal, who_may(Action.SEE_CREDENTIALS)]
 Oneself = Annotated[Principal, who_may(Action.CHANGE_PREFERENCES)]
-"""Whoever is signed in, in person."""
+"""Any user signed in with a session."""
 Prover = Annotated[Principal, who_may(Action.PROVE_ONESELF)]
-"""A user who may prove their identity: in person, before anything else that an account requires."""
+"""Any user with a session, even before the first password is changed or a demanded second factor is set up."""
 Proved = Annotated[Principal, who_may(Action.CHANGE_CREDENTIALS)]
-"""Whoever is signed in, in person, and proved who they are a moment ago."""
+"""A user with a session and a fresh proof of identity."""
 FactorSetter = Annotated[Principal, who_may(Action.SET_UP_SECOND_FACTOR)]
 PasswordChanger = Annotated[Principal, who_may(Action.CHANGE_PASSWORD)]
 ProvedAdmin = Annotated[Principal, who_may(Action.CHANGE_USERS)]
-"""An admin in person, who proved who they are a moment ago."""
+"""An admin with a session and a fresh proof of identity."""

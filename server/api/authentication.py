@@ -1,7 +1,8 @@
 """Finds out who sends a request or opens a WebSocket, and whether they may do what they ask for.
 
-There are two ways to sign in: a browser's session cookie, for everything that its user may do, and an API token in the
-`Authorization` header, for what its scopes allow and its owner may do. If a request has a token, its cookie is ignored.
+There are two ways to sign in: a browser's session cookie, which allows all that its user may do, and an API token in
+the `Authorization` header, which allows what both its scopes and its owner's role allow. If a request carries a token,
+its cookie is ignored.
 """
 
 from __future__ import annotations
@@ -27,13 +28,13 @@ COOKIE: Final = "tower_session"
 
 
 def token_in(headers: Headers) -> str | None:
-    """The text behind `Authorization: Bearer`, or None where there is no such header."""
+    """Returns the text behind `Authorization: Bearer`, or None if there is no such header."""
     scheme, _, token = headers.get("authorization", "").partition(" ")
     return token.strip() if scheme.lower() == "bearer" else None
 
 
 class Authenticator:
-    """One for a tower."""
+    """One instance per tower."""
 
     def __init__(
         self,
@@ -53,9 +54,9 @@ class Authenticator:
         self._revision = revision
 
     async def authenticate(self, connection: HTTPConnection) -> Principal | NotSignedIn | SessionExpired | BadToken:
-        """Who sent this request or opens this WebSocket. Does not raise the refusal. While the database does not
-        answer, a sign-in that it confirmed before counts (`remembered.py`); raises DatabaseUnavailable for any
-        other."""
+        """Returns who sent this request or opens this WebSocket; returns a refusal instead of raising it. While the
+        database does not respond, a sign-in that it confirmed before counts (`remembered.py`); raises
+        DatabaseUnavailable for any other."""
         secret = _secret_of(connection)
         if not secret:
             return NotSignedIn() if token_in(connection.headers) is None else BadToken()
@@ -73,7 +74,7 @@ class Authenticator:
         return found
 
     def remembered(self, connection: HTTPConnection) -> Principal | None:
-        """Who sent this request, as far as is known without the database."""
+        """Returns who sent this request, as far as is known without the database."""
         secret = _secret_of(connection)
         return self._remembered.find(secret, self._clock()) if secret else None
 
@@ -83,8 +84,8 @@ class Authenticator:
         return await self._sessions.find(secret, self._clock())
 
     async def admit(self, connection: HTTPConnection, action: Action) -> Principal:
-        """The principal of the request, if it may do that now. Ask again where a body was waited for: who sent the
-        beginning of it may have lost their right since. Raises the refusal."""
+        """Returns the principal of the request, if it may do that now; raises the refusal otherwise. Call it again
+        after waiting for a body: the sender may have lost the right meanwhile."""
         found = await self.authenticate(connection)
         if isinstance(found, Refusal):
             raise found

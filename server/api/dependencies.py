@@ -1,8 +1,9 @@
-"""Dependencies of routes, one per part of the tower: a route's signature shows all that it uses.
+"""Dependencies of routes, one per part of the tower: a route's signature lists everything it uses.
 
-Nothing else reads `app.state`; a test checks that. `server/app/composition.py` puts the parts there (`provide`). Every
-provider is `async def`, because FastAPI runs others in a thread pool. It takes an `HTTPConnection`, so that it serves
-WebSockets too. Pass the part itself to a rule or a helper, never the request.
+Nothing else reads `app.state`; a test checks that. `server/app/composition.py` puts the parts there (`provide`).
+
+Every provider is `async def` because FastAPI runs others in a thread pool. It takes an `HTTPConnection`, so that it
+serves WebSockets as well as requests. Rules and helpers receive the part itself, never a request.
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ from server.store.tower_lock import TowerLock
 
 @dataclass(frozen=True, kw_only=True)
 class Parts:
-    """What there is to give. Made once per application."""
+    """The parts of one application."""
 
     settings: Settings
     clock: Clock
@@ -84,13 +85,13 @@ class Parts:
 
 
 def provide(app: FastAPI, parts: Parts, metrics_registry: CollectorRegistry) -> None:
-    """Before the first request."""
+    """Call it before the first request."""
     app.state.parts = parts
     app.state.metrics_registry = metrics_registry
 
 
 def provide_data_endpoint(app: FastAPI, endpoint: DataEndpoint) -> None:
-    """Once its socket is open."""
+    """Call it once its socket is open."""
     app.state.data_endpoint = endpoint
 
 
@@ -103,18 +104,18 @@ async def _address(connection: HTTPConnection) -> str:
 
 
 AddressDep = Annotated[str, Depends(_address)]
-"""The network address of the other side."""
+"""The network address of the client."""
 
 
 @dataclass(frozen=True)
 class AuditContext:
-    """From where and by which clock a request acts."""
+    """The clock and the client address of a request."""
 
     clock: Clock
     address: str
 
     def action(self, by: Identified) -> AuditAction:
-        """What this person does now, for the audit trail."""
+        """Returns an action of this person now, for the audit trail."""
         return AuditAction(by=by, at=self.clock(), address=self.address)
 
 

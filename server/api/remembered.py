@@ -1,8 +1,8 @@
-"""Sign-ins that the database confirmed, for the time in which it does not answer.
+"""Sign-ins that the database has confirmed, for use while it does not respond.
 
-They let pilots fly on, and let a drone be made to hold. A remembered sign-in counts only while the live state knows it
-too, which learns within a second of ended accounts and sessions. It cannot change anything stored, because that takes
-the database.
+Pilots keep flying, and a drone can be made to hold, without the database. A remembered sign-in counts only while the
+live picture also knows it: the picture is updated within a second when accounts or sessions end. A remembered sign-in
+cannot change stored data, because that needs the database.
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ from typing import Final
 from server.domain.people import Principal
 
 MAX_REMEMBERED: Final = 4096
-"""The sign-in that was used longest ago is forgotten first."""
+"""The least recently used sign-in is evicted first."""
 
 
 class RememberedSignIns:
-    """By a hash of the cookie or token. `is_current`: the live state's answer."""
+    """Keyed by a hash of the cookie or token. `is_current`: asks the live picture."""
 
     def __init__(self, is_current: Callable[[Principal, int], bool]) -> None:
         self._is_current = is_current
         self._known: OrderedDict[bytes, tuple[Principal, int]] = OrderedDict()
 
     def note(self, secret: str, found: Principal | None, revision: int) -> None:
-        """The database's answer; `revision`: of the fleet, before the query."""
+        """Stores the database's answer; `revision`: of the fleet, before the query."""
         key = _key(secret)
         self._known.pop(key, None)
         if found is not None:
@@ -36,7 +36,7 @@ class RememberedSignIns:
                 self._known.popitem(last=False)
 
     def find(self, secret: str, now: datetime) -> Principal | None:
-        """Who that was, if it still counts."""
+        """Returns the principal, if the sign-in still counts."""
         found, revision = self._known.get(_key(secret), (None, 0))
         return found if found is not None and now < found.expires_at and self._is_current(found, revision) else None
 

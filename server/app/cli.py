@@ -46,8 +46,8 @@ def tower(
 def serve(
     standby: Annotated[bool, typer.Option("--standby", help="Wait while another tower serves this database.")] = False,
 ) -> None:
-    """Run the tower until it is told to stop. Settings come from the environment: see docs/settings.md."""
-    from server.app.composition import create_app  # half a second of imports that the other commands do not need
+    """Run the tower until it is stopped. Settings come from the environment: see docs/settings.md."""
+    from server.app.composition import create_app  # takes half a second to import, which the other commands do not need
     from server.app.log import configure_log
     from server.app.serving import run
 
@@ -69,7 +69,7 @@ def serve(
 
 @app.command("migrate")
 def migrate_database() -> None:
-    """Create the database, or bring it up to this version."""
+    """Create the database, or upgrade it to this version."""
     settings = settings_now()
 
     async def work() -> None:
@@ -93,9 +93,9 @@ def print_new_key() -> None:
 def forget_tower_identity(
     sure: Annotated[bool, typer.Option("--every-drone-is-enrolled-anew", help="Say that you know.")] = False,
 ) -> None:
-    """Give the tower a new identity at its next start, where the key that sealed the old one is lost.
+    """Give the tower a new identity at its next start, if the key that sealed the old one is lost.
 
-    No drone takes this tower for its own then, until it has been enrolled again.
+    No drone then accepts this tower until the drone is enrolled again.
     """
     if not sure:
         raise CommandError("every drone must then be enrolled again: confirm with --every-drone-is-enrolled-anew")
@@ -110,8 +110,8 @@ def forget_tower_identity(
 
 @app.command("connect", add_help_option=False)
 def connect() -> None:
-    """A drone as a local MAVLink endpoint for ordinary ground stations: see `tower connect --help`."""
-    # Here for the list of commands only: the console script goes straight to the other package (server/app/entry.py).
+    """Offer a drone as a local MAVLink endpoint to ordinary ground stations: see `tower connect --help`."""
+    # Only for the list of commands: the console script calls the other package directly (server/app/entry.py).
 
 
 def main() -> None:

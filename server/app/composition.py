@@ -1,4 +1,4 @@
-"""Puts the tower together: the only place that knows every capability. Nothing is opened before the lifespan begins."""
+"""Assembles the tower: the only module that knows every capability. Nothing is opened before the lifespan begins."""
 
 from __future__ import annotations
 
@@ -175,7 +175,7 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> TowerApp:
         description="Fly and watch drones through the internet. Live data is on the WebSocket `/api/v1/live`.",
         openapi_tags=[dict(one) for one in _TAGS],
         lifespan=_lifespan,
-        docs_url=None,  # the usual pages load scripts from elsewhere
+        docs_url=None,  # the default pages load scripts from elsewhere
         redoc_url=None,
         openapi_url="/api/v1/openapi.json",
         redirect_slashes=False,
@@ -188,7 +188,7 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> TowerApp:
         app.include_router(router)
     security_contact_text = partial(security_txt, settings.security_contact, settings.public_url)
     serve_console(app, settings.web, {SECURITY_TXT: lambda: security_contact_text(clock())})
-    # The last one added is the outermost.
+    # The last middleware added is the outermost.
     app.add_middleware(BoundedDatabaseWait, database=tower.database)
     app.add_middleware(OnlyTheTower, may_act=tower.lock.may_act)
     app.add_middleware(BodyCheck, budget=tower.anonymous)
@@ -313,7 +313,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
 
 
 async def _deleted_with_files(tower: Tower) -> frozenset[int]:
-    """Deleted drones whose files still exist."""
+    """Returns deleted drones that still have files."""
     there = await asyncio.to_thread(lambda: tower.flight_log_quota.drone_ids() | tower.recordings.store.drone_ids())
     async with tower.database.reading() as session:
         return await deleted_among(session, there - frozenset(sorted(tower.hub.state.drones)))
@@ -363,7 +363,7 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         await stack.enter_async_context(in_background("token uses", tower.api_tokens.keep_writing_uses))
         await stack.enter_async_context(in_background("loop lag", tower.loop_lag.watch))
         _prepare_routes(app)
-        # Last: from here on agents are answered.
+        # Last: from here on agents get responses.
         try:
             relay = running_relay(
                 tower.hub,
@@ -380,7 +380,7 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
 
 
 def _prepare_routes(app: TowerApp) -> None:
-    """What FastAPI otherwise does at the first request: it stops everything for half a second."""
+    """Does what FastAPI otherwise does at the first request, where it blocks everything for half a second."""
     scope = {"type": "http", "method": "GET", "path": "/", "root_path": "", "query_string": b"", "headers": []}
     for route in app.router.routes:
         route.matches(dict(scope, app=app))

@@ -1,12 +1,11 @@
-"""The console script `tower`. It only looks which half is meant: `tower connect` runs on machines that have no tower,
-and must not load a database to start.
-"""
+"""The console script `tower`. It only selects the package: `tower connect` runs on machines without a tower, and must
+not load a database to start."""
 
 import sys
 
 
 def main() -> None:
-    """`tower connect ...` goes to the `connect` package, everything else to the tower's own commands."""
+    """Passes `tower connect ...` to the `connect` package, everything else to the tower's own commands."""
     if sys.argv[1:2] == ["connect"]:
         from connect.cli import main as connect_main
 

@@ -1,4 +1,4 @@
-"""How the tower logs: lines for people on a terminal, JSON lines otherwise. Edges only, never frames, never secrets."""
+"""How the tower logs: text on a terminal, JSON lines otherwise. State changes only, never frames, never secrets."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ _SHARED: Final[tuple[structlog.typing.Processor, ...]] = (
 
 
 def configure_log(log_format: str = "auto") -> None:
-    """Everything goes to standard error, the server's and the libraries' lines too."""
+    """Everything goes to standard error, including the lines of the server and the libraries."""
     human = log_format == "human" or (log_format == "auto" and sys.stderr.isatty())
     renderer: tuple[structlog.typing.Processor, ...] = (
-        # The usual picture of an exception shows every local variable: passwords, codes, tokens.
+        # The default format of an exception shows every local variable: passwords, codes, tokens.
         (structlog.dev.ConsoleRenderer(exception_formatter=structlog.dev.plain_traceback),)
         if human
         else (structlog.processors.format_exc_info, structlog.processors.JSONRenderer())
@@ -47,13 +47,13 @@ def configure_log(log_format: str = "auto") -> None:
 
 
 def _is_our_fault(record: logging.LogRecord) -> bool:
-    """uvicorn logs a traceback for each text message that is not UTF-8: any client could fill the log. The connection
-    is closed (1007) and the message counted; that is enough."""
+    """uvicorn logs a traceback for each text message that is not UTF-8, so any client could flood the log. Closing the
+    connection (1007) and counting the message is enough."""
     return not (record.exc_info and isinstance(record.exc_info[1], UnicodeDecodeError))
 
 
 class _FewWarnings(logging.Filter):
-    """uvicorn's warnings are all about what a stranger has sent ("Invalid HTTP request received.")."""
+    """All warnings of uvicorn concern data from strangers ("Invalid HTTP request received.")."""
 
     def __init__(self, now: float) -> None:
         super().__init__()

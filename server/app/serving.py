@@ -1,7 +1,7 @@
 """Runs the application on a listening socket: uvicorn, with the tower's own start and stop.
 
-Enters the application's lifespan here and not in uvicorn, so that a failed start raises its own exception, and so that
-farewells are sent while connections are still open.
+The application's lifespan is entered here and not by uvicorn, so that start-up errors arrive as the original
+exceptions, and so that close messages are sent while connections are still open.
 """
 
 from __future__ import annotations
@@ -32,13 +32,14 @@ from server.store.database import LockLost
 from server.store.schema import check_schema
 
 MAX_MESSAGE_BYTES: Final = 64 * 1024
-"""Of a WebSocket message. The largest allowed upwards is 16 KiB; the rest is room for reporting why it was refused."""
+"""Maximum size of a WebSocket message. The protocol allows 16 KiB upwards; the rest serves to report why a message was
+refused."""
 GRACE_S: Final = 2
 ENDS_WITHIN_S: Final = 10.0
-"""After it has lost its lock. What hangs in a database that went away must not keep it alive."""
+"""Deadline after the lock is lost. Work that hangs in an unreachable database must not keep the process alive."""
 SWITCH_INTERVAL_S: Final = 0.001
-"""For which a database thread may keep the interpreter from the event loop. Python's own is 5 ms, as much as a stick
-takes altogether."""
+"""Maximum time for which a database thread keeps the interpreter from the event loop. Python's default is 5 ms, as much
+as a stick frame takes altogether."""
 _TICKS_A_DAY: Final = 864_000
 
 
@@ -74,8 +75,8 @@ class TowerServer(uvicorn.Server):
         self._acceptors: list[Acceptor] = []
 
     async def run_on(self, listener: socket.socket) -> None:
-        """Serves until it is stopped, then closes the socket. Raises what the application's start raises, and LockLost
-        if another process has become the tower."""
+        """Serves until stopped, then closes the socket. Raises the start-up errors of the application, and LockLost if
+        another process has become the tower."""
         lock = self._lock
         lock.address = lock.address or address_in_words(listener)
         with listener:
@@ -88,7 +89,7 @@ class TowerServer(uvicorn.Server):
             raise LockLost(lock.lost_words)
 
     async def _stand_by(self, listener: socket.socket) -> bool:
-        """Returns when this process has the lock. False if it was stopped before."""
+        """Waits until this process has the lock. False if it was stopped before."""
         tower = self._app.tower
         await check_schema(tower.database)
         async with answering_standby(listener, self._app.version):
@@ -106,7 +107,7 @@ class TowerServer(uvicorn.Server):
         return not self.should_exit
 
     def _fence(self, _words: str) -> None:
-        """Another process is the tower: every link is closed at once, then this one ends, whatever still waits."""
+        """Another process is the tower: closes every link at once, then ends this process, whatever is pending."""
         tower = self._app.tower
         tower.hub.close_all()
         self.should_exit = True
@@ -120,7 +121,7 @@ class TowerServer(uvicorn.Server):
         yield
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        await super().startup([])  # no listener of uvicorn's: it accepts all who wait at once
+        await super().startup([])  # without uvicorn's listener, which accepts all pending connections at once
         self._acceptors = [Acceptor(one, self._budget, self._connection) for one in sockets or ()]
         self._on_listening()
 
@@ -150,10 +151,8 @@ class TowerServer(uvicorn.Server):
 
 
 def run(app: TowerApp, listener: socket.socket, *, on_listening: Callable[[], None], standby: bool = False) -> None:
-    """Runs in its own loop until SIGINT or SIGTERM; a second SIGINT stops at once.
-
-    `standby`: waits first until no other process is the tower. Raises TowerLockHeld, LockLost.
-    """
+    """Runs in an event loop of its own until SIGINT or SIGTERM; a second SIGINT does not wait for connections.
+    `standby`: first waits until no other process is the tower. Raises TowerLockHeld, LockLost."""
 
     def listening() -> None:
         settle_memory()

@@ -1,6 +1,7 @@
-"""What a tower in standby responds. Nothing more, and to few clients at a time.
+"""The responses of a tower that waits for another one to end: it reports only that it stands by, to few clients at a
+time.
 
-Reads one request of a connection and closes it. Everything of the tower itself is opened only when it takes over.
+It reads one request of a connection and closes it. It opens the parts of the tower only once it becomes the tower.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ _WORDS: Final = "another process is the tower; this one takes its place when it 
 
 @asynccontextmanager
 async def answering_standby(listener: socket.socket, version: str) -> AsyncIterator[None]:
-    """Answers on the socket until the block ends, and leaves it open: who comes in between waits in its queue."""
+    """Answers on the socket until the block ends, and leaves it open: later connections wait in its queue."""
     open_now: set[asyncio.Task[None]] = set()
 
     async def answer(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
@@ -35,7 +36,7 @@ async def answering_standby(listener: socket.socket, version: str) -> AsyncItera
                     writer.write(_answer(head, version))
                     await writer.drain()
         except (OSError, asyncio.IncompleteReadError, asyncio.LimitOverrunError):
-            pass  # a visitor who says nothing, too much, or goes
+            pass  # a client that sends nothing, sends too much, or disconnects
         finally:
             open_now.discard(task)
             writer.close()

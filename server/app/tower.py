@@ -1,4 +1,4 @@
-"""One tower, put together: what routes are given, what works beside them, and the application itself."""
+"""One assembled tower: the parts that routes use, the background work, and the application itself."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ class Tower(Parts):
     loan_expiry: LoanExpiry
     audit_writer: OperationAuditWriter
     before_shutdown: list[Callable[[], Awaitable[None]]] = field(default_factory=list)
-    """Run in order while connections are still open, to send farewells."""
+    """Run in order while connections are still open, to send close messages."""
 
     def hold_flown_by_hand(self) -> None:
-        """Where the lock on the database may run out while another process waits for it."""
+        """Called when the lock on the database may run out while another process waits for it."""
         reason = "the database does not answer, and another tower may take the place of this one"
         self.hub.holds.order_where_flown_by_hand(reason, time.monotonic())
 
 
 class TowerApp(FastAPI):
-    """The application of one tower, which its beginning and its end know as a whole. Routes do not (`Parts`)."""
+    """The application of one tower. Only start-up and shutdown see it as a whole; routes do not (`Parts`)."""
 
     def __init__(self, tower: Tower, **options: Any) -> None:
         super().__init__(**options)

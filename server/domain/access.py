@@ -1,13 +1,12 @@
-"""Who may do what: one judgement for REST, WebSocket, UDP and video.
+"""Who may do what: one access check for REST, WebSocket, UDP and video alike.
 
-Three tables decide, and no other code compares roles:
-
-- `NEEDS`: the scopes that an action requires. A session has every scope, an API token those of its creation.
-- `REACH`: how far each account role reaches with it: nowhere, to its own objects, or to everybody's.
+Three tables decide; nothing else compares roles:
+- `NEEDS`: the scopes that an action needs. A session has every scope, an API token those it was created with.
+- `REACH`: how far each role of an account reaches with an action: nowhere, own objects, or all objects.
 - `RIGHTS` in `server.domain.relations`: what a relation to a drone allows.
 
-`judge` checks all of them on each request. `reaches` answers for one object, `reach_of` for a list or a query, which
-then shows all or one's own; `roles_with` is the reverse, for an SQL condition.
+`judge` checks all three at the start of a request. `reaches` checks one object; `reach_of` tells whether a list or
+query covers all objects or only the user's own; `roles_with` is the inverse, for an SQL condition.
 """
 
 from __future__ import annotations
@@ -28,33 +27,33 @@ PROOF_MAX_AGE: Final = timedelta(minutes=5)
 
 
 class ProofNeeded(Refusal):
-    """The last proof of identity is too old for this request."""
+    """The last proof of identity is too old for this action."""
 
     def __init__(self) -> None:
         super().__init__("confirm your identity first: this needs a proof from the last 5 minutes")
 
 
 def is_fresh(proved_at: datetime | None, now: datetime) -> bool:
-    """A proof from the future (a clock that was put back) counts for nothing."""
+    """A proof from the future (the clock was set back) does not count."""
     return proved_at is not None and proved_at <= now < proved_at + PROOF_MAX_AGE
 
 
 class NotSignedIn(Refusal):
-    """Neither a session cookie nor a token came with the request."""
+    """The request carries neither a session cookie nor a token."""
 
     def __init__(self) -> None:
         super().__init__("sign in first")
 
 
 class SessionExpired(Refusal):
-    """A session cookie came, but its session has ended."""
+    """The session of the request's cookie has ended."""
 
     def __init__(self) -> None:
         super().__init__("the session has ended: sign in again")
 
 
 class BadToken(Refusal):
-    """The token is invalid: unknown, expired or revoked. The message does not say which, on purpose."""
+    """The token of the request is invalid: unknown, expired or revoked. Deliberately does not say which."""
 
     def __init__(self) -> None:
         super().__init__("this token is not valid: it may have expired or been revoked")
@@ -68,21 +67,21 @@ class ScopeMissing(Refusal):
 
 
 class InPersonOnly(Refusal):
-    """A token cannot look after tokens, sessions, passwords, users, nor change how its owner's sticks are read."""
+    """A token cannot manage tokens, sessions, passwords or users, nor change how its owner's sticks are read."""
 
     def __init__(self) -> None:
         super().__init__("this needs a person: sign in with name and password, not with a token")
 
 
 class PasswordChangeNeeded(Refusal):
-    """Somebody else knows the password."""
+    """Another person knows the password."""
 
     def __init__(self) -> None:
         super().__init__("choose a password of your own first")
 
 
 class SecondFactorDemanded(Refusal):
-    """The tower is set to demand a second factor of admins, and this admin has none."""
+    """The tower requires a second factor of admins, and this admin has none."""
 
     def __init__(self) -> None:
         super().__init__("admins of this tower need a second factor: set one up in your account first")
@@ -101,7 +100,7 @@ class ReadOnlyAccount(Refusal):
 
 
 class UnknownDrone(Refusal):
-    """No such drone, or none that this user may see."""
+    """The drone does not exist, or this user may not see it."""
 
     def __init__(self) -> None:
         super().__init__("there is no such drone")
@@ -113,30 +112,30 @@ class Action(StrEnum):
     SEE_DRONE = "see-drone"
     FLY = "fly"
     COMMAND = "command"
-    """Take the controls from somebody, give them back, assist. A role that reaches everywhere outranks all others."""
+    """Take the controls from another user, give them back, assist. Users with reach ALL outrank all others."""
     HOLD_SEVERAL = "hold-several"
     """Have the controls of more than one drone at a time."""
     ADMINISTER = "administer"
     READ_METRICS = "read-metrics"
     CHANGE_PREFERENCES = "change-preferences"
     MANAGE_TEAMS = "look-after-teams"
-    """Be in teams: see them, join and leave. One's own are those that one is in."""
+    """Be in teams: see them, join and leave. A user's own teams are those they belong to."""
     LEAD_TEAMS = "lead-teams"
-    """Make teams, change them, lend their drones: which team, is decided where its members are known."""
+    """Create teams, change them, lend their drones. Which teams is decided where the members are known."""
     SEE_MISSIONS = "see-missions"
-    """In the library. Which shared ones are one's own to see, the library knows."""
+    """In the library, which decides what shared missions the user may see."""
     CHANGE_MISSIONS = "change-missions"
     SHARE_WITH_EVERYBODY = "share-with-everybody"
-    """What they share is not for their teams alone."""
+    """Missions that they share are visible beyond their teams."""
     SEE_CREDENTIALS = "see-credentials"
-    """Which tokens, sessions and factors there are."""
+    """See which tokens, sessions and factors exist."""
     PROVE_ONESELF = "prove-oneself"
     CHANGE_CREDENTIALS = "change-credentials"
     """Tokens, sessions and the second factor."""
     SET_UP_SECOND_FACTOR = "set-up-second-factor"
     CHANGE_PASSWORD = "change-password"  # noqa: S105
     CHANGE_USERS = "change-users"
-    """Accounts and credentials of others. This right allows creating an account to come back with."""
+    """Accounts and credentials of others: with this right one can create an account to return with."""
 
 
 NEEDS: Final[Mapping[Action, frozenset[Scope]]] = {
@@ -161,15 +160,15 @@ NEEDS: Final[Mapping[Action, frozenset[Scope]]] = {
     Action.CHANGE_PASSWORD: frozenset(),
     Action.CHANGE_USERS: frozenset(),
 }
-"""Which scopes a token must have, all of them. A session has every scope."""
+"""The scopes that a token must have, all of them. A session has every scope."""
 
 
 WITH_ANY_PASSWORD: Final = frozenset({Action.KNOW_ONESELF, Action.PROVE_ONESELF, Action.CHANGE_PASSWORD})
-"""What may be done before the first password was changed."""
+"""Actions allowed before the first password is changed."""
 
 
 WITHOUT_DEMANDED_FACTOR: Final = WITH_ANY_PASSWORD | {Action.SEE_CREDENTIALS, Action.SET_UP_SECOND_FACTOR}
-"""What an admin may do who needs a second factor and has none."""
+"""Actions allowed to an admin who needs a second factor and has none."""
 
 
 IN_PERSON: Final = frozenset(
@@ -183,13 +182,13 @@ IN_PERSON: Final = frozenset(
         Action.CHANGE_USERS,
     }
 )
-"""What no token is for, whatever its scopes."""
+"""Actions that need a session; no token allows them, whatever its scopes."""
 
 
 WITH_FRESH_PROOF: Final = frozenset(
     {Action.CHANGE_CREDENTIALS, Action.SET_UP_SECOND_FACTOR, Action.CHANGE_PASSWORD, Action.CHANGE_USERS}
 )
-"""What a stolen cookie is not enough for: see `server/store/accounts/reauthentication.py`."""
+"""Actions for which a stolen cookie is not enough: see `server/store/accounts/reauthentication.py`."""
 
 
 class Reach(StrEnum):
@@ -197,8 +196,8 @@ class Reach(StrEnum):
 
     NONE = "none"
     OWN = "own"
-    """Own objects: sessions, tokens, missions, teams, and the drones with a relation to the user (`RIGHTS` says
-    how)."""
+    """The user's own sessions, tokens, missions and teams, and the drones that the user has a relation to
+    (`RIGHTS`)."""
     ALL = "all"
 
 
@@ -233,7 +232,7 @@ REACH: Final[Mapping[Action, Mapping[Role, Reach]]] = {
     Action.CHANGE_PREFERENCES: _row(_OWN, _OWN, _OWN),
     Action.CHANGE_PASSWORD: _row(_OWN, _OWN, _OWN),
 }
-"""Every action has a row, every role a column: tests/unit/server/test_server_access.py has it a second time."""
+"""Every action has a row, every role a column: tests/unit/server/test_server_access.py contains a second copy."""
 
 
 TOKEN_SCOPES: Final[Mapping[Role, frozenset[Scope]]] = {
@@ -241,37 +240,37 @@ TOKEN_SCOPES: Final[Mapping[Role, frozenset[Scope]]] = {
     Role.OPERATOR: frozenset({Scope.WATCH, Scope.FLY}),
     Role.OBSERVER: frozenset({Scope.WATCH}),
 }
-"""What a new API token of such an account may be for."""
+"""The scopes that a new API token of such an account may have."""
 
 
 def reach_of(role: Role, action: Action) -> Reach:
-    """How far an account of this role gets with it. What its sign-in allows is another question (`judge`)."""
+    """How far an account of this role reaches with an action. What the sign-in allows is checked in `judge`."""
     return REACH[action][role]
 
 
 def reaches(principal: Principal, action: Action, owner: UserId) -> bool:
-    """Whether this user's account may do so with what is `owner`'s: a session, a token, a mission."""
+    """Whether this user's account may perform the action on an object of `owner`: a session, a token, a mission."""
     reach = REACH[action][principal.role]
     return reach is Reach.ALL or (reach is Reach.OWN and owner == principal.user_id)
 
 
 def reaches_all(role: Role, action: Action) -> bool:
-    """Whether it may do so with everybody's."""
+    """Whether the role may perform the action on the objects of all users."""
     return REACH[action][role] is Reach.ALL
 
 
 def is_demanded_a_factor(role: Role) -> bool:
-    """Whether a tower with TOWER_ADMINS_NEED_SECOND_FACTOR demands a second factor of such an account."""
+    """Whether a tower with TOWER_ADMINS_NEED_SECOND_FACTOR requires a second factor of such an account."""
     return reaches_all(role, Action.ADMINISTER)
 
 
 def roles_with(action: Action, reach: Reach) -> list[str]:
-    """Whose reach that is, as the database writes it: for a condition of a query."""
+    """Roles with that reach, as stored in the database: for a condition of a query."""
     return [role.value for role, found in REACH[action].items() if found is reach]
 
 
 def refusals_for_roles(action: Action) -> Sequence[type[AdminsOnly] | type[ReadOnlyAccount]]:
-    """With what an account is refused that gets nowhere with it; empty where each gets somewhere."""
+    """The refusals of roles that cannot perform the action at all; empty if every role can."""
     reaches = set(REACH[action].values())
     if Reach.NONE not in reaches:
         return ()
@@ -280,8 +279,11 @@ def refusals_for_roles(action: Action) -> Sequence[type[AdminsOnly] | type[ReadO
 
 @dataclass(frozen=True)
 class AccessRequest:
-    """`relation`: to the drone in question; None if there is no such drone, or no drone is in question. `everybody`:
-    for a list of all users' objects. `now`: for actions that need a fresh proof; without it no proof is fresh."""
+    """`relation`: to the drone concerned; None if the drone does not exist, or no drone is concerned.
+
+    `everybody`: the request is for a list that covers all users.
+    `now`: for actions that need a fresh proof; without it no proof is fresh.
+    """
 
     principal: Principal
     action: Action
@@ -300,7 +302,7 @@ class Verdict:
 
 
 def judge(request: AccessRequest) -> Verdict:
-    """The sign-in first, then the account, then the object."""
+    """Checks the sign-in first, then the account, then the object."""
     principal, action = request.principal, request.action
     refusal = _why_not_so_signed_in(principal, action) or _why_not_with_reach(request)
     if refusal is not None:
@@ -309,7 +311,7 @@ def judge(request: AccessRequest) -> Verdict:
         return Verdict(ProofNeeded())
     if action is Action.SEE_DRONE and (request.relation is None or not may(request.relation, Right.SEE)):
         return Verdict(UnknownDrone())
-    return Verdict()  # what else may be done with a drone, and who has its controls, is decided where that is known
+    return Verdict()  # other rights to a drone, and who holds it, are checked where they are known
 
 
 def _why_not_so_signed_in(principal: Principal, action: Action) -> Refusal | None:

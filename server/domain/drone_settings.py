@@ -1,4 +1,4 @@
-"""How one drone holds, acts on a loss, and how much it sends: the values, their bounds, which go together. Pure."""
+"""How a drone holds, reacts to a loss, and how much it sends: values, bounds, allowed combinations. Pure."""
 
 from dataclasses import dataclass, field
 from typing import Any, Final
@@ -13,7 +13,7 @@ from wire.stream_profiles import StreamChoice
 
 _FAILSAFES: Final = tuple(profile.failsafe for profile in PROFILES if profile.failsafe is not None)
 LADDERS: Final = tuple(tuple(mode.name for mode in modes.ladder) for modes in _FAILSAFES)
-"""For each autopilot that holds, the modes of its ladder, altitude hold last."""
+"""For each autopilot that can hold, the modes of its ladder, altitude hold last."""
 ALTITUDE_HOLDS: Final = frozenset(modes.altitude_hold.name for modes in _FAILSAFES)
 
 BOUNDS: Final[dict[str, tuple[float, float]]] = {
@@ -25,22 +25,23 @@ BOUNDS: Final[dict[str, tuple[float, float]]] = {
     "rtt_limit_ms": (50.0, 10_000.0),
     "rtt_limit_s": (0.2, 30.0),
 }
-"""Least and most of each number. Below, an ordinary hiccup of a mobile network holds the drone; above, nothing does."""
+"""Minimum and maximum of each number. Below, an ordinary hiccup of a mobile network holds the drone; above, nothing
+does."""
 
 
 class BadDroneSettings(Refusal):
-    """Each value is one that there is, but they do not go together."""
+    """Each value is valid, but the combination is not."""
 
 
 @dataclass(frozen=True)
 class DroneSettings:
-    """Both are for the agent. The tower watches the round trip beside it."""
+    """Both are for the agent. The tower monitors the round trip in addition."""
 
     safety: SafetySettings = field(default_factory=SafetySettings)
     stream: StreamSettings = field(default_factory=StreamSettings)
 
     def as_values(self) -> dict[str, Any]:
-        """By the names of the REST interface."""
+        """Keyed by the names of the REST interface."""
         safety = msgspec.structs.asdict(self.safety)
         return {
             **safety,
@@ -53,11 +54,11 @@ class DroneSettings:
 DEFAULTS: Final = DroneSettings()
 _SAFETY_NAMES: Final = frozenset(SafetySettings.__struct_fields__)
 _RENAMED: Final = {"nothing": "stay"}
-"""Lost actions as older versions stored them."""
+"""Loss actions under the names that older versions stored."""
 
 
 def check_ladder(ladder: list[str]) -> list[str]:
-    """Returns it as it came. Raises ValueError with what is wrong with it."""
+    """Returns the ladder unchanged. Raises ValueError with the reason if it is invalid."""
     if not any(set(ladder) <= set(known) for known in LADDERS):
         raise ValueError(f"modes of one autopilot only: {' or '.join(', '.join(known) for known in LADDERS)}")
     if len(set(ladder)) != len(ladder):
@@ -68,9 +69,10 @@ def check_ladder(ladder: list[str]) -> list[str]:
 
 
 def settings_from(chosen: dict[str, Any]) -> DroneSettings:
-    """The defaults, with what was chosen in their place. What an older version knew and this one does not is ignored.
+    """Returns the defaults, overridden by the chosen values. Ignores values of older versions that this one does not
+    know.
 
-    Raises BadDroneSettings if the values do not go together.
+    Raises BadDroneSettings if the combination is invalid.
     """
     safety = {name: value for name, value in chosen.items() if name in _SAFETY_NAMES}
     if "hold_ladder" in safety:

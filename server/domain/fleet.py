@@ -1,4 +1,4 @@
-"""The fleet at one moment: drones, their people, loans and teams. Nothing live belongs here."""
+"""A snapshot of the fleet: drones, their people, loans and teams. Contains no live state."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class UserRecord:
 
 @dataclass(frozen=True)
 class LoanRecord:
-    """Metres above and around home; None: no limit."""
+    """Limits in metres above and around home; None: no limit."""
 
     user: UserRef
     until: datetime
@@ -39,7 +39,7 @@ class TeamRecord:
     name: str
     crew: Mapping[UserId, TeamRole]
     since: datetime
-    """When the drone was put into it."""
+    """When the drone was added to it."""
 
 
 @dataclass(frozen=True)
@@ -47,34 +47,34 @@ class DroneRecord:
     id: DroneId
     name: str
     owners: tuple[UserRef, ...]
-    """In the order of their ids."""
+    """Sorted by id."""
     credential_hash: str
-    """SHA-256 of the whole text of a bearer credential, in hexadecimal digits. Empty: it has none."""
+    """SHA-256 of the whole text of a bearer credential, in hexadecimal digits. Empty: no credential."""
     holder: UserRef | None
     epoch: Epoch
     taken_from: UserRef | None
     offered: bool = False
-    """Given back to `taken_from`, who has not accepted yet."""
+    """Offered back to `taken_from`, who has not accepted yet."""
     assistant: UserRef | None = None
     blind: bool = False
-    """`taken_from` may not watch either."""
+    """`taken_from` may not watch the drone either."""
     video_moved: bool = False
     """`taken_from` may not watch the video."""
     loans: tuple[LoanRecord, ...] = ()
-    """In the order of the users' ids."""
+    """Sorted by the users' ids."""
     public_key: bytes = b""
-    """The 32 bytes of the drone's Ed25519 key. Empty: it has none."""
+    """The 32 bytes of the drone's Ed25519 key. Empty: no key."""
     key_since: datetime | None = None
     team: TeamRecord | None = None
 
     @property
     def identity(self) -> tuple[str, bytes]:
-        """What its agent has to prove. Whoever signed in by another one is signed in no longer."""
+        """The identity that its agent must prove. A sign-in with another one is no longer valid."""
         return self.credential_hash, self.public_key
 
     @cached_property
     def ties(self) -> Ties:
-        """Whom it has to do with, as the judgement of rights asks."""
+        """The people related to the drone, for the check of rights."""
         return Ties(
             owners=frozenset(one.id for one in self.owners),
             borrowers=frozenset(one.user.id for one in self.loans),
@@ -86,9 +86,9 @@ class DroneRecord:
 class FleetSnapshot:
     revision: int
     drones: tuple[DroneRecord, ...]
-    """In the order of their ids."""
+    """Sorted by id."""
     users: Mapping[UserId, UserRecord]
     token_ids: frozenset[int] = frozenset()
-    """The API tokens that have not been revoked."""
+    """The API tokens that are not revoked."""
     session_ids: frozenset[int] = frozenset()
-    """The sessions that have not been ended. Beginning one is no change of the fleet: newer ones may be missing."""
+    """The sessions that have not ended. A new session does not change the fleet: newer ones may be missing."""

@@ -1,11 +1,10 @@
 """Who may fly: the lease of one drone as a pure transition table. No clock, no database, no socket.
 
-Rules:
-
-- A drone has one holder or none. Every change of a lease increments the epoch.
-- What is not allowed is a refusal with a code and a sentence for people; there is no third outcome.
+Invariants:
+- A drone has one holder or none. Every change of a lease increments the epoch by one.
+- An event that is not allowed is refused with a code and a text for people; there is no third outcome.
 - A change lists its orders; the caller carries them out.
-- `lease_rules.py` has the rules; this file says which of them handles which event in which phase.
+- The rules are in `lease_rules.py`; this table assigns a rule to each event in each phase.
 """
 
 from typing import Final
@@ -90,9 +89,9 @@ TABLE: Final[dict[tuple[Phase, Event], Rule]] = {
     (Phase.OFFERED, Event.OFFER_LAPSED): rules.offer_lapsed,
     (Phase.OFFERED, Event.EXPIRE): rules.expire,
 }
-"""Every cell is filled: a test walks the whole product of phases and events."""
+"""Every cell is filled: a test checks all combinations of phase and event."""
 
 
 def decide(lease: Lease, event: Event, actor: Actor) -> Outcome:
-    """What becomes of `event`. Total: never raises."""
+    """Returns the outcome of `event`. Total: never raises."""
     return TABLE[lease.phase, event](lease, actor)

@@ -1,4 +1,4 @@
-"""The rules of the lease table, one function for each kind of cell. Pure: `lease.py` assigns rules to cells."""
+"""The rules of the lease table, one function for each kind of cell. Pure: `lease.py` assigns them to cells."""
 
 from dataclasses import replace
 
@@ -96,7 +96,7 @@ def release(lease: Lease, actor: Actor) -> Outcome:
 
 
 def _why_not_take(actor: Actor) -> Refused | None:
-    """A team admin gives way to those of the tower, and holds one drone at most like any operator."""
+    """A team admin yields to admins of the tower, and holds at most one drone, like an operator."""
     if not actor.may_take:
         return _ADMINS_ONLY_TAKE
     if actor.is_admin:
@@ -108,7 +108,7 @@ def take_free(lease: Lease, actor: Actor) -> Outcome:
     refused = _why_not_take(actor)
     if refused is not None:
         return refused
-    # Nobody flies it, so nobody is shut out; but a drone that nobody holds may be in the air, so it holds first.
+    # The drone has no holder, so nobody is shut out; but it may be in the air, so it holds first.
     return Changed(lease.next(holder=actor.user_id), (Order.HOLD,))
 
 
@@ -130,8 +130,8 @@ def take_taken(lease: Lease, actor: Actor) -> Outcome:
     refused = _why_not_take(actor)
     if refused is not None:
         return refused
-    # From one admin to another it is still owed to the operator it was taken from first, unless that is who takes it
-    # now, having been made an admin meanwhile.
+    # From one admin to another it is still owed to the operator it was first taken from, unless that operator has
+    # become an admin and takes it now.
     if lease.taken_from == actor.user_id:
         return Changed(lease.next(holder=actor.user_id), (Order.HOLD,))
     taken = lease.next(
@@ -142,7 +142,7 @@ def take_taken(lease: Lease, actor: Actor) -> Outcome:
 
 def take_offered(lease: Lease, actor: Actor) -> Outcome:
     if actor.may_take and lease.holder == actor.user_id:
-        # The offer is withdrawn. The drone holds since it was made, and its holder has not changed.
+        # The offer is withdrawn. The drone has been holding since it was made, and its holder has not changed.
         return Changed(_still_taken(lease))
     return take_taken(lease, actor)
 
@@ -219,11 +219,11 @@ def turn(lease: Lease, actor: Actor) -> Outcome:
         return _TOWER_ONLY
     if lease.assistant is None:
         return nobody_assists(lease, actor)
-    # Nothing but the epoch: sticks of two people never pass in one.
+    # Changes only the epoch: sticks of two people never pass in the same epoch.
     return Changed(replace(lease, epoch=Epoch(lease.epoch + 1)))
 
 
-# -- rights and presence that are lost -----------------------------------------------------------------------
+# -- lost rights and lost presence ---------------------------------------------------------------------------
 
 
 def revoke(lease: Lease, actor: Actor) -> Outcome:
@@ -247,6 +247,6 @@ def expire(lease: Lease, actor: Actor) -> Outcome:
         return _TOWER_ONLY
     if actor.about not in (None, lease.holder):
         return _TOO_LATE
-    # Whoever flew by hand was held long ago. By now the autopilot may be bringing the drone home, or fly a mission on:
-    # a hold would only interrupt that, and nobody is there to end it.
+    # A drone flown by hand was told to hold long ago. By now the autopilot may be returning home or flying a mission: a
+    # hold would only interrupt that, with nobody there to end it.
     return Changed(lease.next(holder=None), (Order.HOLD_IF_FLOWN_BY_HAND,))

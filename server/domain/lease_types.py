@@ -1,4 +1,4 @@
-"""The types of the lease table: phases, events, orders, the lease itself, and the actor. No rules here."""
+"""The types of the lease table: phases, events, orders, the lease and the actor. Contains no rules."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -9,20 +9,20 @@ from wire.ids import Epoch, UserId
 
 
 class Phase(StrEnum):
-    """Read off a lease."""
+    """Derived from a lease."""
 
     FREE = "free"
     """Nobody has the controls."""
     HELD = "held"
-    """Somebody has them, perhaps with an admin who assists."""
+    """A user has them, perhaps with an admin who assists."""
     TAKEN = "taken"
-    """An admin has the controls and has shut out the operator."""
+    """An admin has taken them from an operator, who is shut out."""
     OFFERED = "offered"
-    """The same, and the controls are offered back; the operator has not accepted yet."""
+    """As TAKEN, and offered back: the operator has not confirmed "I have control" yet."""
 
 
 class Event(StrEnum):
-    """A request, or something that happened."""
+    """A request of a user, or something that has happened."""
 
     ACQUIRE = "acquire"
     RELEASE = "release"
@@ -32,57 +32,57 @@ class Event(StrEnum):
     ASSIST = "assist"
     ASSIST_END = "assist-end"
     TURN = "turn"
-    """The frames of the other one of holder and assistant pass from now on."""
+    """The turn passes from holder to assistant or back: the other one's frames pass from now on."""
     REVOKE = "revoke"
     FORGET = "forget"
-    """Whoever the controls were taken from has no right to them any more."""
+    """The operator from whom the controls were taken has lost the right to them."""
     OFFER_LAPSED = "offer-lapsed"
     EXPIRE = "expire"
-    """The holder's browsers have been gone for the whole grace time."""
+    """The holder's browsers have been disconnected for the whole grace time."""
 
 
 class Order(StrEnum):
-    """What has to be done beside the change itself."""
+    """An action required besides the change itself."""
 
     HOLD = "hold"
     HOLD_IF_FLOWN_BY_HAND = "hold-if-flown-by-hand"
 
 
 NO_EPOCH: Final = Epoch(0)
-"""The lease of a drone that was never held."""
+"""The epoch of a drone that never had a holder."""
 
 
 @dataclass(frozen=True)
 class Actor:
-    """The actor, the parameters of the request, and what the decision depends on beside the lease."""
+    """Who asks, the parameters of the request, and facts that the decision depends on besides the lease."""
 
     user_id: UserId | None
     is_admin: bool = False
-    """Of the tower."""
+    """An admin of the tower."""
     is_team_admin: bool = False
-    """Of the drone's team."""
+    """An admin of the team that the drone belongs to."""
     is_owner: bool = False
-    """They may fly it: they own it, have borrowed it, or fly it for its team."""
+    """May fly the drone: as owner, borrower, or for its team."""
     outranked: bool = False
-    """An admin of the tower has the controls or assists, and this is none."""
+    """An admin of the tower has the controls or assists, and this actor is not one."""
     is_tower: bool = False
     """The tower acts by itself, without a user."""
     holds_another: bool = False
-    """An operator who has the controls of a different drone."""
+    """An operator who already holds a different drone."""
     operator_may_fly: bool = True
-    """The one it was taken from is still an owner with an account, and does not hold a different drone."""
+    """The operator it was taken from still owns it, has an account, and does not hold a different drone."""
     watch: bool = True
-    """With TAKE: the operator who is shut out may go on watching."""
+    """With TAKE: the operator who is shut out may keep watching."""
     moves_video: bool = False
     """With TAKE: the operator who is shut out may not watch the video."""
     sticks_centred: bool = False
-    """With ACCEPT: the sticks are centred."""
+    """With ACCEPT: the user confirms that the sticks are centred."""
     about: UserId | None = None
-    """For the tower: the user whom the event concerns. If the part is another's by now, the event came too late."""
+    """For events of the tower: the user concerned. If another user is in that place by now, the event is too late."""
 
     @property
     def may_take(self) -> bool:
-        """Whether they may take controls from others at all."""
+        """Whether they may take controls from other users at all."""
         return self.is_admin or self.is_team_admin
 
 
@@ -93,8 +93,8 @@ TOWER: Final = Actor(None, is_tower=True)
 class Lease:
     """`taken_from` is set only while an admin holds what they took; that user is shut out until it is given back.
 
-    `blind`: that user gets no frames either, but while it is offered; `video_moved`: no video. `assistant`: an admin
-    whose frames win while they come.
+    `blind`: that user gets no frames either, except while the drone is offered; `video_moved`: no video. `assistant`:
+    an admin whose frames take precedence while they arrive.
     """
 
     holder: UserId | None = None
@@ -123,7 +123,7 @@ class Lease:
         blind: bool = False,
         video_moved: bool = False,
     ) -> "Lease":
-        """The next lease: omitted parts are cleared."""
+        """Returns the next lease; fields that are not given are reset."""
         return replace(
             self,
             holder=holder,
@@ -138,7 +138,7 @@ class Lease:
 
 @dataclass(frozen=True)
 class Changed:
-    """The new lease, with what has to be done."""
+    """The new lease, with the orders to carry out."""
 
     lease: Lease
     orders: tuple[Order, ...] = ()
@@ -146,7 +146,7 @@ class Changed:
 
 @dataclass(frozen=True)
 class Refused:
-    """Why not. `code` is for programs, `words` for people."""
+    """The reason. `code` is for programs, `words` for people."""
 
     code: str
     words: str

@@ -1,4 +1,4 @@
-"""The rule for the names of users and drones: what is a name, and when two names are the same."""
+"""The rule for names of users and drones: what is a valid name, and when two names are equal."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ MAX_NAME_LENGTH: Final = 64
 
 
 class BadName(Refusal):
-    """Not a usable name."""
+    """Not a valid name."""
 
 
 def clean_name(text: str) -> str:
-    """`text` as it is stored: trimmed, composed. Raises BadName unless it is 1..64 printable characters."""
+    """Returns `text` as stored: trimmed, NFC. Raises BadName unless it is 1..64 printable characters."""
     name = unicodedata.normalize("NFC", text).strip()
     if not name:
         raise BadName("a name must not be empty")
@@ -27,7 +27,7 @@ def clean_name(text: str) -> str:
 
 
 def is_name(text: str) -> bool:
-    """Whether anything can have this name. What cannot need not be looked for, and some databases choke on it."""
+    """Whether this is a valid name. Others need no lookup, and some databases fail on them."""
     try:
         clean_name(text)
     except BadName:
@@ -36,8 +36,8 @@ def is_name(text: str) -> bool:
 
 
 def name_key(name: str) -> str:
-    """Two names are the same when their keys are: upper and lower case, wide and narrow letters do not count.
+    """Two names are equal if their keys are: case and character width are ignored.
 
-    The key is cut to what the database keeps: folding can make a name longer than it was.
+    The key is truncated to what the database stores, because folding can lengthen a name.
     """
     return unicodedata.normalize("NFKC", unicodedata.normalize("NFKC", name).casefold())[:256]

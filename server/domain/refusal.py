@@ -1,8 +1,8 @@
-"""What every rule raises when the answer is no. Knows nothing of HTTP: `problems.py` maps it."""
+"""The exception that every rule raises to refuse. Independent of HTTP: `problems.py` maps it."""
 
 
 class Refusal(Exception):
-    """A request that was understood and turned down. The message is for people and holds no secrets."""
+    """A valid request that is refused. The message is for people and contains no secrets."""
 
     def __init__(self, message: str) -> None:
         super().__init__(message)
@@ -10,7 +10,7 @@ class Refusal(Exception):
 
 
 class RetryLater(Refusal):
-    """Refused for now. `retry_after_s`: when to try again."""
+    """Refused for now. `retry_after_s`: when a retry makes sense."""
 
     def __init__(self, message: str, *, retry_after_s: float) -> None:
         super().__init__(message)

@@ -1,8 +1,9 @@
-"""A user's relation to a drone and what it allows: the one table for REST, WebSocket, UDP, video and leases.
+"""How a user relates to a drone, and what that allows: one table for REST, WebSocket, UDP, video and leases alike.
 
-`access.py` has the other table: what an account may do that concerns no drone. Pure: knows no database and no live
-state. The caller passes owners, loans and team of the drone (`Ties`); `relation_of` returns the strongest relation, and
-`may` looks it up in `RIGHTS`.
+`access.py` has the other table: what an account may do apart from drones.
+
+Pure: no database and no live state. The caller passes the owners, borrowers and team of the drone (`Ties`);
+`relation_of` returns the strongest relation, and `may` looks it up in `RIGHTS`.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from wire.ids import UserId
 
 
 class TeamRole(StrEnum):
-    """The role of a team member."""
+    """The role of a member in a team."""
 
     OBSERVER = "observer"
     OPERATOR = "operator"
@@ -25,7 +26,7 @@ class TeamRole(StrEnum):
 
 
 class Relation(StrEnum):
-    """From the strongest to the weakest; the stronger one of two applies."""
+    """From the strongest to the weakest: a user with two relations has the stronger one."""
 
     ADMIN = "admin"
     """An admin of the tower, whoever owns the drone."""
@@ -34,30 +35,30 @@ class Relation(StrEnum):
     TEAM_OPERATOR = "team-operator"
     BORROWER = "borrower"
     OBSERVER = "observer"
-    """An observer in its team, or an account that only watches and was given the drone."""
+    """An observer of its team, or an account that only watches and has the drone for any reason."""
     STRANGER = "stranger"
 
 
 class Right(StrEnum):
-    """What can be done with one drone."""
+    """What a user can do with one drone."""
 
     SEE = "see"
-    """Its state, its place, its frames, its live video."""
+    """Its state, its position, its frames, its live video."""
     READ = "read"
-    """What is kept of it (recordings, flight logs), and asking the drone itself for something."""
+    """Its stored files (recordings, flight logs), and requests to the drone itself."""
     FLY = "fly"
-    """Have the controls, and what comes with them; say "stay"."""
+    """Have its controls and send what needs them; say "stay"."""
     TAKE = "take"
-    """Take the controls from somebody, give them back, assist."""
+    """Take the controls from another user, give them back, assist."""
     ERASE = "erase"
-    """Delete what is kept of it."""
+    """Delete its stored files."""
     LEND = "lend"
     RECORD = "record"
-    """Begin and end recordings of its video."""
+    """Start and end recordings of its video."""
     REHEARSE = "rehearse"
     """Rehearse the loss of the operator or of the tower."""
     CANCEL = "cancel"
-    """Stop an operation of somebody else. The holder with the turn may as well."""
+    """Cancel another user's operation. The user with the controls and the turn may do so as well."""
 
 
 _TOWER_ADMINS: Final = frozenset({Relation.ADMIN})
@@ -75,16 +76,16 @@ RIGHTS: Final[Mapping[Right, frozenset[Relation]]] = {
     Right.REHEARSE: _TOWER_ADMINS,
     Right.CANCEL: _TOWER_ADMINS,
 }
-"""Who has which right. A stranger has none: to them the drone does not exist. What is not here (settings, credentials,
+"""Who has which right. A stranger has none: to them the drone does not exist. Everything else (settings, credentials,
 owners, names) is for admins of the tower alone."""
 
 OF_THE_HOLDER: Final = frozenset({Right.RECORD, Right.REHEARSE})
-"""What the holder of the controls may do as well."""
+"""Rights that the holder has as well."""
 
 
 @dataclass(frozen=True)
 class Ties:
-    """Whom a drone has to do with. `crew`: the members of its team."""
+    """The people related to a drone. `crew`: the members of its team."""
 
     owners: frozenset[UserId] = frozenset()
     borrowers: frozenset[UserId] = frozenset()
@@ -92,7 +93,7 @@ class Ties:
 
 
 def relation_of(ties: Ties, user_id: UserId, role: Role) -> Relation:
-    """The strongest relation of this user, whose account has this role, to the drone."""
+    """Returns the strongest relation of this user, whose account has this role, to the drone."""
     if role is Role.ADMIN:
         return Relation.ADMIN
     relation = relation_by_ties(ties, user_id)
@@ -102,7 +103,7 @@ def relation_of(ties: Ties, user_id: UserId, role: Role) -> Relation:
 
 
 def relation_by_ties(ties: Ties, user_id: UserId) -> Relation:
-    """The same by the drone's people alone, whatever the account."""
+    """The relation by the drone's people alone, regardless of the account's role."""
     team_role = ties.crew.get(user_id)
     if team_role is TeamRole.ADMIN:
         return Relation.TEAM_ADMIN
@@ -116,5 +117,5 @@ def relation_by_ties(ties: Ties, user_id: UserId) -> Relation:
 
 
 def may(relation: Relation, right: Right, *, holds: bool = False) -> bool:
-    """Whether this relation to a drone has this right. `holds`: the user has its controls."""
+    """Whether a user with this relation to a drone has this right. `holds`: the user has its controls."""
     return relation in RIGHTS[right] or (holds and right in OF_THE_HOLDER)

@@ -1,4 +1,4 @@
-"""What an API token may be for. A person's own session is for everything; a token only for what it was made for."""
+"""The scopes of an API token. A session allows everything, a token only what it was created for."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ class Scope(StrEnum):
     FLY = "fly"
     """Have the controls and send what needs them."""
     ADMIN = "admin"
-    """What only admins may do."""
+    """Actions that only admins may perform."""
     METRICS = "metrics"
     """Read the tower's metrics."""
 

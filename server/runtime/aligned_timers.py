@@ -1,7 +1,7 @@
-"""Work that comes back again and again does so on common beats: one wake-up of the process serves all of it.
+"""Periodic work runs on common ticks, so that one wake-up of the process serves all of it.
 
-A process that sleeps and is woken pays a fifth of a millisecond for it, whatever it then does: the clock of the hub,
-the server's own and the sign-in of fifty viewers, each at moments of its own, were most of what an idle tower used.
+Waking the process costs a fifth of a millisecond, whatever it then does: the timers of the hub, of the server and of
+fifty viewers' sign-ins, each at its own time, were most of the load of an idle tower.
 """
 
 import asyncio
@@ -14,8 +14,8 @@ BEAT_S: Final = 0.1
 
 
 async def rest(about_s: float) -> float:
-    """Sleeps until the aligned tick nearest to this many seconds from now (exactly this long if that is less than a
-    tick). Returns when it was due, in monotonic seconds."""
+    """Sleeps until the tick nearest to so many seconds from now (exactly that long if it is less than a tick). Returns
+    when it was due, in monotonic seconds."""
     now = time.monotonic()
     due_at = _due_at(now, about_s)
     await asyncio.sleep(_rounded(due_at - now))
@@ -27,13 +27,13 @@ def _due_at(now: float, about_s: float) -> float:
 
 
 def _rounded(delay_s: float) -> float:
-    """Loops round to milliseconds: rounded up, all who wait for a beat wait for the same one."""
+    """Event loops round to milliseconds: rounded up, all tasks that wait for a tick wake together."""
     return math.ceil(delay_s * 1000) / 1000
 
 
 class SharedChecks:
-    """Checks the conditions of many tasks once a second, all in one go. A task that wakes up to check costs some forty
-    microseconds each time, and fifty viewers' sign-ins were a tenth of the cost of their video."""
+    """Checks the conditions of many tasks together, once a second: a task that wakes for its own check costs about
+    forty microseconds each time, and fifty viewers' sign-ins were a tenth of the cost of their video."""
 
     def __init__(self, every_s: float = 1.0) -> None:
         self._every_s = every_s
@@ -41,7 +41,7 @@ class SharedChecks:
         self._timer: asyncio.TimerHandle | None = None
 
     async def until(self, due: Callable[[], bool]) -> None:
-        """Returns at the first look that finds this `due`; raises what it raises."""
+        """Returns at the first check for which `due` is true; raises what it raises."""
         future = asyncio.get_running_loop().create_future()
         self._waiting[future] = due
         if self._timer is None:

@@ -1,4 +1,4 @@
-"""Work that goes on for as long as the tower does, whatever happens to it."""
+"""Work that runs for the life of the tower and restarts after errors."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ _log = structlog.get_logger(__name__)
 async def in_background(
     name: str, work: Callable[[], Awaitable[None]], *, again_after_s: float = AGAIN_AFTER_S
 ) -> AsyncIterator[None]:
-    """Runs `work` until the block ends. If it fails, logs that and starts it again: a tower that no longer checks
-    withdrawn rights or expired loans must not look healthy."""
+    """Runs `work` until the block ends. Logs a failure and starts it again: a tower that no longer checks for withdrawn
+    rights or expired loans must not look healthy."""
 
     async def for_ever() -> None:
         while True:

@@ -1,14 +1,14 @@
-"""When Python's garbage collector searches for cycles. During a search no frame moves and no hold goes out.
+"""When Python's garbage collector searches for cycles. During a search, no frame moves and no hold is sent.
 
 Reference counts free nearly everything at once; only objects that refer to each other need the search. By default it
-begins after a number of *new* objects. The state of a thousand drones that waits for twenty browsers is tens of
-thousands of them, created and freed five times a second: the whole memory was searched every 4 s, for 0.25 s each time
-(`python -m bench scale`). So young objects are searched as usual, and old ones at a suitable moment: seldom, or when
+starts after a number of *new* objects. The states of a thousand drones, queued for twenty browsers, are tens of
+thousands of objects, created and freed five times a second: the whole memory was searched every 4 s, for 0.25 s each
+time (`python -m bench scale`). So young objects are searched as usual, and old ones at a suitable time: seldom, or when
 memory has grown.
 
-Objects that live as long as a connection are old when it ends, so connections must leave no cycles: their ends undo
-mutual references (tests/integration/test_nothing_left_behind.py). An exception kept in a variable of a frame that it
-passed through is such a cycle too.
+Objects that live as long as a connection are old when it ends, so connections must leave no cycles: they drop their
+references at the end (tests/integration/test_nothing_left_behind.py). An exception stored in a variable of a frame that
+it passed through is such a cycle too.
 """
 
 import gc
@@ -18,26 +18,26 @@ from pathlib import Path
 from typing import Final
 
 YOUNG_OBJECTS: Final = 2_000
-"""New objects after which they are looked through: less than a millisecond."""
+"""New objects that trigger a search of the young: less than a millisecond."""
 
 YOUNG_ROUNDS: Final = 5
-"""Rounds of those after which what has survived since the last time is looked through too: some milliseconds."""
+"""Such searches that trigger a search of the survivors since the last time: some milliseconds."""
 
 NEVER: Final = 1_000_000
-"""Rounds before Python would search everything by itself."""
+"""Such rounds before Python would search everything by itself."""
 
 EVERY_S: Final = 3600.0
-"""Interval of full searches while nobody flies by hand."""
+"""Interval of full searches while no drone is flown by hand."""
 
 GROWN_BYTES: Final = 64 * 1024 * 1024
-"""Or when memory has grown by this much since the last search, more than a thousand drones that begin to fly; then at
-most every AGAIN_S."""
+"""Or when memory has grown by this much since the last time, which is more than a thousand drones that begin to fly;
+then at most every AGAIN_S."""
 
 AGAIN_S: Final = 15.0
 
 AT_LEAST_EVERY_S: Final = 24 * 3600.0
 AT_LEAST_BYTES: Final = 256 * 1024 * 1024
-"""Even during flight by hand: garbage must not grow without bound."""
+"""Even while drones are flown by hand: unfreeable memory must not grow without limit."""
 
 
 def settle_memory() -> None:
@@ -48,7 +48,7 @@ def settle_memory() -> None:
 
 
 def resident_bytes() -> int:
-    """What the process has in memory now; 0 where the system does not tell."""
+    """Resident memory of the process; 0 if the system does not report it."""
     try:
         return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
     except OSError:
@@ -56,7 +56,7 @@ def resident_bytes() -> int:
 
 
 class FullSearch:
-    """Ask it every second."""
+    """Call `check` every second."""
 
     def __init__(
         self, now: float, *, collect: Callable[[], object] = gc.collect, memory: Callable[[], int] = resident_bytes
@@ -67,7 +67,7 @@ class FullSearch:
         self._least = memory()
 
     def check(self, now: float, *, flown_by_hand: bool) -> None:
-        """Searches if it is time. `flown_by_hand`: a pilot would feel the pause."""
+        """Searches if it is time. `flown_by_hand`: a pilot would feel a pause in the sticks."""
         held = self._memory()
         self._least = min(self._least, held)
         since_s, grown = now - self._last_at, held - self._least

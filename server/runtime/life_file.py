@@ -1,6 +1,6 @@
-"""A locked file that shows that a process lives: the kernel releases the lock when the process ends.
+"""A locked file that shows that a process is alive: the kernel releases the lock however the process ends.
 
-Each process locks its own file. A stopped process (SIGSTOP) lives: its lock stays.
+Each process locks its own file. A stopped process (SIGSTOP) is alive: its lock stays.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class LifeFile:
 
 
 def has_died(path: Path) -> bool:
-    """Whether the process of this life file is dead for certain. False where the file is missing: nothing is known."""
+    """Whether the process of this life file is certainly dead. False if the file is missing: nothing is known."""
     try:
         descriptor = os.open(path, os.O_RDWR | os.O_CLOEXEC)
     except OSError:

@@ -1,4 +1,4 @@
-"""Opening the tower's TCP port, with an error that a person can act on."""
+"""Opens the tower's TCP port, with actionable errors."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import socket
 from typing import Final
 
 UNSENT_BYTES: Final = 16 * 1024
-"""How much the kernel may buffer per connection beyond the data in flight. More would be stale data that nobody can
-drop. Connections inherit it from the listening socket."""
+"""Bytes that the kernel may buffer for a connection beyond those in flight. More would become stale where nothing can
+discard it; connections inherit it from the listening socket."""
 
 
 class CannotListen(Exception):
-    """A port cannot be had. The message names it, and the variable that chooses another."""
+    """A port is not available. The message names it, and the variable that chooses another."""
 
     def __init__(self, variable: str, host: str, port: int, error: OSError) -> None:
         number = _errno(error)
@@ -26,7 +26,7 @@ class CannotListen(Exception):
 
 
 def _errno(error: BaseException | None) -> int | None:
-    """Event loops like to wrap the system's own error in one that only has words."""
+    """Event loops often wrap the system's error in one without an errno."""
     while error is not None:
         if isinstance(error, OSError) and error.errno is not None:
             return error.errno
@@ -35,7 +35,7 @@ def _errno(error: BaseException | None) -> int | None:
 
 
 def listen(host: str, port: int) -> socket.socket:
-    """A listening TCP socket; port 0 lets the kernel choose. Raises CannotListen."""
+    """Returns a listening TCP socket; port 0 lets the kernel choose. Raises CannotListen."""
     try:
         family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
         opened = socket.socket(family, kind, protocol)
@@ -53,7 +53,7 @@ def listen(host: str, port: int) -> socket.socket:
 
 
 def address_in_words(opened: socket.socket) -> str:
-    """The URL people type for a listening socket."""
+    """The URL for a listening socket, as people type it."""
     host, port = opened.getsockname()[:2]
     if host in {"0.0.0.0", "::"}:  # noqa: S104 - recognised here, not bound
         host = "localhost"

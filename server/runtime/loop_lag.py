@@ -1,4 +1,4 @@
-"""How late the tower's event loop is: every frame waits as long as this for its turn."""
+"""How late the tower's event loop is: every frame waits this long."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from server.runtime.aligned_timers import rest
 
 CHECK_EVERY_S: Final = 0.5
 REMEMBERED: Final = 120
-"""A minute of looks."""
+"""Samples of one minute."""
 
 
 class LoopLag:
@@ -18,7 +18,7 @@ class LoopLag:
         self._late_s: deque[float] = deque(maxlen=REMEMBERED)
 
     async def watch(self) -> None:
-        """Until cancelled."""
+        """Runs until cancelled."""
         while True:
             due = await rest(CHECK_EVERY_S)
             self._late_s.append(max(0.0, time.monotonic() - due))
@@ -29,5 +29,5 @@ class LoopLag:
 
     @property
     def worst_ms(self) -> float:
-        """Of the last minute."""
+        """Maximum of the last minute."""
         return round(max(self._late_s, default=0.0) * 1000, 2)

@@ -1,5 +1,5 @@
-"""Makes the data folder and the database readable only for the tower's own user, also if an older version or another
-umask left them open."""
+"""Restricts the tower's data folder and database to its own user, even if an older version or another umask left them
+open to everybody."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ _log = structlog.get_logger(__name__)
 
 
 def make_private_file(path: Path) -> None:
-    """The file, created if missing, and SQLite's files beside it. Leaves another user's file as it is; SQLite reports a
-    file that cannot be created."""
+    """Creates the file if it is missing and restricts it, with the side files of SQLite. Leaves a file of another user
+    as it is; SQLite reports one that cannot be created."""
     with suppress(OSError):
         os.close(os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600))
     for ending in _SIDE_FILES:
@@ -28,7 +28,8 @@ def make_private_file(path: Path) -> None:
 
 
 def make_private_folder(folder: Path) -> None:
-    """The data folder, if it is ours: it has the tower's key or database in it. Another folder is left as it is."""
+    """Restricts the data folder if it is ours, that is, if it contains the tower's key or database. Leaves other
+    folders as they are."""
     if (folder / KEY_FILE).is_file() or any(folder.glob("tower.sqlite3*")):
         _close_to_others(folder, 0o700)
 

@@ -1,8 +1,8 @@
 """The tower's settings: one frozen object, read once from the environment. `docs/settings.md` describes each.
 
-Why not pydantic-settings: it makes this file longer (by 13 lines, tried with 2.16). Each reader stays,
-because a fault names the variable and the rule in our words and never shows the value. A source for a given
-environment and the translation of its errors come on top.
+Why not pydantic-settings: it makes this file longer (by 13 lines, tried with 2.16). Each reader stays, because an error
+names the variable and the rule in our words and never shows the value. A source for a given environment and the
+translation of its errors would be added.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _WEB: Final = _CHECKOUT / "web" / "dist"
 
 
 class SettingsError(ValueError):
-    """A variable holds something that cannot be used. The message names it, and never shows its value."""
+    """A variable holds an invalid value. The message names the variable, and never shows its value."""
 
     def __init__(self, variable: str, problem: str) -> None:
         super().__init__(f"{variable} {problem}")
@@ -47,7 +47,7 @@ def _number(least: float, most: float, kind: type[int] | type[float] = int) -> C
 
 
 def _database_url(text: str) -> str:
-    """Takes the addresses people usually have at hand and names the asynchronous driver in them."""
+    """Accepts common database URLs and adds the asynchronous driver."""
     scheme, separator, rest = text.partition("://")
     drivers = {
         "sqlite": "sqlite+aiosqlite",
@@ -77,7 +77,7 @@ def _host(text: str) -> str:
 
 
 def _addresses(text: str) -> str:
-    """Addresses and networks, with commas between."""
+    """Addresses and networks, separated by commas."""
     parts = [part.strip() for part in text.split(",")]
     for part in parts:
         try:
@@ -143,44 +143,44 @@ def _setting(default: Any, variable: str, read: Callable[[str], Any]) -> Any:
 
 @dataclass(frozen=True)
 class Settings:
-    """Everything that can be set from outside. Each field's environment variable is in its metadata."""
+    """All configurable settings. Each field's environment variable is in its metadata."""
 
     host: str = _setting("127.0.0.1", "TOWER_HOST", _host)
     port: int = _setting(8000, "TOWER_PORT", _number(0, 65_535))
     udp_host: str = _setting("", "TOWER_UDP_HOST", _host)
-    """Where the data channel listens. Empty: the same as `host`."""
+    """Address of the data channel. Empty: the same as `host`."""
     udp_port: int = _setting(14_650, "TOWER_UDP_PORT", _number(0, 65_535))
     public_url: str = _setting("", "TOWER_PUBLIC_URL", _public_url)
-    """The public address, if a proxy hides it. Empty: the Host header's."""
+    """The tower's address for browsers, if a proxy hides it. Empty: the Host header counts."""
     tls_certificate: Path | None = field(default=None, metadata=_from("TOWER_TLS_CERTIFICATE", Path))
-    """The certificate that the proxy shows to agents, in PEM; they bind their signatures to it. None: not known."""
+    """The certificate that the proxy shows to agents, in PEM; agents bind their signatures to it. None: not known."""
     drone_credentials_until: datetime | None = field(
         default=None, metadata=_from("TOWER_DRONE_CREDENTIALS_UNTIL", _moment)
     )
-    """From then on no agent signs in by a bearer credential of an older version. None: for as long as there are any."""
+    """From then on no agent may sign in with a bearer credential of an older version. None: no limit."""
     trusted_proxies: str = _setting("127.0.0.1,::1", "TOWER_TRUSTED_PROXIES", _addresses)
-    """Proxies that may name their client and say that it came over TLS (X-Forwarded-For, X-Forwarded-Proto)."""
+    """Proxies whose X-Forwarded-For and X-Forwarded-Proto headers are trusted."""
     var: Path = field(default=_VAR, metadata=_from("TOWER_VAR", Path))
     database_url: str = _setting("", "DATABASE_URL", _database_url)
     database_timeout_s: float = _setting(2.0, "TOWER_DATABASE_TIMEOUT_S", _number(0.1, 60, float))
-    """Longest wait for one answer of the database."""
+    """Maximum time to wait for one response of the database."""
     web: Path = field(default=_WEB, metadata=_from("TOWER_WEB", Path))
     secret_keys: str = field(default="", repr=False, metadata=_from("TOWER_SECRET_KEYS", _keys))
-    """With them secrets that must be read again are sealed in the database. Empty: those in `secret_key_file`."""
+    """Keys that seal secrets in the database that must be read again. Empty: those in `secret_key_file`."""
     secret_key_file: Path = field(default=_UNSET, metadata=_from("TOWER_SECRET_KEY_FILE", Path))
     session_idle_s: float = _setting(float(_DAY_S / 2), "TOWER_SESSION_IDLE_S", _number(60, 366 * _DAY_S, float))
     session_lifetime_s: float = _setting(
         float(7 * _DAY_S), "TOWER_SESSION_LIFETIME_S", _number(60, 366 * _DAY_S, float)
     )
     admins_need_second_factor: bool = _setting(False, "TOWER_ADMINS_NEED_SECOND_FACTOR", _yes_or_no)
-    """An admin without one may only set one up."""
+    """An admin without a second factor may only set one up."""
     token_longest_days: int = _setting(365, "TOWER_TOKEN_LONGEST_DAYS", _number(1, 365))
-    """The longest life that a new API token can be given."""
+    """The maximum lifetime of a new API token."""
     argon2_concurrency: int = _setting(2, "TOWER_ARGON2_CONCURRENCY", _number(1, 64))
     argon2_memory_kib: int = _setting(65_536, "TOWER_ARGON2_MEMORY_KIB", _number(19_456, 4_194_304))
     argon2_rounds: int = _setting(3, "TOWER_ARGON2_ROUNDS", _number(2, 100))
     argon2_process: bool = _setting(True, "TOWER_ARGON2_PROCESS", _yes_or_no)
-    """Passwords are hashed in a process of their own. False: in threads of the tower, where a hash can delay frames."""
+    """Passwords are hashed in a separate process. False: in threads of the tower, where a hash can delay frames."""
     user_frames_per_s: int = _setting(500, "TOWER_USER_FRAMES_PER_S", _number(100, 1_000_000))
     user_frames_burst: int = _setting(4_000, "TOWER_USER_FRAMES_BURST", _number(100, 1_000_000))
     drone_frames_per_s: int = _setting(300, "TOWER_DRONE_FRAMES_PER_S", _number(100, 1_000_000))
@@ -192,29 +192,29 @@ class Settings:
     user_video_sockets: int = _setting(60, "TOWER_USER_VIDEO_SOCKETS", _number(1, 100_000))
     address_video_sockets: int = _setting(200, "TOWER_ADDRESS_VIDEO_SOCKETS", _number(1, 100_000))
     metrics_token: str = field(default="", repr=False, metadata=_from("TOWER_METRICS_TOKEN", _secret))
-    """Whoever shows it may read the metrics. Empty: only admins, and API tokens made for it."""
+    """A token that allows reading the metrics. Empty: only admins, and API tokens with the metrics scope."""
     separation_horizontal_m: float = _setting(15.0, "TOWER_SEPARATION_HORIZONTAL_M", _number(0, 1_000, float))
-    """Two drones that will be nearer than this over ground, and than the next in height, are an alert. 0: nothing is
-    watched."""
+    """An alert is raised if two drones will be nearer than this horizontally, and nearer than the next setting
+    vertically. 0: no separation watch."""
     separation_vertical_m: float = _setting(10.0, "TOWER_SEPARATION_VERTICAL_M", _number(1, 1_000, float))
     separation_ahead_s: float = _setting(30.0, "TOWER_SEPARATION_AHEAD_S", _number(5, 120, float))
-    """How far ahead the watch looks."""
+    """How far ahead the separation watch predicts."""
     tiles: TileSource | None = field(default=None, metadata=_from("TOWER_TILES", read_tiles))
-    """What the map shows over its coastline; None: nothing."""
+    """Map tiles over the built-in coastline; None: none."""
     tiles_attribution: str = _setting("", "TOWER_TILES_ATTRIBUTION", _attribution)
     tiles_most_zoom: int = _setting(19, "TOWER_TILES_MOST_ZOOM", _number(0, 24))
-    """For tiles from elsewhere; beyond it they are stretched. A file contains its own."""
+    """Maximum zoom of tiles from elsewhere; beyond it they are stretched. A tile file has its own."""
     files: Path = field(default=_UNSET, metadata=_from("TOWER_FILES", Path))
-    """Where flight logs and recordings are kept. Not set: `files` in `var`."""
+    """Folder of flight logs and recordings. Not set: `files` in `var`."""
     files_budget_mb: int = _setting(5_000, "TOWER_FILES_BUDGET_MB", _number(1, 100_000_000))
-    """For all flight logs together, in millions of bytes; the oldest are removed first."""
+    """Total of all flight logs, in millions of bytes; the oldest are removed first."""
     file_largest_mb: int = _setting(500, "TOWER_FILE_LARGEST_MB", _number(1, 100_000))
     recordings_budget_mb: int = _setting(20_000, "TOWER_RECORDINGS_BUDGET_MB", _number(1, 100_000_000))
-    """For all video recordings together, in millions of bytes; the oldest are removed first."""
+    """Total of all video recordings, in millions of bytes; the oldest are removed first."""
     recording_largest_mb: int = _setting(2_000, "TOWER_RECORDING_LARGEST_MB", _number(1, 100_000))
     recording_longest_s: float = _setting(7_200.0, "TOWER_RECORDING_LONGEST_S", _number(10, 7 * _DAY_S, float))
     security_contact: str = _setting("", "TOWER_SECURITY_CONTACT", _contact)
-    """Where to report vulnerabilities, for `/.well-known/security.txt`. Empty: no such page."""
+    """Contact for reports of vulnerabilities, published in `/.well-known/security.txt`. Empty: no such page."""
     log_format: str = _setting("auto", "TOWER_LOG_FORMAT", _log_format)
 
     def __post_init__(self) -> None:
@@ -233,7 +233,7 @@ class Settings:
         return parse_keys(self.secret_keys, ",") if self.secret_keys else ()
 
     def vault(self) -> Vault:
-        """A vault with these keys. It reads its key file only in `find_keys`."""
+        """A vault with these keys. It reads its key file only when asked to find its keys."""
         return Vault(keys=self.secret_key_list, key_file=self.secret_key_file)
 
     @property
@@ -247,7 +247,7 @@ def variables() -> dict[str, str]:
 
 
 def read_settings(environment: Mapping[str, str]) -> Settings:
-    """The settings in `environment`. An empty variable counts as not set. Raises SettingsError."""
+    """Reads the settings from `environment`. An empty variable counts as not set. Raises SettingsError."""
     values: dict[str, Any] = {}
     for one in fields(Settings):
         variable = one.metadata["variable"]

@@ -1,7 +1,7 @@
-"""The source of the map's tiles: parses `TOWER_TILES` for tower and console.
+"""The source of map tiles: parses `TOWER_TILES` for the tower and the console.
 
 Nothing (the console's own coastline), a URL template of raster tiles elsewhere, or a PMTiles file that the tower
-serves. The file is checked here, so that a wrong one is reported at the start and not by an empty map.
+serves. The file is checked here, so that a wrong one is reported at start and not by an empty map.
 """
 
 from __future__ import annotations
@@ -34,20 +34,20 @@ class NoTileFile(Refusal):
 
 @dataclass(frozen=True)
 class TileAddresses:
-    """Raster tiles that browsers fetch from somewhere else."""
+    """Raster tiles that browsers fetch from elsewhere."""
 
     template: str
 
     @property
     def origin(self) -> str:
-        """The only address besides ours that the console's page may then ask."""
+        """The only address besides ours that the console's page may then load from."""
         parts = urlsplit(self.template)
         return f"{parts.scheme}://{parts.netloc}"
 
 
 @dataclass(frozen=True)
 class TileFile:
-    """A PMTiles file, absolute."""
+    """A PMTiles file, with an absolute path."""
 
     path: Path
     kind: TileKind
@@ -57,7 +57,7 @@ TileSource = TileAddresses | TileFile
 
 
 def read_tiles(text: str) -> TileSource:
-    """Raises ValueError with what is wrong."""
+    """Raises ValueError with the reason."""
     return _addresses(text) if "://" in text else _file(Path(text))
 
 

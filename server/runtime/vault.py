@@ -1,7 +1,7 @@
 """Seals the few secrets that the tower must be able to read again (those of second factors), so that a copy of the
-database alone is worth nothing. Everything else secret is kept as a hash.
+database alone is worthless. All other secrets are stored as hashes.
 
-The keys are Fernet's, of the library `cryptography`, newest first: the first one seals, all of them open.
+The keys are Fernet keys of the library `cryptography`, newest first: the first one seals, all of them open.
 """
 
 import os
@@ -12,11 +12,11 @@ from typing import Final
 from cryptography.fernet import Fernet, InvalidToken, MultiFernet
 
 KEY_FILE: Final = "secret.key"
-"""Beside the database, by default; one key per line."""
+"""Default file, beside the database; one key per line."""
 
 
 class VaultError(Exception):
-    """The message says in one line what is wrong with the keys, and what to do. It shows none of them."""
+    """The message says in one line what is wrong with the keys, and what to do. Shows no key."""
 
 
 def new_key() -> str:
@@ -25,7 +25,7 @@ def new_key() -> str:
 
 
 def parse_keys(text: str, separator: str) -> tuple[str, ...]:
-    """Raises ValueError unless there is at least one, and all of them are keys."""
+    """Raises ValueError unless there is at least one key and all are valid."""
     keys = tuple(part.strip() for part in text.split(separator) if part.strip())
     if not keys:
         raise ValueError("no key")
@@ -35,7 +35,7 @@ def parse_keys(text: str, separator: str) -> tuple[str, ...]:
 
 
 class Vault:
-    """Finds its keys on request. Until then it can neither seal nor open."""
+    """Loads its keys on request. Until then it can neither seal nor open."""
 
     def __init__(self, *, keys: Sequence[str] = (), key_file: Path) -> None:
         self._key_file = key_file
@@ -45,11 +45,11 @@ class Vault:
 
     @property
     def where(self) -> str:
-        """Where its keys are looked for, in words."""
+        """Where the keys were looked for, as text for people."""
         return f"TOWER_SECRET_KEYS is not set and there is no file {self._key_file}"
 
     def find_keys(self) -> bool:
-        """Whether there are any. Raises VaultError where the file holds something else."""
+        """Returns whether there are keys. Raises VaultError if the file holds anything else."""
         if self._fernet is None:
             try:
                 self._take(parse_keys(self._key_file.read_text(), "\n"))
@@ -64,10 +64,11 @@ class Vault:
         return True
 
     def make_key(self) -> None:
-        """A first key in the file, for the tower's user alone. Only where nothing has been sealed yet."""
+        """Creates a first key in the file, readable only by the tower's user. Only where nothing has been sealed
+        yet."""
         try:
             self._key_file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-            # Written beside and linked into place: never half a key, and never over another process's.
+            # Written beside and linked into place: never a partial key, and never over another process's key.
             draft = self._key_file.with_name(f".{self._key_file.name}.{os.getpid()}")
             descriptor = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
             try:
@@ -86,11 +87,11 @@ class Vault:
             raise VaultError(f"the key file {self._key_file} cannot be made: another process was making one")
 
     def seal(self, secret: str, *, about: str) -> str:
-        """`about`: whose it is and what for. It opens for the same only."""
+        """`about`: owner and purpose. The secret opens only for the same value."""
         return self._opened().encrypt(f"{about}\n{secret}".encode()).decode()
 
     def open(self, sealed: str, *, about: str) -> str:
-        """Raises VaultError where it was sealed with another key, for something else, or is damaged."""
+        """Raises VaultError if it was sealed with another key, for another purpose, or is damaged."""
         try:
             purpose, _, secret = self._opened().decrypt(sealed).decode().partition("\n")
         except InvalidToken:
@@ -100,7 +101,7 @@ class Vault:
         return secret
 
     def reseal(self, sealed: str) -> str:
-        """The same secret under the newest key. Raises VaultError where it cannot be opened."""
+        """Returns the same secret under the newest key. Raises VaultError if it cannot be opened."""
         try:
             return self._opened().rotate(sealed).decode()
         except InvalidToken:

@@ -1,11 +1,10 @@
-"""How the tower reaches its database: SQLite by default, PostgreSQL by DATABASE_URL. Holds no table and no rule.
+"""Access to the database: SQLite by default, PostgreSQL by DATABASE_URL. Contains no table and no rule.
 
-Two doors, because the two databases agree on little else:
-- `reading()`: one consistent picture, nothing may be written.
-- `writing()`: one transaction, committed when the block ends well. On SQLite it takes the write lock at its
-  beginning, so that "read, decide, write" never fails half way because another process wrote in between. The writers
-  of this process go in one by one, in the order in which they came: SQLite lets those that wait try again at moments
-  of chance, so that of many some would wait for longer than the timeout, and fail.
+There are two entry points, because the two databases have little else in common:
+- `reading()`: one consistent snapshot, without writes.
+- `writing()`: one transaction, committed when the block succeeds. On SQLite it takes the write lock at its beginning,
+  so that "read, decide, write" never fails half way because of another process. Writers of this process queue in order:
+  SQLite retries waiting writers at random times, so that with many some would wait longer than the timeout, and fail.
 """
 
 from __future__ import annotations
@@ -31,25 +30,25 @@ from server.runtime.private_files import make_private_file
 from server.store.database_wait import DatabaseWait, EndingTasks, current_wait, giving_up_after, left_s, waiting_at_most
 
 TIMEOUT_S: Final = 2.0
-"""How long the database may take to answer, to be reached, or to be free for a writer."""
+"""Maximum time for the database to respond, to be reached, or to be free for a writer."""
 
 _SQLITE_POOL: Final[dict[str, Any]] = {"pool_size": 15, "max_overflow": 0, "pool_use_lifo": True}
-"""As many connections as SQLAlchemy allows by default, but all are kept: each has a thread, and starting one stops the
-event loop."""
+"""As many connections as SQLAlchemy allows by default, but none is closed after use: each has a thread, and starting
+one blocks the event loop."""
 
 WARM_CONNECTIONS: Final = 6
-"""Opened before the tower listens: a flood of requests would open them all at once, and stop every frame for 70 ms."""
+"""Opened before the tower listens: a flood of requests would open them all at once, and block every frame for 70 ms."""
 
 COMMAND_TIMEOUT_S: Final = 5.0
-"""The same for a command line (`tower drone add` beside a running tower), which no flight depends on."""
+"""The same for a command (`tower drone add` beside a running tower), which no flight depends on."""
 
 TRANSACTION_TIMEOUTS: Final = 3
-"""Gives up a transaction after this many timeouts, however single queries go."""
+"""A transaction is given up after this many timeouts, even if each statement is answered in time."""
 
 NOT_TRIED_FOR_S: Final = 10.0
 
 BUSY_STEP_MS: Final = 50
-"""SQLite may wait this much longer than its caller: setting the exact time would need another query each time."""
+"""SQLite may wait this much longer than its caller, because setting the exact time would cost a statement each time."""
 _BUSY_MS: Final = "tower_busy_ms"
 
 NAMING: Final = {
@@ -62,13 +61,13 @@ NAMING: Final = {
 
 
 class Base(DeclarativeBase):
-    """The base of every table. The naming makes constraints reachable by migrations on both databases."""
+    """The base of every table. The naming convention lets migrations address constraints on both databases."""
 
     metadata = MetaData(naming_convention=NAMING)
 
 
 class UtcDateTime(TypeDecorator[datetime]):
-    """A moment, always with a time zone in Python. SQLite has no such type and keeps it as UTC text."""
+    """A time, always with a time zone in Python. SQLite has no such type and stores it as UTC text."""
 
     impl = DateTime(timezone=True)
     cache_ok = True
@@ -89,22 +88,22 @@ class UtcDateTime(TypeDecorator[datetime]):
 
 Found = TypeVar("Found")
 DatabaseSession = AsyncSession
-"""One transaction. The floors above name it by this, and need no library for it."""
+"""One transaction. Lets other modules name the type without importing the library."""
 DatabaseError = DBAPIError
-"""The database refused a statement, or went away."""
+"""The database refused a statement, or disconnected."""
 
 
 class DatabaseUnavailable(SQLAlchemyError):
-    """The database cannot be reached, does not answer in time, or takes no writes. Nothing was carried out, unless the
-    answer to a commit was lost."""
+    """The database cannot be reached, does not respond in time, or accepts no writes. Nothing was carried out, unless
+    the response to a commit was lost."""
 
 
 class LockLost(DatabaseUnavailable):
-    """Another process is the tower of this database: this one writes nothing any more."""
+    """Another process is the tower of this database: this one no longer writes."""
 
 
 class AnswerTimes:
-    """How the database answers, counted."""
+    """Counters of the database's responses."""
 
     def __init__(self) -> None:
         self.transactions = 0
@@ -112,11 +111,11 @@ class AnswerTimes:
         self.total_s = 0.0
         self.last_s = 0.0
         self.failing = False
-        """Whether the last transaction to end found it out of reach."""
+        """Whether the last completed transaction found the database unreachable."""
         self._write_failed_at = float("-inf")
 
     def takes_writes(self) -> bool:
-        """As far as is known: what is not worth waiting for is not tried just after a write has failed."""
+        """As far as is known: writes of low value are not tried shortly after a failed one."""
         return time.perf_counter() - self._write_failed_at > NOT_TRIED_FOR_S
 
     def ended(self, took_s: float, *, failed: bool, wrote: bool) -> None:
@@ -130,7 +129,7 @@ class AnswerTimes:
 
 
 class PoolUse(NamedTuple):
-    """Connections to the database. `size`: kept open at most."""
+    """Connections to the database. `size`: the maximum kept open."""
 
     in_use: int
     idle: int
@@ -138,13 +137,13 @@ class PoolUse(NamedTuple):
 
 
 class Database:
-    """An open database. Use `open_database`; `close` when done."""
+    """An open database. Create it with `open_database`; `close` it when done."""
 
     def __init__(self, engine: AsyncEngine, *, timeout_s: float = COMMAND_TIMEOUT_S) -> None:
         self.engine = engine
         self.answers = AnswerTimes()
         self.guard: Callable[[AsyncSession], Awaitable[None]] | None = None
-        """Asked at the beginning of each transaction that writes; raises where this process may not."""
+        """Called at the beginning of each writing transaction; raises if this process may not write."""
         self._timeout_s = timeout_s
         self._ending = EndingTasks()
         sqlite = engine.dialect.name == "sqlite"
@@ -162,8 +161,8 @@ class Database:
 
     @asynccontextmanager
     async def writing(self) -> AsyncIterator[AsyncSession]:
-        """Raises DatabaseUnavailable, and LockLost by the guard."""
-        # The turn comes first: who waits for it has no connection yet, and keeps no reader from one.
+        """Raises DatabaseUnavailable, and LockLost from the guard."""
+        # The turn comes first: a waiting writer has no connection yet, and keeps no reader from one.
         async with self._in_time(wrote=True), self._turn(), self._writing() as session, session.begin():
             if self.guard is not None:
                 await self.guard(session)
@@ -185,7 +184,7 @@ class Database:
         except (DBAPIError, GaveUp) as error:
             if isinstance(error, (IntegrityError, ProgrammingError, DataError)):
                 failed = False
-                raise  # it answered
+                raise  # the database responded
             raise DatabaseUnavailable(_words(error)) from error
         except (TimeoutError, ConnectionError) as error:
             raise DatabaseUnavailable(f"the database did not answer: {type(error).__name__}") from error
@@ -215,8 +214,8 @@ class Database:
             self._writers.release()
 
     async def in_time(self, work: Coroutine[Any, Any, Found]) -> Found:
-        """For questions that something else can take the place of: does not wait either for the end of what was given
-        up. Raises DatabaseUnavailable, and what `work` raises."""
+        """For queries with a fallback: does not wait for the end of a transaction that was given up either. Raises
+        DatabaseUnavailable, and what `work` raises."""
         with self.bounded_wait() as wait:
             working: asyncio.Future[Any] = asyncio.create_task(work)
             try:
@@ -230,18 +229,18 @@ class Database:
         raise DatabaseUnavailable("the database did not answer in time")
 
     def bounded_wait(self) -> AbstractContextManager[DatabaseWait]:
-        """For a request: in this block failing transactions take no longer together than one may."""
+        """For a request: limits the total time of failing transactions in this block to that of one."""
         return waiting_at_most(self._timeout_s)
 
     async def warm_up(self) -> None:
-        """Opens WARM_CONNECTIONS, where there is a pool that keeps them."""
+        """Opens WARM_CONNECTIONS, if there is a pool that keeps them."""
         if isinstance(self.engine.pool, QueuePool):
             async with AsyncExitStack() as opened:
                 for _ in range(WARM_CONNECTIONS):
                     await opened.enter_async_context(self.engine.connect())
 
     def pool_use(self) -> PoolUse | None:
-        """None where there is no pool of a bounded size."""
+        """None without a pool of bounded size."""
         pool = self.engine.pool
         return PoolUse(pool.checkedout(), pool.checkedin(), pool.size()) if isinstance(pool, QueuePool) else None
 
@@ -256,8 +255,8 @@ def _words(error: SQLAlchemyError) -> str:
 
 
 def open_database(url: str, *, timeout_s: float = COMMAND_TIMEOUT_S) -> Database:
-    """Prepares the engine; the first connection is made by the first question. Its errors show no values: they end
-    up in logs. `timeout_s`: of each question, each wait for another writer, and each attempt to reach it."""
+    """Prepares the engine; the first query connects. Its errors show no values, because they are logged. `timeout_s`:
+    of each query, each wait for another writer, and each attempt to connect."""
     parsed = make_url(url)
     if parsed.get_backend_name() != "sqlite":
         return Database(_postgres(parsed, timeout_s), timeout_s=timeout_s)
@@ -265,7 +264,7 @@ def open_database(url: str, *, timeout_s: float = COMMAND_TIMEOUT_S) -> Database
     pool = {**_SQLITE_POOL, "pool_timeout": timeout_s} if is_file else {}
     engine = create_async_engine(parsed, hide_parameters=True, **pool)
     if parsed.database and is_file:
-        # Nobody else on the machine has any business with it.
+        # Only the tower's own user may read it.
         path = Path(parsed.database)
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         event.listen(engine.sync_engine, "do_connect", lambda *_: make_private_file(path))
@@ -275,8 +274,8 @@ def open_database(url: str, *, timeout_s: float = COMMAND_TIMEOUT_S) -> Database
 
 
 def _postgres(url: URL, timeout_s: float) -> AsyncEngine:
-    # The server ends what this process does not: a transaction of a tower that was stopped must not be carried out
-    # when it goes on, nor keep its locks until then.
+    # The server ends transactions that this process does not: a stopped tower must not execute one when it resumes, nor
+    # keep its locks until then.
     timeout_ms = str(round(timeout_s * 1000))
     return create_async_engine(
         url,
@@ -295,7 +294,7 @@ def _postgres(url: URL, timeout_s: float) -> AsyncEngine:
 
 
 def _prepare_sqlite(timeout_ms: int, connection: Any, _record: Any) -> None:
-    # The driver's own idea of when to begin a transaction leaves reads outside of any: take it over.
+    # The driver leaves reads outside of any transaction: the tower begins transactions itself.
     connection.isolation_level = None
     cursor = connection.cursor()
     for pragma in (
@@ -309,7 +308,7 @@ def _prepare_sqlite(timeout_ms: int, connection: Any, _record: Any) -> None:
 
 
 def _begin_sqlite(timeout_s: float, connection: Any) -> None:
-    # SQLite waits in a thread, where nobody can call it off: it must not wait for longer than its caller.
+    # SQLite waits in a thread that cannot be cancelled: it must not wait longer than its caller.
     wait_ms = max(1, round(left_s(timeout_s) * 1000))
     set_ms = connection.info.get(_BUSY_MS, round(timeout_s * 1000))
     if not set_ms - BUSY_STEP_MS <= wait_ms <= set_ms:

@@ -1,4 +1,4 @@
-"""How the database is at this moment: its kind, revision, size, and how fast it answers."""
+"""The present state of the database: its kind, revision, size and response time."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ class DatabaseFacts:
 
 
 async def database_facts(database: Database) -> DatabaseFacts:
-    """Asks it now."""
+    """Queries the database now."""
     kind = database.engine.url.get_backend_name()
-    # On PostgreSQL the size of a large database takes a look at its files, not at its rows.
+    # On PostgreSQL the size comes from the files, not from the rows, however large the database is.
     size = "SELECT page_count * page_size FROM pragma_page_count(), pragma_page_size()"
     began = time.perf_counter()
     async with database.reading() as session:

@@ -1,7 +1,7 @@
-"""Bounds how long one caller waits for a failing database: all its transactions together.
+"""Limits how long one caller waits for a failing database: all its transactions together, not each one.
 
-A request queries the database several times: sender, action, result. If each query waited for its own timeout, the
-response would come after several of them.
+A request queries the database several times: for its sender, for its object, for its response. If each query waited for
+its own timeout, the response would come after several of them.
 """
 
 from __future__ import annotations
@@ -14,22 +14,23 @@ from contextvars import ContextVar
 from typing import Any, Final
 
 ENDS_WITHIN_S: Final = 0.2
-"""After it was given up. The driver asks a frozen server to cancel what it does, and waits for the answer."""
+"""Time to end after being given up. The driver asks a frozen server to cancel its work, and waits for the response."""
 
 
 class DatabaseWait:
-    """For one caller. Only failures use it up: a query that succeeds is not cut short by earlier ones."""
+    """The remaining wait of one caller. Only failures use it up: a working database is not cut short by earlier
+    work."""
 
     def __init__(self, at_most_s: float) -> None:
         self.left_s = at_most_s
         self.used_s = 0.0
         self.is_over = False
-        """The caller has its answer. What it began and left behind waits as long as it likes."""
+        """The caller has its response. Tasks that it left behind are no longer limited."""
         self.overdue: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-        """Set when a transaction was given up and does not end: nobody needs to wait for the caller."""
+        """Done when a transaction was given up and does not end: whoever waits for the caller can stop waiting."""
 
     def is_overdue(self) -> None:
-        """A transaction did not end though it was given up."""
+        """A transaction did not end although it was given up."""
         if not self.overdue.done():
             self.overdue.set_result(None)
 
@@ -40,13 +41,13 @@ class DatabaseWait:
 
 
 class EndingTasks:
-    """Tasks that were given up, and end when they can. Nobody asks what became of them."""
+    """Cancelled tasks that may take their time to end. Nobody awaits them."""
 
     def __init__(self) -> None:
         self._tasks: set[asyncio.Future[Any]] = set()
 
     def let_end(self, task: asyncio.Future[Any]) -> None:
-        """Cancels it."""
+        """Cancels the task."""
         task.cancel()
         self._tasks.add(task)
         task.add_done_callback(self._ended)
@@ -54,7 +55,7 @@ class EndingTasks:
     def _ended(self, task: asyncio.Future[Any]) -> None:
         self._tasks.discard(task)
         if not task.cancelled():
-            task.exception()  # else it is reported as never retrieved
+            task.exception()  # otherwise it is reported as never retrieved
 
 
 _current: Final[ContextVar[DatabaseWait | None]] = ContextVar("database_wait", default=None)
@@ -63,7 +64,7 @@ _give_up_at: Final[ContextVar[float | None]] = ContextVar("database_give_up_at",
 
 @contextmanager
 def waiting_at_most(seconds: float) -> Iterator[DatabaseWait]:
-    """In this block, and in the tasks that it starts, all failing transactions together take this long."""
+    """Limits the total time of failing transactions in this block, and in the tasks that it starts."""
     outer = current_wait()
     wait = DatabaseWait(seconds if outer is None else min(seconds, outer.left_s))
     token = _current.set(wait)
@@ -84,7 +85,7 @@ def current_wait() -> DatabaseWait | None:
 
 @contextmanager
 def giving_up_after(seconds: float) -> Iterator[None]:
-    """Deadline of one transaction, for those parts that do not see it, and for those that wait for its caller."""
+    """Sets the deadline of one transaction for parts that do not see it, and for whoever waits for its caller."""
     token = _give_up_at.set(time.perf_counter() + seconds)
     wait, alarm = current_wait(), None
     if wait is not None:
@@ -98,6 +99,6 @@ def giving_up_after(seconds: float) -> Iterator[None]:
 
 
 def left_s(at_most_s: float) -> float:
-    """How long the transaction that runs may still wait for one answer."""
+    """Returns how long the running transaction may still wait for one response."""
     give_up_at = _give_up_at.get()
     return at_most_s if give_up_at is None else max(0.0, min(at_most_s, give_up_at - time.perf_counter()))

@@ -1,4 +1,5 @@
-"""Whose account the files of a drone count for, by what the hub knows. Read in the tower's loop, passed to threads."""
+"""The account that each drone's files count for, by what the hub knows. Computed in the tower's loop, used in
+threads."""
 
 from __future__ import annotations
 
@@ -8,10 +9,10 @@ from server.live.hub import Hub
 from server.store.file_budget import NOBODY, Account
 
 FileAccounts = Callable[[], Mapping[int, Account]]
-"""Of all drones, by id."""
+"""The account of each drone, by drone id."""
 
 
 def file_accounts(hub: Hub) -> dict[int, Account]:
-    """A drone of several owners is put down to the one whose account is the oldest."""
+    """A drone of several owners counts for the owner with the oldest account."""
     drones = hub.state.drones.values()
     return {drone.drone_id: min((owner.id for owner in drone.record.owners), default=NOBODY) for drone in drones}

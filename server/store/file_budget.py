@@ -1,6 +1,5 @@
-"""Disk space for the files of drones: a budget in which each owner has a guaranteed share, and free space to keep.
-
-Knows no kind of file; flight logs and recordings share it.
+"""Space for the files that the tower stores of drones: a budget, of which each owner has a share that no other can
+take, and a part of the disk that is left free. Shared by flight logs and recordings, independent of the kind of file.
 """
 
 from __future__ import annotations
@@ -14,21 +13,22 @@ from typing import Final
 from wire.ids import DroneId
 
 MIN_FREE_BYTES: Final = 256 * 1024 * 1024
-"""On the disk, which the database needs too."""
+"""Free space of the disk, which the database needs too."""
 _FOLDER: Final = re.compile(r"drone-(\d{1,10})")
 
 
 class NoRoom(Exception):
-    """The file is larger than what is taken, or the disk is full. The message is for people."""
+    """The file is larger than allowed, or the disk is full. The message is for people."""
 
 
 Account = int
-"""To whom a file is put down: the user id of the drone's owner (of several the first one), NOBODY without an owner."""
+"""The account that a file counts for: the user id of the drone's owner (of several the first one), NOBODY without
+one."""
 NOBODY: Final[Account] = 0
 
 
 def share_bytes(used: Mapping[Account, int], *, budget_bytes: int) -> float:
-    """What each account may keep whatever the others do: the budget in equal parts among those that have anything."""
+    """Returns what each account may store in any case: the budget in equal parts among those that have files."""
     return budget_bytes / max(1, sum(size > 0 for size in used.values()))
 
 
@@ -39,10 +39,10 @@ def to_shrink(
     coming: Account | None,
     budget_bytes: int,
 ) -> Account | None:
-    """The account whose oldest file must go if `used` exceeds the budget: the one that uses the most, never one within
-    its share. None: no account; the new file may stay only if `coming` is within its own share.
+    """Returns the account whose oldest file goes if `used` exceeds the budget: the largest one, and never one within
+    its share. None: no file goes; the new one may stay only if `coming` is within its own share.
 
-    Bytes: `used` in total, the new file included; `removable`: neither new nor being written.
+    In bytes: `used` of all files including the new one; `removable` of those neither new nor being written.
     """
     share = share_bytes(used, budget_bytes=budget_bytes)
     for account in sorted(used, key=lambda one: (-used[one], one != coming)):
@@ -51,22 +51,22 @@ def to_shrink(
         if removable.get(account, 0) > 0:
             return account
         if account == coming:
-            return None  # they would make room for themselves with what smaller ones keep
+            return None  # it would make room for itself at the expense of smaller accounts
     return None
 
 
 def disk_takes(folder: Path, coming_bytes: int) -> bool:
-    """Whether the disk has room for this much and the required free space. Raises OSError."""
+    """Whether the disk has room for so much beside what must stay free. Raises OSError."""
     return shutil.disk_usage(folder).free >= coming_bytes + MIN_FREE_BYTES
 
 
 def folder_of(root: Path, drone_id: DroneId) -> Path:
-    """Where the files of one drone are."""
+    """Returns the folder of one drone's files."""
     return root / f"drone-{drone_id}"
 
 
 def drone_folders(root: Path) -> Iterable[tuple[int, Path]]:
-    """One account per drone, with its id."""
+    """Yields the id and folder of each drone that has one."""
     if not root.is_dir():
         return
     for folder in root.iterdir():
@@ -76,11 +76,11 @@ def drone_folders(root: Path) -> Iterable[tuple[int, Path]]:
 
 
 def drones_with_files(root: Path) -> frozenset[int]:
-    """Their numbers, whether there still are such drones or not."""
+    """Returns their ids, including deleted drones."""
     return frozenset(drone_id for drone_id, _ in drone_folders(root))
 
 
 def remove_folders(root: Path, drone_ids: Iterable[int]) -> None:
-    """The account of deleted drones, if there are any."""
+    """Removes the folders of deleted drones, if any."""
     for drone_id in drone_ids:
         shutil.rmtree(folder_of(root, DroneId(drone_id)), ignore_errors=True)

@@ -1,4 +1,4 @@
-"""Is the database what this version of the tower expects, and how to make it so. The steps are in `migrations/`."""
+"""Whether the database has the schema of this version, and how to migrate it. The steps are in `migrations/`."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ MIGRATIONS: Final = Path(__file__).resolve().parents[2] / "migrations"
 
 
 class DatabaseNotReady(Exception):
-    """The message says what is wrong and which command repairs it."""
+    """The message says what is wrong and which command corrects it."""
 
 
 async def check_schema(database: Database) -> None:
@@ -48,9 +48,9 @@ def newest_revision() -> str | None:
 
 
 async def migrate(database: Database, revision: str = "head", *, vault: Vault | None = None) -> None:
-    """Brings the database up (or, with an older `revision`, down) to `revision`; "base" is the empty database.
+    """Upgrades the database (or, with an older `revision`, downgrades it) to `revision`; "base" is the empty database.
 
-    `vault`: seals what older versions kept in the clear; None: that of the settings in the environment.
+    `vault`: seals what older versions stored in the clear; None: that of the settings in the environment.
     """
     async with database.engine.begin() as connection:
         await connection.run_sync(_migrate, revision, vault)

@@ -1,7 +1,7 @@
 """The lock that makes one process the tower of its database (docs/adr/0011-one-tower-on-one-database.md).
 
-A row that is changed by compare-and-set only. On SQLite a locked file beside the database tells at once that its owner
-has died; without it, and for an owner that was stopped, the lock is free when it was not renewed for a while.
+It is a row that is changed only by compare-and-set. On SQLite a locked file beside the database shows at once that its
+owner has died; without it, and for a stopped owner, the lock becomes free when it is not renewed for a while.
 """
 
 from __future__ import annotations
@@ -40,17 +40,17 @@ from server.store.tower_lock_table import THE_ROW, TowerLockRow
 _log = structlog.get_logger(__name__)
 QUESTION_WITHIN_S: Final = 0.7
 REACHED_WITHIN_S: Final = 10.0
-"""A starting tower gives up after the database has been silent for this long."""
+"""A starting tower gives up if the database has not responded for this long."""
 LOG_EVERY_CHECKS: Final = 4
-"""A waiting tower reports that about once a second."""
+"""A waiting process logs this about once a second."""
 TIMER_EARLY_S: Final = 0.05
-"""The event loop's clock is another one, and its timers may come early."""
+"""The event loop uses a different clock, and its timers may fire early."""
 _NOT_MINE: Final = -1
 _CLOCK: Final = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
 
 
 def awake_or_asleep_s() -> float:
-    """Seconds of a clock that is never set and, where the system has one, counts during sleep."""
+    """Seconds of a clock that nobody sets, and that also runs while the machine sleeps if the system has one."""
     return time.clock_gettime(_CLOCK)
 
 
@@ -64,7 +64,7 @@ class TowerLockHeld(Exception):
 
 
 class TowerLock:
-    """The lock of one process. It has its own connections, so that nothing delays a renewal."""
+    """The lock of one process. It has its own connections, so that no other work delays a renewal."""
 
     def __init__(self, database_url: str, *, clock: Clock, now: Callable[[], float] = awake_or_asleep_s) -> None:
         self._url = database_url
@@ -77,12 +77,12 @@ class TowerLock:
         parsed = make_url(database_url)
         self._beside = Path(parsed.database) if parsed.get_backend_name() == "sqlite" and parsed.database else None
         self.address = ""
-        """The tower's address, for a process that finds the lock held."""
+        """The address of this tower, for processes that find the lock held."""
         self.on_lost: Callable[[str], None] = lambda words: None
-        """Called once, at once, when it turns out that another process has the lock; with words for people."""
+        """Called once, immediately, when another process turns out to have the lock; with text for people."""
         self.on_running_out: Callable[[], None] = lambda: None
-        """Called once, in time for drones to hold, before the lease runs out: the database does not answer, and another
-        process waits for the lock."""
+        """Called once, early enough for drones to hold before the lease runs out: the database does not respond, and
+        another process waits for the lock."""
         self._running_out: asyncio.TimerHandle | None = None
         self.lost_words = ""
         self._answered = True
@@ -106,21 +106,19 @@ class TowerLock:
 
     @property
     def is_renewed(self) -> bool:
-        """Whether the last attempt to write the renewal succeeded: the test of a write, twice a second."""
+        """Whether the last attempt to write the renewal succeeded: a write test, twice a second."""
         return self._answered and self.may_act()
 
     async def take(self, *, waits: bool) -> None:
-        """Returns when the lock is taken. `waits`: as long as another process has it.
-
-        Raises TowerLockHeld and, unless it waits, the database's error if that persists.
-        """
+        """Returns with the lock taken. `waits`: waits while another process has it. Raises TowerLockHeld, and, unless
+        it waits, the database's error if that lasts."""
         watch, announced, rounds = LockWatch(), "", count()
         gives_up_at = self._now() + REACHED_WITHIN_S
         while True:
             try:
                 state = await self._read()
                 dead = self._beside is not None and has_died(self._life_path(state.owner))
-                # Its own where the answer to the last attempt was lost on the way.
+                # Its own if the response to the last attempt was lost.
                 free = watch.may_take(state, self._now()) or dead or state.owner == self._owner
                 if free and await self._take_from(state):
                     return
@@ -150,7 +148,7 @@ class TowerLock:
             await asyncio.sleep(RENEW_EVERY_S)
 
     async def release(self) -> None:
-        """Another may be the tower from here on. Nothing happens if the lock is not ours."""
+        """Another process may become the tower from now on. Does nothing if the lock is not ours."""
         if self._belief is not None and not self._belief.is_lost:
             with suppress(SQLAlchemyError, OSError):
                 async with asyncio.timeout(RENEW_WITHIN_S), self._open().writing() as session:
@@ -168,8 +166,8 @@ class TowerLock:
             self._database = None
 
     async def check(self, session: AsyncSession) -> None:
-        """Inside a transaction that is about to write: raises LockLost where another process is the tower. On
-        PostgreSQL the row stays as it is until the transaction ends."""
+        """Inside a transaction that is about to write: raises LockLost if another process is the tower. On PostgreSQL
+        the row stays locked until the transaction ends."""
         if self._belief is None:
             return
         if not self._belief.is_lost:
@@ -182,14 +180,14 @@ class TowerLock:
         raise LockLost("another process is the tower of this database")
 
     async def _renew_once(self) -> bool:
-        """False where it is lost."""
+        """Returns False if the lock is lost."""
         assert self._belief is not None
         if self._belief.is_lost:
             return False
         began_at = self._now()
         attempt = asyncio.create_task(self._write_renewal())
         try:
-            # Whatever a connection that hangs needs for its end is not waited for: the next attempt must not be late.
+            # Does not wait for the end of a hanging connection: the next attempt must not be late.
             await asyncio.wait({attempt}, timeout=RENEW_WITHIN_S)
         finally:
             if not attempt.done():
@@ -224,7 +222,7 @@ class TowerLock:
             self.on_running_out()
 
     async def _write_renewal(self) -> int:
-        """How often others have looked for the lock; _NOT_MINE where it is not ours."""
+        """Returns how often other processes have checked the lock; _NOT_MINE if it is not ours."""
         async with self._open().writing() as session:
             looks = await session.scalar(self._renewal, {"at": self._clock()})
         return _NOT_MINE if looks is None else int(looks)
@@ -232,7 +230,7 @@ class TowerLock:
     def _ended(self, attempt: asyncio.Task[int]) -> None:
         self._ending.discard(attempt)
         if not attempt.cancelled():
-            attempt.exception()  # nobody else asks for it
+            attempt.exception()  # nobody else retrieves it
 
     async def _lose(self) -> None:
         belief = self._belief
@@ -241,7 +239,7 @@ class TowerLock:
         belief.is_lost = True
         who = ""
         with suppress(SQLAlchemyError, OSError):
-            # Only reading: a transaction of ours may have the write lock, and wait for this.
+            # Read only: a transaction of ours may have the write lock, and wait for this.
             async with asyncio.timeout(RENEW_WITHIN_S), self._open().reading() as session:
                 row = await session.get(TowerLockRow, THE_ROW)
                 who = f": {_state_of(row).in_words()}" if row is not None else ""
@@ -253,10 +251,11 @@ class TowerLock:
         self.on_lost(self.lost_words)
 
     async def _read(self) -> LockState:
-        """Within a transaction that could write: a database that takes no writes is not one to become the tower of."""
+        """Reads within a writing transaction: a process must not become the tower of a database that accepts no
+        writes."""
         async with asyncio.timeout(RENEW_WITHIN_S), self._open().writing() as session:
             row = await session.get(TowerLockRow, THE_ROW)
-            if row is None:  # somebody has emptied the table by hand
+            if row is None:  # the table was emptied by hand
                 row = TowerLockRow(id=THE_ROW, owner=NOBODY, renewals=0, host="", pid=0, address="")
                 session.add(row)
             return _state_of(row)
@@ -268,7 +267,8 @@ class TowerLock:
                 await session.execute(row.values(looks=TowerLockRow.looks + 1))
 
     async def _take_from(self, state: LockState) -> bool:
-        """Compare-and-set. False if another process was faster, or the owner has renewed the lock after all."""
+        """Takes the lock by compare-and-set. False if another process was faster, or the owner has renewed it after
+        all."""
         life = LifeFile(self._life_path(self._owner)) if self._beside is not None else None
         if life is not None and self._life is None:
             life.lock()

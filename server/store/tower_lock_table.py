@@ -14,16 +14,16 @@ THE_ROW: Final = 1
 
 
 class TowerLockRow(Base):
-    """`owner`, `renewals` and `looks` decide; the rest tells people who it is."""
+    """`owner`, `renewals` and `looks` decide; the other columns are for people."""
 
     __tablename__ = "tower_lock"
 
     id: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
     owner: Mapped[str] = mapped_column(String(32), default="", server_default="")
-    """A random name of the process; empty: free."""
+    """A random name of the process; empty: none."""
     renewals: Mapped[int] = mapped_column(BigInteger, default=0, server_default="0")
     looks: Mapped[int] = mapped_column(BigInteger, default=0, server_default="0")
-    """Counted up by each process that waits for the lock, whenever it looks."""
+    """Incremented by each waiting process whenever it checks the lock."""
     host: Mapped[str] = mapped_column(String(255), default="", server_default="")
     pid: Mapped[int] = mapped_column(default=0, server_default="0")
     address: Mapped[str] = mapped_column(String(255), default="", server_default="")

@@ -1,5 +1,5 @@
-"""The owner of a passkey challenge, read from a request: before sign-in the browser, by a cookie, afterwards the
-session. And the address of the tower it is for."""
+"""Reads from a request for whom a passkey challenge is: before sign-in the browser, identified by its own cookie,
+afterwards the session. Also for which address of the tower."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from server.runtime.settings import Settings
 from server.store.accounts.passkey_sign_in import Asked
 
 BROWSER_COOKIE: Final = "tower_passkey"
-"""The browser that requested a challenge. It does not identify a user."""
+"""Identifies the browser that asked for a challenge, not its user."""
 _BROWSER: Final = re.compile(r"[A-Za-z0-9_-]{43}")
 
 
 @dataclass(frozen=True)
 class PasskeyRequest:
-    """A request that asks for a passkey, or answers with one."""
+    """A request that asks for a passkey challenge, or answers one."""
 
     request: Request
     settings: Settings
@@ -35,7 +35,7 @@ class PasskeyRequest:
     clock: Clock
 
     def begin_sign_in(self, response: Response) -> Asked:
-        """Gives the browser its cookie, or leaves it the one that it has: another tab may be waiting for an answer.
+        """Sets the browser's cookie, or keeps the one it has because another tab may be waiting for an answer.
 
         Raises PasskeysUnavailable.
         """
@@ -55,14 +55,14 @@ class PasskeyRequest:
         return Asked(Purpose.SIGN_IN, _asker(browser), party)
 
     def of_sign_in(self) -> Asked:
-        """The challenge that this browser got for a sign-in. Raises PasskeysUnavailable, ChallengeOver."""
+        """Returns the challenge that this browser must have been given. Raises PasskeysUnavailable, ChallengeOver."""
         browser = self.request.cookies.get(BROWSER_COOKIE, "")
         if not _BROWSER.fullmatch(browser):
             raise ChallengeOver
         return Asked(Purpose.SIGN_IN, _asker(browser), self._relying_party())
 
     def of_session(self, principal: Principal, purpose: Purpose) -> Asked:
-        """The challenge for this session. Raises PasskeysUnavailable."""
+        """Returns what this session is or was asked. Raises PasskeysUnavailable."""
         return Asked(purpose, f"session {principal.session_id}", self._relying_party())
 
     def challenge_for(self, asked: Asked) -> bytes:

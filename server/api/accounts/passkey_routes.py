@@ -1,4 +1,4 @@
-"""`/api/v1/session/passkey` and `/api/v1/me/passkeys`: signing in with a passkey, and one's own passkeys."""
+"""`/api/v1/session/passkey` and `/api/v1/me/passkeys`: sign-in with a passkey, and the user's own passkeys."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ _OWN: Final = (NotSignedIn, SessionExpired, InPersonOnly)
 
 @router.post("/session/passkey/options", responses=answers(PasskeysUnavailable, TooManyChallenges))
 async def ask_for_passkey(response: Response, passkey_request: PasskeyRequestDep) -> PasskeyOptions:
-    """Begins a sign-in with a passkey. The response does not depend on the account."""
+    """Begins a sign-in with a passkey. The response does not depend on the user."""
     asked = passkey_request.begin_sign_in(response)
     challenge = passkey_request.challenge_for(asked)
     return PasskeyOptions(public_key=webauthn_check.request_options(asked.party, challenge=challenge))
@@ -73,7 +73,8 @@ async def sign_in_with_passkey(
     passkey_request: PasskeyRequestDep,
     body: PasskeySignIn,
 ) -> Me:
-    """Signs in with a passkey, which replaces password and second factor. Ends the request's earlier session."""
+    """Signs in with a passkey alone, which replaces the password and the second factor. Ends the session that the
+    request already had, if any."""
     done = await passkey_sign_in.sign_in(
         body.credential.model_dump(),
         asked=passkey_request.of_sign_in(),
@@ -90,7 +91,7 @@ async def sign_in_with_passkey(
 
 @router.get("/me/passkeys", responses=answers(*_OWN))
 async def list_passkeys(principal: InPerson, database: DatabaseDep) -> list[PasskeyView]:
-    """Your passkeys, oldest first."""
+    """Lists your passkeys, oldest first."""
     async with database.reading() as session:
         return [PasskeyView.of(row) for row in await passkeys.list_passkeys(session, principal.user_id)]
 
@@ -127,10 +128,10 @@ async def add_passkey(
     passkey_request: PasskeyRequestDep,
     body: NewPasskey,
 ) -> PasskeyAdded:
-    """Adds the passkey that the browser created. An account's first factor comes with recovery codes, shown only this
-    once.
+    """Adds the passkey that the browser has created. The first factor of an account comes with recovery codes, shown
+    only once.
 
-    Your other sessions need a new proof of identity before they change credentials.
+    Your other sessions must prove your identity again before they can change credentials.
     """
     clean_name(body.name)  # before the challenge is used up
     asked = passkey_request.of_session(principal, Purpose.ADD)
@@ -172,7 +173,7 @@ async def rename_passkey(
 async def remove_passkey(
     principal: Proved, database: DatabaseDep, audit: AuditDep, settings: SettingsDep, passkey_id: PasskeyPath
 ) -> None:
-    """Deletes a passkey. It no longer signs in, although the device may keep its half."""
+    """Removes a passkey from the tower: it can no longer sign in. The device may keep its half."""
     async with database.writing() as session:
         await passkeys.remove(
             session,

@@ -22,7 +22,7 @@ Document = Annotated[dict[str, Any], Body(description="any JSON object of at mos
 
 @router.get("")
 async def get_preferences(principal: Anybody, database: DatabaseDep) -> dict[str, dict[str, Any]]:
-    """All your preference documents by name."""
+    """Returns every document by name; an empty object if there are none."""
     async with database.reading() as session:
         return await preferences_of(session, principal.user_id)
 
@@ -31,9 +31,9 @@ async def get_preferences(principal: Anybody, database: DatabaseDep) -> dict[str
 async def put_preference(
     principal: Oneself, database: DatabaseDep, clock: ClockDep, name: Name, document: Document
 ) -> None:
-    """Stores or replaces a document. An empty object deletes it.
+    """Stores a document and replaces the one of the same name. An empty object deletes it.
 
-    Refused for tokens: these documents decide how a pilot's sticks are read.
+    Not allowed with a token: these documents define how a pilot's sticks are read, which is no business of a program.
     """
     async with database.writing() as session:
         await keep_preference(session, user_id=principal.user_id, name=name, document=document, now=clock())

@@ -1,4 +1,4 @@
-"""`/api/v1/session/proof`: "confirm that it is you". The table of the kinds of proof is here."""
+"""`/api/v1/session/proof`: "confirm that it is you". Contains the table of the kinds of proof."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ ProofKind = Literal["passkey", "password"]
 
 
 class PasswordProof(Strict):
-    """The password, and the second factor's code if the account has one."""
+    """The password, and a code of the second factor if the account has one."""
 
     kind: Literal["password"] = "password"
     password: Secret
@@ -50,7 +50,7 @@ class PasswordProof(Strict):
 
 
 class PasskeyProof(Strict):
-    """A passkey of this account, requested with `POST /session/proof/passkey`."""
+    """A passkey of this account, in response to `POST /session/proof/passkey`."""
 
     kind: Literal["passkey"]
     credential: PasskeyAnswer
@@ -64,12 +64,12 @@ def _kind_of(proof: object) -> str:
 Proof = Annotated[
     Annotated[PasswordProof, Tag("password")] | Annotated[PasskeyProof, Tag("passkey")], Discriminator(_kind_of)
 ]
-"""A further kind is one more member of the union, and has a line in PROOF_KINDS."""
+"""A further kind is one more member of the union and one more line in PROOF_KINDS."""
 
 
 @dataclass(frozen=True)
 class _Checks:
-    """What a check of evidence works with."""
+    """Services that a check of evidence uses."""
 
     sign_in: SignInService
     passkey_sign_in: PasskeySignInService
@@ -86,7 +86,7 @@ async def _checks(
 _ChecksDep = Annotated[_Checks, Depends(_checks)]
 
 Check = Callable[[_Checks, Principal, Any, AuditAction], Awaitable[None]]
-"""Checks the evidence, throttled as signing in is, and renews the session's proof; else raises a refusal."""
+"""Checks the evidence, throttled like a sign-in, and renews the session's proof. Raises a refusal otherwise."""
 
 
 async def _by_password(checks: _Checks, principal: Principal, proof: PasswordProof, action: AuditAction) -> None:
@@ -94,7 +94,7 @@ async def _by_password(checks: _Checks, principal: Principal, proof: PasswordPro
 
 
 async def _by_passkey(checks: _Checks, principal: Principal, proof: PasskeyProof, action: AuditAction) -> None:
-    """A passkey verifies its user, so it replaces password and code."""
+    """A passkey verifies its user, so it replaces the password and the code."""
     await checks.passkey_sign_in.accept(
         proof.credential.model_dump(),
         asked=checks.passkey_request.of_session(principal, Purpose.PROVE),
@@ -110,7 +110,7 @@ PROOF_KINDS: Final[Mapping[str, Check]] = {"password": _by_password, "passkey": 
 
 
 class ProofView(BaseModel):
-    """Age of the session's proof of identity, and how to renew it."""
+    """How fresh this session's proof is, and how to renew it."""
 
     fresh: Annotated[bool, Field(description="The session may change credentials now")]
     fresh_until: Annotated[datetime | None, Field(description="null: there is no proof")]
@@ -128,13 +128,13 @@ class ProofView(BaseModel):
 
 
 def kinds_of(user: UserRow) -> list[ProofKind]:
-    """Every kind of proof that this person can give, the best first."""
+    """Returns every kind of proof that this user can give, the best first."""
     return ["passkey", "password"] if user.passkey_count > 0 else ["password"]
 
 
 @router.get("")
 async def get_proof(principal: Prover, database: DatabaseDep, clock: ClockDep) -> ProofView:
-    """Whether the session may change credentials now, and how to renew the proof of identity."""
+    """Tells whether credentials may be changed now, and how to prove your identity."""
     async with database.reading() as session:
         user = await get_user(session, principal.user_id)
     return ProofView.of(principal.proved_at, user, clock())
@@ -157,7 +157,7 @@ async def get_proof(principal: Prover, database: DatabaseDep, clock: ClockDep) -
 async def renew_proof(
     principal: Prover, audit: AuditDep, database: DatabaseDep, clock: ClockDep, checks: _ChecksDep, body: Proof
 ) -> ProofView:
-    """Renews the proof of identity. This session may change credentials for five minutes."""
+    """Proves your identity again. Credentials may then be changed in this session for five minutes."""
     action = audit.action(principal)
     await PROOF_KINDS[body.kind](checks, principal, body, action)
     async with database.reading() as session:
@@ -170,7 +170,7 @@ async def renew_proof(
 async def ask_for_proof_by_passkey(
     principal: Prover, database: DatabaseDep, passkey_request: PasskeyRequestDep
 ) -> PasskeyOptions:
-    """Begins a proof by passkey. Send the result to `POST /session/proof`."""
+    """Begins a proof by one of the account's passkeys. Send its answer to `POST /session/proof`."""
     asked = passkey_request.of_session(principal, Purpose.PROVE)
     async with database.reading() as session:
         own = await passkeys.list_passkeys(session, principal.user_id)

@@ -1,6 +1,6 @@
-"""`/api/v1/me/second-factor`: codes of an authenticator as a second factor of one's own account.
+"""`/api/v1/me/second-factor`: codes of an authenticator app as the second factor of the user's own account.
 
-In person only, and with a fresh proof of who sits there (`reauthentication.py`).
+With a session only, and with a fresh proof of identity (`reauthentication.py`).
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class SecondFactorView(BaseModel):
 
 
 class SecondFactorBegun(BaseModel):
-    """The secret for an authenticator. Only this response contains it."""
+    """A secret for an authenticator app. Only this response contains it."""
 
     secret: Annotated[str, Field(description="In base32, for typing")]
     uri: Annotated[str, Field(description="The same, as otpauth://")]
@@ -45,19 +45,19 @@ class SecondFactorBegun(BaseModel):
 
 
 class RecoveryCodes(BaseModel):
-    """Only this response contains them."""
+    """Recovery codes. Only this response contains them."""
 
     recovery_codes: list[str]
 
 
 def is_factor_demanded(settings: Settings, principal: Principal) -> bool:
-    """Whether the user must keep at least one factor."""
+    """Whether this account must keep at least one second factor."""
     return settings.admins_need_second_factor and is_demanded_a_factor(principal.role)
 
 
 @router.get("")
 async def get_second_factor(principal: InPerson, database: DatabaseDep) -> SecondFactorView:
-    """The second factors of your account."""
+    """Lists your second factors."""
     async with database.reading() as session:
         row = await get_user(session, principal.user_id)
         left = await second_factor.codes_left(session, row.id)
@@ -66,7 +66,7 @@ async def get_second_factor(principal: InPerson, database: DatabaseDep) -> Secon
 
 @router.post("", responses=answers(SecondFactorOn))
 async def begin_second_factor(principal: FactorSetter, database: DatabaseDep, vault: VaultDep) -> SecondFactorBegun:
-    """Creates a secret for an authenticator. It takes effect when it is confirmed."""
+    """Creates a secret for an authenticator app. It has no effect until it is confirmed."""
     async with database.writing() as session:
         row = await get_user(session, principal.user_id)
         secret = second_factor.begin(row, vault)
@@ -85,9 +85,9 @@ async def confirm_second_factor(
     vault: VaultDep,
     body: CodeProof,
 ) -> RecoveryCodes:
-    """Enables the authenticator: each sign-in requires its code. Returns the recovery codes, only this once.
+    """Confirms the secret: every sign-in asks for a code from then on. Returns the recovery codes, shown only once.
 
-    Your other sessions need a new proof of identity before they change credentials.
+    Your other sessions must prove your identity again before they can change credentials.
     """
     sign_in.throttle_codes(principal, address, clock())
     async with database.writing() as session:
@@ -111,7 +111,7 @@ async def renew_recovery_codes(principal: Proved, database: DatabaseDep, audit: 
 async def remove_second_factor(
     principal: Proved, database: DatabaseDep, settings: SettingsDep, audit: AuditDep
 ) -> None:
-    """Removes the authenticator. The password alone signs in again, or a passkey."""
+    """Removes the authenticator app: the account is left with its password, or with its passkeys."""
     async with database.writing() as session:
         row = await get_user(session, principal.user_id)
         is_demanded = is_factor_demanded(settings, principal)

@@ -1,4 +1,4 @@
-"""`/api/v1/session`, `/me` and `/sessions`: signing in and out, who am I, and where one is signed in."""
+"""`/api/v1/session`, `/me` and `/sessions`: signing in and out, the signed-in user, and the user's sessions."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ async def sign_in(
     clock: ClockDep,
     body: SignIn,
 ) -> Me:
-    """Signs in with name, password and second factor. Sets a session cookie and ends the request's earlier session."""
+    """Checks name, password and second factor; sets a session cookie. Ends the session that the request already had."""
 
     async def instead_of_code(user_id: int) -> None:
         assert body.passkey is not None and asked is not None
@@ -153,7 +153,7 @@ async def sign_out(
 
 @router.get("/me", responses=answers(NotSignedIn, SessionExpired, BadToken))
 async def me(principal: Anybody, database: DatabaseDep) -> Me:
-    """Who is signed in."""
+    """Returns the signed-in user."""
     async with database.reading() as session:
         return Me.of(await get_user(session, principal.user_id), must_add=principal.must_add_second_factor)
 
@@ -180,9 +180,9 @@ async def change_own_password(
     audit: AuditDep,
     body: PasswordChange,
 ) -> Me:
-    """Changes your own password. Ends your other sessions; this one gets a new cookie.
+    """Changes your password. Your other sessions end, and this one gets a new cookie.
 
-    Your API tokens end too, unless `keep_tokens` is true.
+    Your API tokens end as well, unless `keep_tokens` is true.
     """
     action = audit.action(principal)
     now, address = action.at, action.address
@@ -199,7 +199,7 @@ async def change_own_password(
     )
     async with database.writing() as session:
         if (await get_user(session, user.id)).password_hash != user.password_hash:
-            raise WrongPassword  # changed while it was being checked
+            raise WrongPassword  # changed during the check
         ended = [one.id for one, _ in await list_sessions(session, user_id=user.id)]
         row = await change_user(session, user_id=user.id, change=change, action=action)
         agent = request.headers.get("user-agent", "")
@@ -209,7 +209,7 @@ async def change_own_password(
     else:
         hub.end_user(principal.user_id, "the password was changed")
     await roster.refresh()
-    await event_handler.caught_up()  # what was flown with them is held when this is answered
+    await event_handler.caught_up()  # drones flown with those sessions hold before the response
     set_session_cookie(request, response, begun, settings)
     return Me.of(row, must_add=sessions.lacks_demanded_factor(row))
 
@@ -218,7 +218,7 @@ async def change_own_password(
 async def judge_own_password(
     principal: Prover, password_policy: PasswordPolicyDep, body: NewPassword
 ) -> PasswordJudgement:
-    """Checks whether a new password is acceptable, for feedback while typing. Stores nothing."""
+    """Tells whether this would be accepted as your new password, for feedback while typing. Nothing is stored."""
     found = await password_policy.judge(body.password, principal.name)
     return PasswordJudgement(acceptable=found.acceptable, message=found.message)
 
@@ -232,7 +232,7 @@ async def get_sessions(
     hub: HubDep,
     everybody: Annotated[bool, Query(description="Admins: of all users")] = False,
 ) -> list[SessionView]:
-    """Your sessions, or (admins) those of all users, newest first."""
+    """Lists your sessions, or those of all users, newest first."""
     verdict = judge(AccessRequest(principal, Action.SEE_CREDENTIALS, everybody=everybody))
     if verdict.refusal is not None:
         raise verdict.refusal
@@ -271,7 +271,7 @@ async def end_one_session(
     event_handler: EventHandlerDep,
     session_id: Annotated[int, Path(ge=1, le=2**31 - 1)],
 ) -> None:
-    """Ends one of your sessions, or (admins) any session. Its live connections close at once."""
+    """Ends one of your sessions; an admin can end any. Its live connections close at once."""
     async with database.writing() as session:
         row = await session.get(SessionRow, session_id)
         if row is None or not reaches(principal, Action.CHANGE_CREDENTIALS, UserId(row.user_id)):
@@ -281,7 +281,7 @@ async def end_one_session(
         action.record(session, "session.ended", user_id=owner.id, user=owner.name, session_id=row.id)
         await session.delete(row)
     hub.end_sessions([session_id])
-    await event_handler.caught_up()  # what was flown with it is held when this is answered
+    await event_handler.caught_up()  # drones flown with this session hold before the response
 
 
 def set_session_cookie(request: Request, response: Response, begun: NewSession, settings: Settings) -> None:

@@ -1,4 +1,4 @@
-"""`/api/v1/tokens`: API tokens, created by each user for themselves; admins see and revoke all."""
+"""`/api/v1/tokens`: API tokens. Users make their own; admins see and revoke all."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class TokenView(BaseModel):
 
 
 class NewToken(BaseModel):
-    """A new token. It never exceeds its owner's rights."""
+    """The purpose of the new token. A token never allows more than its owner may do."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -77,7 +77,7 @@ class NewToken(BaseModel):
 
 
 class TokenWithSecret(BaseModel):
-    """Only this response contains the token."""
+    """The only response that ever contains the token."""
 
     token: TokenView
     secret: Annotated[str, Field(description="For `Authorization: Bearer`. The tower keeps only its hash")]
@@ -90,7 +90,7 @@ async def list_tokens(
     database: DatabaseDep,
     everybody: Annotated[bool, Query(description="Admins: of all users")] = False,
 ) -> list[TokenView]:
-    """Your tokens, or (admins) those of all users, by id."""
+    """Lists your tokens, or those of all users, by id."""
     verdict = judge(AccessRequest(principal, Action.SEE_CREDENTIALS, everybody=everybody))
     if verdict.refusal is not None:
         raise verdict.refusal
@@ -104,7 +104,7 @@ async def list_tokens(
 async def create_token(
     principal: Proved, database: DatabaseDep, audit: AuditDep, settings: SettingsDep, roster: RosterDep, body: NewToken
 ) -> TokenWithSecret:
-    """Creates a token for yourself. Only this response contains it."""
+    """Creates a token for yourself and shows it once."""
     async with database.writing() as session:
         owner = await get_user(session, principal.user_id)
         row, secret = await tokens.create_token(
@@ -130,10 +130,10 @@ async def revoke_token(
     event_handler: EventHandlerDep,
     token_id: Annotated[int, Path(ge=1, le=2**31 - 1)],
 ) -> None:
-    """Revokes one of your tokens, or (admins) any token. Its connections close at once."""
+    """Revokes one of your tokens; an admin can revoke any. Connections that use it close at once."""
     of_user = None if reaches_all(principal.role, Action.CHANGE_CREDENTIALS) else principal.user_id
     async with database.writing() as session:
         await tokens.revoke_token(session, token_id=token_id, of_user=of_user, action=audit.action(principal))
     hub.end_sessions([TokenId(token_id)])
     await roster.refresh()
-    await event_handler.caught_up()  # what was flown with it is held when this is answered
+    await event_handler.caught_up()  # drones flown with this token hold before the response

@@ -1,4 +1,4 @@
-"""`/api/v1/users`: users administration, for admins."""
+"""`/api/v1/users`: user administration, for admins."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def _view(sessions: Sessions, row: UserRow) -> AccountView:
 
 @router.get("")
 async def list_users(admin: Admin, database: DatabaseDep, sessions: SessionsDep) -> list[AccountView]:
-    """All users, by id."""
+    """Lists all users by id."""
     async with database.reading() as session:
         return [_view(sessions, row) for row in await users.list_users(session)]
 
@@ -56,7 +56,7 @@ async def create_user(
     sessions: SessionsDep,
     body: NewUser,
 ) -> AccountView:
-    """Creates a user who can sign in at once. Names must differ in more than case."""
+    """Creates a user, who can sign in at once. Names must differ by more than upper and lower case."""
     clean_name(body.name)
     await password_policy.check(body.password, body.name)
     password_hash = await passwords.hash(body.password)
@@ -70,7 +70,7 @@ async def create_user(
 
 @router.get("/{user_id}", responses=answers(UnknownUser))
 async def get_user(admin: Admin, database: DatabaseDep, sessions: SessionsDep, user_id: UserPath) -> AccountView:
-    """One user."""
+    """Returns one user."""
     async with database.reading() as session:
         return _view(sessions, await users.get_user(session, user_id))
 
@@ -89,7 +89,7 @@ async def change_user(
     user_id: UserPath,
     body: UserPatch,
 ) -> AccountView:
-    """Changes role or password, or disables the user. A new password ends all sessions and tokens."""
+    """Changes role, password, or whether the user may sign in. A new password ends all sessions and tokens."""
     password_hash = None
     if body.password is not None:
         async with database.reading() as session:
@@ -103,7 +103,7 @@ async def change_user(
     if body.disabled or password_hash is not None:
         why = "the account was disabled" if body.disabled else "an admin has set a new password"
         hub.end_user(UserId(user_id), why)
-    await event_handler.caught_up()  # what they lose with it, they have lost when this is answered
+    await event_handler.caught_up()  # rights that the user loses are gone before the response
     return _view(sessions, row)
 
 
@@ -118,8 +118,8 @@ async def reset_second_factor(
     sessions: SessionsDep,
     user_id: UserPath,
 ) -> AccountView:
-    """Removes the second factor of a user who lost it, and ends all their sessions and tokens. Without effect if there
-    is none."""
+    """Removes a lost second factor: the user is left with the password alone, and all sessions and tokens end. Does
+    nothing if there is no second factor."""
     async with database.writing() as session:
         row, had_one = await users.reset_second_factor(session, user_id=user_id, action=audit.action(admin))
     if had_one:
@@ -139,8 +139,8 @@ async def delete_user(
     event_handler: EventHandlerDep,
     user_id: UserPath,
 ) -> None:
-    """Deletes a user, their sessions and ownerships. The audit trail keeps the name."""
-    # In two steps: a drone that they hold must change hands properly, with a new epoch, while there is still a holder.
+    """Deletes a user with their sessions and ownerships. The audit trail keeps the name."""
+    # In two steps: a drone that they hold must change hands with a new epoch while it still has a holder.
     async with database.writing() as session:
         gone = UserChange(disabled=True)
         await users.change_user(session, user_id=user_id, change=gone, action=audit.action(admin))

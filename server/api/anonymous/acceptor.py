@@ -1,7 +1,7 @@
-"""Accepts connections in small batches, so that frames need not wait for them.
+"""Accepts connections from the listening socket in small batches, so that frames need not wait for them.
 
-An event loop's own server accepts everything that waits in the kernel at once and creates a connection for each: a
-thousand of them cost a tenth of a second. Here a client over its budget is closed before anything is created.
+An event loop's own server accepts all pending connections at once: a thousand of them cost a tenth of a second. This
+one closes connections that exceed the budget before it creates anything for them.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from server.live.anonymous.connections import AnonymousConnection
 from server.live.anonymous.slices import Slices
 
 NO_MORE_FILES_REST_S: Final = 0.1
-"""When the process may open no more files: what waits in the kernel stays there until some are closed."""
+"""Pause when the process may open no more files: pending connections stay in the kernel until some are closed."""
 _RESET: Final = struct.pack("ii", 1, 0)
-"""SO_LINGER: closed at once, so that the other side's connections do not stay in the kernel's tables."""
+"""SO_LINGER: closes at once, so that the peer's connections do not stay in the kernel's tables."""
 
 
 class Acceptor:
-    """For one listening socket. `make` creates a connection's protocol."""
+    """Accepts connections of one listening socket. `make` returns the protocol of a connection."""
 
     def __init__(
         self,
@@ -46,7 +46,7 @@ class Acceptor:
         self._loop.add_reader(listener, self._ready)
 
     def close(self) -> None:
-        """Stops accepting. Idempotent."""
+        """Stops accepting connections. Calling it twice is harmless."""
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
@@ -61,7 +61,7 @@ class Acceptor:
             except OSError as error:
                 if error.errno in (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM):
                     self._rest(NO_MORE_FILES_REST_S)
-                return  # nobody waits any more, or went while waiting
+                return  # no connection is pending, or it closed while pending
             self._came(opened, address)
             self._slices.used(time.perf_counter() - began)
         self._rest(wait_s)
@@ -95,7 +95,7 @@ class Acceptor:
     async def _open(self, opened: socket.socket, guest: AnonymousConnection) -> None:
         try:
             await self._loop.connect_accepted_socket(lambda: self._make(guest), opened)
-        except Exception:  # it went before it was made
+        except Exception:  # the connection closed before it was set up
             self._budget.connections.gone(guest)
             opened.close()
 

@@ -1,7 +1,7 @@
-"""Parses bytes of connections without a sign-in in time slices, in fair turns between networks.
+"""Parses the bytes of connections that have not signed in, in slices of time and in fair turns between networks.
 
-An event loop delivers the bytes of all ready connections before anything else: of a thousand simultaneous heads all
-would be parsed before the next frame. A connection that waits here is not read.
+An event loop delivers the bytes of all ready connections before anything else: a thousand request heads that arrive at
+once would all be parsed before the next frame. A connection that waits here is not read meanwhile.
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ class AnonymousReader(Protocol):
 
     guest: AnonymousConnection | None
     unread: bytes
-    """What has come and waits for its turn."""
+    """Received bytes that wait for their turn."""
 
     def hold_reading(self) -> None:
-        """No more is read of it."""
+        """Stops reading from the connection."""
 
     def take_turn(self) -> None:
-        """Parses what is in `unread`, and reads on."""
+        """Parses the bytes in `unread`, and resumes reading."""
 
     def cut(self) -> None:
-        """Ends it, without words."""
+        """Ends the connection without a message."""
 
 
 class ReadTurns:
-    """One for a tower."""
+    """One instance per tower."""
 
     def __init__(self, budget: AnonymousBudget) -> None:
         limits = budget.limits
@@ -47,8 +47,8 @@ class ReadTurns:
         self._timer: asyncio.TimerHandle | None = None
 
     def came(self, reader: AnonymousReader, data: bytes) -> None:
-        """Parses `data` for this connection: now, if nothing waits, else in its turn."""
-        if reader.unread:  # it has a place already
+        """Passes `data` to this connection now if no connection waits, otherwise when its turn comes."""
+        if reader.unread:  # already queued
             self._keep(reader, data)
         elif self._timer is None and self._slices.wait_s(time.monotonic()) <= 0:
             reader.unread = data
@@ -63,7 +63,7 @@ class ReadTurns:
                 self._plan()
 
     def close(self) -> None:
-        """At the end of the tower."""
+        """Call it when the tower stops."""
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None

@@ -1,4 +1,4 @@
-"""Log lines that strangers cause: within the budget, and the sum of those that were left out."""
+"""Log lines that strangers cause: limited by the budget, with a count of the lines that were dropped."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _log = structlog.get_logger(__name__)
 
 
 def log_refusal(budget: AnonymousBudget, event: str, status: int, why: str) -> None:
-    """Logs a refused sign-in. `left_out`: lines about strangers that were omitted before this one."""
+    """Logs a refused connection. `left_out`: the number of such lines that were dropped before this one."""
     if budget.may_log(time.monotonic()):
         left_out = budget.log.take_unreported()
         more = {"left_out": left_out} if left_out else {}

@@ -1,6 +1,6 @@
-"""Starts requests of strangers at a bounded rate, in fair turns between networks. Plain ASGI, the outermost layer.
+"""Limits the rate at which strangers' requests begin, in fair turns between networks. Plain ASGI, the outermost layer.
 
-The client's address is known here behind a trusted proxy too: uvicorn has put it into the scope, and trusts
+The client's address is known here even behind a trusted proxy: uvicorn has put it into the scope, and accepts
 X-Forwarded-For only from `TOWER_TRUSTED_PROXIES`.
 """
 
@@ -24,7 +24,7 @@ from server.live.relay.token_bucket import TokenBucket
 
 RETRY_AFTER_S: Final = 5
 MAX_REMEMBERED: Final = 1_000
-"""Known addresses whose pace is remembered; the one that was quiet for longest begins again."""
+"""Known addresses whose rate is remembered; the one idle for longest is evicted and starts afresh."""
 _BEAT_S: Final = 0.01
 _TYPE: Final = "/problems/too-many-requests"
 _FORWARDED: Final = b"x-forwarded-for"
@@ -37,7 +37,7 @@ class _TooManyRequests(Exception):
 
 
 class RequestGate:
-    """Wraps the application. `is_vouched`: whether the head alone shows that the client has signed in."""
+    """Wraps the application. `is_vouched`: tells from the request head alone whether the client has signed in."""
 
     def __init__(
         self, app: ASGIApp, budget: AnonymousBudget, is_vouched: Callable[[Scope], bool] = lambda scope: False

@@ -9,13 +9,13 @@ from starlette.requests import HTTPConnection
 from server.live.anonymous.budget import AnonymousVisit
 
 VISIT: Final = "tower.visit"
-"""Key of the scope: the AnonymousVisit of this request."""
+"""Scope key: the AnonymousVisit of this request."""
 GUEST: Final = "tower.guest"
-"""Key of the scope: the AnonymousConnection that the request came by."""
+"""Scope key: the AnonymousConnection that carried the request."""
 
 
 def admitted(connection: HTTPConnection) -> None:
-    """Whoever sent this has signed in: call it where that has just been checked."""
+    """Marks the client as signed in: call it right after the sign-in was checked."""
     visit = connection.scope.get(VISIT)
     if isinstance(visit, AnonymousVisit):
         visit.admit()

@@ -1,4 +1,4 @@
-"""`/api/v1/audit`: reading the audit trail, for admins, as JSON and as a table to download."""
+"""`/api/v1/audit`: the audit trail, for admins, as JSON and as a CSV download."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ router = APIRouter(prefix="/api/v1", tags=["audit"])
 
 MAX_IN_CSV: Final = 100_000
 _NO_NUL: Final = r"^[^\x00]*$"
-"""Not every database can look for it, and nothing has it."""
+"""Not every database can search for NUL, and no stored text contains it."""
 COLUMNS: Final = ("id", "at", "actor_id", "actor_name", "action", "drone_id", "address", "detail")
 
 
@@ -50,7 +50,7 @@ async def _filter(
     since: Annotated[AwareDatetime | None, Query(description="Not before")] = None,
     until: Annotated[AwareDatetime | None, Query(description="Before")] = None,
 ) -> AuditFilter:
-    """What is looked for. All that are named must fit."""
+    """The search filter. An event must match all given parameters."""
     return AuditFilter(action=action, actor=actor, drone_id=drone_id, since=since, until=until)
 
 
@@ -66,7 +66,7 @@ async def list_audit_events(
     limit: Annotated[int, Query(ge=1, le=500)] = 100,
     before: Annotated[int | None, Query(ge=1, le=2**31 - 1, description="Only events with a smaller id")] = None,
 ) -> list[AuditEventView]:
-    """The audit trail, newest first. For the next page, pass the last id as `before`."""
+    """Lists the audit trail, newest first. For the next page, set `before` to the last id."""
     found = await page(database, wanted, before=before, limit=limit)
     return [AuditEventView.model_validate(row, from_attributes=True) for row in found]
 
@@ -77,16 +77,16 @@ async def list_audit_events(
     response_class=StreamingResponse,
 )
 async def download_audit_events(admin: Admin, database: DatabaseDep, wanted: Wanted) -> StreamingResponse:
-    """The audit trail as CSV, newest first, at most 100,000 events."""
+    """Returns the same as a CSV file, newest first, at most 100,000 events."""
     headers = {"Content-Disposition": 'attachment; filename="audit.csv"'}
     rows = _as_csv(database, wanted)
-    first = await anext(rows)  # a database that does not answer gets its 503: later it could only cut the answer off
+    first = await anext(rows)  # a database that does not respond yields a 503 here; later the response would break off
     rows = _with_first(first, rows)
     return StreamingResponse(rows, media_type="text/csv; charset=utf-8", headers=headers)
 
 
 async def _as_csv(database: Database, wanted: AuditFilter) -> AsyncIterator[str]:
-    """With the names of the columns before the first page, and never nothing."""
+    """Writes the column names before the first page, even if there are no events."""
     names = ",".join(COLUMNS) + "\r\n"
     async for rows in pages(database, wanted, limit=MAX_IN_CSV):
         out = StringIO(names)
@@ -109,5 +109,5 @@ def _cell(row: AuditEventRow, column: str) -> str:
     if column == "detail":
         return json.dumps(value, ensure_ascii=False, sort_keys=True)
     text = "" if value is None else value.isoformat() if isinstance(value, datetime) else str(value)
-    # A name can begin like a formula; a spreadsheet must not carry it out.
+    # A name can begin like a formula; a spreadsheet must not execute it.
     return f"'{text}" if text[:1] in {"=", "+", "-", "@", "\t", "\r"} else text

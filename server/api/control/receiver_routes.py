@@ -1,4 +1,4 @@
-"""`/api/v1/drones/{id}/receiver-setup`: the parameters for flying without a radio receiver, shown and set."""
+"""`/api/v1/drones/{id}/receiver-setup`: shows and sets the parameters for flying without a radio receiver."""
 
 from typing import Annotated, Literal
 
@@ -48,7 +48,7 @@ class SetupRowView(BaseModel):
 
 
 class ReceiverSetupView(BaseModel):
-    """What the autopilot needs to fly without a radio receiver."""
+    """Parameters that the autopilot needs to fly without a radio receiver."""
 
     autopilot: Literal["ardupilot", "px4", ""]
     has_radio: Annotated[bool | None, Field(description="null: not known")]
@@ -71,7 +71,7 @@ class ReceiverSetupView(BaseModel):
 
 @router.get("")
 async def get_receiver_setup(principal: Viewer, hub: HubDep, drone_id: DronePath) -> ReceiverSetupView:
-    """The parameters that matter for flying without a radio receiver: present and required values."""
+    """Lists the parameters that matter for flying without a radio receiver, with their present and required values."""
     return ReceiverSetupView.of(receiver_setup(watched_drone(hub, principal, drone_id).loss_parameters))
 
 
@@ -86,8 +86,9 @@ async def get_receiver_setup(principal: Viewer, hub: HubDep, drone_id: DronePath
 async def set_up_without_receiver(
     principal: Pilot, hub: HubDep, address: AddressDep, drone_id: DronePath
 ) -> OperationView:
-    """Holder, except a borrower: writes the required values to a drone that is known to be disarmed. Progress is
-    reported as for any write of parameters. 409 `armed`, `not-known-yet`, `nothing-to-set`."""
+    """Writes the parameters that differ from the required values, if the drone is known to be disarmed. Only the holder
+    may do this, and no borrower; progress is reported as for any parameter write. 409 `armed`, `not-known-yet`,
+    `nothing-to-set`."""
     drone = await flown_drone(hub, principal, drone_id)
     if drone.limits_of(principal.user_id, principal.role) is not None:
         raise LoanForbids(drone.record.name, NOT_A_BORROWERS)
@@ -99,7 +100,7 @@ async def set_up_without_receiver(
 
 
 def refusal_of(drone: LiveDrone, setup: ReceiverSetup) -> Refused | None:
-    """Why it may not be set up now; None if it may."""
+    """Returns why the setup is refused now; None if it is allowed."""
     if drone.armed is None or drone.airborne is None:
         return Refused("not-known-yet", "it is not known whether the drone is armed: its autopilot is silent")
     if drone.armed or drone.airborne:

@@ -1,4 +1,4 @@
-"""`/api/v1/drones/{id}/control/...`: REST's way to the control service."""
+"""`/api/v1/drones/{id}/control/...`: REST access to the control service."""
 
 import asyncio
 import time
@@ -28,15 +28,16 @@ DronePath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
 
 
 class ControlRequest(BaseModel):
-    """The reason, shown to everyone concerned and kept in the audit trail."""
+    """The reason. Everybody concerned sees it, and the audit trail stores it."""
 
     reason: Annotated[str, Field(max_length=256)] = ""
 
 
 class TakeRequest(ControlRequest):
-    """The reason, and whether the operator who is shut out may watch the drone (`watch`) and its video (`video`).
+    """The reason, and whether the operator who is shut out may keep watching: everything (`watch`), and the video
+    (`video`).
 
-    `interrupt`: emergency; the hold also interrupts a return or a landing, which otherwise continue.
+    `interrupt`: an emergency. The hold also interrupts a return or a landing, which otherwise continues.
     """
 
     interrupt: bool = False
@@ -56,8 +57,8 @@ class AcceptRequest(ControlRequest):
 async def _take_by(
     request: Request, authenticator: AuthenticatorDep, control: ControlDep, clock: ClockDep, drone_id: DronePath
 ) -> AsyncIterator[Principal]:
-    """The user who takes the controls. If the database does not confirm their right at once, and they were signed in a
-    moment ago, the drone holds first."""
+    """Yields the principal who takes the controls. If the database does not decide at once whether they may, and their
+    sign-in is remembered, the drone holds first."""
     admitting = asyncio.ensure_future(authenticator.admit(request, Action.COMMAND))
     try:
         with ExitStack() as until_decided:
@@ -104,14 +105,14 @@ async def _change(
 async def acquire(
     principal: Pilot, control: ControlDep, address: AddressDep, drone_id: DronePath, body: Reason = None
 ) -> DroneView:
-    """Takes the controls of one of your drones while nobody has them."""
+    """Takes the controls of a drone of yours that has no holder."""
     return await _change(control, principal, drone_id, Event.ACQUIRE, body, address)
 
 
 @router.post("/keep-alive", operation_id="keep_control")
 async def keep_alive(principal: Pilot, hub: HubDep, drone_id: DronePath) -> DroneView:
-    """Keeps the controls of a program without a live channel for 5 s more. Send one every 2 s. 409 `not-the-holder`
-    means that the program has lost the controls."""
+    """Heartbeat of the holder's program, valid for 5 s; needed only without a live channel. Send one every 2 s. Returns
+    409 `not-the-holder` when the controls are gone."""
     drone = hub.squads.drone(DroneId(drone_id), principal.user_id, principal.role)
     if drone is None:
         raise UnknownDrone
@@ -125,7 +126,7 @@ async def keep_alive(principal: Pilot, hub: HubDep, drone_id: DronePath) -> Dron
 async def release(
     principal: Pilot, control: ControlDep, address: AddressDep, drone_id: DronePath, body: Reason = None
 ) -> DroneView:
-    """Releases the controls. A drone flown by hand holds."""
+    """Releases the controls. A drone that is flown by hand holds."""
     return await _change(control, principal, drone_id, Event.RELEASE, body, address)
 
 
@@ -137,9 +138,9 @@ async def take(
     drone_id: DronePath,
     body: Annotated[TakeRequest | None, Body()] = None,
 ) -> DroneView:
-    """Admin: takes the controls, or withdraws an offer. The drone holds; a return or a landing continues unless
-    `interrupt` is true. The operator is shut out until the controls are given back. They cannot see the drone either if
-    `watch` is false, and get no video if `video` is `move`."""
+    """Admin: takes the controls, or withdraws an offer. The drone holds, but a return or a landing continues unless
+    `interrupt` is true. The operator is shut out until the controls are given back. If `watch` is false, the operator
+    does not see the drone either; if `video` is `move`, the operator gets no video."""
     return await _change(control, principal, drone_id, Event.TAKE, body, address)
 
 
@@ -147,7 +148,7 @@ async def take(
 async def give(
     principal: Commander, control: ControlDep, address: AddressDep, drone_id: DronePath, body: Reason = None
 ) -> DroneView:
-    """Admin: offers the controls back to the operator. The drone holds until the operator accepts."""
+    """Admin: offers the controls back to the operator they were taken from. The drone holds until they are accepted."""
     return await _change(control, principal, drone_id, Event.GIVE, body, address)
 
 
@@ -159,7 +160,7 @@ async def accept(
     drone_id: DronePath,
     body: Annotated[AcceptRequest | None, Body()] = None,
 ) -> DroneView:
-    """Operator: accepts the controls ("I have control"), with centred sticks."""
+    """The operator accepts the controls ("I have control"), with centred sticks."""
     return await _change(control, principal, drone_id, Event.ACCEPT, body, address)
 
 
@@ -167,8 +168,8 @@ async def accept(
 async def stay(
     principal: Pilot, stays: StaysDep, address: AddressDep, drone_id: DronePath, body: Reason = None
 ) -> DroneView:
-    """Holder, owner, borrower or admin: postpones the lost action. The drone stays where it is until it needs the
-    battery for the way home. 409 `nothing-to-stay` if no lost action is pending."""
+    """Holder, owner, borrower or admin: keeps the drone where it is. What it would do by itself because a person is
+    away is postponed until the battery is needed for the way home. 409 `nothing-to-stay` if no countdown is running."""
     reason = body.reason.strip() if body else ""
     return await stays.stay(principal, DroneId(drone_id), reason=reason, address=address)
 
@@ -177,7 +178,7 @@ async def stay(
 async def assist(
     principal: Commander, control: ControlDep, address: AddressDep, drone_id: DronePath, body: Reason = None
 ) -> DroneView:
-    """Admin: assists the holder. Your commands win while they arrive, and for a second longer."""
+    """Admin: assists the holder. Your commands take precedence while they arrive, and for one second after."""
     return await _change(control, principal, drone_id, Event.ASSIST, body, address)
 
 

@@ -1,4 +1,4 @@
-"""`/api/v1/drones/{id}/loss-check` and `/rehearsal`: what a loss would do, and making one on purpose."""
+"""`/api/v1/drones/{id}/loss-check` and `/rehearsal`: the effects of a loss, and rehearsing one."""
 
 from typing import Annotated, Literal
 
@@ -23,7 +23,7 @@ DronePath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
 
 
 class SentenceView(BaseModel):
-    """The effect of one loss."""
+    """What happens when a certain link is lost."""
 
     about: Literal["operator", "tower", "radio"]
     severity: Literal["info", "warning", "danger"]
@@ -31,7 +31,7 @@ class SentenceView(BaseModel):
 
 
 class LossCheckView(BaseModel):
-    """What a loss would cause, as far as the autopilot's parameters tell."""
+    """What would happen on a loss, as far as the autopilot's parameters show."""
 
     complete: Annotated[bool, Field(description="All relevant parameters were read")]
     has_radio: Annotated[bool | None, Field(description="null: not known")]
@@ -48,7 +48,7 @@ class LossCheckView(BaseModel):
 
 
 class Acknowledgement(BaseModel):
-    """Confirms a loss check by the drone's name. Required if a loss is dangerous."""
+    """Confirms the drone by its name; required where a loss is dangerous."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -56,7 +56,8 @@ class Acknowledgement(BaseModel):
 
 
 class RehearsalRequest(BaseModel):
-    """Which loss. `in_flight`: also with a real, armed drone; ask the people nearby first."""
+    """The loss to rehearse. `in_flight`: also with an armed drone that is not simulated; ask the people concerned
+    first."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -65,14 +66,14 @@ class RehearsalRequest(BaseModel):
 
 
 class RehearsalLasts(BaseModel):
-    """Seconds."""
+    """Durations in seconds."""
 
     operator: float
     tower: float
 
 
 class RehearsalView(BaseModel):
-    """A rehearsal: durations and state."""
+    """What a rehearsal would do."""
 
     lasts_s: Annotated[RehearsalLasts, Field(description="Duration of each loss")]
     running: Annotated[bool, Field(description="A rehearsal is running")]
@@ -92,7 +93,7 @@ class RehearsalBegun(BaseModel):
 async def get_loss_check(
     principal: Viewer, hub: HubDep, loss_checks: LossChecksDep, drone_id: DronePath
 ) -> LossCheckView:
-    """What the drone does when operator, tower or radio are lost, in words."""
+    """Describes what would happen if the operator, the tower or the radio were lost."""
     if hub.squads.drone(DroneId(drone_id), principal.user_id, principal.role) is None:
         raise UnknownDrone
     return LossCheckView.of(loss_checks.check(DroneId(drone_id), principal.user_id))
@@ -106,8 +107,9 @@ async def acknowledge_loss_check(
     drone_id: DronePath,
     body: Annotated[Acknowledgement | None, Body()] = None,
 ) -> LossCheckView:
-    """The holder, or an admin who assists, confirms by the drone's name that they have read the loss check. Until then
-    they cannot arm a drone that a loss would drop or lose. 409 `wrong-name` if the name is not this drone's."""
+    """Acknowledges the loss check and names the drone; for the user who may arm the drone now (its holder, or an admin
+    who assists). Until then that user cannot arm a drone that a loss would drop or lose. 409 `wrong-name`: the name is
+    missing or wrong."""
     named = body.drone if body is not None else None
     check = await loss_checks.acknowledge(principal, DroneId(drone_id), named=named, address=address)
     return LossCheckView.of(check)
@@ -117,7 +119,7 @@ async def acknowledge_loss_check(
 async def get_rehearsal(
     principal: Viewer, hub: HubDep, rehearsals: RehearsalsDep, drone_id: DronePath
 ) -> RehearsalView:
-    """How long a rehearsed loss lasts, and whether one is running."""
+    """Returns how long a rehearsed loss lasts, and whether one is running."""
     drone = hub.squads.drone(DroneId(drone_id), principal.user_id, principal.role)
     if drone is None:
         raise UnknownDrone
@@ -132,6 +134,6 @@ async def get_rehearsal(
 async def rehearse_loss(
     principal: Pilot, rehearsals: RehearsalsDep, address: AddressDep, drone_id: DronePath, body: RehearsalRequest
 ) -> RehearsalBegun:
-    """Holder or admin: simulates the loss of operator or tower, to see whether and how fast the drone holds."""
+    """Holder or admin: simulates the loss of the operator or of the tower, to see the drone hold and how fast."""
     rehearsals.begin(principal, DroneId(drone_id), body.what, in_flight=body.in_flight, address=address)
     return RehearsalBegun(what=body.what)

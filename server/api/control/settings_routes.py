@@ -1,4 +1,4 @@
-"""`/api/v1/drones/{id}/settings`: how a drone holds, what it does when it is lost, and how much it sends."""
+"""`/api/v1/drones/{id}/settings`: how a drone holds, what it does on a loss, and how much telemetry it sends."""
 
 from typing import Annotated, Any, Literal
 
@@ -46,7 +46,7 @@ Profile = Annotated[ProfileName, Field(description="Amount of telemetry; `auto`:
 
 
 class DroneSettingsView(BaseModel):
-    """All settings, defaults included. Times in seconds."""
+    """Every setting, including defaults. Times in seconds."""
 
     hold_ladder: Ladder
     sticks_stale_s: SticksStale
@@ -61,7 +61,7 @@ class DroneSettingsView(BaseModel):
 
 
 class DroneSettingsPatch(BaseModel):
-    """The settings to change. Omitted ones stay."""
+    """The settings to change; others stay as they are."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -84,7 +84,8 @@ class DroneSettingsPatch(BaseModel):
 
 @router.get("")
 async def get_drone_settings(principal: Viewer, hub: HubDep, drone_id: DronePath) -> DroneSettingsView:
-    """The drone's settings: hold, lost action, telemetry profile."""
+    """Returns how this drone holds, what it does when the tower or the person is lost, and how much telemetry it
+    sends."""
     if hub.squads.drone(DroneId(drone_id), principal.user_id, principal.role) is None:
         raise UnknownDrone
     return DroneSettingsView.model_validate(settings_in(hub, DroneId(drone_id)).as_values())
@@ -100,7 +101,7 @@ async def change_drone_settings(
     drone_id: DronePath,
     body: DroneSettingsPatch,
 ) -> DroneSettingsView:
-    """Admin: changes settings. The agent receives them at once, or when it next connects."""
+    """Admin: changes some settings. The drone's agent receives them at once, or when it next connects."""
     action = audit.action(admin)
     change = body.model_dump(exclude_none=True)
     async with database.writing() as session:

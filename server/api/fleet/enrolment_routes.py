@@ -1,4 +1,4 @@
-"""`/api/v1/enrolments` and `/enrol`: how the agent of a drone makes its key known with one command."""
+"""`/api/v1/enrolments` and `/enrol`: how a drone's agent registers its key with one command."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class NewEnrolment(BaseModel):
 
 
 class EnrolmentWithToken(BaseModel):
-    """Only this response contains the token."""
+    """The only response that ever contains the token."""
 
     enrolment: EnrolmentView
     token: str
@@ -63,7 +63,7 @@ class Enrol(BaseModel):
 
 
 class Enrolled(BaseModel):
-    """What the agent needs besides its own key."""
+    """What the agent must know besides its own key."""
 
     drone_id: int
     drone: str
@@ -84,7 +84,7 @@ async def begin_enrolment(
     drone_id: Annotated[int, Path(ge=1, le=2**31 - 1)],
     body: NewEnrolment,
 ) -> EnrolmentWithToken:
-    """Creates a one-time token with which an agent enrols as this drone. Cancels a pending enrolment."""
+    """Creates a token that enrols an agent for the drone, once. Cancels an enrolment that is still pending."""
     address = address_for_agents(settings, str(request.base_url))
     async with database.writing() as session:
         row, drone, token, cancelled = await enrolments.begin(
@@ -100,7 +100,7 @@ async def begin_enrolment(
 
 @router.get("/enrolments", responses=_ADMINS)
 async def list_enrolments(admin: Admin, database: DatabaseDep, clock: ClockDep) -> list[EnrolmentView]:
-    """The newest 200 enrolments, newest first."""
+    """Lists enrolments, newest first, at most 200."""
     async with database.reading() as session:
         found = await enrolments.list_enrolments(session)
     return [EnrolmentView.of(row, drone, clock()) for row, drone in found]
@@ -114,7 +114,7 @@ async def cancel_enrolment(
     enrolment_notifier: EnrolmentNotifierDep,
     enrolment_id: Annotated[int, Path(ge=1, le=2**31 - 1)],
 ) -> None:
-    """Cancels a pending enrolment: its token becomes invalid. A used enrolment stays used."""
+    """Cancels an enrolment: its token becomes invalid. An enrolment that was used stays used."""
     async with database.writing() as session:
         row = await enrolments.cancel(session, enrolment_id=enrolment_id, action=audit.action(admin))
     enrolment_notifier.publish(row.id)
@@ -131,8 +131,8 @@ async def enrol(
     sign_in_rules: SignInRulesDep,
     body: Enrol,
 ) -> Enrolled:
-    """For agents: registers the agent's key as the drone's. Only over TLS or from the tower's own machine. An agent
-    that received no response repeats the request with the same key."""
+    """For the agent: registers its key as the drone's key. Over TLS or from this machine only. An agent that did not
+    receive the response retries with the same key."""
     if not is_private_path(request):
         raise NotPrivate
     key = enrolments.read_key(token=body.token, public_key=body.public_key, signature=body.signature)

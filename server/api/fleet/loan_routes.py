@@ -1,4 +1,4 @@
-"""`/api/v1/drones/{id}/loans`: lending a drone to a user for a while, for admins of the tower and of its team."""
+"""`/api/v1/drones/{id}/loans`: temporary loans of a drone to a user, for admins of the tower and of its team."""
 
 from __future__ import annotations
 
@@ -50,7 +50,8 @@ async def lend_drone(
     user_id: Id,
     body: NewLoan,
 ) -> DroneView:
-    """Lends the drone to a user until a time, within limits. Lending again changes both."""
+    """Lends a drone: the user sees and flies it until the given time, within the limits. Lending again changes the
+    terms."""
     action = audit.action(lender)
     terms = Terms(body.until, body.may_arm, body.max_height_m, body.radius_m)
     async with database.writing() as session:
@@ -69,7 +70,7 @@ async def end_loan(
     drone_id: Id,
     user_id: Id,
 ) -> DroneView:
-    """Ends a loan early. The user has lost the rights when the response arrives."""
+    """Ends a loan early. The user has lost all rights that came with it before the response."""
     async with database.writing() as session:
         await loans.end_loan(session, drone_id=drone_id, user_id=user_id, lender=lender, action=audit.action(lender))
     return await _changed(hub, roster, event_handler, lender, drone_id)

@@ -1,4 +1,4 @@
-"""`/api/v1/drones`: the squad, answered from the live state, and the administration of drones for admins."""
+"""`/api/v1/drones`: the squad for every user, answered from the live picture, and drone administration for admins."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class DroneName(BaseModel):
 
 
 class CreatedDrone(BaseModel):
-    """A new drone. Enrol an agent to connect it."""
+    """A new drone. No agent can sign in for it before one is enrolled."""
 
     drone: DroneView
 
@@ -47,7 +47,7 @@ def _view(hub: Hub, principal: Principal, drone_id: int) -> DroneView:
 
 @router.get("")
 async def list_drones(principal: Viewer, hub: HubDep) -> list[DroneView]:
-    """The squad: the drones that you may see; all drones for an admin."""
+    """Lists the squad: an operator's own drones, or every drone for an admin."""
     return hub.squads.views(principal.user_id, principal.role)
 
 
@@ -55,7 +55,7 @@ async def list_drones(principal: Viewer, hub: HubDep) -> list[DroneView]:
 async def create_drone(
     admin: Admin, database: DatabaseDep, audit: AuditDep, roster: RosterDep, hub: HubDep, body: DroneName
 ) -> CreatedDrone:
-    """Creates a drone. Enrol an agent to connect it."""
+    """Creates a drone. An enrolment then registers its agent's key."""
     async with database.writing() as session:
         row = await drones.create_drone(session, name=body.name, action=audit.action(admin))
     await roster.refresh()
@@ -64,7 +64,7 @@ async def create_drone(
 
 @router.get("/{drone_id}", responses=answers(UnknownDrone))
 async def get_drone(principal: Viewer, hub: HubDep, drone_id: DronePath) -> DroneView:
-    """One drone of your squad. 404 for all others."""
+    """Returns one drone of the squad. A drone of somebody else yields 404."""
     return _view(hub, principal, drone_id)
 
 
@@ -94,7 +94,7 @@ async def delete_drone(
     recordings: RecordingsDep,
     drone_id: DronePath,
 ) -> None:
-    """Deletes a drone and its recordings, and refuses its agent. The id is never reused."""
+    """Deletes a drone and its recordings; its agent is refused from then on. The id is never used again."""
     async with database.writing() as session:
         await drones.delete_drone(session, drone_id=drone_id, action=audit.action(admin))
     await roster.refresh()
@@ -105,7 +105,7 @@ async def delete_drone(
 async def revoke_key(
     admin: Admin, database: DatabaseDep, audit: AuditDep, roster: RosterDep, hub: HubDep, drone_id: DronePath
 ) -> DroneView:
-    """Revokes the drone's key. The agent's link ends at once. Enrol an agent again to connect the drone."""
+    """Ends the link of the drone's agent at once. No agent can sign in for the drone until one is enrolled again."""
     async with database.writing() as session:
         await drones.revoke_key(session, drone_id=drone_id, action=audit.action(admin))
     await roster.refresh()
@@ -122,7 +122,7 @@ async def add_owner(
     drone_id: DronePath,
     user_id: UserPath,
 ) -> DroneView:
-    """Lets a user see and fly the drone. Idempotent."""
+    """Lets a user see and fly the drone. Repeating it changes nothing."""
     async with database.writing() as session:
         await drones.add_owner(session, drone_id=drone_id, user_id=user_id, action=audit.action(admin))
     await roster.refresh()
@@ -140,9 +140,9 @@ async def remove_owner(
     drone_id: DronePath,
     user_id: UserPath,
 ) -> DroneView:
-    """Removes an owner. The drone leaves the user's squad at once."""
+    """Removes an owner. The drone disappears from the user's squad at once."""
     async with database.writing() as session:
         await drones.remove_owner(session, drone_id=drone_id, user_id=user_id, action=audit.action(admin))
     await roster.refresh()
-    await event_handler.caught_up()  # what they lose with it, they have lost when this is answered
+    await event_handler.caught_up()  # rights that the user loses are gone before the response
     return _view(hub, admin, drone_id)

@@ -1,4 +1,4 @@
-"""At which address agents find this tower, for the command that enrols them. Never one that a request made up."""
+"""The address at which agents find this tower, for the enrolment command. Never an address that a request made up."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ class AddressUnknown(Refusal):
 
 
 def address_for_agents(settings: Settings, base_url: str) -> str:
-    """`https://HOST[:PORT]` from the settings. Without that, the request's own (`base_url`) only if it is this
-    machine's name or the address that the tower listens on. Raises AddressUnknown."""
+    """Returns `https://HOST[:PORT]` from the settings. Otherwise accepts from the request (`base_url`) only this
+    machine's name, or the address that the tower listens on. Raises AddressUnknown."""
     if settings.public_url:
         return settings.public_url
     try:
@@ -43,7 +43,7 @@ def _is_loopback(host: str) -> bool:
 
 
 def _same_address(host: str, bound: str) -> bool:
-    """Accepts an address only: anybody can send a name."""
+    """Compares addresses only: anybody can claim a name."""
     try:
         return ip_address(host) == ip_address(bound) and not ip_address(host).is_unspecified
     except ValueError:

@@ -1,4 +1,4 @@
-"""`/api/v1/drones/{id}/commands`: commands that do not depend on the autopilot."""
+"""`/api/v1/drones/{id}/commands`: flight commands that do not depend on the autopilot."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ async def command_drone(
     body: Annotated[FlightCommand, Body()],
     prefer: Prefer = None,
 ) -> OperationView:
-    """Commands the drone. A command of several steps stops at the first one that is not accepted."""
+    """Commands the drone. A command of several steps stops at the first that is not accepted."""
     drone = await flown_drone(hub, principal, drone_id)
     if not drone.online:
         raise DroneOffline(drone.record.name)

@@ -1,4 +1,4 @@
-"""`/api/v1/drones/{id}/logs`: the flight logs on board, those that the tower has, and the agents' way in."""
+"""`/api/v1/drones/{id}/logs`: flight logs on board, flight logs that the tower stores, and the agents' uploads."""
 
 from __future__ import annotations
 
@@ -49,8 +49,7 @@ router = APIRouter(prefix="/api/v1", tags=["logs"])
 
 LIST_WITHIN_S: Final = 60.0
 FETCH_WITHIN_S: Final = 600.0
-"""The longest time of a transaction. What was read by then stays with the agent, and another request continues from
-there."""
+"""Maximum duration of a transaction. The agent keeps the part read by then: a repeated request resumes."""
 MEDIA_TYPE: Final = "application/octet-stream"
 
 DronePath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
@@ -62,7 +61,7 @@ _BEGIN: Final = (
 
 
 class KeptLogView(LogView):
-    """A log stored on the tower."""
+    """A log that the tower stores."""
 
     kept_at: datetime
 
@@ -74,7 +73,7 @@ class KeptLogView(LogView):
 
 
 class LogsView(BaseModel):
-    """Newest first."""
+    """Logs, newest first."""
 
     read_at: Annotated[datetime | None, Field(description="When the list was read; null: not since the tower started")]
     on_board: Annotated[list[LogView] | None, Field(description="null: not known")]
@@ -85,7 +84,7 @@ class LogsView(BaseModel):
 async def get_logs(
     principal: Viewer, hub: HubDep, flight_log_quota: FlightLogQuotaDep, drone_id: DronePath
 ) -> LogsView:
-    """The flight logs on board when the list was last read, and those that the tower has."""
+    """Lists the logs on board when the list was last read, and those of the drone that the tower stores."""
     drone = watched_drone(hub, principal, drone_id)
     refuse_observers(drone, principal)
     kept = await asyncio.to_thread(flight_log_quota.of, drone.drone_id)
@@ -101,7 +100,7 @@ async def get_logs(
 async def list_logs(
     response: Response, principal: Viewer, hub: HubDep, address: AddressDep, drone_id: DronePath, prefer: Prefer = None
 ) -> OperationView:
-    """Reads the list of logs from the autopilot. Only on the ground."""
+    """Reads the list of logs from the autopilot; on the ground only."""
     drone = watched_drone(hub, principal, drone_id)
     order = Order("log_list", Lane.LOGS, [Step(LogListWork(), LIST_WITHIN_S)], writes=False)
     return await answer(begin(hub, principal, drone, order, address), response, prefer)
@@ -120,7 +119,7 @@ async def fetch_log(
     log_id: LogPath,
     prefer: Prefer = None,
 ) -> OperationView:
-    """Holder: has the agent read a log and upload it. Uses the drone's whole link."""
+    """Has the agent read a log and send it to the tower. Holder only, because it uses the drone's whole link."""
     drone = await flown_drone(hub, principal, drone_id)
     step = Step(LogDownloadWork(log_id), FETCH_WITHIN_S)
     order = Order("log_download", Lane.LOGS, [step], writes=False, noted=True, about={"log": log_id})
@@ -141,7 +140,7 @@ async def fetch_log(
 async def get_log_file(
     principal: Viewer, hub: HubDep, flight_log_quota: FlightLogQuotaDep, drone_id: DronePath, log_id: LogPath
 ) -> FileResponse:
-    """A log that the tower has, byte for byte as the autopilot wrote it."""
+    """Downloads a stored log, as the autopilot wrote it."""
     drone = watched_drone(hub, principal, drone_id)
     refuse_observers(drone, principal)
     kept = await asyncio.to_thread(flight_log_quota.of, drone.drone_id)
@@ -173,7 +172,7 @@ async def put_agent_file(
     log_receiver: LogReceiverDep,
     transaction_id: TransactionPath,
 ) -> None:
-    """For agents, with their link's ticket: uploads the file of a running transaction."""
+    """For agents, with the ticket of their link: uploads the file that a running transaction has requested."""
     until = sign_in_rules.credentials_until
     try:
         drone_id = drone_of(hub, request, credentials_until=until, now=clock())

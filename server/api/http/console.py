@@ -1,7 +1,7 @@
-"""Serves the built console from a folder. Every path outside the API is a page of the application.
+"""Serves the console from its build folder. Every path outside the API is a page of the application.
 
-Sends the compressed copies of the build, with an ETag. Files with a hash in their name are cached for ever; everything
-else is revalidated and answered with 304 while it is the same.
+Files are sent with an ETag, and compressed if the build has put a compressed copy beside them. Browsers keep files with
+a hash in the name forever. They revalidate all others, and get 304 while a file is unchanged.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from server.api.http.content_coding import copy_for
 
 NOT_BUILT: Final = "The console has not been built yet. Run `make setup`, or `npm ci && npm run build` in web/.\n"
 FOR_EVER: Final = "public, max-age=31536000, immutable"
-"""The build puts a hash of the content into the names of what is in assets/."""
+"""The build puts a hash of the content into the names of files in assets/."""
 UNCHANGED_KEEPS: Final = frozenset({"cache-control", "etag", "vary"})
-"""Headers that a 304 keeps."""
+"""Headers of a 304 response."""
 
 
 def serve_console(app: FastAPI, folder: Path, texts: Mapping[str, Callable[[], str | None]]) -> None:
-    """Responds to paths that no route of the API has, so that a known path with a wrong method stays a 405. `texts`:
-    the content of a single path; None: there is none."""
+    """Answers every path that no route of the API knows, so that a known path with a wrong method stays a 405. `texts`:
+    texts at paths of their own; None: not found."""
     no_such_route = app.router.default
 
     async def console(scope: Scope, receive: Receive, send: Send) -> None:
@@ -60,7 +60,7 @@ def _answer(folder: Path, path: str, asked: Headers) -> Response:
     if wanted is not None:
         return _file(wanted, asked, FOR_EVER if path.startswith("assets/") else "no-cache")
     if "." in path.rpartition("/")[2]:
-        raise HTTPException(404)  # a file that is not there is not a page
+        raise HTTPException(404)  # a missing file is not a page
     return _file(index, asked, "no-cache")
 
 
@@ -69,7 +69,7 @@ def _file(file: Path, asked: Headers, cache: str) -> Response:
     headers = {"Cache-Control": cache, "Vary": "Accept-Encoding"}
     if coding is not None:
         headers["Content-Encoding"] = coding
-    # The type is that of the file, not of its compressed copy. The ETag is each copy's own.
+    # The type is that of the file, not of its compressed copy. Each copy has its own ETag.
     answer = FileResponse(copy, headers=headers, media_type=guess_type(file.name)[0], stat_result=copy.stat())
     known = {tag.strip().removeprefix("W/") for tag in asked.get("if-none-match", "").split(",")}
     if answer.headers["etag"] in known:
@@ -79,7 +79,7 @@ def _file(file: Path, asked: Headers, cache: str) -> Response:
 
 
 def _inside(folder: Path, path: str) -> Path | None:
-    """The file that `path` names, if there is one and it is truly inside the folder."""
+    """Returns the file that `path` names, if it exists and really lies inside the folder."""
     if not path or "\0" in path:
         return None
     root = folder.resolve()

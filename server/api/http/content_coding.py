@@ -1,4 +1,5 @@
-"""Which compressed copy of a file a browser takes: the build puts `name.br` and `name.gz` beside `name`."""
+"""Chooses the compressed copy of a file that a browser accepts: the build puts `name.br` and `name.gz` beside
+`name`."""
 
 from __future__ import annotations
 
@@ -6,11 +7,12 @@ from pathlib import Path
 from typing import Final
 
 ENDINGS: Final = {"br": ".br", "gzip": ".gz"}
-"""By the coding's name in the headers, the smallest first."""
+"""By the name of the coding in the headers, smallest file first."""
 
 
 def copy_for(file: Path, accept_encoding: str) -> tuple[Path, str | None]:
-    """The copy to send and its `Content-Encoding`, or the file itself and None. `accept_encoding`: the header."""
+    """Returns the copy to send and its `Content-Encoding`, or the file itself and None. `accept_encoding`: the
+    header."""
     accepted = accepted_codings(accept_encoding)
     for coding, ending in ENDINGS.items():
         copy = file.with_name(file.name + ending)
@@ -20,7 +22,7 @@ def copy_for(file: Path, accept_encoding: str) -> tuple[Path, str | None]:
 
 
 def accepted_codings(accept_encoding: str) -> frozenset[str]:
-    """The supported codings that the header allows (RFC 9110, 12.5.3): `q=0` forbids one, `*` stands for all others."""
+    """Returns our codings that the header allows (RFC 9110, 12.5.3): `q=0` forbids one, `*` means those not named."""
     weights: dict[str, bool] = {}
     for item in accept_encoding.split(","):
         name, _, parameters = item.partition(";")
@@ -36,4 +38,4 @@ def _weight(parameters: str) -> float:
     try:
         return float(value)
     except ValueError:
-        return 0.0  # what cannot be read is not relied on
+        return 0.0  # an unreadable weight counts as 0

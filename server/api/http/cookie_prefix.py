@@ -1,8 +1,9 @@
-"""Over TLS the tower's cookies have the prefix `__Host-`: browsers then send them over TLS only, and to this very host.
+"""Over TLS the tower's cookies have the prefix `__Host-`: a browser then accepts them over TLS only, for this host
+only, and not from a sibling domain. Elsewhere (a tower on the user's own machine) they keep the plain name, which
+browsers send there.
 
-Elsewhere (a tower on one's own machine) they keep the plain name, which browsers send there. This is the one place that
-knows; the rest of the tower reads and sets plain names. Over TLS a cookie with a plain name is not trusted, because a
-sibling domain or somebody on the network can plant it: it is dropped and cleared.
+The rest of the tower reads and sets plain names. Over TLS a cookie with a plain name cannot be trusted, because a
+sibling domain or an attacker on the path can plant it: it is dropped and cleared.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from server.api.http.over_tls import OverTls
 
 PREFIX: Final = b"__Host-"
 _OURS: Final = b"tower_"
-"""All cookies of the tower begin so."""
+"""Prefix of all cookies of the tower."""
 _CLEARED: Final = b"=; HttpOnly; Max-Age=0; Path=/; SameSite=strict; Secure"
 
 Header = tuple[bytes, bytes]
@@ -44,7 +45,8 @@ class CookiePrefix:
 
 
 def _without_prefix(headers: Iterable[Header]) -> tuple[list[Header], list[bytes]]:
-    """The headers as the rest of the tower reads them, and the names of ours that came without the prefix."""
+    """Returns the headers as the rest of the tower reads them, and the names of our cookies that came without the
+    prefix."""
     passed: list[Header] = []
     plain: list[bytes] = []
     for name, value in headers:

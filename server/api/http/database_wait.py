@@ -1,4 +1,4 @@
-"""A request waits for a failing database once, and not once for each time that it asks. Plain ASGI."""
+"""Bounds the time that a request waits for a failing database in total, not per query. Plain ASGI."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ _WORDS: Final = "the database did not answer in time"
 
 
 class BoundedDatabaseWait:
-    """Answers for a request that cannot let go of its database. An open WebSocket goes on for hours, and asks again
-    each time."""
+    """Answers for a request that hangs in its database. An open WebSocket lasts for hours and gets the bound for each
+    query."""
 
     def __init__(self, app: ASGIApp, database: Database) -> None:
         self._app = app

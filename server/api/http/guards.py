@@ -1,4 +1,4 @@
-"""The last net under unexpected errors. Plain ASGI."""
+"""Catches unexpected errors. Plain ASGI."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _log = structlog.get_logger(__name__)
 
 
 class UnexpectedErrors:
-    """An unexpected error: logged in full, reported to the client in one sentence."""
+    """Logs an unexpected error in full and reports it to the client in one sentence."""
 
     def __init__(self, app: ASGIApp) -> None:
         self._app = app
@@ -31,6 +31,6 @@ class UnexpectedErrors:
             await self._app(scope, receive, watch)
         except Exception:
             if started:
-                raise  # too late for an answer: the server cuts the connection
+                raise  # too late for a response: the server cuts the connection
             _log.exception("unexpected_error", method=scope["method"], path=scope["path"])
             await problem(INTERNAL, instance=scope["path"])(scope, receive, send)

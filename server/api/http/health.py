@@ -1,4 +1,4 @@
-"""`/api/v1/health` and `/api/v1/health/ready`, for monitoring. They reveal nothing about users."""
+"""`/api/v1/health` and `/api/v1/health/ready`: for monitoring. They reveal nothing about users or drones."""
 
 from __future__ import annotations
 
@@ -18,14 +18,15 @@ class Health(BaseModel):
 
 @router.get("/health")
 async def health(request: Request) -> Health:
-    """Liveness. Responds while the tower runs, whatever the state of the database, because a restart would not repair
-    it. A tower in standby says `standby`."""
+    """Answers while the tower runs, whatever the state of the database: a restart would not repair that. A tower that
+    waits for another one to end reports `standby`."""
     return Health(status="ok", version=request.app.version)
 
 
 @router.get("/health/ready", operation_id="ready")
 async def ready(request: Request, lock: TowerLockDep) -> Health:
-    """Readiness. 503 unless the database took the last write, at most about a second ago."""
+    """Tells whether the tower is fully operational: the database accepted its last write, half a second ago. 503
+    otherwise."""
     if not lock.is_renewed:
         raise DatabaseUnavailable("the database accepts no writes: flights go on, and nothing can be changed")
     return Health(status="ok", version=request.app.version)

@@ -1,7 +1,7 @@
-"""A process that may no longer act as the tower refuses all requests. Plain ASGI.
+"""Stops a process that may no longer be the tower from answering. Plain ASGI.
 
-It was stopped for longer than its lock lasts and has not checked since, or another process has the lock. What waited in
-its sockets meanwhile must not be carried out late.
+Either it was stopped for longer than its lock lasts and has not checked since, or another process has the lock.
+Requests that waited in its sockets meanwhile must not be executed late.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _WORDS: Final = "this process was stopped for a while, and another may be the to
 
 
 class OnlyTheTower:
-    """`may_act`: whether this process may act as the tower. Asked at the beginning of each request."""
+    """`may_act`: whether this process may act as the tower. Called at the beginning of each request."""
 
     def __init__(self, app: ASGIApp, may_act: Callable[[], bool]) -> None:
         self._app = app

@@ -1,6 +1,6 @@
 """Refuses requests that another web site made a browser send: the Origin must be the tower's own.
 
-The session cookie is SameSite=Strict already; this is the second lock, and for WebSockets the first.
+The session cookie is already SameSite=Strict; this is the second barrier, and for WebSockets the first.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _DEFAULT_PORTS: Final = {"http": 80, "https": 443}
 
 
 def origin_allowed(connection: HTTPConnection, settings: Settings) -> bool:
-    """True also without an Origin: then it was no browser, and no browser's cookies can be abused."""
+    """True also without an Origin: the client is then not a browser, and no browser's cookies can be abused."""
     return origin_matches(
         origin=connection.headers.get("origin"),
         scheme="https" if OverTls(settings.public_url)(connection.scope) else "http",
@@ -31,7 +31,7 @@ def origin_allowed(connection: HTTPConnection, settings: Settings) -> bool:
 
 
 def origin_matches(*, origin: str | None, scheme: str, host: str, public_url: str = "") -> bool:
-    """`scheme`, `host`: of the request, as it left the browser. An origin is all three: scheme, host and port."""
+    """`scheme`, `host`: of the request as it left the browser. An origin consists of scheme, host and port."""
     if origin is None:
         return True
     came_from = _origin(origin)
@@ -55,7 +55,7 @@ def _origin(url: str) -> tuple[str, str, int] | None:
 
 
 class OriginCheck:
-    """Every unsafe request: own origin or none. WebSockets ask `origin_allowed` themselves,
+    """Checks every unsafe request: own origin or none. WebSockets call `origin_allowed` themselves,
     because a browser only learns a close code after the handshake.
     """
 
@@ -67,7 +67,7 @@ class OriginCheck:
         if scope["type"] != "http" or scope["method"] in _SAFE:
             await self._app(scope, receive, send)
             return
-        # A browser adds a cookie to anybody's request, but a token to nobody's; and where one came, no cookie counts.
+        # Browsers add cookies to requests of other sites, but never a token; and with a token, cookies are ignored.
         connection = HTTPConnection(scope)
         if token_in(connection.headers) is None and not origin_allowed(connection, self._settings):
             await problem(WRONG_ORIGIN, instance=scope["path"])(scope, receive, send)

@@ -1,4 +1,4 @@
-"""Whether a request came over TLS: by the connection, by a proxy that is believed, or to the public https address."""
+"""Whether a request came over TLS: by the connection, by a trusted proxy, or to the public https address."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from starlette.types import Scope
 
 
 class OverTls:
-    """`public_url`: TOWER_PUBLIC_URL. A proxy that does not report the scheme still passes the name."""
+    """`public_url`: TOWER_PUBLIC_URL. A proxy that does not report the scheme still passes on the host name."""
 
     def __init__(self, public_url: str) -> None:
         parts = urlsplit(public_url)

@@ -1,4 +1,4 @@
-"""From where a connection comes."""
+"""The address of a connection's peer."""
 
 from __future__ import annotations
 
@@ -6,5 +6,5 @@ from starlette.requests import HTTPConnection
 
 
 def address_of(connection: HTTPConnection) -> str:
-    """The network address of the other side, for the audit trail and the throttle."""
+    """Returns the network address of the client, for the audit trail and the throttle."""
     return connection.client.host if connection.client else ""

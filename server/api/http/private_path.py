@@ -15,7 +15,7 @@ class NotPrivate(Refusal):
 
 
 def is_private_path(connection: HTTPConnection) -> bool:
-    """Whether nobody can listen: TLS (here or at our proxy), or a connection from this machine."""
+    """Whether nobody can eavesdrop: TLS (here or at our proxy), or a connection from this machine."""
     if connection.url.scheme in {"wss", "https"}:
         return True
     try:

@@ -1,4 +1,4 @@
-"""Adds problem documents to the OpenAPI description, so that it matches the real responses."""
+"""Puts problem documents into the OpenAPI description, so that it lists the actual responses."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ _SCHEMA: Final[dict[str, Any]] = {
 
 
 def answers(*refusals: type[Refusal]) -> dict[int | str, dict[str, Any]]:
-    """For the `responses` of a route: the refusals it may answer with."""
+    """For the `responses` of a route: the refusals it can answer with."""
     slugs: defaultdict[int, list[str]] = defaultdict(list)
     for one in refusals:
         kind = PROBLEMS[one]
@@ -87,7 +87,7 @@ def answers(*refusals: type[Refusal]) -> dict[int | str, dict[str, Any]]:
 
 
 def describe_problems(app: FastAPI, routes: Iterable[BaseRoute]) -> None:
-    """Replaces the framework's own description of errors. `routes`: all that there are."""
+    """Replaces the framework's own description of errors. `routes`: all routes."""
     actions = _actions(routes)
 
     def build() -> dict[str, Any]:
@@ -113,7 +113,7 @@ def describe_problems(app: FastAPI, routes: Iterable[BaseRoute]) -> None:
 
 
 def _actions(routes: Iterable[BaseRoute]) -> dict[str, Action]:
-    """Operation to what it has to be allowed, where it has."""
+    """Maps each operation to the action it requires, if any."""
     found = {}
     for route in routes:
         if isinstance(route, APIRoute):
@@ -125,7 +125,7 @@ def _actions(routes: Iterable[BaseRoute]) -> dict[str, Action]:
 
 
 def _refusals_of(action: Action) -> list[type[Refusal]]:
-    """What the one judgement at the door may answer (`server/api/access.py`)."""
+    """Refusals of the access check that precedes every route (`server/api/access.py`)."""
     before_sign_in: list[type[Refusal]] = [NotSignedIn, SessionExpired, BadToken]
     if action not in WITH_ANY_PASSWORD:
         before_sign_in.append(PasswordChangeNeeded)
@@ -142,7 +142,7 @@ def _refusals_of(action: Action) -> list[type[Refusal]]:
 
 
 def _complete(method: str, operation: dict[str, Any], action: Action | None) -> None:
-    """Whatever may be answered before a route's own code runs, or in spite of it."""
+    """Adds the responses that can precede a route's own code or replace its response."""
     responses = operation["responses"]
     if "422" in responses:
         responses["422"] = {"description": _line(INVALID), "content": _REF}

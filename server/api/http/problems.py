@@ -1,6 +1,6 @@
-"""The one place that turns errors into HTTP: RFC 9457 problem documents. To add an error, add a line to the table.
+"""Maps errors to HTTP in one place: RFC 9457 problem documents. To add an error, add a line to the table.
 
-Nothing of a request's body is ever repeated in an answer: it may be a password.
+A response never repeats any part of a request's body, because it may be a password.
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ MEDIA_TYPE: Final = "application/problem+json"
 
 @dataclass(frozen=True)
 class Kind:
-    """`field`: the member of the request's body that was at fault, if it was one."""
+    """`field`: the member of the request's body that was at fault, if any."""
 
     slug: str
     status: int
@@ -250,7 +250,7 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
 }
 
 NOT_ALLOWED: Final = frozenset({"admins-only", "not-an-owner"})
-"""The codes of control that are about who asks, not about what is going on."""
+"""Codes of control refusals that depend on the user, not on the situation."""
 
 
 def problem(
@@ -275,7 +275,7 @@ def problem(
 def kind_of(refusal: Refusal) -> Kind:
     kind = next((PROBLEMS[one] for one in type(refusal).__mro__ if one in PROBLEMS), INTERNAL)
     if isinstance(refusal, ControlRefused):
-        # The table of control has a code for each answer; programs want to tell them apart.
+        # The control table has a code for each refusal, so that programs can tell them apart.
         status = 403 if refusal.code in NOT_ALLOWED else kind.status
         return replace(kind, slug=refusal.code, status=status)
     return kind

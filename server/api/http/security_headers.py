@@ -1,4 +1,4 @@
-"""The security headers of every answer, in one table. Plain ASGI."""
+"""The security headers of every response, in one table. Plain ASGI."""
 
 from __future__ import annotations
 
@@ -11,12 +11,13 @@ from server.api.http.over_tls import OverTls
 
 
 def content_security_policy(tiles_from: str | None = None) -> str:
-    """What a page of ours may load. `tiles_from`: the one other origin, of map tiles, that an admin has set."""
+    """Returns what the console's pages may load. `tiles_from`: the only other origin, for map tiles, set by an
+    admin."""
     tiles = f" {tiles_from}" if tiles_from else ""
     return "; ".join(
         (
             "default-src 'self'",
-            # Decoders of video are WebAssembly; it lets no text become code.
+            # Video decoders are WebAssembly; this does not let text become code.
             "script-src 'self' 'wasm-unsafe-eval'",
             "style-src 'self'",
             f"img-src 'self' data: blob:{tiles}",
@@ -35,7 +36,7 @@ class Header(NamedTuple):
     value: str
     why: str
     tls_only: bool = False
-    """Only where the request came over TLS: browsers ignore it elsewhere."""
+    """Sent only where the request came over TLS: browsers ignore it elsewhere."""
 
 
 TABLE: Final = (
@@ -44,7 +45,7 @@ TABLE: Final = (
     Header("X-Frame-Options", "DENY", "old browsers know no frame-ancestors"),
     Header(
         "Permissions-Policy",
-        # A page of ours asks for a gamepad, the whole screen, and where the person is whom a drone is to follow.
+        # The console uses a gamepad, full screen, and the position of the person whom a drone follows.
         "gamepad=(self), fullscreen=(self), geolocation=(self), camera=(), microphone=(), usb=(), serial=(), "
         "payment=(), bluetooth=(), hid=(), midi=(), display-capture=()",
         "nothing else that a browser could give",
@@ -59,7 +60,7 @@ TABLE: Final = (
         tls_only=True,
     ),
 )
-"""Beside the content security policy, which depends on the settings."""
+"""Without the content security policy, which depends on the settings."""
 
 
 class SecurityHeaders:

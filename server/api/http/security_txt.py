@@ -1,4 +1,4 @@
-"""`/.well-known/security.txt` (RFC 9116): to whom people tell of a weakness. Not there without a contact."""
+"""`/.well-known/security.txt` (RFC 9116): contact for reports of vulnerabilities. Not found without a contact."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from typing import Final
 
 PATH: Final = ".well-known/security.txt"
 VALID_FOR: Final = timedelta(days=180)
-"""Counted from each response: a tower that responds still has an operator."""
+"""Counted from each response: a tower that responds still has somebody who reads reports."""
 
 
 def security_txt(contact: str, public_url: str, now: datetime) -> str | None:
-    """`contact`: `mailto:` or `https:`. None: there is none."""
+    """`contact`: `mailto:` or `https:`. Returns None without a contact."""
     if not contact:
         return None
     lines = [f"Contact: {contact}", f"Expires: {now + VALID_FOR:%Y-%m-%dT%H:%M:%SZ}", "Preferred-Languages: en"]

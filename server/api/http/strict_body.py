@@ -1,4 +1,4 @@
-"""Bodies of requests that msgspec reads: strict, fast, and only once it is known who sends them."""
+"""Request bodies that msgspec decodes: strict, fast, and only after authentication."""
 
 from __future__ import annotations
 
@@ -12,5 +12,5 @@ _Body = TypeVar("_Body")
 
 
 async def read_body(request: Request, kind: type[_Body]) -> _Body:
-    """Raises MalformedBody, BadPlan; HTTPException 413 for one that is too large."""
+    """Raises MalformedBody, BadPlan; HTTPException 413 for a body that is too large."""
     return decode_body(await request.body(), kind)

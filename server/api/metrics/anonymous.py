@@ -1,4 +1,4 @@
-"""What strangers use of the tower, as Prometheus reads it (docs/metrics.md)."""
+"""What strangers use of the tower, as Prometheus metrics (docs/metrics.md)."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Converts the relay's plain counters to Prometheus metrics on request.
+"""Turns the relay's plain counters into Prometheus metrics, on request only.
 
-docs/metrics.md lists them; a test compares.
+docs/metrics.md lists the same metrics; a test compares the two.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -57,7 +57,7 @@ _COUNTERS: Final[tuple[tuple[str, str, tuple[tuple[str, str, Counted], ...]], ..
 
 
 class RelayCollector(Collector):
-    """What the hub counts and what it has at this moment. `database`: the connections to it."""
+    """The hub's counters and its present state. `database`: the connections to it."""
 
     def __init__(self, hub: Hub, database: Database) -> None:
         self._hub = hub

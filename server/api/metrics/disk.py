@@ -1,4 +1,4 @@
-"""Free space on the disk with the tower's data, read on request. docs/metrics.md lists it."""
+"""The free space of the disk that holds the tower's data, read on request. docs/metrics.md lists it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from prometheus_client.registry import Collector
 
 
 class DiskCollector(Collector):
-    """`folder`: any folder on that disk. Reports nothing for a missing folder."""
+    """`folder`: any folder on that disk. A missing folder yields no metric."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder

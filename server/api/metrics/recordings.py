@@ -1,4 +1,4 @@
-"""What recordings count, as Prometheus reads it (docs/metrics.md)."""
+"""Counters of recordings, as Prometheus metrics (docs/metrics.md)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _EVENTS = ("begun", "ended", "ready", "failed", "removed")
 
 
 class RecordingCollector(Collector):
-    """Reads what is counted anyway."""
+    """Reads existing counters."""
 
     def __init__(self, recordings: Recordings) -> None:
         self._recordings = recordings

@@ -22,7 +22,7 @@ router = APIRouter(tags=["metrics"])
 
 
 async def _may_read(request: Request, settings: SettingsDep, authenticator: AuthenticatorDep) -> None:
-    """TOWER_METRICS_TOKEN, an API token made for it, or an admin's session."""
+    """Requires TOWER_METRICS_TOKEN, an API token with the metrics scope, or an admin's session."""
     secret, shown = settings.metrics_token, token_in(request.headers)
     if secret and shown is not None and hmac.compare_digest(secret.encode(), shown.encode()):
         return
@@ -33,7 +33,7 @@ _may_read.action = Action.READ_METRICS  # type: ignore[attr-defined]  # for the 
 
 
 def new_registry(parts: Parts) -> CollectorRegistry:
-    """For one tower: a second one in the same process (tests) counts separately."""
+    """One registry per tower, so that a second tower in the same process (tests) counts separately."""
     registry = CollectorRegistry()
     registry.register(RelayCollector(parts.hub, parts.database))
     registry.register(AnonymousCollector(parts.anonymous))
@@ -51,6 +51,6 @@ def new_registry(parts: Parts) -> CollectorRegistry:
     responses=answers(NotSignedIn, SessionExpired, BadToken, AdminsOnly, ScopeMissing),
 )
 async def metrics(request: Request, registry: MetricsRegistryDep, _: Annotated[None, Depends(_may_read)]) -> Response:
-    """The metrics of docs/metrics.md, in the text format of Prometheus or OpenMetrics."""
+    """Returns the metrics of docs/metrics.md, in Prometheus text format or OpenMetrics, as the client accepts."""
     encode, content_type = choose_encoder(request.headers.get("accept", ""))
     return Response(encode(registry), headers={"Content-Type": content_type, "Cache-Control": "no-store"})

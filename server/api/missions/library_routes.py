@@ -1,4 +1,4 @@
-"""`/api/v1/missions`: the library. Lists have no documents; each change names the version that it replaces."""
+"""`/api/v1/missions`: the mission library. Lists omit documents; each change names the version it replaces."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ _TAG: Final = re.compile(r'(?:W/)?"(\d{1,9})"')
 
 
 class CountsView(BaseModel):
-    """Number of items of each kind."""
+    """The number of items of each kind."""
 
     mission: int
     fence: int
@@ -88,7 +88,7 @@ def _tagged(response: Response, found: Found) -> MissionView:
 
 @router.get("")
 async def list_missions(principal: Viewer, database: DatabaseDep) -> list[MissionView]:
-    """Your missions and shared ones, newest first."""
+    """Lists your missions and shared ones, newest first."""
     async with database.reading() as session:
         return [MissionView.of(found) for found in await library.list_missions(session, principal)]
 
@@ -114,7 +114,7 @@ async def create_mission(
 
 @router.get("/{mission_id}", response_model=MissionWithDocument, responses=answers(UnknownMission))
 async def get_mission(principal: Viewer, database: DatabaseDep, mission_id: MissionPath) -> Response:
-    """One mission, with its plan."""
+    """Returns one mission, with its plan."""
     async with database.reading() as session:
         found = await library.get_mission(session, principal, mission_id)
         text = await library.document_of(session, found[0])
@@ -137,7 +137,7 @@ async def replace_mission(
     mission_id: MissionPath,
     if_match: IfMatch = None,
 ) -> MissionView:
-    """Replaces plan, name and sharing of a mission."""
+    """Replaces the plan, the name, and whether the mission is shared."""
     body = await read_body(request, MissionBody)
     document = kept(body.document)
     async with database.writing() as session:
@@ -158,13 +158,13 @@ async def replace_mission(
 async def delete_mission(
     principal: MissionWriter, database: DatabaseDep, audit: AuditDep, mission_id: MissionPath
 ) -> None:
-    """Deletes a mission from the library. Plans on board are not affected."""
+    """Deletes a mission from the library; plans on board of drones stay."""
     async with database.writing() as session:
         await library.delete_mission(session, principal, mission_id, action=audit.action(principal))
 
 
 def _version(if_match: str | None) -> int | None:
-    """None without a header; 0, which no mission has, for an invalid version."""
+    """Returns None without a header, and 0, which no mission has, for an invalid version."""
     if if_match is None:
         return None
     found = _TAG.fullmatch(if_match.strip())

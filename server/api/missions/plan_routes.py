@@ -1,4 +1,4 @@
-"""`/api/v1/drones/{id}/mission`, `/fence`, `/rally`: the plans on board. Whoever watches reads, the holder writes."""
+"""`/api/v1/drones/{id}/mission`, `/fence`, `/rally`: the plans on board. Viewers read, the holder writes."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ from wire.transactions import PlanDownloadWork
 
 
 class _KindConvertor(Convertor[str]):
-    """So that no other path of a drone is taken for one of these."""
+    """Matches only plan kinds, so that no other path of a drone is taken for a plan."""
 
     regex = "|".join(PlanKind)
 
@@ -83,7 +83,7 @@ async def get_plan(
     kind: KindPath,
     fresh: Annotated[bool, Query(description="Read it from the autopilot now")] = False,
 ) -> Response:
-    """The plan on board: as the agent last reported it, or read from the autopilot now."""
+    """Returns the plan on board, as last reported by the agent, or read again now."""
     drone = watched_drone(hub, principal, drone_id)
     what = PlanKind(kind)
     if not fresh:
@@ -114,7 +114,8 @@ async def put_plan(
     kind: KindPath,
     prefer: Prefer = None,
 ) -> OperationView:
-    """Uploads a plan and verifies it by reading it back. If anything fails, the old plan stays."""
+    """Uploads a plan. It replaces the old plan as a whole, verified by reading it back; otherwise the old plan
+    stays."""
     body = await read_body(request, PlanToPut)
     principal = await authenticator.admit(request, Action.FLY)
     what, items = PlanKind(kind), plan_of(body.items)
@@ -159,7 +160,7 @@ async def verify_plan(
     kind: KindPath,
     prefer: Prefer = None,
 ) -> OperationView:
-    """Reads the plan on board and compares it with this one."""
+    """Reads the plan on board and tells whether it equals this one."""
     items = plan_of((await read_body(request, PlanBody)).items)
     drone = watched_drone(hub, principal, drone_id)
     order = plans.verify(PlanKind(kind), items)
@@ -175,13 +176,13 @@ async def verify_plan(
 async def foresee_plan(
     request: Request, principal: Viewer, hub: HubDep, drone_id: DronePath, kind: KindPath
 ) -> PlanKeptView:
-    """What the drone's autopilot would change or refuse in this plan. Sends nothing to the drone."""
+    """Lists what the drone's autopilot would not keep of this plan. Nothing is sent to the drone."""
     items = plan_of((await read_body(request, PlanBody)).items)
     return plan_kept(keeping_for(watched_drone(hub, principal, drone_id)), PlanKind(kind), items)
 
 
 def _being_read(hub: Hub, drone: LiveDrone, kind: PlanKind) -> Operation | None:
-    """The same was requested a moment ago."""
+    """Returns a running read of the same plan, if any."""
     there = hub.operations.running_at(drone.drone_id, Lane.PLANS)
     return next((one for one in there if one.step.work == PlanDownloadWork(kind)), None)
 

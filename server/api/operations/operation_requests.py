@@ -1,4 +1,4 @@
-"""From a request to an operation and its answer: the thin shell around the service, for all routes of work."""
+"""Turns a request into an operation and its response: a thin layer over the operation service, for all such routes."""
 
 from __future__ import annotations
 
@@ -41,13 +41,13 @@ def watched_drone(hub: Hub, principal: Principal, drone_id: int) -> LiveDrone:
 
 
 def refuse_observers(drone: LiveDrone, principal: Principal) -> None:
-    """Raises OnlyWatches for users who may see the drone but not read from it."""
+    """Raises OnlyWatches for users who may see the drone, but may not have anything read or fetched from it."""
     if not drone.may(principal.user_id, principal.role, Right.READ):
         raise OnlyWatches(drone.record.name)
 
 
 async def flown_drone(hub: Hub, principal: Principal, drone_id: int) -> LiveDrone:
-    """A drone of which this user has the controls and the turn. No await between this and `begin`.
+    """Returns a drone whose controls and turn this user has. No await may come between this and `begin`.
 
     Raises UnknownDrone, ViewTaken, NotInControl, Assisted, TurnNotCome.
     """
@@ -76,7 +76,7 @@ def begin(hub: Hub, principal: Principal, drone: LiveDrone, order: Order, addres
 
 
 async def answer(operation: Operation, response: Response, prefer: str | None) -> OperationView:
-    """Its end, or with `Prefer: respond-async` its beginning."""
+    """Waits for the end of the operation, or answers at once with `Prefer: respond-async`."""
     if prefer is not None and ASYNC in [part.strip().lower() for part in prefer.split(",")]:
         response.status_code = 202
         response.headers["Preference-Applied"] = ASYNC
@@ -86,7 +86,7 @@ async def answer(operation: Operation, response: Response, prefer: str | None) -
 
 
 async def ended(operation: Operation) -> None:
-    """Returns when it is over. The service sees to it that it will be."""
+    """Returns when the operation is over. The service guarantees that it ends."""
     if not operation.running:
         return
     over = asyncio.Event()

@@ -1,4 +1,4 @@
-"""`/api/v1/operations`: work at drones that is going on, or ended not long ago."""
+"""`/api/v1/operations`: operations on drones that are running or ended recently."""
 
 import time
 from typing import Annotated
@@ -33,13 +33,13 @@ def _find(hub: Hub, principal: Principal, operation_id: int) -> Operation:
 
 @router.get("/{operation_id}")
 async def get_operation(principal: Viewer, hub: HubDep, operation_id: OperationPath) -> OperationView:
-    """Progress or result. The tower keeps the last thousand operations for an hour."""
+    """Returns an operation. The tower keeps the last thousand, for an hour."""
     return OperationView.of(_find(hub, principal, operation_id))
 
 
 @router.delete("/{operation_id}", status_code=202, responses=answers(NotInControl))
 async def cancel_operation(principal: Pilot, hub: HubDep, operation_id: OperationPath) -> OperationView:
-    """Requester, holder or admin: cancels an operation. Its result follows."""
+    """Cancels an operation: by its requester, the holder, or an admin. The end is reported later."""
     operation = _find(hub, principal, operation_id)
     drone = hub.state.drones.get(operation.drone_id)
     theirs = operation.by is not None and operation.by.id == principal.user_id

@@ -1,4 +1,4 @@
-"""`/api/v1/drones/{id}/parameters`: those of the autopilot. Whoever watches reads, the holder writes, no borrower."""
+"""`/api/v1/drones/{id}/parameters`: the autopilot's parameters. Viewers read, the holder writes, no borrower does."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ router = APIRouter(
 
 DronePath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
 GZIP_LEVEL: Final = 5
-"""Less than a millisecond for the table of a Copter, and nearly as small as the most."""
+"""Takes less than a millisecond for the table of a Copter, and is nearly as small as the maximum level."""
 NOT_A_BORROWERS: Final = "without its parameters: they are its owner's to change"
 
 
@@ -61,7 +61,8 @@ async def get_parameters(
     if_none_match: Annotated[str | None, Header(description="ETags that the client has")] = None,
     accept_encoding: Annotated[str | None, Header(include_in_schema=False)] = None,
 ) -> Response:
-    """All parameters, as the agent knows them. It reads them when the autopilot connects and follows each change."""
+    """Returns all parameters, as the agent knows them. The agent reads them when the autopilot appears, and receives
+    every change."""
     drone = watched_drone(hub, principal, drone_id)
     reported = drone.onboard.parameters
     tag = f'"{reported.state.hash}"'
@@ -73,7 +74,7 @@ async def get_parameters(
         raise ParametersUnknown(drone.record.name, reported.state.count, reported.state.total)
     body = parameters_json(reported, table)
     if "gzip" in accepted_codings(accept_encoding or ""):
-        # Some 1,400 of them are 65 kB, which is three round trips more than what this makes of them.
+        # About 1,400 parameters are 65 kB, which takes three round trips more than the compressed body.
         body = gzip.compress(body, GZIP_LEVEL, mtime=0)
         headers["Content-Encoding"] = "gzip"
     return Response(body, media_type="application/json", headers=headers)
@@ -91,8 +92,8 @@ async def get_parameter_metadata(
     if_none_match: Annotated[str | None, Header(description="ETags that the client has")] = None,
     accept_encoding: Annotated[str | None, Header(include_in_schema=False)] = None,
 ) -> Response:
-    """Metadata that the vehicle itself offers for its parameters: descriptions, units, ranges, defaults, choices, bits.
-    The agent reads it from the autopilot (COMPONENT_METADATA)."""
+    """Returns the vehicle's own description of its parameters: texts, units, ranges, defaults, choices, bits. The agent
+    reads it from the autopilot, if the autopilot offers it (COMPONENT_METADATA)."""
     drone = watched_drone(hub, principal, drone_id)
     metadata = drone.onboard.metadata
     packed = metadata.packed()
@@ -148,7 +149,8 @@ async def write_parameters(
     drone_id: DronePath,
     prefer: Prefer = None,
 ) -> OperationView:
-    """Writes these parameters in this order and reads each one back. `refusals` lists those with another value."""
+    """Writes these parameters in this order and reads each back. `refusals` lists those that differ from the
+    request."""
     body = await read_body(request, ValuesToWrite)
     principal = await authenticator.admit(request, Action.FLY)
     drone = await flown_drone(hub, principal, drone_id)
@@ -158,7 +160,7 @@ async def write_parameters(
 
 
 def _names(if_none_match: str | None, tag: str) -> bool:
-    """RFC 9110, 13.1.2: by weak comparison."""
+    """RFC 9110, 13.1.2: weak comparison."""
     if if_none_match is None:
         return False
     tags = [one.strip().removeprefix("W/") for one in if_none_match.split(",")]

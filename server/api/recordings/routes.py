@@ -1,4 +1,4 @@
-"""`/api/v1/drones/{id}/recordings`: what is recorded of a drone's video, and the files of it."""
+"""`/api/v1/drones/{id}/recordings`: recordings of a drone's video, and their files."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class RecordingRequest(BaseModel):
 
 
 def video_drone(hub: Hub, principal: Principal, drone_id: int) -> LiveDrone:
-    """A drone of whose video this user may see what was kept. Raises UnknownDrone, ViewTaken, OnlyWatches."""
+    """Returns a drone whose recorded video this user may see. Raises UnknownDrone, ViewTaken, OnlyWatches."""
     drone = watched_drone(hub, principal, drone_id)
     refuse_observers(drone, principal)
     if principal.user_id == drone.no_video_user_id:
@@ -78,7 +78,7 @@ def _recorded_drone(hub: Hub, principal: Principal, drone_id: int) -> LiveDrone:
 async def list_recordings(
     principal: Viewer, hub: HubDep, database: DatabaseDep, recordings: RecordingsDep, drone_id: DronePath
 ) -> list[RecordingView]:
-    """The drone's recordings, newest first, running ones included."""
+    """Lists all recordings of a drone, including running ones, newest first."""
     drone = video_drone(hub, principal, drone_id)
     async with database.reading() as session:
         rows = await catalogue.of_drone(session, drone.drone_id)
@@ -120,7 +120,7 @@ async def get_recording(
     drone_id: DronePath,
     recording_id: RecordingPath,
 ) -> RecordingView:
-    """One recording."""
+    """Returns one recording."""
     drone = video_drone(hub, principal, drone_id)
     return await _view(database, recordings, principal, drone, recording_id)
 
@@ -135,9 +135,9 @@ async def end_recording(
     drone_id: DronePath,
     recording_id: RecordingPath,
 ) -> RecordingView:
-    """Holder or admin: stops a recording and creates its file. A recording that has ended stays as it is."""
+    """Holder or admin: ends a recording and makes its file. A recording that has ended stays as it is."""
     drone = _recorded_drone(hub, principal, drone_id)
-    # Not from the account for holding and landing: no flood of this kind may take that away.
+    # Not from the budget for holding and landing: a flood of such requests must not use that up.
     if not hub.flood.admits_operation(principal.user_id, time.monotonic(), stops=False):
         raise TooManyOperations
     await _view(database, recordings, principal, drone, recording_id)
@@ -164,7 +164,7 @@ async def get_recording_file(
     drone_id: DronePath,
     recording_id: RecordingPath,
 ) -> FileResponse:
-    """The video, as MP4 with H.264."""
+    """Downloads the video, as MP4 with H.264."""
     drone = video_drone(hub, principal, drone_id)
     async with database.reading() as session:
         row = await catalogue.known_to(session, principal, drone, recording_id)

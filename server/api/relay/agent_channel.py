@@ -1,4 +1,4 @@
-"""`/api/v1/agent`: the control channel of one agent. A thin shell: sign-in, key agreement, messages both ways."""
+"""`/api/v1/agent`: the control channel of one agent. A thin layer: sign-in, key agreement, messages both ways."""
 
 import asyncio
 import secrets
@@ -65,7 +65,7 @@ from wire.video import VIDEO
 
 HELLO_WITHIN_S: Final = 5.0
 MAX_WAITING: Final = 256
-"""Messages to an agent that does not read. Orders must not pile up and come late, so the channel is closed then."""
+"""Messages queued for an agent that does not read. More closes the channel, because orders must not arrive late."""
 
 GOOD: Final = 1000
 BAD_MESSAGE: Final = 4400
@@ -73,7 +73,7 @@ REFUSED: Final = 4401
 TOO_SLOW: Final = 4408
 MOVED: Final = 4410
 BROKEN_OFF: Final = (1005, 1006, 1011)
-"""Close codes of unintended ends; a side that got no answer to its pings sends 1011."""
+"""Close codes of a connection that neither side ended on purpose; a peer sends 1011 when its pings get no answer."""
 
 _log = structlog.get_logger(__name__)
 
@@ -83,7 +83,7 @@ def _call_later(delay_s: float, call: Callable[[float], None]) -> None:
 
 
 class AgentChannel:
-    """One agent's WebSocket, from the upgrade to its end."""
+    """The WebSocket of one agent, from the upgrade to its end."""
 
     def __init__(
         self,
@@ -108,7 +108,7 @@ class AgentChannel:
         self._broken_off = False
 
     async def run(self) -> None:
-        """Until either side ends it."""
+        """Runs until either side ends the connection."""
         by_key = KEY_SUBPROTOCOL in self._websocket.scope["subprotocols"]
         try:
             credential = self._shown(by_key)
@@ -163,7 +163,8 @@ class AgentChannel:
         )
 
     def _shown(self, by_key: bool) -> Credential | None:
-        """The credential of the upgrade request; None: the agent has none, and will sign. Raises AgentRefused."""
+        """Returns the credential of the upgrade request; None if the agent has none and will sign. Raises
+        AgentRefused."""
         if by_key and "authorization" not in self._websocket.headers:
             if not is_private_path(self._websocket):
                 raise AgentRefused(403, "agents must use https: what they say must not cross the network in the clear")
@@ -190,7 +191,7 @@ class AgentChannel:
         return hello
 
     async def _greet(self, signed_in: SignedIn) -> AgentLink:
-        """The link that this channel is of: a new one, or one that the agent has proven to have."""
+        """Returns the link of this channel: a new one, or an existing one that the agent has proven to have."""
         link = await self._resume(signed_in)
         if link is None:
             link = self._welcome(signed_in)
@@ -200,18 +201,18 @@ class AgentChannel:
         return link
 
     def _check_still(self, signed_in: SignedIn) -> LiveDrone:
-        """Its credential may have been revoked during an await. Raises AgentRefused."""
+        """The credential or key may have been revoked during the sign-in. Raises AgentRefused."""
         drone = self._hub.state.drones.get(signed_in.drone_id)
         if drone is None or drone.record.identity != signed_in.identity:
             raise AgentRefused(401, "what this agent signed in by has been revoked or replaced")
         return drone
 
     async def _first_words(self) -> ToTower:
-        async with asyncio.timeout(HELLO_WITHIN_S):  # `wait_for` leaves what goes wrong to the garbage collector
+        async with asyncio.timeout(HELLO_WITHIN_S):  # `wait_for` leaves exceptions to the garbage collector
             return decode_to_tower(await self._websocket.receive_text())
 
     async def _resume(self, signed_in: SignedIn) -> AgentLink | None:
-        """The link that the hello names, once its agent has proven that it has it. None: it is to have a new one."""
+        """Returns the link that the hello names, once the agent has proven that it has it. None: it gets a new one."""
         hello, drone_id = signed_in.hello, signed_in.drone_id
         if hello.resume is None:
             return None
@@ -227,7 +228,7 @@ class AgentChannel:
         if not challenge.agent_proves(answer.proof):
             _log.warning("link_not_resumed", drone_id=drone_id, why="the proof is wrong")
             return None
-        # The link may have ended meanwhile, by whatever ends links.
+        # The link may have ended meanwhile, for any reason.
         if self._hub.links.resumable(hello.resume, drone_id, time.monotonic()) is not link:
             return None
         self._check_still(signed_in)
@@ -333,7 +334,8 @@ class AgentChannel:
             self._ending.request(BAD_MESSAGE, "not a message of this channel")
 
     def _datagram(self, link: AgentLink, datagram: bytes) -> None:
-        """What would have come over UDP, and is checked as if it had. A channel carries those of its own link only."""
+        """Handles a datagram tunnelled in the channel, with the same checks as UDP. A channel carries those of its own
+        link only."""
         try:
             if read_link_id(datagram) != link.link_id or link.channel is not self:
                 raise Dropped(DropReason.UNKNOWN_LINK)
@@ -342,7 +344,7 @@ class AgentChannel:
             self._hub.state.drops[dropped.reason] += 1
 
     async def _send(self) -> None:
-        """Messages first; then datagrams for which there is no other way, as fast as the agent takes them."""
+        """Sends messages first, then datagrams that have no other path, as fast as the agent reads."""
         try:
             while True:
                 if not self._endpoint.may_act():

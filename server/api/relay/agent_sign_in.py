@@ -1,7 +1,7 @@
-"""Sign-in of an agent to its control channel: with the drone's key, or once more with an old bearer credential.
+"""How an agent signs in to its control channel: with the drone's key, or with a bearer credential of an older version.
 
-The work for a stranger is bounded: a hash before the upgrade, or one X25519 key pair and one Ed25519 verification after
-it. Neither cost nor response reveals whether the drone exists.
+The work for an unknown client is bounded: one hash before the upgrade, or one X25519 key pair and one Ed25519 signature
+check after it. Neither the cost nor the response reveals whether the drone exists.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ MAX_ID_LENGTH: Final = 10
 
 
 class AgentRefused(Exception):
-    """Sign-in of an agent failed. Carries the HTTP status (401: also the close code 4401) and a text for the agent's
+    """Sign-in of an agent failed. Carries the HTTP status (401: also the close code 4401) and text for the agent's
     log."""
 
     def __init__(self, status: int, words: str) -> None:
@@ -51,17 +51,17 @@ class AgentRefused(Exception):
 
 
 Exchange = Callable[[Credential, bytes, str], Awaitable[bool | None]]
-"""Makes a key that of the credential's drone. False: the credential is not good any more; None: not now."""
+"""Registers a key for the credential's drone. False: the credential is no longer valid; None: not possible now."""
 
 
 @dataclass(frozen=True)
 class SignInRules:
-    """What a tower goes by when agents sign in."""
+    """Rules for the sign-in of agents."""
 
     identity: TowerIdentity
     binding: TlsBinding
     credentials_until: datetime | None
-    """From then on no bearer credential is taken. None: as long as there are any."""
+    """No bearer credential is accepted after this time. None: no limit."""
     exchange: Exchange
 
 
@@ -72,9 +72,9 @@ class SignedIn:
     hello: Hello
     drone_id: DroneId
     identity: tuple[str, bytes]
-    """From the drone's record: how it proves its identity."""
+    """The identity in the drone's record that the agent has proven."""
     public_key: bytes
-    """X25519, the tower's for this sign-in."""
+    """The tower's X25519 key for this sign-in."""
     keys: Callable[[LinkId], LinkKeys]
     signature: Callable[[LinkId], bytes]
     trial: bool = False
@@ -82,7 +82,8 @@ class SignedIn:
 
 
 def read_credential(hub: Hub, connection: HTTPConnection, *, until: datetime | None, now: datetime) -> Credential:
-    """The request's bearer credential, verified. Raises AgentRefused; never says which part was wrong."""
+    """Returns the bearer credential of the request, checked. Raises AgentRefused, which never says which part was
+    wrong."""
     if not is_private_path(connection):
         raise AgentRefused(403, "agents must use https: a credential must not cross the network in the clear")
     if until is not None and now >= until:
@@ -93,9 +94,8 @@ def read_credential(hub: Hub, connection: HTTPConnection, *, until: datetime | N
 
 
 def is_agent(hub: Hub, scope: Scope) -> bool:
-    """Whether the client appears to be one of our agents: after a restart of the tower a thousand of them connect at
-    once, and need not queue with strangers. It proves nothing: a client that knows a drone's public key only waits
-    less."""
+    """Whether one of our agents seems to sign in: after a restart of the tower a thousand sign in at once, and need not
+    wait for strangers. It proves nothing: a client that knows a drone's public key only waits for less."""
     if scope["type"] != "websocket" or scope["path"] != AGENT_PATH:
         return False
     headers = Headers(scope=scope)
@@ -128,7 +128,7 @@ def _credential(hub: Hub, headers: Headers) -> Credential:
 
 
 def by_credential(credential: Credential, hello: Hello) -> SignedIn:
-    """Protocol 1: the upgrade request has the credential, and nothing is signed."""
+    """Protocol 1: the upgrade request has carried the credential, and nothing is signed."""
     private_key = X25519PrivateKey.generate()
     hashed = credential.hashed()
     return SignedIn(
@@ -144,10 +144,10 @@ def by_credential(credential: Credential, hello: Hello) -> SignedIn:
 
 
 class KeySignIn:
-    """One sign-in by key: a challenge, and the hello that answers it, once."""
+    """One sign-in by key: a challenge, and the one hello that answers it."""
 
     def __init__(self, hub: Hub, rules: SignInRules, credential: Credential | None) -> None:
-        """`credential`: that the upgrade request showed, for which the key is to be exchanged."""
+        """`credential`: from the upgrade request, to be exchanged for the key."""
         self._hub = hub
         self._rules = rules
         self._credential = credential
@@ -160,7 +160,7 @@ class KeySignIn:
         )
 
     async def check(self, hello: Hello, address: str) -> SignedIn:
-        """Raises AgentRefused, or MalformedMessage for what is no signed hello."""
+        """Raises AgentRefused, or MalformedMessage for a hello that is not signed."""
         said = hello.sign_in
         if said is None:
             raise MalformedMessage("a hello of this protocol is signed")
@@ -207,7 +207,7 @@ class KeySignIn:
         )
 
     def _check_known(self, drone_id: DroneId, signature: bytes, transcript: Transcript) -> tuple[str, bytes]:
-        """One signature is checked, whether there is such a drone or not."""
+        """Checks one signature, whether the drone exists or not."""
         drone = self._hub.state.drones.get(drone_id)
         known = drone.record.public_key if drone is not None else b""
         signed = is_signed(known or _NOBODY, signature, transcript.for_agent())
@@ -218,8 +218,8 @@ class KeySignIn:
     async def _exchange(
         self, credential: Credential, signature: bytes, transcript: Transcript, address: str
     ) -> tuple[str, bytes]:
-        """The key is the drone's from here on. Where the database is out of reach the credential still is: a drone
-        that flies must not wait for that."""
+        """Registers the key for the drone. If the database is unreachable, the credential still counts: a flying drone
+        must not wait for that."""
         if transcript.drone_id != credential.drone_id or not is_signed(
             transcript.drone_key, signature, transcript.for_agent()
         ):

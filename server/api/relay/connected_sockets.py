@@ -1,11 +1,11 @@
-"""Separate sockets for peers whose datagrams must not wait for others, on the shared port.
+"""Separate sockets for peers whose datagrams must not wait for others, on the port that all peers use.
 
 Only the kernel knows the sender of a datagram before it is read. A UDP socket that is bound to the same port and
-connected to one address receives that peer's datagrams, and the shared socket the rest. So a flown drone wakes the
-process at once, while the others are read in rounds.
+connected to one address receives that peer's datagrams; the shared socket receives the rest. So a drone that is flown
+by hand wakes the process at once, while the others are read in rounds.
 
-SO_REUSEPORT is set only while such a socket is being opened: no other process can take over the port, and a second
-tower still learns that it is in use. Datagrams of others that arrive there meanwhile are read like all others.
+SO_REUSEPORT is set only while such a socket is opened: no other process can take over the port, and a second tower
+still learns that it is in use. Datagrams of other peers that arrive there meanwhile are read like all others.
 """
 
 import asyncio
@@ -23,8 +23,8 @@ _REUSE: Final[int | None] = getattr(socket, "SO_REUSEPORT", None)
 
 
 class ConnectedSockets:
-    """`ready` is called with a socket that has something to read, and must read it. Call `close` before the shared
-    socket is closed."""
+    """Calls `ready` with a readable socket, which `ready` must read. Call `close` before the shared socket is
+    closed."""
 
     def __init__(self, shared: socket.socket, ready: Callable[[socket.socket], None]) -> None:
         self._loop = asyncio.get_running_loop()
@@ -34,7 +34,8 @@ class ConnectedSockets:
         self._failed: set[Address] = set()
 
     def follow(self, wanted: Set[Address]) -> bool:
-        """These peers are to have one, and no others. False: some of them have none, and use the shared socket."""
+        """Opens sockets for these peers and closes all others. False: some peers have none, and use the shared
+        socket."""
         for address in self._sockets.keys() - wanted:
             self._close(address)
         self._failed &= wanted
@@ -71,7 +72,7 @@ class ConnectedSockets:
         closed = self._sockets.pop(address)
         self._loop.remove_reader(closed)
         with contextlib.suppress(OSError):
-            self._ready(closed)  # what came until now
+            self._ready(closed)  # datagrams received until now
         closed.close()
 
     def __len__(self) -> int:

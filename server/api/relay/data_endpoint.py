@@ -1,9 +1,10 @@
-"""The tower's UDP socket, the thin shell of the data channel: passes datagrams to the hub and counts refusals.
+"""The tower's UDP socket, a thin layer of the data channel: passes datagrams to the hub, counts those it refuses.
 
 A plain socket: with 50 drones at 500 to 2,500 datagrams a second it costs a quarter to a third less than uvloop's own
-datagram transport, and the same on other loops. A single datagram is read at once. Many are read in rounds
-(`read_rhythm`), because waking the process costs more than ten datagrams. Drones that are flown or in focus are in no
-round: each has its own socket (`connected_sockets`).
+datagram transport, and the same on a loop that has none. A single datagram is read at once. Datagrams that arrive in
+quick succession are read in rounds (`read_rhythm`), because waking the process costs more than ten datagrams in a
+process that is awake. Drones that are flown by hand or watched closely are in no round: each has a socket of its own
+(`connected_sockets`).
 """
 
 import asyncio
@@ -27,22 +28,22 @@ from wire.ids import LinkId
 _log = structlog.get_logger(__name__)
 
 MAX_CONCURRENT: Final = 64
-"""Datagrams read before others have their turn: browsers' sticks must not wait for a flood to end."""
+"""Datagrams read before other work gets a turn: browsers' sticks must not wait for a flood to end."""
 
 JUNK_BESIDE: Final = 8
-"""Times as many are read where most are of no link and only counted: else junk would fill the kernel's buffer, and what
-agents send would be lost with it."""
+"""Multiple of that, used while most datagrams belong to no link and are only counted: otherwise junk would fill the
+kernel's buffer and displace the agents' datagrams."""
 
 SLICE_S: Final = 0.002
 CHECK_EVERY: Final = 32
-"""A round checks the clock after this many datagrams. If it took longer than SLICE_S, it continues after the sockets of
-flown drones, and sticks, had their turn."""
+"""After so many datagrams a round checks the clock. A round longer than SLICE_S pauses to give other work a turn:
+sockets of drones flown by hand, and sticks."""
 
 RECEIVE_BUFFER_BYTES: Final = 4 << 20
-"""Asked for; the kernel gives what it allows. What comes while the tower is busy waits there."""
+"""Requested size; the kernel grants what it allows. Datagrams that arrive while the tower is busy wait there."""
 
 _ROOM_BYTES: Final = 2048
-"""More than the largest datagram: a longer one is cut, and refused for its length."""
+"""More than the largest datagram: a longer one is truncated, and refused for its length."""
 
 
 class DataEndpoint:
@@ -53,7 +54,7 @@ class DataEndpoint:
         self._anonymous = anonymous
         self.write_round = WriteRound()
         self.may_act: Callable[[], bool] = lambda: True
-        """Asked before anything goes to an agent: false in a process that may not be the tower any more."""
+        """Called before anything is sent to an agent: false in a process that may no longer be the tower."""
         self._socket: socket.socket | None = None
         self._rhythm = ReadRhythm()
         self._resting: asyncio.TimerHandle | None = None
@@ -61,14 +62,14 @@ class DataEndpoint:
         self._connected: ConnectedSockets | None = None
 
     def listen_on(self, opened: socket.socket) -> None:
-        """Reads a bound, non-blocking socket from here on, and closes it at the end."""
+        """Starts reading a bound, non-blocking socket, and closes it at the end."""
         self._socket = opened
         self._loop = asyncio.get_running_loop()
         self._gate = ReadGate(opened, self._came)
         self._connected = ConnectedSockets(opened, self._read_connected)
 
     def follow(self, close: Set[tuple[str, int]]) -> None:
-        """What comes from these addresses is read at once from here on. Call it several times a second."""
+        """Datagrams from these addresses are read at once from now on. Call it several times a second."""
         if self._connected is not None:
             self._rhythm.hurries = not self._connected.follow(close)
 
@@ -77,7 +78,7 @@ class DataEndpoint:
         rest_s = self._rhythm.came(now)
         if rest_s is None:
             self._read(now, 1)
-            self._watch()  # if there is another one, it is called again at once
+            self._watch()  # if another datagram is pending, it is called again at once
         else:
             self._resting = self._loop.call_later(rest_s, self._rested)
 
@@ -99,7 +100,7 @@ class DataEndpoint:
         self._read(time.monotonic(), MAX_CONCURRENT, connected)
 
     def _read(self, now: float, most: int, readable: socket.socket | None = None) -> int:
-        """One round, of the shared socket by default. Returns the number of datagrams."""
+        """Reads one round, from the shared socket by default. Returns the number of datagrams."""
         readable = readable or self._socket
         assert readable is not None
         receive, received = readable.recvfrom, self.datagram_received
@@ -109,7 +110,7 @@ class DataEndpoint:
             for count in range(most * JUNK_BESIDE):
                 try:
                     datagram, address = receive(_ROOM_BYTES)
-                except OSError:  # nothing left; or an ICMP answer to one of ours, which the keep-alive finds out
+                except OSError:  # nothing left; or an ICMP error for a datagram of ours, which the keep-alive detects
                     return min(count, most)
                 taken += received(datagram, address, now)
                 if taken == most or (count % CHECK_EVERY == CHECK_EVERY - 1 and time.monotonic() - now > SLICE_S):
@@ -119,8 +120,9 @@ class DataEndpoint:
         return most
 
     def datagram_received(self, datagram: bytes, address: tuple[str, int], now: float) -> bool:
-        """One datagram, from whomever. `address` may have more than host and port. False: it was not looked at."""
-        # What the bytes say is only believed once they are opened, and then checked again.
+        """Handles one datagram from any sender. `address` may have more than host and port. False: it was not
+        examined."""
+        # The link id is only trusted once the datagram is decrypted, and is then checked again.
         link_id = LinkId(int.from_bytes(datagram[2:6], "little"))
         anonymous = self._anonymous
         if anonymous is not None and link_id not in self._hub.state.links and not anonymous.junk.take(1.0, now):
@@ -144,7 +146,7 @@ class DataEndpoint:
 
     @property
     def port(self) -> int:
-        """The port that the kernel gave us."""
+        """The port that the kernel assigned."""
         assert self._socket is not None
         return cast("int", self._socket.getsockname()[1])
 

@@ -1,4 +1,4 @@
-"""The ticket with which an agent makes HTTP requests: sent in its link's welcome, valid while the link exists."""
+"""The ticket that an agent presents with its HTTP requests: sent in its link's welcome, valid while the link exists."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ _FORM: Final = re.compile(r"twl_([0-9a-f]{8})_([A-Za-z0-9_-]{43})")
 
 
 def new_ticket(link_id: LinkId) -> str:
-    """256 random bits, and which link it is of."""
+    """256 random bits, and the id of the link."""
     return f"twl_{link_id:08x}_{secrets.token_urlsafe(32)}"
 
 
 def drone_of(hub: Hub, connection: HTTPConnection, *, credentials_until: datetime | None, now: datetime) -> DroneId:
-    """The drone of an agent: by the ticket of an existing link, or by the bearer credential of an agent without a key.
-    Raises AgentRefused."""
+    """Returns the drone of this agent: by the ticket of an existing link, or by the bearer credential of an agent
+    without a key. Raises AgentRefused."""
     _, _, text = connection.headers.get("authorization", "").partition(" ")
     match = _FORM.fullmatch(text.strip())
     if match is None or not is_private_path(connection):

@@ -1,4 +1,4 @@
-"""`/api/v1/live`: one browser's WebSocket. The thin shell: reads what it sends, writes what its outbox has due."""
+"""`/api/v1/live`: the WebSocket of one browser. A thin layer: reads its messages, writes what its outbox has due."""
 
 import time
 from typing import Final
@@ -25,13 +25,13 @@ from wire.ids import DroneId
 BROWSER_SUBPROTOCOL: Final = "tower.v1"
 BAD_REQUEST: Final = 4400
 MAX_BAD_REQUESTS: Final = 20
-"""Invalid text messages before the channel is closed: a mistake is reported, a flood ends the channel."""
+"""Malformed text messages before the channel is closed: a mistake is reported, a flood ends the channel."""
 MAX_QUOTED_LENGTH: Final = 200
-"""Characters of what is wrong with it: the words may quote what came, and no answer is larger than that."""
+"""Characters of an error text: it may quote the message, and no answer exceeds this."""
 
 
 class LiveChannel:
-    """From the accepted upgrade to the end."""
+    """One browser's channel, from the accepted upgrade to its end."""
 
     def __init__(
         self,
@@ -57,7 +57,7 @@ class LiveChannel:
             hub.next_browser_number(),
             viewer,
             time.monotonic(),
-            wake=lambda: None,  # its writer says how
+            wake=lambda: None,  # set by its writer
             close=self._ending.request,
             address=websocket.client.host if websocket.client else "",
         )
@@ -65,7 +65,7 @@ class LiveChannel:
         self._writer = LiveWriter(self._browser, self._direct, write_round, hub.state.traffic)
 
     async def run(self) -> None:
-        """Until the browser goes or its session ends."""
+        """Runs until the browser disconnects or its session ends."""
         try:
             await self._serve()
         finally:
@@ -73,7 +73,7 @@ class LiveChannel:
 
     async def _serve(self) -> None:
         await self._websocket.accept(subprotocol=self._subprotocol)
-        # Nothing is awaited from here until it is attached: two that come at once cannot both have the last place.
+        # No await from here until it is attached: two that arrive at once must not both get the last place.
         no_room = self._hub.capacity_refusal(self._browser.viewer.user_id, self._browser.address, time.monotonic())
         if no_room is not None:
             self._hub.state.traffic.browser_closes[TOO_MANY_SOCKETS] += 1
@@ -107,7 +107,7 @@ class LiveChannel:
             return
 
     def _heard(self, message: bytes) -> None:
-        """Sticks wait for no task: on a busy loop that is one more round of it."""
+        """Handles sticks without a task: on a busy loop a task costs one more round of it."""
         if not self._ending.requested:
             self._frames(message, time.monotonic())
 

@@ -1,7 +1,7 @@
-"""Writes to one browser what its outbox has due. Plain callbacks: waking a task costs more than a frame.
+"""Writes to one browser what its outbox has due. Uses plain callbacks: waking a task costs more than a frame.
 
-When: at the end of the round (`write_round`) in which it came, in one message with all else that came in it, of one
-drone or of fifty; the state of drones that are only watched at the beats of the watch rate.
+Frames are written at the end of the round (`write_round`) in which they arrived, in one message with all others of that
+round, of one drone or of fifty. The state of drones that are only watched is written at the watch rate.
 """
 
 import asyncio
@@ -17,7 +17,7 @@ from server.live.relay.live_messages import Lost, encode_event
 from server.live.relay.traffic import Traffic
 
 MAX_FRAMES_PER_MESSAGE: Final = 128
-"""Downwards; at most 36 KiB. A browser that is slow gets them one by one, and the socket's buffer stays small."""
+"""Tower to browser; at most 36 KiB. A slow browser gets them one by one, and the socket's buffer stays small."""
 
 
 class LiveWriter:
@@ -29,28 +29,28 @@ class LiveWriter:
         self._round = write_round
         self._traffic = traffic
         self._due_since: float | None = None
-        """When the first of what is due at once came; None while nothing is."""
+        """When the first of the items that are due at once arrived; None while nothing is."""
         self._unsent_since: float | None = None
-        """The same of the frames in `_unsent`."""
+        """The same for the frames in `_unsent`."""
         self._loop = asyncio.get_running_loop()
         self._woken = False
-        """A flush is pending, or the browser does not read: no need to schedule another."""
+        """A flush is scheduled, or the browser does not read: no need to schedule another."""
         self._stopped = False
         self._beat: asyncio.TimerHandle | None = None
         self._unsent: deque[tuple[Callable[[bytes], None], bytes]] = deque()
-        """Messages that were due when the browser stopped reading: no more than one flush makes."""
+        """Messages that were due when the browser stopped reading: at most those of one flush."""
         writer.on_room = self._flush
         browser.woken_by(self.wake)
 
     def wake(self) -> None:
-        """Something is due, or a beat is set."""
+        """Something is due, or a time for the next write is set."""
         if not self._woken:
             self._woken = True
             self._due_since = time.monotonic()
             self._round.ask(self._flush)
 
     def stop(self) -> None:
-        """Nothing is written from here on, and neither the browser nor the connection knows this any more."""
+        """Stops writing and drops the references from the browser and the connection to this writer."""
         self._stopped = True
         self._browser.woken_by(_nothing)
         self._writer.on_room = _nothing
@@ -84,7 +84,7 @@ class LiveWriter:
         # Without room: until `on_room`. The outbox conflates meanwhile.
         self._woken = bool(unsent) or not writer.has_room()
         if self._woken and self._due_since is None:
-            self._due_since = now  # nobody calls `wake` now: what comes is counted as if it came at once
+            self._due_since = now  # nobody calls `wake` now: items count as if they arrived at once
         beat_at = None if self._woken else outbox.next_beat()
         if beat_at is not None and self._beat is None:
             self._beat = self._loop.call_later(max(0.0, beat_at - now), self._at_beat)

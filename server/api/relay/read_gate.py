@@ -1,7 +1,7 @@
-"""Watches a socket until it can be read, once; then waits to be armed again.
+"""Watches a socket until it is readable, then fires once and waits for the next call of `watch`.
 
-Arming and disarming an event loop's watch takes some ten system calls, many times a second while rounds rest
-(`read_rhythm`). Linux can do it with one: an epoll inside the loop's, which disarms itself when it fires.
+An event loop needs about ten system calls to start and stop watching, many times a second with rounds (`read_rhythm`).
+Linux can do it with one: an epoll inside the loop's, which disarms itself when it has fired.
 """
 
 import asyncio
@@ -12,7 +12,8 @@ from collections.abc import Callable
 
 
 class ReadGate:
-    """Calls `ready` once, when the socket has something. `watch` again afterwards; `close` before the socket is."""
+    """Calls `ready` once, when the socket is readable. Call `watch` again afterwards, and `close` before the socket
+    closes."""
 
     def __init__(self, watched: socket.socket, ready: Callable[[], None]) -> None:
         self._loop = asyncio.get_running_loop()
@@ -34,14 +35,14 @@ class ReadGate:
         self._ready()
 
     def watch(self) -> None:
-        """`ready` is called again when there is something, or is so already."""
+        """Calls `ready` again when the socket is readable, or is so already."""
         if self._epoll is None:
             self._loop.add_reader(self._watched, self._fired)
         else:
             self._epoll.modify(self._watched, select.EPOLLIN | select.EPOLLONESHOT)
 
     def close(self) -> None:
-        """Never calls again."""
+        """Stops all calls."""
         if self._epoll is None:
             self._loop.remove_reader(self._watched)
         else:

@@ -34,7 +34,7 @@ async def live(
 ) -> None:
     """Frames and events for one signed-in browser, or a program with a token.
 
-    `?scopes=watch` requests less than the sign-in allows: no flying, and no effect on presence.
+    `?scopes=watch` narrows the rights of the connection: it cannot fly, and its presence does not count.
     """
     subprotocol = BROWSER_SUBPROTOCOL if BROWSER_SUBPROTOCOL in websocket.scope["subprotocols"] else None
     viewer = await viewer_sign_in.sign_in(websocket, subprotocol)

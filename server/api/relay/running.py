@@ -21,8 +21,8 @@ TICKS_A_SECOND: Final = 10
 async def running_relay(
     hub: Hub, anonymous: AnonymousBudget, *, host: str, port: int, may_act: Callable[[], bool]
 ) -> AsyncIterator[DataEndpoint]:
-    """Opens the data channel's socket and runs the hub's timers. `may_act`: checked before anything goes to an agent.
-    Raises OSError if the port is in use."""
+    """Opens the data channel's socket and runs the hub's periodic work. `may_act`: called before anything is sent to an
+    agent. Raises OSError if the port is in use."""
     endpoint = await open_data_endpoint(hub, host, port, anonymous)
     endpoint.may_act = may_act
     hub.video.later = _soon

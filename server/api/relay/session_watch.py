@@ -21,8 +21,11 @@ async def watch_session(
     still_signed_in: StillSignedIn,
     over: Callable[[str], None],
 ) -> None:
-    """Returns when the sign-in has ended, after calling `over` with the reason. Queries the database once a minute,
-    when the sign-in should expire, and within a second of a change of accounts that may have ended it."""
+    """Returns when the sign-in has ended, after calling `over` with the reason.
+
+    Asks the database once a minute, when the sign-in would expire, and within a second of a change of accounts that may
+    have ended it.
+    """
     asked, expires_at, in_doubt = time.monotonic(), viewer.expires_at, False
 
     def is_due() -> bool:
@@ -37,7 +40,7 @@ async def watch_session(
             found = await still_signed_in.ask(clock())
         except DatabaseUnavailable:
             if clock() < expires_at:
-                continue  # who flies goes on flying; a doubt stays until the database has answered it
+                continue  # pilots keep flying; a doubt stays until the database has answered it
             found = "the session has ended"
         in_doubt = False
         if isinstance(found, str):

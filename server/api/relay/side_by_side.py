@@ -13,11 +13,12 @@ MAX_REASON_BYTES: Final = 123
 GOOD_BYE_WITHIN_S: Final = 1.0
 
 _BREACHES: Final = (1002, 1007, 1009)
-"""Codes with which the WebSocket library itself ends a connection: breach of protocol, no UTF-8, too large."""
+"""Codes with which the WebSocket library itself closes a connection: protocol error, invalid UTF-8, too large."""
 
 
 async def until_one_ends(*parts: Coroutine[Any, Any, None]) -> None:
-    """Raises what a part raised, once all have ended; a part that was cancelled for another's sake raises nothing."""
+    """Raises what a part raised, once all have ended; a part that was cancelled because another ended raises
+    nothing."""
     tasks = [asyncio.create_task(part) for part in parts]
     try:
         await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -40,11 +41,11 @@ class Ending:
 
     @property
     def requested(self) -> bool:
-        """Whether the connection should end."""
+        """Whether an end was requested."""
         return self._requested.is_set()
 
     def request(self, code: int, why: str) -> None:
-        """Asks for the end."""
+        """Requests the end."""
         if not self.requested:
             self.code, self.why = code, why
             self._requested.set()
@@ -55,17 +56,17 @@ class Ending:
 
 
 async def close_quietly(websocket: WebSocket, code: int, why: str) -> None:
-    """Says farewell to a peer that may be gone or may no longer read."""
+    """Closes the connection to a peer that may be gone or may no longer read."""
     with contextlib.suppress(RuntimeError, TimeoutError, WebSocketDisconnect):
         async with asyncio.timeout(GOOD_BYE_WITHIN_S):
             await websocket.close(code, cut_reason(why))
 
 
 def cut_reason(why: str) -> str:
-    """As much of it as a close frame can carry: bytes count there, not characters, and it may quote what came."""
+    """Returns as much of it as fits into a close frame: its limit is in bytes, and the text may quote a message."""
     return why.encode(errors="replace")[:MAX_REASON_BYTES].decode(errors="ignore")
 
 
 def is_breach(code: int) -> bool:
-    """Whether a connection ended because of what the peer sent, before any of our code saw it."""
+    """Whether the connection ended because of invalid data from the peer, before our code saw it."""
     return code in _BREACHES

@@ -1,7 +1,7 @@
-"""What the tower knows of its agents' TLS channel: the certificate of its proxy, if configured.
+"""What the tower knows of the agents' TLS channel: the certificate of its proxy, if configured.
 
-The tower does not terminate TLS. If TOWER_TLS_CERTIFICATE names the certificate, an agent that sees another one has
-somebody in between, and its signature is refused.
+The tower does not terminate TLS. If TOWER_TLS_CERTIFICATE names the certificate, an agent that sees another one has an
+attacker in between, and its signature is refused.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ _log = structlog.get_logger(__name__)
 
 
 class TlsBinding:
-    """Reads the file again when it has changed, and believes the certificate before for as long as it runs: the proxy
-    may show the new one a little later."""
+    """Reads the file again when it has changed, and accepts the previous certificate for the life of the process: the
+    proxy may switch a little later."""
 
     def __init__(self, certificate: Path | None) -> None:
         self._path = certificate
@@ -32,11 +32,11 @@ class TlsBinding:
 
     @property
     def wanted(self) -> bool:
-        """Whether agents are to bind their signatures."""
+        """Whether agents must bind their signatures."""
         return self._path is not None
 
     def is_ours(self, binding: bytes) -> bool:
-        """Whether the agent sees the certificate that it should see; where none is known, whether it binds nothing."""
+        """Whether the agent sees the expected certificate; where none is configured, whether it binds nothing."""
         if self._path is None:
             return binding == b""
         self._check(self._path)

@@ -1,4 +1,4 @@
-"""Sign-in of viewers on a WebSocket: a session cookie from our own page, or a token."""
+"""How viewers sign in on a WebSocket: with a session cookie from a page of ours, or with a token."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ WRONG_ORIGIN: Final = 4403
 
 @dataclass(frozen=True)
 class ViewerSignIn:
-    """One for a connection. Make it before anything is looked up: it remembers the revision of the fleet."""
+    """One instance per connection. Create it before any lookup: it remembers the revision of the fleet."""
 
     authenticator: Authenticator
     sessions: Sessions
@@ -38,12 +38,11 @@ class ViewerSignIn:
     hub: Hub
     settings: Settings
     revision: int
-    """`hub.fleet.revision` before the sign-in was looked up. Otherwise a change between then and the registration in
-    the hub would go unnoticed."""
+    """`hub.fleet.revision` before the lookup. Changes between then and the moment at which the hub has the connection
+    would otherwise be missed."""
 
     async def sign_in(self, websocket: WebSocket, subprotocol: str | None) -> Principal | None:
-        """The user who opens the connection. None: no permitted user; the connection was closed with a code that says
-        why.
+        """Returns who opens this connection. None: refused; the connection has been closed with a code that says why.
 
         `?scopes=watch` requests less than the sign-in allows.
         """
@@ -61,7 +60,7 @@ class ViewerSignIn:
         return viewer.narrowed(_scopes_wanted(websocket))
 
     def still_signed_in(self, viewer: Principal) -> StillSignedIn:
-        """Watches the sign-in from here on."""
+        """Starts watching the sign-in."""
         return StillSignedIn(self.hub, self.sessions, self.api_tokens, viewer, revision=self.revision)
 
 
@@ -79,13 +78,17 @@ ViewerSignInDep = Annotated[ViewerSignIn, Depends(_viewer_sign_in)]
 
 
 async def turn_away(websocket: WebSocket, subprotocol: str | None, code: int, why: str) -> None:
-    """A browser shows a script no more of a refused upgrade than that it failed, so the code comes after one."""
+    """Refuses after the upgrade: for a refused upgrade, a browser shows a script only that it failed, without a
+    code."""
     await websocket.accept(subprotocol=subprotocol)
     await websocket.close(code, why)
 
 
 class StillSignedIn:
-    """Whether the sign-in of an open connection is still valid. `revision`: from ViewerSignIn."""
+    """Tells whether the sign-in of an open connection is still valid.
+
+    `revision`: from ViewerSignIn.
+    """
 
     def __init__(
         self, hub: Hub, sessions: Sessions, api_tokens: ApiTokens, viewer: Principal, *, revision: int
@@ -98,15 +101,14 @@ class StillSignedIn:
         self._is_new = True
 
     def comes_into_doubt(self) -> bool:
-        """Whether the fleet has changed since the last call, so that the database must be queried. Call it each
-        second."""
+        """Whether the fleet has changed since the last call, and the database must be asked. Call it once a second."""
         hub, is_new = self._hub, self._is_new
         changed = hub.fleet.revision != self._revision
         self._revision, self._is_new = hub.fleet.revision, False
         return changed and (is_new or not hub.fleet.knows_sign_in(self._viewer.session_id))
 
     async def ask(self, now: datetime) -> Principal | str:
-        """Queries the database, off the frame path. Returns why the connection must end, or an empty text."""
+        """Asks the database, off the frame path. Returns the reason as text if the connection must end."""
         signed_in_by = self._viewer.session_id
         if isinstance(signed_in_by, TokenId):
             found = await self._api_tokens.touch(signed_in_by, now)
@@ -121,6 +123,6 @@ class StillSignedIn:
 
 
 def _scopes_wanted(websocket: WebSocket) -> frozenset[Scope]:
-    """All that there are, unless the address names some."""
+    """Returns all scopes, unless the address names some."""
     named = websocket.query_params.get("scopes")
     return ALL_SCOPES if named is None else frozenset(scope for scope in Scope if scope.value in named.split(","))

@@ -1,4 +1,4 @@
-"""`/api/v1/system`: how the tower itself is, for admins."""
+"""`/api/v1/system`: the state of the tower itself, for admins."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class DatabaseView(BaseModel):
 
 
 class DiskView(BaseModel):
-    """The disk with the tower's files."""
+    """The disk that holds the tower's files."""
 
     free_bytes: int
     total_bytes: int
@@ -72,7 +72,7 @@ class OnlineView(BaseModel):
 
 @router.get("/online", responses=answers(NotSignedIn, SessionExpired, AdminsOnly))
 async def who_is_online(admin: Admin, hub: HubDep) -> list[OnlineView]:
-    """The users with a live connection, by name."""
+    """Lists users with a live connection at this moment, by name."""
     found = online_users(hub.state)
     return [OnlineView(user=UserRefView(id=user_id, name=name), connections=many) for user_id, name, many in found]
 
@@ -88,7 +88,7 @@ async def system(
     loop_lag: LoopLagDep,
     database: DatabaseDep,
 ) -> SystemView:
-    """The present state of database, disk, agents, clients, event loop and versions."""
+    """Returns the present state of database, disk, agents, clients and event loop, and the versions."""
     now = clock()
     disk = await asyncio.to_thread(shutil.disk_usage, settings.var)
     census = take_census(hub.state)

@@ -1,4 +1,4 @@
-"""`/api/v1/teams` and `/api/v1/me/invitations`: people and drones that belong together."""
+"""`/api/v1/teams` and `/api/v1/me/invitations`: teams of people and drones."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class NewInvitation(MemberRole):
 
 
 async def _applied(roster: Roster, event_handler: HubEventHandler) -> None:
-    """What people gain or lose by the change, they have when it is answered: view, controls, video."""
+    """Applies gained and lost rights (view, controls, video) before the response."""
     await roster.refresh()
     await event_handler.caught_up()
 
@@ -72,7 +72,7 @@ async def _view(database: Database, clock: Clock, principal: Principal, team_id:
 
 @router.get("/teams")
 async def list_teams(principal: Viewer, database: DatabaseDep, clock: ClockDep) -> list[TeamView]:
-    """Your teams; all teams for an admin of the tower."""
+    """Lists your teams; for an admin of the tower, all teams."""
     manager = TeamManager.of(principal)
     async with database.reading() as session:
         return await views_of(session, await teams.list_teams(session, manager), manager, clock())
@@ -99,7 +99,7 @@ async def make_team(
 
 @router.get("/teams/{team_id}", responses=answers(UnknownTeam))
 async def get_team(principal: Viewer, database: DatabaseDep, clock: ClockDep, team_id: Id) -> TeamView:
-    """One of your teams. 404 for all others."""
+    """Returns one team. A team that you are not in yields 404."""
     return await _view(database, clock, principal, team_id)
 
 
@@ -131,7 +131,8 @@ async def delete_team(
     event_handler: EventHandlerDep,
     team_id: Id,
 ) -> None:
-    """Team admin: deletes the team. Its drones remain with their owners; members who fly one lose the controls."""
+    """Team admin: deletes the team. Its drones belong to their owners alone again; users who flew one for the team lose
+    it."""
     action, manager = audit.action(principal), TeamManager.of(principal)
     async with database.writing() as session:
         await teams.delete_team(session, team_id, manager=manager, action=action)
@@ -150,7 +151,7 @@ async def set_team_member(
     user_id: Id,
     body: MemberRole,
 ) -> TeamView:
-    """Team admin: changes a member's role. An admin of the tower can also add any user."""
+    """Team admin: changes the role of a member. An admin of the tower can add any user."""
     action, manager = audit.action(principal), TeamManager.of(principal)
     async with database.writing() as session:
         await teams.set_role(session, team_id, user_id=user_id, role=body.role, manager=manager, action=action)
@@ -170,7 +171,7 @@ async def remove_team_member(
     team_id: Id,
     user_id: Id,
 ) -> None:
-    """Team admin, or the member: ends a membership. The rights are gone when the response arrives."""
+    """Team admin, or the member: removes a member. The rights that came with the team are gone before the response."""
     action, manager = audit.action(principal), TeamManager.of(principal)
     async with database.writing() as session:
         await teams.remove_member(session, team_id, user_id=user_id, manager=manager, action=action)
@@ -191,7 +192,7 @@ async def add_team_drone(
     team_id: Id,
     drone_id: Id,
 ) -> TeamView:
-    """Team admin who owns the drone: shares it with the team. Idempotent."""
+    """Team admin who owns the drone: adds it to the team, and all members see it. Repeating it changes nothing."""
     action, manager = audit.action(principal), TeamManager.of(principal)
     async with database.writing() as session:
         await teams.add_drone(session, team_id, drone_id=drone_id, manager=manager, action=action)
@@ -209,7 +210,7 @@ async def remove_team_drone(
     team_id: Id,
     drone_id: Id,
 ) -> None:
-    """Team admin, or an owner of the drone: removes it from the team. Members who fly it lose the controls at once."""
+    """Team admin, or an owner of the drone: removes it. Members who flew it for the team lose it at once."""
     action, manager = audit.action(principal), TeamManager.of(principal)
     async with database.writing() as session:
         await teams.remove_drone(session, team_id, drone_id=drone_id, manager=manager, action=action)
@@ -220,7 +221,8 @@ async def remove_team_drone(
 async def invite_to_team(
     principal: TeamEditor, audit: AuditDep, database: DatabaseDep, team_id: Id, body: NewInvitation
 ) -> InvitationView:
-    """Team admin: invites the user of this name for a week. The response does not reveal whether the user exists."""
+    """Team admin: invites the user of this name to join within a week. The response does not reveal whether the name
+    exists."""
     action, manager = audit.action(principal), TeamManager.of(principal)
     async with database.writing() as session:
         row = await invitations.invite(session, team_id, name=body.name, role=body.role, manager=manager, action=action)
@@ -233,7 +235,7 @@ async def invite_to_team(
 async def withdraw_invitation(
     principal: TeamEditor, audit: AuditDep, database: DatabaseDep, team_id: Id, invitation_id: Id
 ) -> None:
-    """Team admin: withdraws an invitation."""
+    """Team admin: withdraws an invitation, which becomes invalid."""
     action, manager = audit.action(principal), TeamManager.of(principal)
     async with database.writing() as session:
         await invitations.withdraw(session, team_id, invitation_id, manager=manager, action=action)
@@ -241,7 +243,7 @@ async def withdraw_invitation(
 
 @router.get("/me/invitations")
 async def list_invitations(principal: Oneself, database: DatabaseDep, audit: AuditDep) -> list[ReceivedView]:
-    """Your invitations to teams, newest first."""
+    """Lists your invitations, newest first."""
     async with database.reading() as session:
         found = await invitations.received(session, principal, audit.action(principal))
         return [ReceivedView.of(one) for one in found]
@@ -257,7 +259,7 @@ async def accept_invitation(
     clock: ClockDep,
     invitation_id: Id,
 ) -> TeamView:
-    """Accepts an invitation: you join the team."""
+    """Accepts an invitation: you are in the team from then on."""
     async with database.writing() as session:
         team_id = await invitations.accept(session, principal, invitation_id, action=audit.action(principal))
     await _applied(roster, event_handler)

@@ -1,7 +1,6 @@
-"""`/api/v1/map`: which tiles the console draws, and the file of tiles where the tower has one.
+"""`/api/v1/map`: which tiles the console draws, and the tile file if the tower has one.
 
-The file is read by ranges (RFC 9110, 14), as PMTiles is made to be. Its bytes are images already, or compressed inside:
-they go out as they are.
+The file is read by ranges (RFC 9110, 14), as PMTiles intends. Its content is compressed already and is sent as it is.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ router = APIRouter(
 FILE_PATH: Final = "/api/v1/map/tiles.pmtiles"
 MEDIA_TYPE: Final = "application/vnd.pmtiles"
 _KEPT: Final = "private, max-age=604800, no-transform"
-"""By the browser only, for a week: the console asks by an address that changes with the file."""
+"""Cached by the browser only, for a week: the address that the console uses changes with the file."""
 
 
 class MapView(BaseModel):
@@ -42,7 +41,7 @@ class MapView(BaseModel):
 
 @router.get("")
 async def get_map(principal: Viewer, settings: SettingsDep) -> MapView:
-    """The map layer that the console draws over its built-in coastline."""
+    """Returns what the console draws over its built-in coastline."""
     match settings.tiles:
         case TileAddresses(template=template):
             return MapView(
@@ -78,19 +77,19 @@ async def get_map(principal: Viewer, settings: SettingsDep) -> MapView:
     },
 )
 async def get_tile_file(principal: Viewer, settings: SettingsDep) -> FileResponse:
-    """The tile file, whole or by ranges."""
+    """Returns the tile file, whole or by ranges."""
     source = settings.tiles
     if not isinstance(source, TileFile):
         raise NoTileFile
     try:
         found = await asyncio.to_thread(source.path.stat)
     except OSError:
-        raise NoTileFile from None  # it was there when the tower started
+        raise NoTileFile from None  # it existed when the tower started
     return FileResponse(source.path, media_type=MEDIA_TYPE, headers={"Cache-Control": _KEPT}, stat_result=found)
 
 
 def _version(file: TileFile) -> str:
-    """Another one whenever the file is another."""
+    """Changes whenever the file changes."""
     try:
         found = file.path.stat()
     except OSError:

@@ -1,4 +1,4 @@
-"""`/api/v1/agent/video`: the units of one agent. A thin shell: ticket, units in, answers out."""
+"""`/api/v1/agent/video`: the video units of one agent. A thin layer: ticket, units in, acknowledgements out."""
 
 import time
 from typing import Final
@@ -29,7 +29,7 @@ _log = structlog.get_logger(__name__)
 
 
 class AgentVideoSocket:
-    """From the upgrade to the end. It is the service's AgentVideoChannel."""
+    """The socket from the upgrade to its end. Implements the service's AgentVideoChannel."""
 
     def __init__(self, websocket: WebSocket, hub: Hub, anonymous: AnonymousBudget) -> None:
         self._websocket = websocket
@@ -38,7 +38,7 @@ class AgentVideoSocket:
         self._ending = Ending()
 
     async def run(self) -> None:
-        """Until either side ends it."""
+        """Runs until either side ends the connection."""
         if not is_private_path(self._websocket):
             await self._deny(403, "agents must use https: a ticket must not cross the network in the clear")
             return
@@ -53,7 +53,7 @@ class AgentVideoSocket:
         await self._websocket.accept(subprotocol=subprotocol)
         self._writer = direct_writer(self._websocket)
         self._writer.take_messages(largest_bytes=MAX_UNIT_BYTES, slice_bytes=SLICE_BYTES)
-        # Nothing is awaited from `drone_of_ticket` on but the handshake, in which the link may have ended.
+        # No await since `drone_of_ticket` except the handshake, during which the link may have ended.
         if self._hub.video.drone_of_ticket(ticket.strip()) is not video:
             await close_quietly(self._websocket, 4401, "the agent's link has ended")
             return
@@ -70,7 +70,7 @@ class AgentVideoSocket:
             await close_quietly(self._websocket, self._ending.code, self._ending.why)
 
     def ask_key(self, key: StreamKey) -> None:
-        """See AgentVideoChannel. An agent that does not read is not asked."""
+        """See AgentVideoChannel. Skips an agent that does not read."""
         if self._writer.has_room():
             self._writer.write_text(msgspec.json.encode(KeyWanted(key.quality, key.codec)))
 
@@ -110,6 +110,6 @@ class AgentVideoSocket:
             drops[DropReason.MALFORMED] += 1
             self._ending.request(BAD_MESSAGE, str(error))
             return
-        # An agent that does not read its answers sees by their lack that the way is closed.
+        # An agent that does not read its acknowledgements detects the blocked path by their absence.
         if self._writer.has_room():
             self._writer.write_binary(encode_got(Got(head.quality, head.codec, head.sequence)))

@@ -1,4 +1,4 @@
-"""Video: two WebSockets, and the state of it for those who only ask."""
+"""Video: two WebSockets, and a route for the state of the video."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _NO_DRONE: Final = DroneId(0)
 
 @router.websocket("/api/v1/agent/video")
 async def agent_video(websocket: WebSocket, hub: HubDep, anonymous: AnonymousBudgetDep) -> None:
-    """The units of one agent."""
+    """The video units of one agent."""
     await AgentVideoSocket(websocket, hub, anonymous).run()
 
 
@@ -43,8 +43,8 @@ async def watch_video(
     shared_checks: SharedChecksDep,
     drone_id: str,
 ) -> None:
-    """Units and states for one viewer. `?quality=low|medium|high&codec=mpeg1|h264`, or several codecs, the best first:
-    the first that the agent offers, or the last."""
+    """Video units and states for one viewer. `?quality=low|medium|high&codec=mpeg1|h264`, or several codecs, the best
+    first: the tower uses the first that the agent offers, or the last."""
     offered = websocket.scope["subprotocols"]
     subprotocol = VIEWER_VIDEO_SUBPROTOCOL if VIEWER_VIDEO_SUBPROTOCOL in offered else None
     viewer = await viewer_sign_in.sign_in(websocket, subprotocol)
@@ -75,7 +75,7 @@ async def watch_video(
 
 
 def _said(websocket: WebSocket, name: str, otherwise: str) -> str:
-    """The value of `name` in the query string. Raises MalformedVideoRequest if there are two."""
+    """Returns the query parameter `name`. Raises MalformedVideoRequest if it occurs twice."""
     said = websocket.query_params.getlist(name)
     if len(said) > 1:
         raise MalformedVideoRequest(f"{name} must be said once")
@@ -84,7 +84,7 @@ def _said(websocket: WebSocket, name: str, otherwise: str) -> str:
 
 @router.get("/api/v1/drones/{drone_id}/video", responses=answers(UnknownDrone, ViewTaken))
 async def get_video(principal: Viewer, hub: HubDep, drone_id: DronePath) -> VideoView:
-    """The state of a drone's video, and the streams requested from its agent."""
+    """Returns the state of a drone's video, and which streams its agent is asked for."""
     now = time.monotonic()
     drone = hub.squads.drone(DroneId(drone_id), principal.user_id, principal.role)
     if drone is None:

@@ -1,4 +1,4 @@
-"""`/api/v1/drones/{id}/video`: one viewer's WebSocket. A thin shell: units go out by direct writing, without a task."""
+"""`/api/v1/drones/{id}/video`: one viewer's WebSocket. A thin layer: units are written directly, without a task."""
 
 import asyncio
 import time
@@ -35,11 +35,11 @@ from wire.ids import DroneId
 BAD_REQUEST: Final = 4400
 STIR_EVERY_S: Final = 0.025
 MAX_WAKEUPS: Final = 20
-"""In a row: what has not come by then is no packet that was lost."""
+"""In a row: a unit that has not arrived by then is not delayed by a lost packet."""
 
 
 class ViewerChannel:
-    """From the accepted upgrade to the end."""
+    """One viewer's channel, from the accepted upgrade to its end."""
 
     def __init__(
         self,
@@ -79,11 +79,11 @@ class ViewerChannel:
         )
 
     async def run(self, subprotocol: str | None) -> None:
-        """Until the viewer goes, or may not watch any more."""
+        """Runs until the viewer disconnects, or may no longer watch."""
         viewer, hub, writer = self._viewer, self._hub, self._writer
         await self._websocket.accept(subprotocol=subprotocol)
         writer.take_messages(largest_bytes=MAX_REQUEST_BYTES)
-        # Nothing is awaited from here until it has entered: neither rights nor room can change in between.
+        # No await from here until it has entered: neither rights nor capacity can change in between.
         now = time.monotonic()
         no_room = hub.video_capacity_refusal(viewer.viewer.user_id, viewer.address, now)
         refusal = why_not_watch(hub.state.drones.get(viewer.drone_id), viewer.viewer)
@@ -118,7 +118,7 @@ class ViewerChannel:
             self._stirring = asyncio.get_running_loop().call_later(STIR_EVERY_S, self._stir)
 
     def _stir(self) -> None:
-        """Small pings while a picture is overdue, so that TCP learns sooner of what was lost on the way."""
+        """Sends small pings while a picture is overdue, so that TCP detects lost packets sooner."""
         self._stirring, viewer = None, self._viewer
         self._hub.video.has_room(viewer, time.monotonic())
         if not viewer.ended and viewer.lockstep is None and viewer.pace.is_held_up:

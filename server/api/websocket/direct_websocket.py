@@ -1,24 +1,26 @@
-"""The tower's WebSocket: uvicorn's protocol over websockets' sans-I/O parser, with bounds and without detours.
+"""The tower's WebSocket: uvicorn's protocol over the sans-I/O parser of websockets, with bounds and a direct path.
 
-This is the one module that knows the insides of `WebSocketsSansIOProtocol`. pyproject.toml pins uvicorn and websockets
-exactly, and tests/unit/server/test_uvicorn_contract.py fails when either changes: read this file against the new
-version, then change the figures there (docs/adr/0010-one-websocket-parser.md).
+This is the only module that knows the internals of `WebSocketsSansIOProtocol`. pyproject.toml pins uvicorn and
+websockets exactly, and tests/unit/server/test_uvicorn_contract.py fails when either changes: compare this file with the
+new version, then change the figures there (docs/adr/0010-one-websocket-parser.md).
 
 **Bounds**: what one peer sends, or does not read, costs the others nothing.
 
-- A peer that does not read, or a byte a second, would keep its connection and what waits for it for ever, even after it
-  was closed: it is cut after STALLED_AFTER_S.
-- For one that reads more slowly than it is written to, the kernel would take megabytes of old news: NOT_SENT_BYTES.
-- One that pings and never reads would pile up pongs: while nothing can be written, no ping is answered.
-- Thousands of tiny messages that come at once would keep the loop busy: they are parsed SLICE_BYTES at a time, and the
-  rest when those are handled.
-- The empty pieces of a message without end would pile up: it has MAX_PIECES, then it is closed with 1009.
-- A connection that was broken off, or ended by a fault, would stay in memory: it lets go of its parser at the end.
-- A refused upgrade would be called an error of ours, in the log, by anybody who likes to.
+- A peer that does not read, or reads a byte a second, would keep its connection and its queued data forever, even after
+  a close: it is cut after STALLED_AFTER_S.
+- For a peer that reads more slowly than it is written to, the kernel would buffer megabytes of stale data:
+  NOT_SENT_BYTES.
+- A peer that pings and never reads would pile up pongs: while nothing can be written, no ping is answered.
+- Thousands of tiny messages at once would keep the loop busy: they are parsed SLICE_BYTES at a time, and the rest once
+  those are handled.
+- The empty fragments of an endless message would pile up: a message has at most MAX_PIECES, then it is closed with
+  1009.
+- A connection that broke or ended by an error would stay in memory: it drops its parser at the end.
+- Anybody could cause a refused upgrade, which would be logged as an error of the tower.
 
-**Direct**: ASGI's dictionaries, queue and task cost a message some hundred microseconds, in either direction; the
-parser costs three. Whole messages are written straight to the transport (RFC 6455, 5.2), and those that come can be
-heard within the call that brought their bytes. Opening, closing, pings and everything rare stay uvicorn's. The
+**Direct**: ASGI's dictionaries, queue and task cost about a hundred microseconds per message, in either direction; the
+parser costs three. Whole messages are written straight to the transport (RFC 6455, 5.2), and received messages can be
+handled within the call that delivered their bytes. Opening, closing, pings and everything rare stay uvicorn's. The
 application finds the writer in `scope["extensions"][EXTENSION]`.
 """
 
@@ -46,13 +48,13 @@ EXTENSION: Final = "tower.direct"
 Listener = Callable[[bytes], None]
 
 STALLED_AFTER_S: Final = 20.0
-"""With the buffer below this is 3 kB/s: what reads more slowly than that is no use for flying or watching."""
+"""With the buffer below this is 3 kB/s: a slower reader is no use for flying or watching."""
 LINGER_S: Final = 5.0
-"""For the rest of what was sent, and the closing handshake, once the application is done with a connection."""
+"""Time for the rest of the data and the closing handshake, once the application is done with a connection."""
 HIGH_WATER_BYTES: Final = 32 * 1024
 LOW_WATER_BYTES: Final = 8 * 1024
 NOT_SENT_BYTES: Final = 16 * 1024
-"""What the kernel takes beyond what is on its way: the newest state is chosen late, not queued early."""
+"""Bytes that the kernel accepts beyond those in flight: the newest state is chosen late, not queued early."""
 SLICE_BYTES: Final = 4 * 1024
 """At most 680 messages: a few milliseconds."""
 MAX_PIECES: Final = 64
@@ -64,42 +66,42 @@ _NOT_SENT: Final = getattr(socket, "TCP_NOTSENT_LOWAT", None)
 
 
 class DirectWriter(Protocol):
-    """What the live channel uses of it."""
+    """The part that the live channel uses."""
 
     on_room: Callable[[], None]
     """Called when there is room again."""
     on_full: Callable[[], None]
-    """Called when there is no more, within the write that filled it."""
+    """Called when the buffer is full, within the write that filled it."""
 
     def has_room(self) -> bool:
-        """False while the other side does not read what it was sent: HIGH_WATER_BYTES wait in the transport."""
+        """False while the peer does not read: HIGH_WATER_BYTES wait in the transport."""
 
     def write_binary(self, payload: bytes) -> None:
-        """Sends one binary message. Ignored on a closing or closed connection."""
+        """Writes one binary message. Does nothing on a connection that is closing or closed."""
 
     def write_text(self, payload: bytes) -> None:
-        """One text message, UTF-8."""
+        """Writes one text message, UTF-8."""
 
     def write_whole(self, message: bytes) -> None:
-        """A message made by server.live.video.websocket_bytes: the same bytes for any number of connections."""
+        """Writes a message built by server.live.video.websocket_bytes: the same bytes for any number of connections."""
 
     def write_ping(self) -> None:
-        """A small ping, unless something waits in the transport already."""
+        """Writes a small ping, unless data already waits in the transport."""
 
     def write_pong(self) -> None:
-        """A small frame that is not answered, unless something waits in the transport already."""
+        """Writes a small frame that gets no answer, unless data already waits in the transport."""
 
     def take_messages(self, *, largest_bytes: int, slice_bytes: int = SLICE_BYTES) -> None:
-        """From now on messages may have this many bytes, and this much is parsed at a time."""
+        """Sets the maximum size of a received message, and how many received bytes are parsed at a time."""
 
     def set_listeners(self, *, on_text: Listener | None = None, on_binary: Listener | None = None) -> None:
-        """From here on these are called with whole messages, within the call that brings their bytes: `on_text` with
-        texts of up to MAX_HEARD_TEXT_BYTES, which may be something else than UTF-8, `on_binary` with all binary ones.
-        Messages in pieces, and those behind one that waits for the application, come as they did."""
+        """Sets listeners for whole messages, called within the call that delivers their bytes: `on_text` for texts of
+        up to MAX_HEARD_TEXT_BYTES, which may not be valid UTF-8, `on_binary` for all binary messages. Fragmented
+        messages, and messages behind one that waits for the application, take the ordinary path."""
 
 
 class DirectWebSocket(WebSocketsSansIOProtocol):
-    """What `TowerServer` gives to uvicorn as its WebSocket implementation. It is a DirectWriter."""
+    """The WebSocket implementation that `TowerServer` gives to uvicorn. Implements DirectWriter."""
 
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
@@ -118,13 +120,13 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
 
     def handle_connect(self, event: Request) -> None:
         super().handle_connect(event)
-        if hasattr(self, "scope"):  # the handshake was good; the application's task has not begun yet
+        if hasattr(self, "scope"):  # the handshake succeeded; the application's task has not begun yet
             cast("dict[str, Any]", self.scope["extensions"])[EXTENSION] = self
 
     def is_guest(self, guest: AnonymousConnection, connections: ConnectionBudget) -> None:
-        """It has not signed in, and counts as that until it has, or ends."""
+        """Counts the connection as not signed in until it signs in or ends."""
         self._guest = guest, connections
-        if hasattr(self, "scope"):  # the handshake was good; the application's task has not begun yet
+        if hasattr(self, "scope"):  # the handshake succeeded; the application's task has not begun yet
             cast("dict[str, Any]", self.scope)[GUEST] = guest
         if self.transport.is_closing():
             connections.gone(guest)
@@ -147,11 +149,11 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
             guest, connections = self._guest
             connections.gone(guest)
         super().connection_lost(exc)
-        # The parser is a generator that knows `conn`, as `conn` knows it, and the fault that ended it.
+        # The parser is a generator that refers to `conn`, and `conn` refers to it and to the error that ended it.
         self.conn.parser.close()
         self.conn.parser_exc = None
 
-    # -- what it does not read -------------------------------------------------------------------------------
+    # -- peers that do not read ------------------------------------------------------------------------------
 
     def pause_writing(self) -> None:
         super().pause_writing()
@@ -179,7 +181,7 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
             await super().run_asgi()
         finally:
             self._cut_soon()
-            # Else the connection would hold itself, and wait for the garbage collector.
+            # Otherwise the connection would refer to itself and wait for the garbage collector.
             cast("dict[str, Any]", self.scope["extensions"]).pop(EXTENSION, None)
 
     async def send(self, message: ASGISendEvent) -> None:
@@ -232,14 +234,14 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
             self._on_binary(cast("bytes", event.data))
 
     def _is_next(self, event: Frame) -> bool:
-        """Whether it is a whole message, and none before it waits for the application."""
+        """Whether it is a whole message, and no earlier one waits for the application."""
         return event.fin and not self.close_sent and self.queue.empty()
 
-    # -- what it sends ---------------------------------------------------------------------------------------
+    # -- received bytes --------------------------------------------------------------------------------------
 
     def data_received(self, data: bytes) -> None:
         if self.close_sent:
-            # Somewhere in there may be the answer to our goodbye. Who goes on sending is not worth looking for it.
+            # The answer to our close may be in there. If the peer keeps sending, it is not worth searching.
             self._since_close += len(data)
             if self._since_close > MAX_SINCE_CLOSE_BYTES:
                 return
@@ -250,7 +252,8 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
         self._parse_slice()
 
     def _parse_slice(self) -> None:
-        """One slice now; the next one when the application has taken the messages of this one (see `receive`)."""
+        """Parses one slice; the next follows when the application has taken the messages of this one (see
+        `receive`)."""
         self._slice_planned = False
         if self.transport.is_closing():
             self._unparsed = b""
@@ -299,7 +302,7 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
 
 
 def direct_writer(websocket: WebSocket) -> DirectWriter:
-    """The writer of a connection. Raises KeyError if the server is not ours."""
+    """Returns the writer of a connection. Raises KeyError if the server is not ours."""
     return cast("DirectWriter", websocket.scope["extensions"][EXTENSION])
 
 

@@ -1,13 +1,13 @@
-"""uvicorn's HTTP protocol, with bounds, and without leftovers when a WebSocket begins.
+"""uvicorn's HTTP, with additional bounds, and without leftovers when a WebSocket begins.
 
-- A head without end would make the process keep and parse it while everybody's frames wait: a request has at most
-  MAX_HEADERS headers and MAX_HEAD_BYTES around its body. Beyond that it gets 431, and the connection is closed.
-- A client that sends nothing, or a byte now and then, would keep its connection for ever, and thousands of them all
-  file descriptors: the head of a request must be complete within HEAD_WITHIN_S. (Between requests, uvicorn waits for 5
-  s.)
-- Bytes of connections without a sign-in are parsed in their turn (server.api.anonymous.read_turns).
-- Parser and connection refer to each other. uvicorn separates them at the end, but not after an upgrade: both would
-  wait for the garbage collector, which runs seldom (server/runtime/garbage.py), with everything in the request.
+- A client that sends an endless head would make the process store and parse it while everybody's frames wait: a request
+  has at most MAX_HEADERS headers and MAX_HEAD_BYTES around its body. More yields 431, and the connection is closed.
+- A client that connects and sends nothing, or a byte now and then, would keep the connection forever, and thousands of
+  them would use up all file descriptors: the head of a request must arrive within HEAD_WITHIN_S. (Between requests,
+  uvicorn waits for 5 s.)
+- Bytes of a connection that has not signed in are parsed when it is its turn (server.api.anonymous.read_turns).
+- The parser and the connection refer to each other. uvicorn separates them at the end, but not after an upgrade: both
+  would wait for the garbage collector, which runs seldom (server/runtime/garbage.py), with all data of the request.
 """
 
 import asyncio
@@ -32,11 +32,11 @@ _TOO_LARGE: Final = b"HTTP/1.1 431 Request Header Fields Too Large\r\ncontent-le
 
 
 class _TooManyHeadersError(Exception):
-    """Ends the parsing: httptools hands it on as an error of its own."""
+    """Ends the parsing: httptools re-raises it as an error of its own."""
 
 
 class UpgradingHttp(HttpToolsProtocol):
-    """What `TowerServer` gives to uvicorn as its HTTP implementation."""
+    """The HTTP implementation that `TowerServer` gives to uvicorn."""
 
     def __init__(
         self,
@@ -46,7 +46,7 @@ class UpgradingHttp(HttpToolsProtocol):
         guest: AnonymousConnection | None = None,
         **options: Any,
     ) -> None:
-        """`guest`: what the connection counts as until it has signed in; without one nothing is counted."""
+        """`guest`: what the connection counts as until it signs in; without one nothing is counted."""
         super().__init__(*args, **options)
         self.guest = guest
         self.unread = b""
@@ -54,7 +54,7 @@ class UpgradingHttp(HttpToolsProtocol):
         self._turns = turns
         self._no_head: asyncio.TimerHandle | None = None
         self._around_body = 0
-        """Bytes of this request so far that are not its body."""
+        """Bytes of this request so far outside its body."""
         self._body = 0
         self._is_too_large = False
 
@@ -76,7 +76,7 @@ class UpgradingHttp(HttpToolsProtocol):
         else:
             self._turns.came(self, data)
 
-    # -- what has not signed in waits for its turn (AnonymousReader) ---------------------------------------------
+    # -- turns of connections that have not signed in (AnonymousReader) ------------------------------------------
 
     def hold_reading(self) -> None:
         self.transport.pause_reading()
@@ -91,7 +91,7 @@ class UpgradingHttp(HttpToolsProtocol):
         self._parse(data)
         if self.transport.is_closing():
             return
-        # Whom the parsing handed over to may have paused it for a reason of their own.
+        # The protocol that took over may have paused reading for its own reason.
         taker = self.transport.get_protocol()
         paused = taker.read_paused if isinstance(taker, DirectWebSocket) else self.flow.read_paused
         if not paused:
@@ -109,7 +109,7 @@ class UpgradingHttp(HttpToolsProtocol):
         if self._around_body > MAX_HEAD_BYTES + MAX_CHUNKING_FACTOR * self._body:
             self._refuse()
             return
-        # Line ends between requests begin none, but they have stopped uvicorn's own timer.
+        # Line ends between requests do not begin one, but have stopped uvicorn's own timer.
         idle = self.cycle is None or self.cycle.response_complete
         if idle and self._no_head is None and self.timeout_keep_alive_task is None and self.parser is not None:
             self._wait_for_head()
@@ -152,7 +152,7 @@ class UpgradingHttp(HttpToolsProtocol):
 
     def handle_websocket_upgrade(self) -> None:
         super().handle_websocket_upgrade()
-        # From here on everything that comes goes to the WebSocket.
+        # From here on the WebSocket receives everything.
         self.parser = None  # type: ignore[assignment]
         taker = self.transport.get_protocol()
         if self.guest is not None and self._budget is not None and isinstance(taker, DirectWebSocket):

@@ -44,7 +44,7 @@ def add_drone(
             for one in owner or []:
                 user = await _user(session, one)
                 await drones.add_owner(session, drone_id=row.id, user_id=user.id, action=action_now())
-            # Inside the transaction: a drone whose token could not be kept is not added.
+            # Inside the transaction: a drone whose token could not be written is not added.
             return row, await _new_token(session, row.id, hours, token_file)
 
     row, token = with_database(work)
@@ -54,7 +54,8 @@ def add_drone(
 
 @app.command("enrol")
 def enrol_drone(drone: Which, token_file: TokenFile = None, hours: Hours = 1.0) -> None:
-    """Print a token that enrols the drone's agent (anew), once. Until it is used the key that it has stays good."""
+    """Print a token that enrols the drone's agent (again), once. Its present key stays valid until the token is
+    used."""
 
     async def work(database: Database, _settings: Settings) -> str:
         async with database.writing() as session:
@@ -66,7 +67,7 @@ def enrol_drone(drone: Which, token_file: TokenFile = None, hours: Hours = 1.0) 
 
 @app.command("revoke")
 def revoke_key(drone: Which) -> None:
-    """Make what the drone's agent signs in by worth nothing. Its link ends; it has to be enrolled again."""
+    """Revoke the key or credential of the drone's agent. Its link ends; it must be enrolled again."""
 
     async def work(database: Database, _settings: Settings) -> str:
         async with database.writing() as session:
@@ -78,7 +79,7 @@ def revoke_key(drone: Which) -> None:
 
 @app.command("list")
 def list_drones() -> None:
-    """List every drone, its owners, and by what its agent is known."""
+    """List every drone, its owners, and the identity of its agent."""
 
     async def work(database: Database, _settings: Settings) -> FleetSnapshot:
         async with database.reading() as session:
@@ -99,7 +100,7 @@ def assign_drone(drone: Which, user: User) -> None:
 
 @app.command("unassign")
 def unassign_drone(drone: Which, user: User) -> None:
-    """Take a drone out of a user's squad."""
+    """Remove a drone from a user's squad."""
     typer.echo(f"{user} does not own {_change_owner(drone, user, add=False)}")
 
 
@@ -115,7 +116,7 @@ def _change_owner(drone: str, user: str, *, add: bool) -> str:
 
 
 async def find_named(session: DatabaseSession, which: str) -> DroneRow:
-    """By name or id. Raises CommandError."""
+    """Finds a drone by name or id. Raises CommandError."""
     by_name = await drones.find_drone(session, which)
     by_id = await session.get(DroneRow, int(which)) if which.isascii() and which.isdigit() else None
     if by_name is not None and by_id is not None and by_name.id != by_id.id:

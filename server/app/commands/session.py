@@ -1,4 +1,4 @@
-"""What every subcommand that touches the database needs: settings, an open database that is ready, clear errors."""
+"""Common parts of subcommands that use the database: settings, an open and current database, clear errors."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Answer = TypeVar("Answer")
 
 
 class CommandError(Exception):
-    """Something the person at the keyboard can put right. One line."""
+    """An error that the user can correct. One line."""
 
 
 def settings_now() -> Settings:
@@ -36,7 +36,7 @@ def passwords_of(settings: Settings) -> Passwords:
 
 
 def with_database(work: Callable[[Database, Settings], Awaitable[Answer]]) -> Answer:
-    """Runs `work` on the database of the settings, which has to be at the newest revision."""
+    """Runs `work` on the configured database, which must be at the newest revision."""
     settings = settings_now()
 
     async def go() -> Answer:
@@ -51,10 +51,10 @@ def with_database(work: Callable[[Database, Settings], Awaitable[Answer]]) -> An
 
 
 def keep_secret(secret: str, token_file: Path | None) -> None:
-    """Writes a secret to a file for its owner only; does nothing without one. Raises CommandError."""
+    """Writes a secret to a file that only its owner can read; does nothing without a file. Raises CommandError."""
     if token_file is None:
         return
-    # Written beside and moved into place: never half a secret, never readable by others, not for a moment.
+    # Written beside and moved into place: never a partial secret, and never readable by others.
     fresh = token_file.with_name(f".{token_file.name}.{os.getpid()}")
     try:
         token_file.parent.mkdir(parents=True, exist_ok=True)
@@ -67,7 +67,7 @@ def keep_secret(secret: str, token_file: Path | None) -> None:
 
 
 def as_table(headings: tuple[str, ...], rows: list[tuple[Any, ...]]) -> str:
-    """Columns that line up, for people and for `awk` alike."""
+    """Formats aligned columns, for people and for `awk`."""
     lines = [headings, *[tuple(str(cell) for cell in row) for row in rows]]
     widths = [max(len(line[column]) for line in lines) for column in range(len(headings))]
     return "\n".join(

@@ -27,7 +27,7 @@ def add_team(
     name: Annotated[str, typer.Argument(help="The team's name.", metavar="NAME")],
     admin: Annotated[list[str] | None, typer.Option(help="A user who leads it; may be repeated.")] = None,
 ) -> None:
-    """Make a team."""
+    """Create a team."""
 
     async def work(database: Database, _settings: Settings) -> TeamRow:
         async with database.writing() as session:
@@ -68,7 +68,7 @@ def set_member(
     role: Annotated[TeamRole | None, typer.Argument(help="What they are in the team.")] = None,
     remove: Annotated[bool, typer.Option("--remove", help="Take them out of the team.")] = False,
 ) -> None:
-    """Bring somebody into a team, change their role, or take them out."""
+    """Add a user to a team, change their role, or remove them."""
     if remove == (role is not None):
         raise CommandError("say either a role (observer, operator, admin) or --remove")
 
@@ -93,7 +93,7 @@ def set_drone(
     drone: Annotated[str, typer.Argument(help="The drone's name or its id.", metavar="DRONE|ID")],
     remove: Annotated[bool, typer.Option("--remove", help="Take the drone out of the team.")] = False,
 ) -> None:
-    """Put a drone into a team, or take it out."""
+    """Add a drone to a team, or remove it."""
 
     async def work(database: Database, _settings: Settings) -> str:
         async with database.writing() as session:

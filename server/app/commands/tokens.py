@@ -31,7 +31,7 @@ def add_token(
         Path | None, typer.Option("--token-file", help="Write the token to this file and do not print it.")
     ] = None,
 ) -> None:
-    """Make a token for a user, and print it: it is told this once."""
+    """Create a token for a user, and print it once."""
 
     async def work(database: Database, settings: Settings) -> tuple[ApiTokenRow, str]:
         async with database.writing() as session:
@@ -53,7 +53,7 @@ def add_token(
                 action=action,
                 longest=timedelta(days=settings.token_longest_days),
             )
-            # Inside the transaction: a token that could not be kept is not made.
+            # Inside the transaction: a token that could not be written is not created.
             keep_secret(secret, token_file)
             return row, secret
 
@@ -89,7 +89,7 @@ def list_tokens() -> None:
 def revoke_token(
     token_id: Annotated[int, typer.Argument(help="The token's id, as listed.", metavar="ID")],
 ) -> None:
-    """Revoke a token. What is connected with it is cut off."""
+    """Revoke a token. Connections that use it are closed."""
 
     async def work(database: Database, _settings: Settings) -> None:
         async with database.writing() as session:

@@ -99,7 +99,7 @@ def _state(row: UserRow) -> str:
 
 @app.command("password")
 def set_password(name: Name, password_stdin: FromStdin = False, first: FirstPassword = True) -> None:
-    """Give a user another password. Signs them out everywhere and ends their tokens."""
+    """Set a user's password. Signs them out everywhere and ends their tokens."""
     password = _password(name, from_stdin=password_stdin)
 
     async def work(database: Database, settings: Settings) -> None:
@@ -114,7 +114,7 @@ def set_password(name: Name, password_stdin: FromStdin = False, first: FirstPass
 
 @app.command("second-factor-off")
 def reset_second_factor(name: Name) -> None:
-    """Take codes and passkeys from a user who has lost them. Signs them out everywhere and ends their tokens."""
+    """Remove lost codes and passkeys of a user. Signs them out everywhere and ends their tokens."""
 
     async def work(database: Database, _settings: Settings) -> None:
         async with database.writing() as session:
@@ -127,7 +127,7 @@ def reset_second_factor(name: Name) -> None:
 
 @app.command("disable")
 def disable_user(name: Name) -> None:
-    """Keep a user from signing in. Signs them out everywhere."""
+    """Prevent a user from signing in. Signs them out everywhere."""
 
     async def work(database: Database, _settings: Settings) -> None:
         await _change(database, name, UserChange(disabled=True))

@@ -1,11 +1,11 @@
 """The process that hashes passwords: started by `hashing_process` with the number of threads.
 
-Argon2 fills tens of megabytes for each hash. In the tower's own process its threads would share the interpreter's lock
-and the kernel's lock of the address space with the event loop, and a thread that the system has put aside while it held
-one of them made frames wait for up to 70 ms (docs/adr/0009-hashing-has-a-process-of-its-own.md).
+Argon2 uses tens of megabytes per hash. In the tower's own process its threads would share the interpreter's lock and
+the kernel's lock of the address space with the event loop; a thread preempted while it held one of them made frames
+wait for up to 70 ms (docs/adr/0009-hashing-has-a-process-of-its-own.md).
 
-Lines of JSON in on standard input, one out for each on standard output, in the order in which they are done. It ends
-when its input does, so also when the tower is killed. Imports nothing of ours: it starts with every tower.
+Reads lines of JSON from standard input and writes one line to standard output for each, in order of completion. It ends
+when its input closes, so also when the tower is killed. Imports no module of ours, because it starts with every tower.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from typing import Any, Final
 from passlib.hash import argon2
 
 NICE: Final = 5
-"""Hashing may use all idle processors; frames go first."""
+"""Hashing may use all idle processors; frames come first."""
 PARALLELISM: Final = 4
 
 
 def answer(question: dict[str, Any]) -> str | bool:
-    """The hash of `password`, or with `hash` whether it is the one of it."""
+    """Returns the hash of `password`, or with `hash` whether the password matches it."""
     known = question.get("hash")
     if known is not None:
         return bool(argon2.verify(question["password"], known))
@@ -40,7 +40,7 @@ def answer(question: dict[str, Any]) -> str | bool:
 def main(words: list[str]) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the tower, which then closes our input
     with contextlib.suppress(OSError, AttributeError):
-        os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))  # whatever the tower's own priority is
+        os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))  # regardless of the tower's own priority
         os.nice(NICE)
     writing = threading.Lock()
 

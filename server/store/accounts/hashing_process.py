@@ -1,4 +1,4 @@
-"""Where passwords are hashed: in a process of their own (a tower's), or in threads of this one (commands, tests)."""
+"""Where passwords are hashed: in a separate process (a tower's), or in threads of this one (commands, tests)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _log = structlog.get_logger(__name__)
 
 
 class HashingFailed(Exception):
-    """No answer: the process ended, or the stored hash is none."""
+    """No result: the process ended, or the stored hash is invalid."""
 
 
 class Hashing(Protocol):
@@ -26,11 +26,11 @@ class Hashing(Protocol):
         """See `hash_worker.answer`. Raises HashingFailed."""
 
     async def close(self) -> None:
-        """At the end of the tower."""
+        """Call it when the tower stops."""
 
 
 class HashingThreads:
-    """In this process."""
+    """Hashes in this process."""
 
     def __init__(self, threads: int) -> None:
         self._threads = ThreadPoolExecutor(threads, "hashing")
@@ -43,7 +43,7 @@ class HashingThreads:
 
 
 class HashingProcess:
-    """In a process that begins with the first question, and again after it has ended."""
+    """Hashes in a process that starts with the first request, and restarts with the next one after it has ended."""
 
     def __init__(self, threads: int) -> None:
         self._threads = threads
@@ -75,14 +75,14 @@ class HashingProcess:
         if process is None:
             return
         with contextlib.suppress(ProcessLookupError):
-            process.kill()  # whom it hashes for is gone
+            process.kill()  # its caller is gone
         await process.wait()
         if self._reading is not None:
             await asyncio.gather(self._reading, return_exceptions=True)
 
     @property
     def pid(self) -> int | None:
-        """Of the process, while it runs."""
+        """The id of the process, while it runs."""
         return None if self._process is None else self._process.pid
 
     async def _start(self) -> asyncio.subprocess.Process:

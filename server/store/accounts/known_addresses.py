@@ -1,4 +1,4 @@
-"""After a restart: who was signed in from where is known again, from the sessions that still stand."""
+"""After a restart: restores known users and addresses from the valid sessions."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MAX_SESSIONS = 5_000
 
 
 async def remember_addresses(known: KnownAddresses, database: Database) -> None:
-    """The newest ones, so that what is forgotten first is oldest."""
+    """Loads the newest sessions, oldest first, so that the oldest are evicted first."""
     newest = (
         select(SessionRow.address, UserRow.name_key)
         .join(UserRow, UserRow.id == SessionRow.user_id)

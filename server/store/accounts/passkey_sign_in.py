@@ -1,7 +1,7 @@
-"""Passkeys at the door: as sign-in, as second factor beside a password, and as a fresh proof. Knows nothing of HTTP.
+"""Passkeys: as sign-in, as second factor beside a password, and as a fresh proof. Independent of HTTP.
 
-No password is hashed here, so nothing waits behind those who guess passwords. A passkey that verified its person
-counts as both factors: something they have, and what unlocks it.
+No password is hashed here, so nothing queues behind attackers who guess passwords. A passkey with user verification
+counts as both factors: possession, and what unlocks it.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ from server.store.database import Database
 
 
 class PasskeyRefused(Refusal):
-    """At sign-in: unknown, another user's, wrongly signed, or a copy. The message does not say which, on purpose."""
+    """At sign-in: unknown, of another user, wrongly signed, or a copy. Deliberately does not say which."""
 
     def __init__(self) -> None:
         super().__init__("the passkey was not accepted: try again, or sign in with your password")
 
 
 class WrongPasskey(PasskeyRefused):
-    """For a signed-in user."""
+    """The passkey of a signed-in user was not accepted."""
 
     def __init__(self) -> None:
         Refusal.__init__(self, "the passkey was not accepted: is it one of this account, and for this address?")
@@ -53,7 +53,7 @@ class PasswordNeeded(Refusal):
 
 @dataclass(frozen=True)
 class Asked:
-    """The tower's request to a browser, to be returned with the response."""
+    """What the tower asked a browser for; the response must match it."""
 
     purpose: Purpose
     asker: str
@@ -83,7 +83,7 @@ class PasskeySignInService:
         user_agent: str,
         now: datetime,
     ) -> SignedIn:
-        """Always a new session with a new token. Raises ChallengeOver, PasskeyRefused or PasswordNeeded."""
+        """Always begins a new session with a new token. Raises ChallengeOver, PasskeyRefused or PasswordNeeded."""
         checked = await self._check(credential, asked=asked, user_id=None, address=address, now=now)
         user = checked.user
         if user.must_change_password:
@@ -114,7 +114,8 @@ class PasskeySignInService:
     async def accept(
         self, credential: dict[str, Any], *, asked: Asked, user_id: int, address: str, now: datetime
     ) -> PasskeyRow:
-        """A passkey of this very user, beside a password or for a fresh proof. Raises ChallengeOver or WrongPasskey."""
+        """Accepts a passkey of this user only, beside a password or as a fresh proof. Raises ChallengeOver or
+        WrongPasskey."""
         try:
             checked = await self._check(credential, asked=asked, user_id=user_id, address=address, now=now)
         except PasskeyRefused:
@@ -127,7 +128,7 @@ class PasskeySignInService:
             raise WrongPasskey from None
 
     def use_challenge(self, client_data: str, *, asked: Asked, now: datetime) -> bytes:
-        """Uses it up. Raises ChallengeOver or PasskeyFault."""
+        """Uses up the challenge. Raises ChallengeOver or PasskeyFault."""
         challenge = challenge_in(client_data)
         self.challenges.take(challenge, purpose=asked.purpose, asker=asked.asker, now_s=now.timestamp())
         return challenge
@@ -144,7 +145,7 @@ class PasskeySignInService:
         async with self.database.reading() as session:
             found = await passkeys.find(session, credential_id)
         if found is None:
-            raise PasskeyRefused  # nobody's: there is nobody to write it down for
+            raise PasskeyRefused  # it belongs to no user, so there is no account to record it for
         passkey, user = found
         try:
             assertion = check_assertion(

@@ -1,4 +1,4 @@
-"""How passkeys look from outside. What browsers send is WebAuthn's own JSON; members that are not here do not count."""
+"""External views of passkeys. Browsers send WebAuthn's own JSON; members not listed here are ignored."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from server.store.accounts.tables import PasskeyRow
 
 Base64Url = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]*$")]
-"""Without padding, as browsers write it."""
+"""Without padding, as browsers send it."""
 CredentialId = Annotated[Base64Url, Field(min_length=1, max_length=1364)]
 ClientData = Annotated[Base64Url, Field(min_length=1, max_length=4096)]
 PasskeyName = Annotated[str, Field(description="1 to 64 printable characters, such as the device's name")]
@@ -21,14 +21,14 @@ class _Strict(BaseModel):
 
 
 class AssertionResponse(BaseModel):
-    clientDataJSON: ClientData  # the names are WebAuthn's
+    clientDataJSON: ClientData  # WebAuthn's names
     authenticatorData: Annotated[Base64Url, Field(min_length=1, max_length=2048)]
     signature: Annotated[Base64Url, Field(min_length=1, max_length=1024)]
     userHandle: Annotated[Base64Url, Field(max_length=128)] | None = None
 
 
 class PasskeyAnswer(BaseModel):
-    """The result of `navigator.credentials.get()`, by `credential.toJSON()`."""
+    """The result of `navigator.credentials.get()`: `credential.toJSON()`."""
 
     id: CredentialId
     rawId: CredentialId
@@ -43,7 +43,7 @@ class AttestationResponse(BaseModel):
 
 
 class MadePasskey(BaseModel):
-    """The result of `navigator.credentials.create()`, by `credential.toJSON()`."""
+    """The result of `navigator.credentials.create()`: `credential.toJSON()`."""
 
     id: CredentialId
     rawId: CredentialId

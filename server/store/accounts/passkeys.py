@@ -1,7 +1,7 @@
-"""The rules of passkeys: add, rename, use, remove. Knows nothing of HTTP.
+"""The rules of passkeys: added, named, used, removed. Independent of HTTP.
 
-Every function takes a session of `Database.writing()`, so that a rule and its audit record are committed together.
-Functions that change the number of passkeys lock the user's row first.
+Every function takes a session of `Database.writing()`, so that a change and its audit record are committed together.
+Functions that change how many passkeys a user has lock the user's row first.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ HANDLE_BYTES: Final = 32
 
 
 class UnknownPasskey(Refusal):
-    """No such passkey, or another user's. The message does not say which, on purpose."""
+    """The passkey does not exist, or belongs to another user. Deliberately does not say which."""
 
     def __init__(self) -> None:
         super().__init__("there is no such passkey")
@@ -43,12 +43,12 @@ class PasskeyKnown(Refusal):
 
 
 async def list_passkeys(session: AsyncSession, user_id: int) -> list[PasskeyRow]:
-    """In the order in which they were added."""
+    """Sorted from oldest to newest."""
     return list(await session.scalars(select(PasskeyRow).where(PasskeyRow.user_id == user_id).order_by(PasskeyRow.id)))
 
 
 async def begin_adding(session: AsyncSession, user_id: int) -> tuple[UserRow, list[KnownCredential]]:
-    """The user, who has a handle from then on, and what they have. Raises TooManyPasskeys."""
+    """Returns the user, who now has a handle, and their existing passkeys. Raises TooManyPasskeys."""
     row = await _locked(session, user_id)
     there = await list_passkeys(session, row.id)
     if len(there) >= MAX_PER_USER:
@@ -61,7 +61,7 @@ async def begin_adding(session: AsyncSession, user_id: int) -> tuple[UserRow, li
 async def add(
     session: AsyncSession, *, user_id: int, new: NewCredential, name: str, party_id: str, action: AuditAction
 ) -> tuple[PasskeyRow, list[str]]:
-    """The passkey, and recovery codes if this is the first factor; they are shown only this once.
+    """Returns the passkey, and recovery codes if it is the first factor: they are shown only once.
 
     Raises BadName, PasskeyKnown or TooManyPasskeys.
     """
@@ -119,18 +119,15 @@ async def remove(
 
 
 async def find(session: AsyncSession, credential_id: bytes) -> tuple[PasskeyRow, UserRow] | None:
-    """The passkey and whose it is."""
+    """Returns the passkey and its user."""
     query = select(PasskeyRow, UserRow).join(UserRow, UserRow.id == PasskeyRow.user_id)
     found = (await session.execute(query.where(PasskeyRow.credential_id == credential_id))).one_or_none()
     return (found[0], found[1]) if found is not None else None
 
 
 async def use(session: AsyncSession, passkey_id: int, assertion: Assertion, at: datetime) -> PasskeyRow:
-    """Records a use with a valid signature.
-
-    Raises PasskeyFault if the passkey is gone, or if its counter did not advance: then two authenticators have the same
-    key.
-    """
+    """Records a use with a valid signature. Raises PasskeyFault if the passkey is gone, or if its counter did not
+    increase, which means that two authenticators have the same key."""
     passkey = await session.scalar(select(PasskeyRow).where(PasskeyRow.id == passkey_id).with_for_update())
     if passkey is None:
         raise PasskeyFault("removed meanwhile")

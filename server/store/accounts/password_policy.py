@@ -1,12 +1,12 @@
 """Which new passwords are acceptable: long enough, and not easy to guess. Existing passwords stay valid.
 
-`zxcvbn` estimates guessability: it knows common passwords, names, words, dates, keyboard rows and their usual
-variations. It also gets the user's name and the tower's, which attackers try first.
+`zxcvbn` estimates how guessable a password is: it knows common passwords, names, words, dates, rows of keys, and usual
+substitutions. It also receives the user's name and the tower's, which an attacker tries first.
 
-Its input is bounded. The library takes 10 s for 72 characters that each can stand for several letters ("l33t"), so only
-the first JUDGED_CHARACTERS are judged, and of such characters beside the digits only the first MAX_LEET_SIGNS different
-ones count as letters. It is pure Python and keeps the names in a global variable: one call at a time, in its own
-thread, so that the event loop continues.
+Its cost is bounded by its input. The library takes 10 s for 72 characters that can each represent several letters
+("l33t"), so only the first JUDGED_CHARACTERS are judged, and among such characters other than digits only the first
+MAX_LEET_SIGNS different ones are read as letters. The library is pure Python and keeps the names in a global variable,
+so it runs one check at a time in its own thread, beside the event loop.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ from server.domain.refusal import Refusal, RetryLater
 
 MIN_LENGTH: Final = 12
 MAX_LENGTH: Final = 256
-"""Hashing time does not grow with it, but a request has to end somewhere."""
+"""Hashing time does not grow with it, but a request needs a limit."""
 MIN_SCORE: Final = 3
-"""From 0 to 4: over 10^8 guesses, and over 10^10 for 4."""
+"""On a scale of 0 to 4: over 10^8 guesses, and over 10^10 for 4."""
 JUDGED_CHARACTERS: Final = 32
 MAX_LEET_SIGNS: Final = 2
 MAX_WAITING: Final = 8
 RESTS_FOR: Final = 4.0
-"""Times what a judgement took: at most a fifth of one core's time goes into judging passwords."""
+"""Multiple of the time that a judgement took: judging uses at most a fifth of one core."""
 _LEET: Final = frozenset(sign for signs in L33T_TABLE.values() for sign in signs if not sign.isdigit())
 _NO_LETTER: Final = "#"
 _ALWAYS_TRIED: Final = ("tower", "control", "controltower", "drone")
@@ -49,7 +49,7 @@ class TooManyJudgements(RetryLater):
 
 @dataclass(frozen=True)
 class Judgement:
-    """`message`: why it is not acceptable, in a sentence for its user; empty where it is."""
+    """`message`: why the password is not acceptable, as a sentence for its user; empty if it is."""
 
     message: str = ""
 
@@ -59,7 +59,7 @@ class Judgement:
 
 
 def judge_password(password: str, names: Collection[str] = ()) -> Judgement:
-    """`names`: of the user, of the tower. Takes some tens of milliseconds: not for the event loop."""
+    """`names`: of the user and of the tower. Takes tens of milliseconds, so never call it in the event loop."""
     if len(password) < MIN_LENGTH:
         return Judgement(f"a password needs at least {MIN_LENGTH} characters")
     if len(password) > MAX_LENGTH:
@@ -73,14 +73,14 @@ def judge_password(password: str, names: Collection[str] = ()) -> Judgement:
 
 
 def check_password(password: str, names: Collection[str] = ()) -> None:
-    """Raises BadPassword. Not for the event loop."""
+    """Raises BadPassword. Never call it in the event loop."""
     judgement = judge_password(password, names)
     if not judgement.acceptable:
         raise BadPassword(judgement.message)
 
 
 def _bounded(password: str) -> str:
-    """What is judged of it: see the top of this file."""
+    """Returns the part to judge: see the top of this file."""
     kept: set[str] = set()
     judged = []
     for sign in password[:JUDGED_CHARACTERS]:
@@ -94,7 +94,7 @@ def _bounded(password: str) -> str:
 
 
 def _judge_and_rest(password: str, names: Collection[str]) -> Judgement:
-    """Whoever asks without end leaves the interpreter to the frames for most of the time."""
+    """Pauses after each judgement, so that endless requests leave the interpreter to the frames most of the time."""
     began = time.thread_time()
     try:
         return judge_password(password, names)
@@ -103,7 +103,7 @@ def _judge_and_rest(password: str, names: Collection[str]) -> Judgement:
 
 
 class PasswordPolicy:
-    """The judgement beside the event loop. `tower_name`: the host that people type, or nothing."""
+    """Judges passwords outside the event loop. `tower_name`: the host name that people type, or empty."""
 
     def __init__(self, tower_name: str = "") -> None:
         self._names = tuple(part for part in (tower_name, *tower_name.split(".")) if len(part) > 2)

@@ -1,6 +1,6 @@
-"""Passwords: made up, and hashed with Argon2id, few at a time, because each hash takes tens of megabytes.
+"""Passwords: generated, and hashed with Argon2id, few at a time, because each hash takes tens of megabytes.
 
-Which ones are acceptable: `password_policy.py`.
+`password_policy.py` decides which ones are acceptable.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def generate_password() -> str:
 
 
 class Passwords:
-    """`concurrency` hashes at a time, in `hashing`. Who waits for one is served by `server.live.anonymous.hashing`."""
+    """Runs `concurrency` hashes at a time, in `hashing`. `server.live.anonymous.hashing` orders the queue."""
 
     def __init__(
         self,
@@ -61,7 +61,7 @@ class Passwords:
         await self._hashing.close()
 
     async def warm_up(self) -> None:
-        """Makes the hash that unknown names are checked against, so that even the first one takes its time."""
+        """Creates the hash that unknown names are checked against, so that even the first check takes the full time."""
         self._dummy_hash = await self.hash(secrets.token_urlsafe())
 
     async def hash(self, password: str, *, caller: Caller | None = None) -> str:
@@ -78,15 +78,15 @@ class Passwords:
         return bool(await self._ask(caller, {"password": password, "hash": password_hash}))
 
     def needs_rehash(self, password_hash: str) -> bool:
-        """The hash was made with other costs than today's."""
+        """Whether the hash was made with different cost parameters than today's."""
         return bool(self._hasher.needs_update(password_hash))
 
     async def _ask(self, caller: Caller | None, question: dict[str, Any]) -> str | bool:
-        if caller is None:  # each by itself: they do not share the bounds of an address
+        if caller is None:  # one caller each: they do not share the limits of an address
             number = f"signed in {next(self._signed_in)}"
             caller = Caller(Origin(number, number), Priority.KNOWN)
         ticket = await self._turn(caller)
-        # Whoever goes meanwhile does not stop the hash, and its slot is taken until it is done.
+        # A caller that disconnects does not stop the hash, and its slot stays taken until it is done.
         running = asyncio.create_task(self._answered(ticket, question))
         self._running.add(running)
         running.add_done_callback(self._running.discard)
@@ -129,7 +129,7 @@ class Passwords:
 
     def _give_up(self, ticket: Ticket[asyncio.Future[None]]) -> None:
         called = ticket.item.done() and not ticket.item.cancelled() and ticket.item.exception() is None
-        if called:  # in the very moment in which it went
+        if called:  # the turn came at the moment of giving up
             self._done(ticket)
         else:
             self._slots.leave(ticket)

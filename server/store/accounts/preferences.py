@@ -1,7 +1,8 @@
-"""What the console keeps for a user: a few named JSON documents. The tower bounds them and does not look inside.
+"""Documents that the console stores for a user: a few named JSON documents. The tower limits their size and does not
+interpret them.
 
-What is in them (and how an old one is read by a newer console) is the console's business; each carries a version of
-its own. One document a subject, so that two subjects changed in two tabs do not overwrite each other.
+Their content, and how a newer console reads an old one, is up to the console; each has its own version. There is one
+document per subject, so that changes in two tabs do not overwrite each other.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ MAX_DOCUMENTS: Final = 16
 MAX_DOCUMENT_BYTES: Final = 8 * 1024
 """As compact UTF-8. The settings of a gamepad take about 1 KiB each."""
 MAX_DEPTH: Final = 32
-"""Nesting of objects and lists. Much deeper documents can be stored, but not returned as JSON."""
+"""Nesting of objects and lists. Much deeper documents can be stored, but not sent as JSON again."""
 
 
 class TooManyPreferences(Refusal):
@@ -40,7 +41,7 @@ class PreferenceTooLarge(Refusal):
 
 
 async def preferences_of(session: AsyncSession, user_id: int) -> dict[str, dict[str, Any]]:
-    """Every document of this user by its name. One that an older version took too deep is as if it were not there."""
+    """Returns every document of this user by name. Skips documents of older versions that are nested too deep."""
     rows = await session.scalars(
         select(PreferenceRow).where(PreferenceRow.user_id == user_id).order_by(PreferenceRow.name)
     )
@@ -50,16 +51,16 @@ async def preferences_of(session: AsyncSession, user_id: int) -> dict[str, dict[
 async def keep_preference(
     session: AsyncSession, *, user_id: int, name: str, document: Mapping[str, Any], now: datetime
 ) -> None:
-    """Puts the document in the place of the one of that name; an empty one takes it away. In `Database.writing()`.
+    """Stores the document and replaces the one of the same name; an empty one deletes it. In `Database.writing()`.
 
-    Raises BadPreference, PreferenceTooLarge or TooManyPreferences, and then nothing is changed.
+    Raises BadPreference, PreferenceTooLarge or TooManyPreferences, and then changes nothing.
     """
     if is_too_deep(document):
         raise BadPreference(f"objects and lists may be nested {MAX_DEPTH} deep")
     try:
         text = json.dumps(document, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
         size_bytes = len(text.encode())
-    except ValueError as error:  # Python reads NaN and half a surrogate pair; nobody else would read them back
+    except ValueError as error:  # Python reads NaN and lone surrogates; other parsers would not
         raise BadPreference from error
     if size_bytes > MAX_DOCUMENT_BYTES:
         raise PreferenceTooLarge(size_bytes)
@@ -78,7 +79,7 @@ async def keep_preference(
 
 
 def is_too_deep(document: object) -> bool:
-    """Level by level: whatever calls itself for each level ends as the document that it was to refuse."""
+    """Goes level by level: a recursive check would fail on the very document that it must refuse."""
     level: list[object] = [document]
     for _ in range(MAX_DEPTH):
         level = [

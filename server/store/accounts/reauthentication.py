@@ -1,11 +1,11 @@
-"""A fresh proof of identity, required for every change of a password, a factor, a token, a session or a user.
+"""A fresh proof of identity, required for every change of a password, factor, token, session or user.
 
-A session remembers when its user last proved their identity with every factor of the account. Signing in is such a
-proof; `POST /api/v1/session/proof` renews it. It is valid for PROOF_MAX_AGE, for this session alone. A token never has
-one: a stolen cookie or token can use an account, but not take it over.
+A session remembers when its user last proved their identity, with every factor of the account. Signing in is such a
+proof; `POST /api/v1/session/proof` renews it. It is valid for PROOF_MAX_AGE, for this session only. A token never has
+one: a stolen cookie or token gives use of an account, but not control over it.
 
-`server/api/accounts/proof_routes.py` has a table of kinds of proof. A kind checks the evidence, with the same throttle
-as signing in, and then calls `renew`.
+The kinds of proof are a table in `server/api/accounts/proof_routes.py`. A kind checks the evidence, limited by the same
+throttle as sign-in, and then calls `renew`.
 """
 
 from __future__ import annotations
@@ -27,19 +27,19 @@ from server.store.audit.trail import record
 
 
 class CodeNeeded(Refusal):
-    """The password is right, and the account has a second factor."""
+    """The password is right, and the account needs a second factor."""
 
     def __init__(self) -> None:
         super().__init__("enter the code of your authenticator too, or a recovery code")
 
 
 def fresh_until(proved_at: datetime | None) -> datetime | None:
-    """When a proof of that moment stops counting; None where there is no proof."""
+    """Returns when a proof of that time expires; None without a proof."""
     return None if proved_at is None else proved_at + PROOF_MAX_AGE
 
 
 async def renew(session: AsyncSession, principal: Principal, *, kind: str, action: AuditAction) -> None:
-    """Notes the proof in the session that gave it. In `Database.writing()`. Raises UnknownSession if it has ended."""
+    """Records the proof in the session that gave it. In `Database.writing()`. Raises UnknownSession if it has ended."""
     if isinstance(principal.session_id, TokenId):
         raise UnknownSession
     row = await session.get(SessionRow, principal.session_id)
@@ -52,7 +52,7 @@ async def renew(session: AsyncSession, principal: Principal, *, kind: str, actio
 async def prove_by_password(
     service: SignInService, principal: Principal, *, password: str, code: str | None, action: AuditAction
 ) -> None:
-    """The password, and a code where the account has a second factor.
+    """Checks the password, and a code if the account has a second factor.
 
     Raises SignInThrottled, TooManySignIns, WrongPassword, CodeNeeded, WrongCode or UnknownSession.
     """
@@ -77,11 +77,11 @@ async def prove_by_password(
 async def _renewed(
     service: SignInService, principal: Principal, checked: UserRow, code: str, action: AuditAction
 ) -> bool:
-    """False where the code is wrong."""
+    """Returns False if the code is wrong."""
     async with service.database.writing() as session:
         user = await get_user(session, principal.user_id)
         if user.password_hash != checked.password_hash or user.has_second_factor != checked.has_second_factor:
-            raise WrongPassword  # changed while it was being checked
+            raise WrongPassword  # changed during the check
         if user.has_second_factor and not await spend(session, user, code, action.at, service.vault):
             return False
         await renew(session, principal, kind="password", action=action)

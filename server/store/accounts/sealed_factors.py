@@ -1,4 +1,4 @@
-"""The secrets of second factors in the database: every one sealed, and by the newest key, before the tower starts."""
+"""The secrets of second factors in the database: all sealed, with the newest key, before the tower starts."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ _WHAT_TO_DO: Final = (
 
 
 def about(user_id: int) -> str:
-    """What a sealed secret is for: one moved to another account does not open."""
+    """The purpose of a sealed secret: a secret moved to another account does not open."""
     return f"second factor of user {user_id}"
 
 
 async def prepare_vault(vault: Vault, database: Database) -> None:
-    """Finds the keys, or creates the first one if nothing has been sealed; reseals what an older key has sealed.
+    """Finds the keys, or creates the first one if nothing has been sealed yet; reseals secrets of older keys.
 
-    Raises VaultError, with a text for the operator of the tower, if something sealed cannot be opened.
+    Raises VaultError, with a message for the operator of the tower, if a sealed secret cannot be opened.
     """
     found = vault.find_keys()
     async with database.reading() as session:

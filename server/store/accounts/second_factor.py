@@ -1,8 +1,9 @@
-"""The rules of the second factor: begin, confirm, check at sign-in, renew, remove. Knows nothing of HTTP.
+"""The rules of the second factor: begin, confirm, check at sign-in, renew, remove. Independent of HTTP.
 
-There are two kinds: authenticator codes, here, and passkeys (`passkeys.py`). Recovery codes serve both: they come with
-an account's first factor and go with its last. Every function takes a session of `Database.writing()`, so that a used
-code is used everywhere.
+There are two kinds: codes of an authenticator app, here, and passkeys (`passkeys.py`). Recovery codes serve both: they
+come with the first factor of an account and go with its last.
+
+Every function takes a session of `Database.writing()`, so that a code can be used only once.
 """
 
 from __future__ import annotations
@@ -36,25 +37,25 @@ class LastFactor(Refusal):
 
 
 class WrongCode(Refusal):
-    """Wrong, or used before. The message does not say which, on purpose."""
+    """Wrong, or used before. Deliberately does not say which."""
 
     def __init__(self) -> None:
         super().__init__("the code is wrong or was already used: wait for the next one")
 
 
 def factors_of(row: UserRow) -> list[str]:
-    """The user's kinds of second factor, best first: `passkey`, `code`."""
+    """Returns the kinds of second factor that the account has, the best first: `passkey`, `code`."""
     return ["passkey"] * (row.passkey_count > 0) + ["code"] * (row.totp_sealed is not None)
 
 
 async def codes_left(session: AsyncSession, user_id: int) -> int:
-    """How many recovery codes have not been used."""
+    """Returns the number of unused recovery codes."""
     query = select(func.count()).select_from(RecoveryCodeRow).where(RecoveryCodeRow.user_id == user_id)
     return await session.scalar(query) or 0
 
 
 def begin(row: UserRow, vault: Vault) -> str:
-    """A secret to be shown. Nothing changes until its user proves to have it."""
+    """Returns a secret to be shown. Nothing changes until the user proves to have it."""
     if row.totp_sealed is not None:
         raise SecondFactorOn
     secret = totp.new_secret()
@@ -63,8 +64,8 @@ def begin(row: UserRow, vault: Vault) -> str:
 
 
 async def confirm(session: AsyncSession, row: UserRow, code: str, action: AuditAction, vault: Vault) -> list[str]:
-    """Enables the authenticator: sign-ins require its code. Returns the recovery codes, shown only this once; none if a
-    passkey brought them already."""
+    """Confirms the secret: sign-in asks for codes from now on. Returns the recovery codes, shown only once; none if a
+    passkey has already brought them."""
     await _lock(session, row)
     if row.totp_sealed is not None:
         raise SecondFactorOn
@@ -80,14 +81,12 @@ async def confirm(session: AsyncSession, row: UserRow, code: str, action: AuditA
 
 
 async def spend(session: AsyncSession, row: UserRow, code: str, now: datetime, vault: Vault) -> bool:
-    """Whether the code is valid; a valid code is used up by the commit.
-
-    Does not say whether it was a recovery code: compare `codes_left`.
-    """
+    """Returns whether the code is valid; a valid code is used up with the commit. Does not tell whether it was a
+    recovery code: ask `codes_left`."""
     if totp.looks_like_totp(code):
         if row.totp_sealed is None:
             return False
-        # The row is read again and locked: of two who use one code at the same moment one is refused.
+        # The row is read again and locked: if two use one code at the same time, one is refused.
         last = await session.scalar(select(UserRow.totp_last_step).where(UserRow.id == row.id).with_for_update())
         step = totp.step_of(code, vault.open(row.totp_sealed, about=about(row.id)), now=now, after=last)
         if step is None:
@@ -103,7 +102,7 @@ async def spend(session: AsyncSession, row: UserRow, code: str, now: datetime, v
 
 
 async def renew_codes(session: AsyncSession, row: UserRow, action: AuditAction) -> list[str]:
-    """New recovery codes; the old ones are worth nothing. Raises NoSecondFactorBegun."""
+    """Creates new recovery codes and invalidates the old ones. Raises NoSecondFactorBegun."""
     if not row.has_second_factor:
         raise NoSecondFactorBegun
     action.record(session, "user.recovery_codes_renewed", user_id=row.id, user=row.name)
@@ -111,7 +110,8 @@ async def renew_codes(session: AsyncSession, row: UserRow, action: AuditAction) 
 
 
 async def remove(session: AsyncSession, row: UserRow, action: AuditAction, *, is_demanded: bool = False) -> None:
-    """By its user; their passkeys stay. `is_demanded`: one factor must. Raises NoSecondFactorBegun or LastFactor."""
+    """Removal by the user; their passkeys stay. `is_demanded`: one factor must stay. Raises NoSecondFactorBegun or
+    LastFactor."""
     await _lock(session, row)
     if row.totp_sealed is None:
         raise NoSecondFactorBegun
@@ -123,8 +123,8 @@ async def remove(session: AsyncSession, row: UserRow, action: AuditAction, *, is
 
 
 async def reset(session: AsyncSession, row: UserRow, action: AuditAction) -> None:
-    """Removes every factor, passkeys too. Idempotent. An admin who does this for a user also ends their sessions and
-    tokens."""
+    """Removes every factor, passkeys too. Harmless if there is none. An admin who does this for another user also ends
+    their sessions and tokens."""
     await _lock(session, row)
     await _remove_codes_of_authenticator(session, row, action)
     for passkey in await session.scalars(select(PasskeyRow).where(PasskeyRow.user_id == row.id)):
@@ -137,12 +137,12 @@ async def reset(session: AsyncSession, row: UserRow, action: AuditAction) -> Non
 
 
 async def forget_codes(session: AsyncSession, user_id: int) -> None:
-    """The recovery codes: with the last factor of an account."""
+    """Deletes the recovery codes, together with the last factor of an account."""
     await session.execute(delete(RecoveryCodeRow).where(RecoveryCodeRow.user_id == user_id))
 
 
 async def new_codes(session: AsyncSession, row: UserRow) -> list[str]:
-    """New recovery codes, shown only this once. The former ones become invalid."""
+    """Creates recovery codes, shown only once, and invalidates the previous ones."""
     await forget_codes(session, row.id)
     codes = totp.new_recovery_codes()
     session.add_all(RecoveryCodeRow(user_id=row.id, code_hash=totp.hash_recovery_code(code)) for code in codes)
@@ -150,7 +150,7 @@ async def new_codes(session: AsyncSession, row: UserRow) -> list[str]:
 
 
 async def _lock(session: AsyncSession, row: UserRow) -> None:
-    """Reads the row again: of two who change factors at the same moment the second sees what the first has done."""
+    """Reads the row again: if two change factors at the same time, the second sees the change of the first."""
     await session.refresh(row, with_for_update=True)
 
 

@@ -1,6 +1,6 @@
-"""Sessions: how a browser that signed in is known again. Holds the rule of how long; knows nothing of HTTP.
+"""Sessions: how the tower recognises a signed-in browser, and for how long. Independent of HTTP.
 
-A session ends when it was idle too long, when it is too old, when its user signs out, is disabled or gets a new
+A session ends when it was idle for too long, is too old, or when its user signs out, is disabled or gets a new
 password. The token is 256 random bits, so a plain SHA-256 of it is enough in the database.
 """
 
@@ -24,11 +24,11 @@ from server.store.database import Database, DatabaseUnavailable
 from wire.ids import UserId
 
 SEEN_EVERY: Final = timedelta(minutes=1)
-"""`last_seen_at` is written at most this often: not every request is worth a write."""
+"""`last_seen_at` is written at most this often, because not every request is worth a write."""
 
 
 class UnknownSession(Refusal):
-    """No such session, or another user's. The message does not say which, on purpose."""
+    """The session does not exist, or belongs to another user. Deliberately does not say which."""
 
     def __init__(self) -> None:
         super().__init__("there is no such session")
@@ -65,15 +65,15 @@ class Sessions:
         return min(created_at + self._lifetime, last_seen_at + self._idle)
 
     async def find(self, token: str, now: datetime) -> Principal | None:
-        """Whose token it is, or None when no session (any more) has it. Counts as a sign of life."""
+        """Returns the principal of this token, or None if it has no valid session. Counts as activity."""
         return await self._find(SessionRow.token_hash == hash_token(token), now, seen=True)
 
     async def check(self, session_id: int, now: datetime) -> Principal | None:
-        """The same by id, for a live connection that stays open, without counting as a sign of life."""
+        """The same by id, for an open live connection, without counting as activity."""
         return await self._find(SessionRow.id == session_id, now, seen=False)
 
     async def touch(self, session_id: int, now: datetime) -> Principal | None:
-        """The same by id, and it counts as a sign of life."""
+        """The same by id, counting as activity."""
         return await self._find(SessionRow.id == session_id, now, seen=True)
 
     async def _find(self, condition: object, now: datetime, *, seen: bool) -> Principal | None:
@@ -90,7 +90,7 @@ class Sessions:
         if user.disabled or now >= ends_at:
             return None
         if seen and now - row.last_seen_at >= SEEN_EVERY and self._database.answers.takes_writes():
-            # A sign of life is not worth refusing anybody: it is written with the next one.
+            # Activity that cannot be written does not refuse a request: the next one writes it.
             with suppress(DatabaseUnavailable):
                 async with self._database.writing() as session:
                     await session.execute(update(SessionRow).where(SessionRow.id == row.id).values(last_seen_at=now))
@@ -109,7 +109,8 @@ class Sessions:
     async def begin(
         self, session: AsyncSession, *, user_id: int, now: datetime, address: str, user_agent: str
     ) -> NewSession:
-        """For a user who has just proved their identity. Also deletes all expired sessions."""
+        """Begins a session for a user who has just proved their identity. Also deletes the expired sessions of all
+        users."""
         await session.execute(
             delete(SessionRow).where(
                 or_(SessionRow.created_at <= now - self._lifetime, SessionRow.last_seen_at <= now - self._idle)
@@ -131,7 +132,7 @@ class Sessions:
 
 
 async def end_session(session: AsyncSession, token: str) -> SessionRow | None:
-    """Deletes the session with this token. Returns what it was."""
+    """Deletes the session with this token and returns it."""
     row = await session.scalar(select(SessionRow).where(SessionRow.token_hash == hash_token(token)))
     if row is not None:
         await session.delete(row)
@@ -143,7 +144,7 @@ async def end_sessions_of(session: AsyncSession, user_id: int) -> None:
 
 
 async def void_proofs(session: AsyncSession, user_id: int, *, but: SignInId) -> None:
-    """The other sessions of this user prove again who they are: what they proved was without the newest factor."""
+    """Requires a new proof in the other sessions of this user: theirs was given without the newest factor."""
     others = update(SessionRow).where(
         SessionRow.user_id == user_id, SessionRow.id != (but if isinstance(but, int) else 0)
     )
@@ -151,7 +152,7 @@ async def void_proofs(session: AsyncSession, user_id: int, *, but: SignInId) -> 
 
 
 async def list_sessions(session: AsyncSession, *, user_id: int | None = None) -> list[tuple[SessionRow, UserRow]]:
-    """Sessions with their users, newest first; of all users if `user_id` is None. Some may have expired."""
+    """Lists sessions with their users, newest first; of all users if `user_id` is None. Some may have expired."""
     query = select(SessionRow, UserRow).join(UserRow, UserRow.id == SessionRow.user_id).order_by(SessionRow.id.desc())
     if user_id is not None:
         query = query.where(SessionRow.user_id == user_id)

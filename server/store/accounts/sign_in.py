@@ -1,4 +1,4 @@
-"""The check at the door: throttle, password, second factor, session, audit, in this order. Knows nothing of HTTP."""
+"""Sign-in: throttle, password, second factor, session, audit, in this order. Independent of HTTP."""
 
 from __future__ import annotations
 
@@ -33,18 +33,18 @@ class SecondFactorNeeded(Refusal):
 
 
 class WrongSecondFactor(WrongCode):
-    """The same at sign-in, before anybody is signed in."""
+    """At sign-in: as WrongCode, and no one is signed in."""
 
 
 class WrongPassword(Refusal):
-    """Somebody signed in gave a wrong password of theirs."""
+    """A signed-in user gave a wrong password for their own account."""
 
     def __init__(self) -> None:
         super().__init__("this is not your password")
 
 
 SecondProof = Callable[[int], Awaitable[None]]
-"""Checks a substitute for a code, of the user with this id; raises a refusal if it is invalid."""
+"""Checks what replaces a code, for the user with this id; raises a refusal if it is not valid."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,8 @@ class SignInService:
         now: datetime,
         instead_of_code: SecondProof | None = None,
     ) -> SignedIn:
-        """Raises SignInThrottled, WrongSignIn, SecondFactorNeeded, WrongSecondFactor and those of `instead_of_code`."""
+        """Raises SignInThrottled, WrongSignIn, SecondFactorNeeded, WrongSecondFactor and the refusals of
+        `instead_of_code`."""
         name = name.strip()
         self._throttle(name, address, now)
         caller = self.throttle.caller(name=name_key(name), address=address, now_s=now.timestamp())
@@ -84,7 +85,7 @@ class SignInService:
         known_hash = user.password_hash if user else None
         right = await self.passwords.verify(password, known_hash, caller=caller)
         if user is None or not right or user.disabled:
-            # What was typed as a name may be a password by mistake: only names that exist are written down.
+            # The typed name may be a password by mistake: only existing names are recorded.
             why = "unknown name" if not user else "disabled" if right else "wrong password"
             await self._refused(user, why, address, now)
             raise WrongSignIn
@@ -92,9 +93,9 @@ class SignInService:
             if instead_of_code is not None:
                 await instead_of_code(user.id)
             elif not code:
-                # Nobody but its user has any business knowing the password: where it was not them, so they learn.
+                # Nobody but the user should know the password: the record shows them if it was somebody else.
                 await self._note(user, "session.code_awaited", {}, address, now)
-                raise SecondFactorNeeded(factors_of(user))  # the try stays counted: it is no cheaper than a wrong one
+                raise SecondFactorNeeded(factors_of(user))  # still counts: it is no cheaper than a wrong one
         new_hash = await self.passwords.hash(password) if self.passwords.needs_rehash(user.password_hash) else None
         is_proved = user.has_second_factor and instead_of_code is not None
         done = await self._begin(name, known_hash, new_hash, code, is_proved, old_token, address, user_agent, now)
@@ -105,8 +106,7 @@ class SignInService:
         return done
 
     async def check_own_password(self, *, user: UserRow, password: str, address: str, now: datetime) -> None:
-        """Checks a signed-in user's password before actions that a stolen cookie must not allow. Raises
-        WrongPassword."""
+        """For a signed-in user, before actions that a stolen cookie must not allow. Raises WrongPassword."""
         self._throttle(user.name, address, now)
         if not await self.passwords.verify(password, user.password_hash):
             await self._refused(user, "wrong password", address, now)
@@ -125,12 +125,12 @@ class SignInService:
         user_agent: str,
         now: datetime,
     ) -> SignedIn | None:
-        """Always a new session with a new token: the browser's old one is ended. None where the code is wrong;
-        `is_proved`: none is needed."""
+        """Always begins a new session with a new token and ends the browser's old one. Returns None if the code is
+        wrong; `is_proved`: no code is needed."""
         async with self.database.writing() as session:
             fresh = await find_user(session, name)
             if fresh is None or fresh.disabled or fresh.password_hash != known_hash:
-                raise WrongSignIn  # changed while the password was being checked
+                raise WrongSignIn  # changed during the check of the password
             needs_code = fresh.has_second_factor and not is_proved
             if needs_code and not await spend(session, fresh, code or "", now, self.vault):
                 return None
@@ -144,7 +144,7 @@ class SignInService:
         return SignedIn(fresh, begun, ended.id if ended else None)
 
     def throttle_codes(self, principal: Principal, address: str, now: datetime) -> None:
-        """Call before checking a signed-in user's code. Raises SignInThrottled."""
+        """Call it before checking a code of a signed-in user. Raises SignInThrottled."""
         self._throttle(_of_codes(principal), address, now)
 
     def code_was_right(self, principal: Principal, address: str) -> None:
@@ -168,5 +168,5 @@ class SignInService:
 
 
 def _of_codes(principal: Principal) -> str:
-    """An account's codes are counted apart from its passwords: a right password must not clear wrong codes."""
+    """Codes of an account are counted separately from its passwords: a right password must not clear wrong codes."""
     return f"{principal.name}\ncodes"

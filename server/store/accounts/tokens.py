@@ -1,10 +1,10 @@
-"""API tokens: how a program signs in for a user. Holds the rules; knows nothing of HTTP.
+"""API tokens: how a program signs in for a user. Contains the rules; independent of HTTP.
 
-A token is made for some scopes, and at each use it may do what is in its scopes *and* its owner may do at that moment.
-It always ends: by its date, by being revoked, with a new password of its owner, and with its owner's account (disabled
-or deleted). It is 256 random bits, so a plain SHA-256 of it is enough in the database.
+A token has scopes, and at each use it allows what is in its scopes *and* what its owner may do at that time. It always
+ends: at its date, by revocation, with a new password of its owner, and with its owner's account (disabled or deleted).
+It is 256 random bits, so a plain SHA-256 of it is enough in the database.
 
-Its uses are noted in memory and written by `ApiTokens.write_uses`, now and then: no request waits for that.
+Its uses are recorded in memory and written by `ApiTokens.write_uses` periodically: no request waits for that.
 """
 
 from __future__ import annotations
@@ -34,18 +34,18 @@ from server.store.fleet.snapshot import begin_fleet_change
 from wire.ids import UserId
 
 PREFIX: Final = "twt_"
-"""So that people, and programs that look for secrets in the wrong places, know one when they see it."""
+"""Lets people and secret scanners recognise a token."""
 MAX_PER_USER: Final = 50
 USUAL_LIFE: Final = timedelta(days=90)
 """The default, if the tower allows it."""
 MAX_LIFETIME: Final = timedelta(days=365)
-"""Upper bound of the setting TOWER_TOKEN_LONGEST_DAYS."""
+"""Upper limit of the setting TOWER_TOKEN_LONGEST_DAYS."""
 WRITE_USES_EVERY_S: Final = 60.0
 _log = structlog.get_logger(__name__)
 
 
 class UnknownToken(Refusal):
-    """No such token, or another user's. The message does not say which, on purpose."""
+    """The token does not exist, or belongs to another user. Deliberately does not say which."""
 
     def __init__(self) -> None:
         super().__init__("there is no such token")
@@ -57,15 +57,15 @@ class TooManyTokens(Refusal):
 
 
 class BadScopes(Refusal):
-    """Not a set of scopes that this user's token can have."""
+    """The scopes are not allowed for a token of this user."""
 
 
 class BadExpiry(Refusal):
-    """Not a moment at which a token can end."""
+    """The time is not allowed as the end of a token."""
 
 
 def scopes_of(row: ApiTokenRow) -> frozenset[Scope]:
-    """What the token is for. A scope that this version does not know is none."""
+    """Returns the scopes of the token, ignoring scopes that this version does not know."""
     return frozenset(scope for scope in Scope if scope.value in row.scopes.split())
 
 
@@ -79,7 +79,7 @@ async def create_token(
     action: AuditAction,
     longest: timedelta = MAX_LIFETIME,
 ) -> tuple[ApiTokenRow, str]:
-    """The row, and the token itself, which only this call returns. Default lifetime: USUAL_LIFE, or `longest`."""
+    """Returns the row, and the token itself, which is shown only here. Without an end: USUAL_LIFE, or `longest`."""
     name = clean_name(name)
     if not scopes:
         raise BadScopes("a token needs at least one scope")
@@ -111,7 +111,7 @@ async def create_token(
 
 
 async def list_tokens(session: AsyncSession, *, user_id: int | None = None) -> list[tuple[ApiTokenRow, UserRow]]:
-    """Tokens with their owners, by id; of all users if `user_id` is None."""
+    """With their owners, sorted by id; of all users if `user_id` is None."""
     query = select(ApiTokenRow, UserRow).join(UserRow, UserRow.id == ApiTokenRow.user_id).order_by(ApiTokenRow.id)
     if user_id is not None:
         query = query.where(ApiTokenRow.user_id == user_id)
@@ -130,7 +130,7 @@ async def revoke_token(session: AsyncSession, *, token_id: int, of_user: int | N
 
 
 async def _make_space(session: AsyncSession, owner: UserRow, action: AuditAction) -> None:
-    """Makes room for one more. Expired tokens stay listed while there is room."""
+    """Makes room for one more. Expired tokens are listed only while there is room."""
     kept = list(await session.scalars(select(ApiTokenRow).where(ApiTokenRow.user_id == owner.id)))
     if len(kept) < MAX_PER_USER:
         return
@@ -147,7 +147,7 @@ def _about(row: ApiTokenRow, owner: UserRow) -> dict[str, Any]:
 
 
 async def end_tokens_of(session: AsyncSession, user_id: int) -> None:
-    """The account is disabled, or has a new password: its tokens do not come back."""
+    """Ends the tokens of an account that is disabled or has a new password, for good."""
     await session.execute(delete(ApiTokenRow).where(ApiTokenRow.user_id == user_id))
 
 
@@ -155,26 +155,26 @@ async def end_tokens_of(session: AsyncSession, user_id: int) -> None:
 class TokenUse:
     at: datetime
     address: str | None
-    """None: on a connection that was open already."""
+    """None: used on a connection that was already open."""
 
 
 class ApiTokens:
-    """Looks tokens up, as `Sessions` does for sessions."""
+    """Finds tokens, as `Sessions` does for sessions."""
 
     def __init__(self, database: Database, *, admins_need_second_factor: bool = False) -> None:
         self._database = database
         self._admins_need_factor = admins_need_second_factor
         self._uses: dict[int, TokenUse] = {}
-        """Not written yet, by the token's id: at most one for each token there is."""
+        """Uses not written yet, by token id: at most one per token."""
 
     async def find(self, token: str, now: datetime, *, address: str) -> Principal | None:
-        """Whose token it is and for what, or None when it is not (any more) good."""
+        """Returns the principal of a token, or None if the token is not valid."""
         if not token.startswith(PREFIX):
             return None
         return await self._find(ApiTokenRow.token_hash == hash_token(token), now, address)
 
     async def touch(self, token_id: TokenId, now: datetime) -> Principal | None:
-        """The same by id, for a live connection that stays open."""
+        """The same by id, for an open live connection."""
         return await self._find(ApiTokenRow.id == token_id.id, now, None)
 
     async def _find(self, condition: ColumnElement[bool], now: datetime, address: str | None) -> Principal | None:
@@ -201,8 +201,8 @@ class ApiTokens:
         )
 
     async def write_uses(self) -> None:
-        """When and from where each token was used last, of those that were used since the last call. What cannot be
-        written stays for the next one."""
+        """Writes the time and address of the last use of each token used since the last call. Uses that cannot be
+        written stay for the next call."""
         uses, self._uses = self._uses, {}
         if not uses:
             return

@@ -1,6 +1,6 @@
-"""The rules of user accounts: create, change, delete, and the check at the door. Knows nothing of HTTP.
+"""The rules of user accounts: create, change, delete, and the errors of sign-in. Independent of HTTP.
 
-Every function takes a session of `Database.writing()`, so that a rule and its audit record live or die together.
+Every function takes a session of `Database.writing()`, so that a change and its audit record are committed together.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from server.store.fleet.snapshot import begin_fleet_change
 
 
 class WrongSignIn(Refusal):
-    """Unknown name, wrong password or disabled account. The message does not say which, on purpose."""
+    """Unknown name, wrong password or disabled account. Deliberately does not say which."""
 
     def __init__(self) -> None:
         super().__init__("the name or the password is wrong")
@@ -51,15 +51,15 @@ class LastAdmin(Refusal):
 
 @dataclass(frozen=True)
 class UserChange:
-    """What to change; None leaves a thing as it is."""
+    """The values to change; None leaves a value as it is."""
 
     role: Role | None = None
     disabled: bool | None = None
     password_hash: str | None = None
     must_change_password: bool = True
-    """Goes with `password_hash`: another person has set the password."""
+    """With `password_hash`: set by someone other than the user."""
     keep_tokens: bool = False
-    """Goes with `password_hash`: API tokens outlive it."""
+    """With `password_hash`: API tokens stay valid."""
 
 
 async def find_user(session: AsyncSession, name: str) -> UserRow | None:
@@ -108,7 +108,7 @@ async def create_user(
 
 
 async def change_user(session: AsyncSession, *, user_id: int, change: UserChange, action: AuditAction) -> UserRow:
-    """Signs the user out everywhere when disabled or given a new password, and ends their API tokens."""
+    """If the user is disabled or gets a new password, ends all their sessions and API tokens."""
     await begin_fleet_change(session)
     row = await get_user(session, user_id)
     goes_as_admin = change.disabled is True or change.role not in (None, Role.ADMIN)
@@ -134,8 +134,8 @@ async def change_user(session: AsyncSession, *, user_id: int, change: UserChange
 
 
 async def reset_second_factor(session: AsyncSession, *, user_id: int, action: AuditAction) -> tuple[UserRow, bool]:
-    """For a user who lost a factor. Its finder may be signed in, so all sessions and tokens end too. Also returns
-    whether there was a factor; without one nothing changes."""
+    """For a user who has lost the second factor: a finder may be signed in, so sessions and tokens end as well. Also
+    returns whether there was one; without one nothing changes."""
     await begin_fleet_change(session)
     row = await get_user(session, user_id)
     had_one = row.has_second_factor

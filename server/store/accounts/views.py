@@ -1,4 +1,4 @@
-"""How accounts look from outside: the JSON of sign-in and of users administration."""
+"""External views of accounts: the JSON of sign-in and of user administration."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from server.store.accounts.tables import UserRow
 
 
 class Strict(BaseModel):
-    """A misspelt member is an error, not something that is silently left undone."""
+    """A misspelt member is an error instead of being ignored."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -44,7 +44,7 @@ class NewPassword(Strict):
 
 
 class PasswordJudgement(BaseModel):
-    """The judgement of a new password."""
+    """The tower's judgement of a new password."""
 
     acceptable: bool
     message: Annotated[str, Field(description="Why it is not acceptable; empty if it is")]
@@ -55,7 +55,7 @@ class CodeProof(Strict):
 
 
 class Me(BaseModel):
-    """Who is signed in."""
+    """The signed-in user."""
 
     model_config = ConfigDict(json_schema_serialization_defaults_required=True)
 
@@ -98,7 +98,7 @@ class NewUser(Strict):
 
 
 class UserPatch(Strict):
-    """Omitted or null members stay as they are."""
+    """Omitted (or null) members stay as they are."""
 
     role: Role | None = None
     disabled: bool | None = None

@@ -1,4 +1,4 @@
-"""Reads the audit trail: a filter, and pages of what fits it, the newest first."""
+"""Reads the audit trail: a filter, and pages of matching events, newest first."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ ROWS_AT_ONCE: Final = 500
 
 @dataclass(frozen=True)
 class AuditFilter:
-    """All that is set must fit. `action`: a whole action, or a prefix that ends in a dot; `actor`: a name, whatever its
-    case; `since` is included, `until` is not."""
+    """Events must match all given members. `action`: a whole action, or a prefix that ends in a dot; `actor`: a name,
+    case-insensitive; `since` is inclusive, `until` exclusive."""
 
     action: str | None = None
     actor: str | None = None
@@ -47,13 +47,13 @@ class AuditFilter:
 async def page(
     database: Database, wanted: AuditFilter, *, before: int | None = None, limit: int = ROWS_AT_ONCE
 ) -> Sequence[AuditEventRow]:
-    """Up to `limit` events, the newest first."""
+    """Up to `limit` events, newest first."""
     async with database.reading() as session:
         return (await session.scalars(wanted.query(before=before, limit=limit))).all()
 
 
 async def pages(database: Database, wanted: AuditFilter, *, limit: int) -> AsyncIterator[Sequence[AuditEventRow]]:
-    """Up to `limit` events in pages, each read separately, so that a slow reader does not block the database."""
+    """Up to `limit` events in pages, each read separately: a slow reader must not block the database."""
     before: int | None = None
     for _ in range(limit // ROWS_AT_ONCE):
         found = await page(database, wanted, before=before)

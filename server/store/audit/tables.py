@@ -19,7 +19,7 @@ class AuditEventRow(Base):
     at: Mapped[datetime] = mapped_column(UtcDateTime, index=True)
     actor_id: Mapped[int | None] = mapped_column(ForeignKey("users.id", ondelete="SET NULL"), index=True)
     actor_name: Mapped[str] = mapped_column(String(64))
-    """Kept beside the id, because the trail outlives the account."""
+    """Stored beside the id, because the trail outlives the account."""
     action: Mapped[str] = mapped_column(String(64))
     drone_id: Mapped[int | None] = mapped_column(index=True)
     """Not a foreign key: the trail outlives the drone, and its id is never used again."""

@@ -13,7 +13,7 @@ from server.store.audit.tables import AuditEventRow
 
 
 class Identified(Protocol):
-    """Anything with a user's id and name: an `Actor`, or the `Principal` of a request."""
+    """Any object with a user's id and name: an `Actor`, or the `Principal` of a request."""
 
     @property
     def user_id(self) -> int | None: ...
@@ -24,7 +24,7 @@ class Identified(Protocol):
 
 @dataclass(frozen=True)
 class Actor:
-    """The actor. `user_id` is None without a sign-in, and for the command line."""
+    """Who did it. `user_id` is None for a client that is not signed in, and for the command line."""
 
     user_id: int | None
     name: str

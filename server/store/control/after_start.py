@@ -1,7 +1,7 @@
-"""Ends assistance before a tower that has just started answers anybody.
+"""Ends all assistance before a restarted tower answers any request.
 
-The old process knew whose turn it was. If the assistance went on under its epoch, the sticks of holder and assistant
-could both pass in it; with a new epoch they cannot.
+The old process knew whose turn it was. If the assistance continued under its epoch, the sticks of both holder and
+assistant could pass in it; with a new epoch they cannot.
 """
 
 from sqlalchemy import select
@@ -16,7 +16,7 @@ from server.store.database import Database
 
 
 async def end_assistance(database: Database, clock: Clock) -> None:
-    """Runs before the hub gets its data, so that this process never shows the old epoch."""
+    """Runs before the hub is loaded, so that nobody has seen the old epoch in this process."""
     reason = "the tower was started again"
     async with database.writing() as session:
         assisted = select(ControlLeaseRow).where(ControlLeaseRow.assistant_id.is_not(None)).with_for_update()

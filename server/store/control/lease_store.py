@@ -1,7 +1,6 @@
-"""Where leases are kept: one transaction that reads, decides and writes with a compare-and-set on the epoch.
+"""Storage of leases: one transaction that reads, decides and writes with a compare-and-set on the epoch.
 
-Knows the database and the table of rules; knows nothing of the hub. The audit record is a part of the same
-transaction, also where the answer was no.
+Knows the database and the rules, not the hub. The audit record is part of the same transaction, also for a refusal.
 """
 
 import time
@@ -33,8 +32,10 @@ HOLDS_ANOTHER: Final = Refused("holds-another", "release the drone that you are 
 
 @dataclass(frozen=True)
 class Ask:
-    """A request about a lease. `by` is None if the tower acts by itself. `as_tower`: the tower's own event, whoever
-    caused it. `about`: see Actor. `began_at`: perf_counter seconds."""
+    """A request to change a lease. `by` is None if the tower acts by itself.
+
+    `as_tower`: it is the tower's own event, whoever caused it. `about`: see Actor. `began_at`: perf_counter seconds.
+    """
 
     drone_id: DroneId
     event: Event
@@ -46,14 +47,14 @@ class Ask:
     moves_video: bool = False
     sticks_centred: bool = False
     interrupts: bool = False
-    """With TAKE: the hold also interrupts a return or a landing that the autopilot flies."""
+    """With TAKE: the hold also interrupts a return or a landing flown by the autopilot."""
     as_tower: bool = False
     about: UserId | None = None
 
 
 @dataclass(frozen=True)
 class Committed:
-    """What is in the database now, and the lease that was there before."""
+    """What the database contains now, and the previous lease."""
 
     before: Lease
     changed: Changed
@@ -61,14 +62,14 @@ class Committed:
 
 
 class LeaseStore(Protocol):
-    """The service's interface to a database."""
+    """What the service needs of a database."""
 
     async def commit(self, ask: Ask) -> Committed | Refused:
-        """Decides on the present lease and writes the result; of two concurrent requests one is refused."""
+        """Decides on the present lease and writes the result; of two at the same time one is refused."""
 
     async def settle(self, ask: Ask) -> LeaseView:
-        """Writes down that `ask` was not carried out in time. The lease as it is: the answer to a commit may have been
-        lost on the way."""
+        """Records that `ask` was not carried out in time. Returns the present lease, because the response to a commit
+        may have been lost."""
 
 
 class DatabaseLeaseStore:
@@ -86,7 +87,7 @@ class DatabaseLeaseStore:
                 self._record(session, ask, outcome)
                 await session.flush()
         except IntegrityError:
-            # Somebody wrote the drone's first lease, or gave this operator another drone, at the same moment.
+            # At the same time another request wrote the drone's first lease, or gave this operator another drone.
             return HOLDS_ANOTHER if ask.event in (Event.ACQUIRE, Event.ACCEPT) else MOVED
         return outcome
 
@@ -147,7 +148,7 @@ class DatabaseLeaseStore:
         detail: dict[str, object] = {"reason": ask.reason}
         if isinstance(outcome, Refused):
             if ask.as_tower:
-                return  # it came too late, which is not worth a record
+                return  # too late, and not worth a record
             detail |= {"result": "refused", "code": outcome.code}
         else:
             view = outcome.view
@@ -182,7 +183,7 @@ def _view_of(lease: Lease, users: dict[int, UserRow]) -> LeaseView:
 
 
 def lease_of_row(row: ControlLeaseRow) -> Lease:
-    """The lease that a row tells of."""
+    """Returns the lease in a row."""
     return Lease(
         holder=_user_id(row.holder_id),
         taken_from=_user_id(row.taken_from_id),

@@ -1,7 +1,7 @@
-"""The loss check: what each drone's parameters would do on a loss, and who has acknowledged it.
+"""The check before flight: what each drone's parameters would do on a loss, and who has acknowledged it.
 
-Keeps the table in memory, so that the hub is updated at once when parameters, settings or the holder change. An
-acknowledgement is one user's, for one set of dangers, and lets that user arm.
+Mirrors the table in memory, so that the hub is updated at once when parameters, settings or the holder change. An
+acknowledgement belongs to one user and one set of dangers, and lets that user arm.
 """
 
 import hashlib
@@ -35,8 +35,11 @@ _WRONG_NAME: Final = Refused(
 
 @dataclass(frozen=True)
 class LossCheck:
-    """The result for one drone and user. `acknowledged`: for exactly these dangers, by this user if they may arm the
-    drone now, else by its holder."""
+    """The result for one drone and one asking user.
+
+    `acknowledged`: for exactly these dangers, by the asking user if they may arm the drone now, otherwise by its
+    holder.
+    """
 
     complete: bool
     has_radio: bool | None
@@ -47,7 +50,7 @@ class LossCheck:
 
 
 class LossChecks:
-    """One for a tower."""
+    """One instance per tower."""
 
     def __init__(self, *, hub: Hub, database: Database, clock: Clock) -> None:
         self._hub = hub
@@ -56,13 +59,13 @@ class LossChecks:
         self._acknowledged: defaultdict[DroneId, dict[UserId, str]] = defaultdict(dict)
 
     async def load(self) -> None:
-        """At start: what has been acknowledged before."""
+        """Loads earlier acknowledgements at start."""
         async with self._database.reading() as session:
             for row in await session.scalars(select(LossAcknowledgementRow)):
                 self._acknowledged[DroneId(row.drone_id)][UserId(row.user_id)] = row.findings_hash
 
     async def read_again(self, drone_id: DroneId) -> None:
-        """Another process has given the controls to a user, who may have acknowledged there."""
+        """Another process has changed the holder, who may have acknowledged there."""
         async with self._database.reading() as session:
             rows = await session.scalars(
                 select(LossAcknowledgementRow).where(LossAcknowledgementRow.drone_id == drone_id)
@@ -71,14 +74,14 @@ class LossChecks:
         self.recheck(drone_id)
 
     def reported(self, drone_id: DroneId, parameters: LossParameters) -> None:
-        """The agent has read the parameters; the hub keeps them."""
+        """The agent has read the parameters; the hub stores them."""
         self.recheck(drone_id)
 
     def recheck(self, drone_id: DroneId) -> None:
-        """Parameters, settings, holder or assistant have changed: tells the hub whose arming waits."""
+        """Parameters, settings, holder or assistant have changed: updates the hub's block on arming."""
         drone = self._hub.state.drones.get(drone_id)
         if drone is None:
-            return  # it was deleted just now
+            return  # it was just deleted
         check = self.check(drone_id)
         lease = drone.lease
         read_by = self._read_by(drone_id, check.sentences)
@@ -89,7 +92,7 @@ class LossChecks:
         self._hub.changes.set_loss_check(drone_id, mark)
 
     def check(self, drone_id: DroneId, asker: UserId | None = None) -> LossCheck:
-        """As things stand. Raises UnknownDrone."""
+        """Returns the present result. Raises UnknownDrone."""
         drone = self._hub.state.drones.get(drone_id)
         if drone is None:
             raise UnknownDrone
@@ -112,8 +115,8 @@ class LossChecks:
     async def acknowledge(
         self, principal: Principal, drone_id: DroneId, *, named: str | None, address: str
     ) -> LossCheck:
-        """Records an acknowledgement of the user who may arm the drone now, with its name if there is a danger. Raises
-        ControlRefused for others, and for a wrong name."""
+        """Records that the user who may arm the drone now acknowledges; with dangers, the user must name the drone.
+        Raises ControlRefused for any other user, and for a wrong name."""
         drone = self._hub.squads.drone(drone_id, principal.user_id, principal.role)
         if drone is None:
             raise UnknownDrone

@@ -1,4 +1,4 @@
-"""Which drones have a hold that must be ordered again on their next link: kept beside the lease, over a restart."""
+"""Drones whose hold must be ordered again on their next link: stored beside the lease, across restarts."""
 
 from sqlalchemy import select, update
 
@@ -9,7 +9,7 @@ from wire.ids import DroneId
 
 
 async def load_open_holds(hub: Hub, database: Database) -> None:
-    """At start, after the hub knows the drones and before an agent is answered."""
+    """At start, after the hub knows the drones and before agents get responses."""
     async with database.reading() as session:
         kept = select(ControlLeaseRow.drone_id).where(ControlLeaseRow.hold_open)
         for drone_id in await session.scalars(kept):
@@ -17,8 +17,8 @@ async def load_open_holds(hub: Hub, database: Database) -> None:
 
 
 async def write_open_hold(hub: Hub, database: Database, drone_id: DroneId) -> None:
-    """Writes the present state, and again until nothing has changed meanwhile. A drone that was never held has no row
-    and no pending order."""
+    """Writes the present value until it no longer changes. A drone that never had a holder has no row, and no order to
+    hold."""
     while (drone := hub.state.drones.get(drone_id)) is not None:
         written = drone.hold_noted
         async with database.writing() as session:

@@ -1,5 +1,5 @@
-"""A loss made on purpose: the tower stops listening to the operator, or stops talking to the agent, and the time to the
-hold is measured. One at a time for each drone."""
+"""A rehearsed loss: the tower ignores the operator's frames, or stops sending to the agent, and measures the time to
+the hold. At most one at a time for each drone."""
 
 import asyncio
 import time
@@ -28,10 +28,10 @@ What = Literal["operator", "tower"]
 Phase = Literal["begun", "held", "not_needed", "failed", "ended"]
 
 LASTS_S: Final[dict[What, float]] = {"operator": 5.0, "tower": 4.0}
-"""Both are noticed after 2 s; the rest is for the hold. Longer would be a loss and not a rehearsal."""
+"""Both are detected after 2 s; the rest is for the hold. Longer would be a real loss and not a rehearsal."""
 
 GIVEN_UP_AFTER_S: Final = 8.0
-"""From the beginning. A hold that took longer failed."""
+"""Counted from the beginning. A hold that takes longer has failed."""
 
 NOT_ARMED: Final = "it is on the ground, disarmed"
 NOT_BY_HAND: Final = "nobody flies it by hand, and what flies by itself goes on"
@@ -45,11 +45,11 @@ class _Running:
     ended: "asyncio.Future[tuple[HoldProgress, float]]"
     """The final step of the hold, and the seconds from the loss until it was reported."""
     needs_none: str
-    """Why the drone need not hold when this is lost; empty where it must."""
+    """Why the drone need not hold on this loss; empty if it must."""
 
 
 def refusal_of(drone: LiveDrone, principal: Principal, what: What, *, in_flight: bool) -> Refused | None:
-    """Why this user may not rehearse that now; None if they may."""
+    """Returns why this user may not rehearse this now; None if they may."""
     if not drone.may(principal.user_id, principal.role, Right.REHEARSE):
         return Refused("not-the-holder", "only the holder or an admin can rehearse a loss")
     if not drone.online:
@@ -64,8 +64,10 @@ def refusal_of(drone: LiveDrone, principal: Principal, what: What, *, in_flight:
 
 
 def needs_no_hold(drone: LiveDrone, what: What, now: float) -> str:
-    """Why this drone need not hold on that loss; empty if it must. For a lost operator the tower orders a hold in any
-    case, and the agent reports whether one was due."""
+    """Returns why this drone need not hold on this loss; empty if it must.
+
+    The tower itself detects a lost operator and orders a hold in any case; the agent then reports whether one was due.
+    """
     if what == "operator":
         return ""
     if drone.armed is False:
@@ -74,7 +76,7 @@ def needs_no_hold(drone: LiveDrone, what: What, now: float) -> str:
 
 
 class Rehearsals:
-    """One for a tower."""
+    """One instance per tower."""
 
     def __init__(
         self, *, hub: Hub, database: Database, clock: Clock, given_up_after_s: float = GIVEN_UP_AFTER_S
@@ -87,7 +89,7 @@ class Rehearsals:
         self._tasks: set[asyncio.Task[None]] = set()
 
     def begin(self, principal: Principal, drone_id: DroneId, what: What, *, in_flight: bool, address: str) -> None:
-        """Begins a rehearsal; all who watch the drone get its progress. Raises UnknownDrone, ControlRefused."""
+        """Begins a rehearsal and reports its progress to viewers of the drone. Raises UnknownDrone, ControlRefused."""
         drone = self._hub.squads.drone(drone_id, principal.user_id, principal.role)
         if drone is None:
             raise UnknownDrone
@@ -110,20 +112,20 @@ class Rehearsals:
         task.add_done_callback(self._tasks.discard)
 
     def hold_step(self, drone_id: DroneId, progress: HoldProgress, now: float) -> None:
-        """The agent reported a step of a hold."""
+        """Handles a step of a hold that the agent reported."""
         running = self._running.get(drone_id)
         if running is not None and progress.step.final and not running.ended.done():
             running.ended.set_result((progress, now - running.began_at))
 
     async def stop(self) -> None:
-        """With the tower."""
+        """Call it when the tower stops."""
         tasks = list(self._tasks)
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
 
     def running(self, drone_id: DroneId) -> bool:
-        """Whether one is going on."""
+        """Whether a rehearsal is running."""
         return drone_id in self._running
 
     def _notify(self, drone_id: DroneId, what: What, phase: Phase, hold_ms: float | None, text: str) -> None:
@@ -141,8 +143,8 @@ class Rehearsals:
             self._notify(drone_id, what, "ended", hold_ms, "The rehearsal is over.")
 
     async def _outcome(self, what: What, running: _Running) -> tuple[Phase, str, float | None, str]:
-        """(phase, result for the audit trail, milliseconds to the confirmed hold, words)."""
-        # Where no hold is due, none is waited for beyond the loss itself.
+        """Returns (phase, result for the audit trail, milliseconds to the confirmed hold, text)."""
+        # If no hold is due, waits only for the duration of the loss itself.
         wait_s = min(LASTS_S[what], self._given_up_after_s) if running.needs_none else self._given_up_after_s
         try:
             progress, took_s = await asyncio.wait_for(running.ended, wait_s)

@@ -1,4 +1,4 @@
-"""Where the settings of each drone are kept, and how they reach the hub. The database has only what was chosen."""
+"""Storage of each drone's settings, and their transfer to the hub. The database stores only chosen values."""
 
 from typing import Any
 
@@ -16,12 +16,12 @@ from wire.ids import DroneId
 
 
 async def load_settings(session: AsyncSession) -> dict[DroneId, DroneSettings]:
-    """Settings of every drone with at least one chosen value; all others have the defaults."""
+    """Returns the settings of every drone that has any; all others have the defaults."""
     return {DroneId(row.drone_id): settings_from(row.chosen) for row in await session.scalars(select(DroneSettingsRow))}
 
 
 async def read_settings(session: AsyncSession, drone_id: int) -> DroneSettings:
-    """Settings of one drone."""
+    """Returns the settings of one drone."""
     row = await session.get(DroneSettingsRow, drone_id)
     return settings_from(row.chosen) if row is not None else DroneSettings()
 
@@ -29,8 +29,8 @@ async def read_settings(session: AsyncSession, drone_id: int) -> DroneSettings:
 async def change_settings(
     session: AsyncSession, *, drone_id: int, change: dict[str, Any], action: AuditAction
 ) -> DroneSettings:
-    """Merges `change` (checked values by name) into what was chosen. Raises UnknownDrone, BadDroneSettings."""
-    drone = await session.get(DroneRow, drone_id, with_for_update=True)  # two admins at once: one after the other
+    """Merges `change` (checked values by name) into the chosen values. Raises UnknownDrone, BadDroneSettings."""
+    drone = await session.get(DroneRow, drone_id, with_for_update=True)  # serialises changes by two admins
     if drone is None:
         raise UnknownDrone
     row = await session.get(DroneSettingsRow, drone_id)
@@ -56,13 +56,13 @@ async def load_into(hub: Hub, database: Database) -> None:
 
 
 def apply_to(hub: Hub, drone_id: DroneId, settings: DroneSettings) -> None:
-    """From now on, for the tower and for the agent."""
+    """Applies the settings now, for the tower and for the agent."""
     hub.changes.apply_safety(drone_id, settings.safety)
     hub.changes.apply_stream(drone_id, settings.stream)
 
 
 def settings_in(hub: Hub, drone_id: DroneId) -> DroneSettings:
-    """Those by which the drone is watched right now."""
+    """Returns the settings in effect for the drone."""
     drone = hub.state.drones.get(drone_id)
     if drone is None:
         return DroneSettings()

@@ -1,6 +1,7 @@
-""" "Stay": postpones the lost action until the drone needs its battery for the way home.
+"""The "stay" order: postpones what a drone would do by itself because a person is away, until its battery is needed for
+the way home.
 
-The agent gets it first; the audit record follows, or is omitted while the database is unreachable.
+The agent is notified first; the audit trail is written afterwards, and not at all while the database is unreachable.
 """
 
 from typing import Final
@@ -32,7 +33,7 @@ _log = structlog.get_logger(__name__)
 
 
 def refusal_of(drone: LiveDrone, principal: Principal) -> Refused | None:
-    """Why this user, who may see the drone, may not make it stay now; None if they may."""
+    """Returns why this user, who may see the drone, may not make it stay now; None if they may."""
     lease = drone.lease
     if not drone.may(principal.user_id, principal.role, Right.FLY):
         return _ONLY_WATCHES
@@ -47,7 +48,7 @@ def refusal_of(drone: LiveDrone, principal: Principal) -> Refused | None:
 
 
 class Stays:
-    """One for a tower."""
+    """One instance per tower."""
 
     def __init__(self, *, hub: Hub, database: Database, clock: Clock) -> None:
         self._hub = hub
@@ -55,7 +56,8 @@ class Stays:
         self._clock = clock
 
     async def stay(self, principal: Principal, drone_id: DroneId, *, reason: str, address: str) -> DroneView:
-        """The drone as it is then; its agent answers with what it makes of it. Raises UnknownDrone, ControlRefused."""
+        """Returns the drone after the order; its agent reports the result later. Raises UnknownDrone,
+        ControlRefused."""
         drone = self._hub.squads.drone(drone_id, principal.user_id, principal.role)
         if drone is None:
             raise UnknownDrone

@@ -1,4 +1,4 @@
-"""The tables of control: who has each drone, how it holds, and who has read what a loss would do to it."""
+"""The tables of control: who holds each drone, how it holds, and who has acknowledged its loss check."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from server.store.database import Base, UtcDateTime
 
 
 class ControlLeaseRow(Base):
-    """One for each drone that was ever held."""
+    """One row for each drone that ever had a holder."""
 
     __tablename__ = "control_leases"
 
     drone_id: Mapped[int] = mapped_column(ForeignKey("drones.id", ondelete="CASCADE"), primary_key=True)
     holder_id: Mapped[int | None] = mapped_column(ForeignKey("users.id", ondelete="SET NULL"), index=True)
     operator_holder_id: Mapped[int | None] = mapped_column(ForeignKey("users.id", ondelete="SET NULL"), unique=True)
-    """The holder again, where it is an operator: the database itself lets an operator hold one drone at most."""
+    """The holder again, if it is an operator: the database itself limits an operator to one drone."""
     epoch: Mapped[int] = mapped_column(BigInteger, default=0, server_default="0")
     """0..2**32-1, so too large for PostgreSQL's ordinary integer."""
     taken_from_id: Mapped[int | None] = mapped_column(ForeignKey("users.id", ondelete="SET NULL"))
@@ -28,13 +28,13 @@ class ControlLeaseRow(Base):
     blind: Mapped[bool] = mapped_column(default=False)
     video_moved: Mapped[bool] = mapped_column(default=False)
     hold_open: Mapped[bool] = mapped_column(default=False)
-    """A hold is open, or is owed to a drone that was offline: it is ordered again on the next link."""
+    """A hold is open, or is due for a drone that was offline: it is ordered again on the next link."""
     changed_at: Mapped[datetime] = mapped_column(UtcDateTime)
     reason: Mapped[str] = mapped_column(String(256), default="", server_default="")
 
 
 class DroneSettingsRow(Base):
-    """A drone's hold settings that an admin has changed: only those, by name."""
+    """How a drone holds, if an admin has changed the defaults: only the changed values, by name."""
 
     __tablename__ = "drone_settings"
 
@@ -44,7 +44,7 @@ class DroneSettingsRow(Base):
 
 
 class LossAcknowledgementRow(Base):
-    """The set of dangerous parameters of a drone that a user has acknowledged; the newest only."""
+    """The set of dangerous parameters of a drone that a user has acknowledged; only the newest."""
 
     __tablename__ = "loss_acknowledgements"
 

@@ -1,7 +1,7 @@
 """A TAKE that the database has not decided: the drone holds, and no commands pass until the decision.
 
-It is never carried out late. When the database accepts writes again, the audit trail records the failure, the lease is
-what the database has, and its holder continues.
+It is never carried out late. When the database accepts writes again, the trail records the failure, the lease is what
+the database contains, and its holder continues.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ from server.store.database import DatabaseUnavailable, LockLost
 from wire.ids import DroneId
 
 DECIDED_WITHIN_S: Final = 0.1
-"""After this the drone holds without the database. An ordinary commit takes a few milliseconds."""
+"""After this time the drone holds without the database. An ordinary commit takes a few milliseconds."""
 TRY_AGAIN_AFTER_S: Final = 0.5
 MAX_UNSETTLED: Final = 32
-"""Maximum number of failed TAKEs of one drone that get an audit record each."""
+"""Takes of one drone that each get a row in the trail. Later ones are not recorded."""
 
 _log = structlog.get_logger(__name__)
 
 
 class ControlUndecided(DatabaseUnavailable):
-    """The database did not decide a TAKE. The message says what applies until it does."""
+    """The database did not decide a TAKE. The message tells the state until it does."""
 
     def __init__(self) -> None:
         super().__init__(
@@ -43,11 +43,11 @@ class ControlUndecided(DatabaseUnavailable):
 
 @dataclass
 class _Unsettled:
-    """The takes of one drone that are not decided."""
+    """The undecided takes of one drone."""
 
     by: UserRef | None
     clock_offset_s: float
-    """From the event loop's time to `now`."""
+    """Offset from the event loop's time to `now`."""
     asks: list[Ask] = field(default_factory=list)
     committing: set[asyncio.Task[Committed | Refused]] = field(default_factory=set)
     reason: str = ""
@@ -55,7 +55,7 @@ class _Unsettled:
 
 
 class UndecidedTakes:
-    """One for the control service. `fence` and `unfence`: count the reasons for a drone's fence."""
+    """One instance per control service. `fence` and `unfence`: count the reasons for a drone's fence."""
 
     def __init__(
         self, store: LeaseStore, hub: Hub, *, fence: Callable[[DroneId], None], unfence: Callable[[DroneId], None]
@@ -67,7 +67,7 @@ class UndecidedTakes:
         self._open: dict[DroneId, _Unsettled] = {}
 
     def hold(self, drone_id: DroneId, name: str, *, interrupts: bool) -> None:
-        """Orders a hold at once, whatever the database does, and notifies all who may see the drone."""
+        """Orders a hold at once, whatever the state of the database, and notifies all who may see the drone."""
         reason = f"{name} takes the controls, and the database has not confirmed it yet"
         self._hub.holds.order(drone_id, reason, interrupts=interrupts)
         words = f"{reason}: nobody's commands pass until it has."
@@ -76,7 +76,8 @@ class UndecidedTakes:
     def wait_for_decision(
         self, ask: Ask, by: UserRef | None, now: float, committing: asyncio.Task[Committed | Refused]
     ) -> None:
-        """The fence stays until the database answers. `committing` is given up; it may have succeeded all the same."""
+        """Keeps the fence until the database responds. `committing` is cancelled, but may have succeeded all the
+        same."""
         committing.cancel()
         drone_id = ask.drone_id
         unsettled = self._open.get(drone_id)
@@ -93,7 +94,7 @@ class UndecidedTakes:
         try:
             while unsettled.asks or unsettled.committing:
                 if unsettled.committing:
-                    # What the lease is can be read only when nothing can change it any more.
+                    # The lease can be read only when nothing can change it any more.
                     await asyncio.wait(unsettled.committing)
                     unsettled.committing = {one for one in unsettled.committing if not one.done()}
                     continue
@@ -118,7 +119,7 @@ class UndecidedTakes:
         _log.warning("take_settled", drone_id=drone_id, epoch=lease.epoch if lease else None)
 
     async def stop(self) -> None:
-        """What is open stays undecided: the next start reads the leases."""
+        """Open takes stay undecided: the next start reads the leases."""
         tasks = [one.task for one in self._open.values() if one.task is not None]
         for task in tasks:
             task.cancel()

@@ -1,4 +1,4 @@
-"""Finds in the audit trail who took a right from a user, because notifications name that person."""
+"""Who revoked a right of another user, read from the audit trail, because the notification names that user."""
 
 from datetime import datetime, timedelta
 from typing import Final
@@ -12,7 +12,7 @@ from server.store.audit.tables import AuditEventRow
 from wire.ids import UserId
 
 RECENTLY_S: Final = 10.0
-"""An action of another process is noticed within a second or two; an older one is another story."""
+"""An action of another process is noticed within a second or two; an older one is unrelated."""
 
 _ACTIONS: Final = (
     "drone.owner_removed",
@@ -30,7 +30,7 @@ _MOST: Final = 50
 
 
 async def who_withdrew(session: AsyncSession, event: RightLost, now: datetime) -> UserRef | None:
-    """The user whose action ended this right; None if it was not a user, or is not known."""
+    """Returns the user whose action ended this right; None if it was no user, or is not known."""
     recent = (
         select(AuditEventRow)
         .where(AuditEventRow.action.in_(_ACTIONS), AuditEventRow.at >= now - timedelta(seconds=RECENTLY_S))
@@ -40,11 +40,11 @@ async def who_withdrew(session: AsyncSession, event: RightLost, now: datetime) -
     for row in await session.scalars(recent):
         if row.drone_id not in (None, event.drone_id):
             continue
-        # A drone that leaves its team leaves all of its people.
+        # A drone that leaves its team leaves all of its members.
         of_all = row.action == _OF_ALL and event.reason == NOT_OF_ITS_TEAM
         if not of_all and row.detail.get("user_id") != event.user_id:
             continue
-        # Who changes their own password signs out by it, and is nobody else's victim.
+        # A user who changes their own password is signed out by it; nobody else caused it.
         if row.actor_id is None or row.actor_id == event.user_id:
             return None
         return UserRef(UserId(row.actor_id), row.actor_name)

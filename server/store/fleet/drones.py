@@ -1,6 +1,6 @@
-"""The rules of the fleet: create, rename, delete drones, their keys and their owners. Knows nothing of HTTP.
+"""The rules of the fleet: create, rename, delete drones, their keys and their owners. Independent of HTTP.
 
-Every function takes a session of `Database.writing()`, so that a rule and its audit record live or die together.
+Every function takes a session of `Database.writing()`, so that a change and its audit record are committed together.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from server.store.fleet.tables import DroneRow, OwnershipRow
 from wire.drone_key import fingerprint, key_text
 
 DELETED: Final = "drone.deleted"
-"""In the audit trail."""
+"""The action in the audit trail."""
 
 
 class DroneNameTaken(Refusal):
@@ -48,7 +48,7 @@ async def list_drones(session: AsyncSession) -> list[DroneRow]:
 
 
 async def create_drone(session: AsyncSession, *, name: str, action: AuditAction) -> DroneRow:
-    """No agent can sign in as this drone before one has been enrolled (server.store.fleet.enrolments)."""
+    """No agent can sign in for this drone before one is enrolled (server.store.fleet.enrolments)."""
     name = clean_name(name)
     await begin_fleet_change(session)
     if await find_drone(session, name) is not None:
@@ -74,8 +74,8 @@ async def rename_drone(session: AsyncSession, *, drone_id: int, name: str, actio
 
 
 async def deleted_among(session: AsyncSession, drone_ids: Collection[int]) -> frozenset[int]:
-    """Which of these were deleted on purpose, by the audit trail. Others are missing for another reason, such as an
-    older copy of the database."""
+    """Returns those that were deleted on purpose according to the trail: other missing drones have another reason, such
+    as an older copy of the database."""
     query = select(AuditEventRow.drone_id).where(AuditEventRow.action == DELETED, AuditEventRow.drone_id.in_(drone_ids))
     return frozenset(one for one in await session.scalars(query) if one is not None)
 
@@ -88,7 +88,7 @@ async def delete_drone(session: AsyncSession, *, drone_id: int, action: AuditAct
 
 
 async def set_key(session: AsyncSession, *, drone_id: int, public_key: bytes, action: AuditAction) -> DroneRow:
-    """Whatever an agent signed in by before is worth nothing from the commit on."""
+    """Sets the drone's key. Its previous key or credential becomes invalid with the commit."""
     await begin_fleet_change(session)
     row = await get_drone(session, drone_id)
     _put_key(row, public_key, action)
@@ -98,7 +98,7 @@ async def set_key(session: AsyncSession, *, drone_id: int, public_key: bytes, ac
 
 
 async def revoke_key(session: AsyncSession, *, drone_id: int, action: AuditAction) -> DroneRow:
-    """Nothing that an agent signed in by is worth anything from the commit on. Doing it twice changes nothing."""
+    """Invalidates the drone's key and credential with the commit. Repeating it changes nothing."""
     await begin_fleet_change(session)
     row = await get_drone(session, drone_id)
     if row.public_key is not None or row.credential_hash:
@@ -110,8 +110,8 @@ async def revoke_key(session: AsyncSession, *, drone_id: int, action: AuditActio
 async def exchange_credential(
     session: AsyncSession, *, drone_id: int, credential_hash: str, public_key: bytes, action: AuditAction
 ) -> bool:
-    """Replaces the bearer credential, which is deleted, by the key. False if the credential is not (or no longer) the
-    drone's: of two agents with the same one, the first is the drone."""
+    """Replaces the bearer credential by the key and deletes it. False if it is not (or no longer) the drone's: if two
+    agents present the same one, the first becomes the drone."""
     await begin_fleet_change(session)
     row = await session.get(DroneRow, drone_id)
     if row is None or not credential_hash or row.credential_hash != credential_hash:
@@ -144,7 +144,7 @@ async def add_owner(session: AsyncSession, *, drone_id: int, user_id: int, actio
 
 
 async def remove_owner(session: AsyncSession, *, drone_id: int, user_id: int, action: AuditAction) -> None:
-    """Idempotent."""
+    """Removing a user who is not an owner changes nothing."""
     await begin_fleet_change(session)
     drone, user = await get_drone(session, drone_id), await get_user(session, user_id)
     ownership = await session.get(OwnershipRow, (drone.id, user.id))

@@ -1,4 +1,4 @@
-"""Tells admins at their screens how enrolments go: begun, used, its agent seen, expired, cancelled."""
+"""Reports the progress of enrolments to admins: begun, used, agent seen, expired, cancelled."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class EnrolledDrone(BaseModel):
 
 
 class EnrolmentView(BaseModel):
-    """The state of an enrolment, without its token."""
+    """The progress of an enrolment, without its token."""
 
     id: int
     drone: EnrolledDrone
@@ -63,10 +63,10 @@ class EnrolmentView(BaseModel):
 
 
 class EnrolmentNotifier:
-    """One for a tower. It publishes soon, and again while the database is out of reach; `stop` ends that.
+    """One instance per tower. It publishes soon, and retries while the database is unreachable; `stop` ends that.
 
-    After a restart of the tower thousands of agents link within a second, and hardly one of them comes for the first
-    time: they are looked up together, and nothing is written where nothing has changed.
+    After a restart of the tower thousands of agents link within a second, hardly any of them for the first time: they
+    are looked up together, and nothing is written where nothing has changed.
     """
 
     def __init__(
@@ -82,24 +82,24 @@ class EnrolmentNotifier:
         self._clock = clock
         self._try_again_after_s = try_again_after_s
         self._linked: dict[DroneId, datetime] = {}
-        """When an agent linked, the last time; not looked up yet."""
+        """When an agent last linked; not looked up yet."""
         self._changed: dict[int, None] = {}
-        """Enrolments not yet reported, in order."""
+        """Enrolments still to be published, in order."""
         self._working: asyncio.Task[None] | None = None
         self._timers: dict[int, asyncio.TimerHandle] = {}
 
     def publish(self, enrolment_id: int) -> None:
-        """Its state has changed."""
+        """The state of an enrolment has changed."""
         self._changed[enrolment_id] = None
         self._work_soon()
 
     def expect_expiry(self, enrolment_id: int, in_s: float) -> None:
-        """Admins are notified of an unused enrolment too."""
+        """Publishes the expiry of an enrolment that is not used in time."""
         loop = asyncio.get_running_loop()
         self._timers[enrolment_id] = loop.call_later(in_s + 0.05, self._expired, enrolment_id)
 
     def agent_linked(self, drone_id: DroneId) -> None:
-        """If it has come with a credential that was fetched by an enrolment, that one has come to its good end."""
+        """Marks an enrolment as seen if the agent has linked with its key."""
         self._linked[drone_id] = self._clock()
         self._work_soon()
 
@@ -141,14 +141,14 @@ class EnrolmentNotifier:
             async with self._database.writing() as session:
                 seen = await agents_seen(session, linked)
         for drone_id, at in linked.items():
-            if self._linked[drone_id] == at:  # else it has linked once more meanwhile
+            if self._linked[drone_id] == at:  # otherwise it has linked again meanwhile
                 del self._linked[drone_id]
         self._changed.update(dict.fromkeys(row.id for row in seen))
 
     async def _publish_changes(self) -> None:
         while self._changed:
             enrolment_id = next(iter(self._changed))
-            del self._changed[enrolment_id]  # what changes while it is read is told once more
+            del self._changed[enrolment_id]  # a change during the read is published again
             try:
                 async with self._database.reading() as session:
                     found = await get_enrolment(session, enrolment_id)

@@ -1,6 +1,6 @@
-"""The rules of enrolment: a token with which an agent registers its key for a drone, once. Knows nothing of HTTP.
+"""The rules of enrolment: a token with which an agent registers its key for a drone, once. Independent of HTTP.
 
-Every function that changes anything takes a session of `Database.writing()`, so that a token is used only once.
+Every function that changes data takes a session of `Database.writing()`, so that a token is valid for one use.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from wire.ids import DroneId
 PREFIX: Final = "twe_"
 MAX_LISTED: Final = 200
 MAX_CONCURRENT: Final = 500
-"""Drones per query: within SQLite's limit of values, and the write lock is held briefly."""
+"""Drones per query: SQLite accepts that many values, and the write lock is not held for long."""
 COMPANION: Final = Actor(None, "enrolling agent")
 
 
@@ -37,7 +37,7 @@ class UnknownEnrolment(Refusal):
 
 
 class BadEnrolment(Refusal):
-    """Unknown, used, expired or cancelled. The message does not say which, on purpose."""
+    """Unknown, used, expired or cancelled. Deliberately does not say which."""
 
     def __init__(self) -> None:
         super().__init__("this enrolment token is not valid, or no longer valid: ask an admin for a new one")
@@ -51,9 +51,9 @@ class BadDroneKey(Refusal):
 class EnrolmentState(StrEnum):
     WAITING = "waiting"
     USED = "used"
-    """A key is the drone's now."""
+    """A key was registered for the drone."""
     SEEN = "seen"
-    """And the agent has linked with it."""
+    """The agent has also linked with it."""
     EXPIRED = "expired"
     CANCELLED = "cancelled"
 
@@ -69,7 +69,8 @@ def state_of(row: EnrolmentRow, now: datetime) -> EnrolmentState:
 async def begin(
     session: AsyncSession, *, drone_id: int, lasts_s: float, action: AuditAction
 ) -> tuple[EnrolmentRow, DroneRow, str, list[int]]:
-    """Only this call returns the token. Cancels pending enrolments of the same drone (their ids)."""
+    """Returns the token, which is shown only here. Cancels pending enrolments of the same drone and returns their
+    ids."""
     drone = await get_drone(session, drone_id)
     waiting = (
         await session.scalars(
@@ -96,7 +97,7 @@ async def begin(
 
 
 async def cancel(session: AsyncSession, *, enrolment_id: int, action: AuditAction) -> EnrolmentRow:
-    """One that was used or has expired stays what it is."""
+    """An enrolment that was used or has expired does not change."""
     row = await session.get(EnrolmentRow, enrolment_id)
     if row is None:
         raise UnknownEnrolment
@@ -107,7 +108,7 @@ async def cancel(session: AsyncSession, *, enrolment_id: int, action: AuditActio
 
 
 def read_key(*, token: str, public_key: str, signature: str) -> bytes:
-    """The key, whose owner has signed this token with it. 43 and 86 characters of base64url. Raises BadDroneKey."""
+    """Returns the key, which must have signed this token. 43 and 86 characters of base64url. Raises BadDroneKey."""
     try:
         key = key_bytes(public_key)
         signed = base64.b64decode(f"{signature}==", altchars=b"-_", validate=True)
@@ -119,9 +120,9 @@ def read_key(*, token: str, public_key: str, signature: str) -> bytes:
 
 
 async def use(session: AsyncSession, *, token: str, public_key: bytes, at: datetime, address: str) -> EnrolmentRow:
-    """The key is the drone's; what its agent signed in by before is worth nothing. Raises BadEnrolment.
+    """Registers the key for the drone; its agent's previous key or credential becomes invalid. Raises BadEnrolment.
 
-    An agent that did not get the answer asks once more: the same key is answered alike, as long as it is the drone's.
+    An agent that did not receive the response retries: the same key gets the same response while it is the drone's.
     """
     key = key_text(public_key)
     found: EnrolmentRow | None = await session.scalar(
@@ -159,9 +160,11 @@ async def _used_before(session: AsyncSession, token: str, key: str) -> Enrolment
 
 
 async def just_seen(session: AsyncSession, linked_at: Mapping[DroneId, datetime]) -> list[EnrolmentRow]:
-    """For drones whose agents have just linked: the newest used enrolment of each, if this is the agent's first link
-    since. An enrolment used after the link does not count. At most MAX_CONCURRENT drones. A session of
-    `Database.reading()` is enough."""
+    """For drones whose agents have just linked: returns the newest used enrolment of each, if the agent links for the
+    first time since. Skips an enrolment used after the agent linked, because the agent has not linked with it.
+
+    At most MAX_CONCURRENT drones. A session of `Database.reading()` is enough.
+    """
     newest = (
         select(func.max(EnrolmentRow.id))
         .where(EnrolmentRow.drone_id.in_(linked_at), EnrolmentRow.used_at.is_not(None))
@@ -174,7 +177,7 @@ async def just_seen(session: AsyncSession, linked_at: Mapping[DroneId, datetime]
 
 
 async def agents_seen(session: AsyncSession, linked_at: Mapping[DroneId, datetime]) -> list[EnrolmentRow]:
-    """Those of `just_seen` have come to their good end."""
+    """Marks the enrolments of `just_seen` as seen."""
     rows = await just_seen(session, linked_at)
     for row in rows:
         row.agent_seen_at = linked_at[DroneId(row.drone_id)]
@@ -193,7 +196,7 @@ async def list_enrolments(session: AsyncSession) -> list[tuple[EnrolmentRow, Dro
 
 
 async def get_enrolment(session: AsyncSession, enrolment_id: int) -> tuple[EnrolmentRow, DroneRow] | None:
-    """With its drone."""
+    """Returns the enrolment with its drone."""
     query = select(EnrolmentRow, DroneRow).join(DroneRow, DroneRow.id == EnrolmentRow.drone_id)
     found = (await session.execute(query.where(EnrolmentRow.id == enrolment_id))).one_or_none()
     return None if found is None else (found[0], found[1])

@@ -1,4 +1,4 @@
-"""A drone's key takes the place of its bearer credential, while its agent waits at sign-in."""
+"""Replaces a drone's bearer credential by a key, while its agent waits at sign-in."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from server.store.fleet.roster import Roster
 from wire.credential import Credential
 
 WITHIN_S: Final = 2.0
-"""A database that is slower than this keeps no drone from its link: the exchange is made at the next sign-in."""
+"""A slower database must not delay a drone's link: the exchange is made at the next sign-in."""
 _AGENT: Final = Actor(None, "agent")
 _log = structlog.get_logger(__name__)
 
 
 class CredentialExchange:
-    """One for a tower."""
+    """One instance per tower."""
 
     def __init__(self, database: Database, roster: Roster, clock: Clock) -> None:
         self._database = database
@@ -31,8 +31,8 @@ class CredentialExchange:
         self._clock = clock
 
     async def __call__(self, credential: Credential, public_key: bytes, address: str) -> bool | None:
-        """True: done, and the live picture knows it. False: the credential is not good any more. None: not now; it may
-        have been done nevertheless, which the agent finds out by signing in with its key."""
+        """True: done, and the live picture knows it. False: the credential is no longer valid. None: not possible now;
+        it may have been done nevertheless, which the agent finds out by signing in with its key."""
         try:
             async with asyncio.timeout(WITHIN_S):
                 async with self._database.writing() as session:

@@ -1,6 +1,6 @@
-"""The rules of lending a drone to a user, until a time, within limits; and the end of expired loans.
+"""The rules of loans: a drone, to a user, until a time, within limits; and the service that ends expired ones.
 
-Every rule takes a session of `Database.writing()`, so that a rule and its audit record are committed together.
+Every rule takes a session of `Database.writing()`, so that a change and its audit record are committed together.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from wire.ids import UserId
 LONGEST: Final = timedelta(days=366)
 CHECK_EVERY_S: Final = 0.25
 NO_LIMITS: Final = (Relation.TEAM_ADMIN, Relation.OWNER, Relation.TEAM_OPERATOR)
-"""A user with this relation flies the drone without a loan."""
+"""Users with these relations fly the drone without a loan."""
 _log = structlog.get_logger(__name__)
 
 
@@ -45,7 +45,7 @@ class OwnerAlready(Refusal):
 
 
 class BadLoan(Refusal):
-    """Not a time until which a drone can be lent."""
+    """The end of the loan is not allowed."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ async def lend(
 async def end_loan(
     session: AsyncSession, *, drone_id: int, user_id: int, lender: Principal, action: AuditAction
 ) -> None:
-    """Ending one that is not there changes nothing. Raises UnknownDrone, AdminsOnly, UnknownUser."""
+    """Ending a loan that does not exist changes nothing. Raises UnknownDrone, AdminsOnly, UnknownUser."""
     await begin_fleet_change(session)
     drone = await get_drone(session, drone_id)
     await _lends_for(session, drone_id=drone_id, user_id=user_id, lender=lender, action=action)
@@ -112,9 +112,9 @@ async def end_loan(
 async def _lends_for(
     session: AsyncSession, *, drone_id: int, user_id: int, lender: Principal, action: AuditAction
 ) -> int | None:
-    """The team in whose name this user lends the drone to that one, or ends it; None: in the tower's.
+    """Returns the team for which this user lends the drone to that user, or ends the loan; None: for the tower.
 
-    A team admin neither reaches people outside the team nor changes what an admin of the tower has lent. Raises
+    A team admin cannot lend to people outside the team, nor change a loan of an admin of the tower. Raises
     UnknownDrone, AdminsOnly, UnknownUser.
     """
     ties = await ties_of(session, drone_id, action.at)
@@ -135,7 +135,7 @@ async def _lends_for(
 
 
 class LoanExpiry:
-    """Ends loans at their time: at once in the live picture, whether or not the database can be reached, then there."""
+    """Ends loans on time: at once in the live picture, even if the database is unreachable, then in the database."""
 
     def __init__(self, database: Database, picture: LivePicture, roster: Roster, clock: Clock) -> None:
         self._database = database
@@ -145,7 +145,7 @@ class LoanExpiry:
         self._to_write = True
 
     async def watch(self) -> None:
-        """Until cancelled."""
+        """Runs until cancelled."""
         while True:
             self._to_write = self._picture.end_loans(self._clock()) or self._to_write
             if self._to_write:

@@ -1,4 +1,4 @@
-"""Keeps the live state in step with the database, whichever process changed it, such as `tower drone add`."""
+"""Keeps the live picture in step with the database, whether this process or `tower drone add` changed it."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ class Roster:
 
     @property
     def revision(self) -> int:
-        """The newest revision that the live picture knows; -1 before the first."""
+        """The newest revision in the live picture; -1 before the first."""
         return self._applied
 
     async def refresh(self) -> None:
-        """Loads the fleet and hands it over. When it returns, changes committed before the call are applied."""
+        """Loads the fleet into the live picture. When it returns, changes committed before the call are applied."""
         async with self._one_at_a_time:
             async with self._database.reading() as session:
                 snapshot = await load_snapshot(session, self._clock())
@@ -42,7 +42,7 @@ class Roster:
                 self._picture.apply_fleet(snapshot)
 
     async def follow(self) -> None:
-        """Runs until cancelled. Logs an unreachable database once, not every second; the fleet stays as it is."""
+        """Runs until cancelled. Logs an unreachable database once, not every second, and leaves the fleet as it is."""
         in_reach = True
         while True:
             await rest(self._poll_s)

@@ -1,4 +1,4 @@
-"""The fleet as the database tells it at one moment: what the hub is fed with. Nothing live belongs here."""
+"""A snapshot of the fleet in the database, for the hub. Contains no live state."""
 
 from __future__ import annotations
 
@@ -24,16 +24,15 @@ async def read_revision(session: AsyncSession) -> int:
 
 
 async def begin_fleet_change(session: AsyncSession) -> None:
-    """Counts a change of drones, ownerships, users or API tokens. Comes first in the transaction that makes the change:
-    on PostgreSQL it is also what makes such transactions queue up, so that two cannot both demote the last admin.
-    """
+    """Counts a change of drones, ownerships, users or API tokens. Call it first in the transaction that makes the
+    change: on PostgreSQL it also serialises such transactions, so that two cannot both demote the last admin."""
     await session.execute(
         update(FleetRevisionRow).where(FleetRevisionRow.id == 1).values(revision=FleetRevisionRow.revision + 1)
     )
 
 
 async def load_snapshot(session: AsyncSession, now: datetime | None = None) -> FleetSnapshot:
-    """Wants a session of `Database.reading()`: one consistent picture. Without the loans that are over at `now`."""
+    """Needs a session of `Database.reading()` for a consistent snapshot. Omits loans that are over at `now`."""
     revision = await read_revision(session)
     users: dict[UserId, UserRecord] = {}
     columns = (UserRow.id, UserRow.name, UserRow.role, UserRow.disabled, UserRow.must_change_password)
@@ -44,7 +43,7 @@ async def load_snapshot(session: AsyncSession, now: datetime | None = None) -> F
         return None if user_id is None else UserRef(UserId(user_id), users[UserId(user_id)].name)
 
     owners: defaultdict[int, list[UserRef]] = defaultdict(list)
-    # Columns, not objects: a thousand drones are read at each change of the fleet, while frames wait.
+    # Columns, not objects: each change of the fleet reads a thousand drones while frames wait.
     owned = select(OwnershipRow.drone_id, OwnershipRow.user_id)
     for own in await session.execute(owned.order_by(OwnershipRow.drone_id, OwnershipRow.user_id)):
         owners[own.drone_id].append(UserRef(UserId(own.user_id), users[UserId(own.user_id)].name))
@@ -88,7 +87,7 @@ async def load_snapshot(session: AsyncSession, now: datetime | None = None) -> F
 
 
 async def ties_of(session: AsyncSession, drone_id: int, now: datetime) -> Ties:
-    """Whom one drone has to do with, as the database knows it inside this transaction."""
+    """Returns the people related to one drone, as of this transaction."""
     owners = await session.scalars(select(OwnershipRow.user_id).where(OwnershipRow.drone_id == drone_id))
     on_loan = select(LoanRow.user_id).where(LoanRow.drone_id == drone_id, LoanRow.until > now)
     crew = select(TeamMemberRow.user_id, TeamMemberRow.role)
@@ -104,7 +103,7 @@ async def ties_of(session: AsyncSession, drone_id: int, now: datetime) -> Ties:
 
 
 async def _teams(session: AsyncSession) -> dict[int, TeamRecord]:
-    """By drone. The drones of a team share one crew."""
+    """Returns teams by drone. The drones of a team share one crew."""
     crews: defaultdict[int, dict[UserId, TeamRole]] = defaultdict(dict)
     members = select(TeamMemberRow.team_id, TeamMemberRow.user_id, TeamMemberRow.role)
     for member in await session.execute(members):

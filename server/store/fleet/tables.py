@@ -1,5 +1,5 @@
-"""The tables of the fleet: drones, who owns or has borrowed them, how their agents are enrolled, and the number of the
-last change. Those of teams are in `server.store.teams.tables`."""
+"""The tables of the fleet: drones, their owners and borrowers, the enrolment of their agents, and the revision of the
+last change. `server.store.teams.tables` has the tables of teams."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from server.store.database import Base, UtcDateTime
 
 class DroneRow(Base):
     __tablename__ = "drones"
-    # The id is the tag in front of every frame: that of a deleted drone must never come back for another one.
+    # The id is the tag in front of every frame: the id of a deleted drone must never be reused.
     __table_args__ = ({"sqlite_autoincrement": True},)
 
     id: Mapped[int] = mapped_column(primary_key=True)
     name: Mapped[str] = mapped_column(String(64))
     name_key: Mapped[str] = mapped_column(String(256), unique=True)
     credential_hash: Mapped[str] = mapped_column(String(64))
-    """Hash of a bearer credential of an older version that no key has replaced. Empty: none."""
+    """Hash of a bearer credential that an older version issued and no key has replaced yet. Empty: none."""
     created_at: Mapped[datetime] = mapped_column(UtcDateTime)
     public_key: Mapped[str | None] = mapped_column(String(43))
-    """The public half of the drone's Ed25519 key (wire.drone_key.key_text). None: no agent signs in by a key."""
+    """The public half of the drone's Ed25519 key (wire.drone_key.key_text). None: no agent signs in with a key."""
     key_since: Mapped[datetime | None] = mapped_column(UtcDateTime)
 
 
@@ -35,7 +35,7 @@ class OwnershipRow(Base):
 
 
 class LoanRow(Base):
-    """A drone lent to a user for a while, within limits. Gone when it is over; the audit trail remembers."""
+    """A temporary loan of a drone to a user, within limits. Deleted when it is over; the audit trail keeps it."""
 
     __tablename__ = "loans"
 
@@ -48,11 +48,11 @@ class LoanRow(Base):
     radius_m: Mapped[float | None]
     """Around home."""
     team_id: Mapped[int | None] = mapped_column(ForeignKey("teams.id", ondelete="CASCADE"), index=True)
-    """Lent by an admin of this team, and over when drone or borrower leave it; None: by one of the tower."""
+    """Lent by an admin of this team, and over when drone or borrower leave it; None: lent by an admin of the tower."""
 
 
 class EnrolmentRow(Base):
-    """A permission to become a drone by showing the public half of a key, once."""
+    """Permission to register a key for a drone, once."""
 
     __tablename__ = "enrolments"
     __table_args__ = ({"sqlite_autoincrement": True},)
@@ -68,11 +68,11 @@ class EnrolmentRow(Base):
     used_from: Mapped[str] = mapped_column(String(64), default="", server_default="")
     agent_seen_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     public_key: Mapped[str | None] = mapped_column(String(43))
-    """That it was used with."""
+    """The key that it was used with."""
 
 
 class TowerIdentityRow(Base):
-    """One row: the key by which agents know this tower. The private half is sealed (server.runtime.vault)."""
+    """One row: the key by which agents recognise this tower. The private half is sealed (server.runtime.vault)."""
 
     __tablename__ = "tower_identity"
     __table_args__ = (CheckConstraint("id = 1", name="one_row"),)
@@ -83,7 +83,7 @@ class TowerIdentityRow(Base):
 
 
 class FleetRevisionRow(Base):
-    """One row. Whoever changes drones, ownerships or users adds one in the same transaction."""
+    """One row. A transaction that changes drones, ownerships or users increments it."""
 
     __tablename__ = "fleet_revision"
     __table_args__ = (CheckConstraint("id = 1", name="one_row"),)

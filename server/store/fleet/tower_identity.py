@@ -1,6 +1,6 @@
-"""The tower's own Ed25519 key: agents learn its public half when they are enrolled, and believe no other tower.
+"""The tower's own Ed25519 key: agents learn its public half at enrolment, and trust no other tower.
 
-The private half is sealed in the database, so a copy of the database alone does not make a tower that a drone obeys.
+The private half is sealed in the database, so a copy of the database alone does not make a tower that drones obey.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _WHAT_TO_DO: Final = (
 
 
 class TowerIdentity:
-    """One for a tower. `load` comes before the first agent."""
+    """One instance per tower. Call `load` before the first agent connects."""
 
     def __init__(self) -> None:
         self._private_key: Ed25519PrivateKey | None = None
@@ -38,8 +38,8 @@ class TowerIdentity:
         return self._private_key.sign(message)
 
     async def load(self, vault: Vault, database: Database) -> None:
-        """Opens the key, or creates the first one. The vault has its keys. Raises VaultError, with a text for the
-        operator of the tower."""
+        """Opens the key, or creates the first one. The vault must have its keys. Raises VaultError, with a message for
+        the operator of the tower."""
         async with database.writing() as session:
             row = await session.get(TowerIdentityRow, 1)
             if row is None:
@@ -58,7 +58,7 @@ class TowerIdentity:
 
 
 async def check_key_is_there(vault: Vault, database: Database) -> None:
-    """Before a first key is made: raises VaultError where the tower's identity is sealed with one that is missing."""
+    """Before a first key is created: raises VaultError if the tower's identity is sealed with a missing one."""
     if vault.find_keys():
         return
     async with database.reading() as session:
@@ -67,5 +67,5 @@ async def check_key_is_there(vault: Vault, database: Database) -> None:
 
 
 async def forget_identity(session: AsyncSession) -> None:
-    """The next start makes a new one, which no drone knows."""
+    """Deletes the identity: the next start creates a new one, which no drone knows."""
     await session.execute(delete(TowerIdentityRow))

@@ -1,8 +1,8 @@
-"""Flight logs on the tower's disk: below one folder, within a budget that owners share (`file_budget`).
+"""The flight logs that the tower stores: in one folder, within a budget that owners share (`file_budget`). The oldest
+file of the largest account is removed first.
 
-The oldest file of the largest account is removed first. `drone-<id>/<log>-<began>.bin`, where `began` is in seconds
-since 1970, 0 if not known. A file is complete or absent: it is written beside its place and renamed. Blocking; call it
-in a thread.
+`drone-<id>/<log>-<began>.bin`, where `began` is in seconds since 1970, 0 if unknown. A file exists complete or not at
+all: it is written beside and renamed. Blocking; call it in a thread.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class KeptLog:
 
 @dataclass(eq=False)
 class ArrivingLog:
-    """A file that is being sent: `arrived_bytes` of it have come. `accounts`: whose each drone's files are."""
+    """A file that is being received: `arrived_bytes` so far. `accounts`: the account of each drone."""
 
     drone_id: DroneId
     file: IO[bytes]
@@ -65,8 +65,8 @@ class ArrivingLog:
 
 
 class FlightLogQuota:
-    """`budget_bytes`: of all files together; `largest_bytes`: of one. Room is made for what has come, never for what
-    was promised. Several threads may call."""
+    """`budget_bytes`: of all files together; `largest_bytes`: of one. Space is made for received bytes, never for
+    announced ones. Thread-safe."""
 
     def __init__(self, root: Path, *, budget_bytes: int, largest_bytes: int) -> None:
         self._root = root
@@ -75,10 +75,10 @@ class FlightLogQuota:
         self._lock = threading.Lock()
         self._arriving: set[ArrivingLog] = set()
         self._kept_at_most: int | None = None
-        """Bytes of the files that were there when they were looked at last, and of those that came since."""
+        """Bytes of the stored files at the last count, plus those of files received since."""
 
     def of(self, drone_id: DroneId) -> list[KeptLog]:
-        """By number, the newest file of each."""
+        """Returns logs by number, highest first, the newest file of each."""
         newest: dict[int, KeptLog] = {}
         for kept in _files_in(self._folder(drone_id)):
             known = newest.get(kept.log_id)
@@ -94,7 +94,7 @@ class FlightLogQuota:
         attempt: int,
         accounts: Mapping[int, Account] = MappingProxyType({}),
     ) -> ArrivingLog:
-        """A place for a file of that size. `write` to it, then `keep` it; `discard` it in any case. Raises NoRoom,
+        """Opens a file of that size. `write` to it, then `keep` it; `discard` it in any case. Raises NoRoom,
         OSError."""
         if size_bytes > self.largest_bytes:
             raise NoRoom(f"the tower accepts files of at most {self.largest_bytes // 1_000_000} MB")
@@ -108,7 +108,7 @@ class FlightLogQuota:
         return arriving
 
     def write(self, arriving: ArrivingLog, piece: bytes) -> None:
-        """What has come, room made for it. Raises NoRoom, OSError."""
+        """Writes received bytes after making space. Raises NoRoom, OSError."""
         with self._lock:
             arriving.arrived_bytes += len(piece)
             self._make_space(arriving)
@@ -117,7 +117,7 @@ class FlightLogQuota:
         arriving.file.write(piece)
 
     def keep(self, arriving: ArrivingLog, log_id: int, began_unix_s: int | None) -> None:
-        """What was written whole takes the place of any other file of this log."""
+        """Replaces any other file of this log with the complete one."""
         arriving.file.close()
         folder = self._folder(arriving.drone_id)
         path = folder / f"{log_id}-{began_unix_s or 0}.bin"
@@ -138,11 +138,11 @@ class FlightLogQuota:
         arriving.path.unlink(missing_ok=True)
 
     def drone_ids(self) -> frozenset[int]:
-        """Drones with files, whether they still are or not."""
+        """Drones with files, including deleted ones."""
         return drones_with_files(self._root)
 
     def sweep(self, deleted: Iterable[int]) -> None:
-        """At start: files of drones that were deleted, and halves of files."""
+        """At start: removes files of deleted drones, and partial files."""
         remove_folders(self._root, deleted)
         for _, folder in drone_folders(self._root):
             for half in folder.glob(f"*{_PART}"):
@@ -152,7 +152,7 @@ class FlightLogQuota:
         return folder_of(self._root, drone_id)
 
     def _make_space(self, coming: ArrivingLog) -> None:
-        """Raises NoRoom where it is the one who sends who has more than their share."""
+        """Raises NoRoom if the sender's account exceeds its share."""
         arriving = sum(one.arrived_bytes for one in self._arriving)
         if self._kept_at_most is not None and self._kept_at_most + arriving <= self._budget_bytes:
             return
@@ -171,7 +171,7 @@ class FlightLogQuota:
             if account is None:
                 if used[coming.account] > share_bytes(used, budget_bytes=self._budget_bytes):
                     raise NoRoom("the file quota of this drone's owner is used up")
-                break  # others who send at this moment have too much: their next piece is refused
+                break  # other senders exceed their share: their next write is refused
             oldest = kept[account].pop()
             oldest.path.unlink(missing_ok=True)
             used[account] -= oldest.size_bytes

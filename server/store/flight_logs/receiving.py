@@ -1,4 +1,4 @@
-"""A file on its way from an agent to the log store: streamed, counted, and only while a transaction waits for it."""
+"""A file that an agent uploads to the log store: streamed, counted, and only while an operation waits for it."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from server.store.flight_logs.quota import FlightLogQuota
 from wire.transactions import LogDownloadWork
 
 SILENCE_S: Final = 30.0
-"""An agent that sends nothing for this long is gone; it starts again."""
+"""An agent that sends nothing for this long is gone; it starts over."""
 MAX_REMEMBERED: Final = 1000
 """Transactions; many times what drones can send at one time."""
 WRITE_AT_ONCE_BYTES: Final = 256 * 1024
 
 
 class LogReceiver:
-    """One for a tower."""
+    """One instance per tower."""
 
     def __init__(self, quota: FlightLogQuota, accounts: FileAccounts) -> None:
         self._quota = quota
         self._accounts = accounts
         self._attempts: Counter[int] = Counter()
-        """By transaction: an agent that begins again has given up what it sent before."""
+        """By transaction: a new attempt of an agent replaces the previous one."""
 
     async def receive(
         self, drone: LiveDrone, operation: Operation, size_bytes: int, body: AsyncIterator[bytes]

@@ -1,9 +1,9 @@
-"""The rules of the mission library: who sees and who changes missions, how many, and who was first.
+"""The rules of the mission library: who sees and changes missions, how many there may be, and conflicting changes.
 
-A private mission is its owner's. A shared one can be read by members of the owner's teams, and among users without a
-team by all of those; an admin's by everybody, and all by admins. Owner and admins change it. A mission that a user may
-not see does not exist for them. Every rule takes a database session: a change and its audit record are committed
-together.
+Users always see their own missions. Users who share a team with the owner also see a shared mission; users without a
+team see those of owners without a team. All users see an admin's shared missions, and admins see all shared missions.
+The owner and admins may change a mission. A mission that a user may not see does not exist for that user. Every rule
+takes a session of the database: a change and its audit record are committed together.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ MAX_MISSIONS: Final = 500
 
 
 class UnknownMission(Refusal):
-    """No such mission, or none that this user may see."""
+    """The mission does not exist, or this user may not see it."""
 
     def __init__(self) -> None:
         super().__init__("there is no such mission")
@@ -55,11 +55,11 @@ class VersionNeeded(Refusal):
 
 
 Found = tuple[MissionRow, str]
-"""With the name of the owner."""
+"""The mission with the name of its owner."""
 
 
 def _seen_by(viewer: Principal) -> ColumnElement[bool]:
-    """In a query of missions with the accounts of their owners: which of them this user may see."""
+    """Condition of a query on missions joined with their owners: the missions that this user may see."""
     own = MissionRow.owner_id == viewer.user_id
     if reaches_all(viewer.role, Action.SEE_MISSIONS):
         return or_(own, MissionRow.shared)
@@ -72,7 +72,7 @@ def _seen_by(viewer: Principal) -> ColumnElement[bool]:
 
 
 async def list_missions(session: AsyncSession, viewer: Principal) -> list[Found]:
-    """One's own and those that are shared, the newest first, without their documents."""
+    """The user's own and visible shared missions, newest first, without their documents."""
     query = select(MissionRow, UserRow.name).join(UserRow, UserRow.id == MissionRow.owner_id)
     rows = await session.execute(
         query.where(_seen_by(viewer)).order_by(MissionRow.updated_at.desc(), MissionRow.id.desc())
@@ -93,7 +93,7 @@ async def get_mission(session: AsyncSession, viewer: Principal, mission_id: int,
 
 
 async def document_of(session: AsyncSession, row: MissionRow) -> str:
-    """Its plan, as JSON."""
+    """Its plan as JSON."""
     return (await session.scalars(select(MissionRow.document).where(MissionRow.id == row.id))).one()
 
 
@@ -102,7 +102,7 @@ async def create_mission(
 ) -> Found:
     """Raises BadName, TooManyMissions."""
     name = clean_name(name)
-    # Two at once must not both take the last place.
+    # Two at the same time must not both take the last place.
     await session.execute(select(UserRow.id).where(UserRow.id == viewer.user_id).with_for_update())
     count = await session.scalar(select(func.count()).where(MissionRow.owner_id == viewer.user_id))
     if (count or 0) >= MAX_MISSIONS:
@@ -126,7 +126,7 @@ async def replace_mission(
     shared: bool,
     action: AuditAction,
 ) -> Found:
-    """`version`: that which is replaced. Raises UnknownMission, NotYourMission, VersionNeeded, ChangedMeanwhile,
+    """`version`: the one to be replaced. Raises UnknownMission, NotYourMission, VersionNeeded, ChangedMeanwhile,
     BadName."""
     row, owner = await _to_change(session, viewer, mission_id)
     if version is None:

@@ -1,4 +1,4 @@
-"""The library of missions: plans that people keep on the tower, whatever is on board of their drones."""
+"""The mission library: plans that users store on the tower, independent of the plans on board."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ class MissionRow(Base):
     owner_id: Mapped[int] = mapped_column(ForeignKey("users.id", ondelete="CASCADE"), index=True)
     name: Mapped[str] = mapped_column(String(64))
     document: Mapped[str] = mapped_column(Text, deferred=True)
-    """JSON as it is answered: a list of five hundred must not read them all."""
+    """JSON as sent; deferred, because a list of five hundred must not read them all."""
     mission_items: Mapped[int]
     fence_items: Mapped[int]
     rally_items: Mapped[int]
     shared: Mapped[bool] = mapped_column(default=False)
     version: Mapped[int] = mapped_column(default=1)
-    """Grows by one with each change."""
+    """Incremented with each change."""
     updated_at: Mapped[datetime] = mapped_column(UtcDateTime)

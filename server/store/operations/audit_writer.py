@@ -1,8 +1,7 @@
-"""Writes into the audit trail who had what done at which drone, and how it ended. Nobody is waiting for it.
+"""Writes into the audit trail who had what done with which drone, and how it ended. No request waits for it.
 
-A command of a pilot is one row, `command.given`, with its answer, whichever way it came: as an operation, or as a frame
-that the hub saw pass. Work that takes longer (plans, parameters, following) has one row at its beginning and one at its
-end.
+A pilot's command is one row, `command.given`, with its result, whether it came as an operation or as a frame that
+passed through the hub. Longer work (plans, parameters, following) has one row at its beginning and one at its end.
 """
 
 import asyncio
@@ -21,13 +20,13 @@ from server.store.audit.trail import Actor, record
 from server.store.database import Database
 
 MAX_WAITING: Final = 5000
-"""Queue while the database is unreachable. The oldest records stay: they say what began."""
+"""While the database is unreachable. The oldest stay, because they record the beginning."""
 AT_ONCE: Final = 200
 TRY_AGAIN_AFTER_S: Final = 1.0
 CAUGHT_UP_WITHIN_S: Final = 5.0
 COMMAND: Final = "command.given"
 _RESULTS: Final = {State.DONE: "accepted", State.TIMED_OUT: "no answer"}
-"""The result of an operation, in the terms of an autopilot's answer."""
+"""Results of operations, in the words used for an autopilot's acknowledgement."""
 _log = structlog.get_logger(__name__)
 
 
@@ -42,7 +41,7 @@ class _Note:
 
 
 class OperationAuditWriter:
-    """One for a tower: the service calls `began` and `ended`; `work` runs in the background."""
+    """One instance per tower: the service calls `began` and `ended`, `work` runs in the background."""
 
     def __init__(self, database: Database, clock: Clock) -> None:
         self._database = database
@@ -53,16 +52,16 @@ class OperationAuditWriter:
         """Commands that have not ended."""
 
     def began(self, operation: Operation) -> None:
-        """Noted before the drone can have done any of it; a command is, when it ends."""
+        """Recorded before the drone can have executed any of it; a command is recorded when it ends."""
         if _is_command(operation):
             self._running[operation.id] = operation
         elif operation.order.writes or operation.order.noted:
             self._note(operation, "operation.began", dict(operation.order.about))
 
     def ended(self, operation: Operation) -> None:
-        """Recorded with the text that people got."""
+        """Recorded with the text that users received."""
         if _is_command(operation):
-            # One that was given up may end again, when its agent is back: it has its row by then.
+            # An operation that was given up may end again when its agent is back: it already has its row.
             if self._running.pop(operation.id, None) is not None:
                 self._note_command(operation, _RESULTS.get(operation.state, operation.state.value))
         elif operation.order.writes or operation.order.noted:
@@ -70,7 +69,7 @@ class OperationAuditWriter:
             self._note(operation, "operation.ended", outcome)
 
     def observed(self, command: CommandObserved) -> None:
-        """A command that came as frames, with its answer."""
+        """Records a command that was sent as frames, with its acknowledgement."""
         detail: dict[str, Any] = {"command": command.command, "result": command.result, "way": "frames"}
         detail |= {"count": command.count} if command.count > 1 else {}
         actor = Actor(command.by.id, command.by.name)
@@ -78,13 +77,13 @@ class OperationAuditWriter:
         self._put(note)
 
     def tower_ends(self) -> None:
-        """Commands that still run are noted too."""
+        """Records running commands too."""
         for operation in list(self._running.values()):
             self._note_command(operation, "not known: the tower was stopped")
         self._running.clear()
 
     async def work(self) -> None:
-        """Until cancelled; then what waits is written, if the database lets it."""
+        """Runs until cancelled; then writes what is queued, if the database allows."""
         try:
             while True:
                 await self._something.wait()
@@ -134,7 +133,7 @@ class OperationAuditWriter:
         while self._waiting:
             try:
                 await self._write_once()
-            except IntegrityError:  # whoever it was has been deleted meanwhile; their name stays
+            except IntegrityError:  # the user was deleted meanwhile; the name stays
                 self._waiting = deque(replace(one, actor=Actor(None, one.actor.name)) for one in self._waiting)
             except (SQLAlchemyError, OSError) as error:
                 _log.error("operation_not_recorded_yet", error=type(error).__name__)

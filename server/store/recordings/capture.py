@@ -1,6 +1,7 @@
-"""One recording that goes on: which stream it takes, where its units come from, and the thread that writes them.
+"""One running recording: which stream it records, the source of its units, and the thread that writes them.
 
-The relay of video hands units to a sink, which puts them into a bounded place and never waits for the disk."""
+The video relay passes units to a sink, which puts them into a bounded queue and never waits for the disk.
+"""
 
 from __future__ import annotations
 
@@ -27,20 +28,20 @@ from wire.video import Codec, Quality, UnitHead
 
 
 class VideoStreams(Protocol):
-    """Every method is plain and returns at once. `now`: monotonic seconds."""
+    """Every method is synchronous and returns at once. `now`: monotonic seconds."""
 
     def attach(self, drone_id: DroneId, sink: StreamSink, now: float) -> bool:
-        """From now on the sink gets the units of its stream, beginning with a key picture, and the drone must send
+        """The sink receives the units of its stream from now on, starting with a key picture; the drone is asked for
         them. False if there is no such drone."""
 
     def detach(self, drone_id: DroneId, sink: StreamSink) -> None:
-        """It gets no more. Harmless if it was detached already."""
+        """The sink receives no more units. Harmless if it was already detached."""
 
     def situation(self, drone_id: DroneId) -> VideoSituation:
-        """How it is with the drone's video now."""
+        """The present state of the drone's video."""
 
     def wanted(self, drone_id: DroneId) -> Collection[StreamKey]:
-        """Which of its streams are watched or recorded."""
+        """The drone's streams that are being watched or recorded."""
 
 
 class HubVideo(VideoStreams):
@@ -74,8 +75,8 @@ USUAL: Final = Quality.MEDIUM
 
 
 def choose(quality: Quality | None, *, wanted: Collection[StreamKey], codecs: Collection[Codec]) -> StreamKey:
-    """`quality`: None for the best that is watched now. `codecs`: what the agent has; nothing: not known. H.264 before
-    MPEG-1: it is kept as it comes."""
+    """`quality`: None for the best that is watched now. `codecs`: of the agent; empty: not known. Prefers H.264 over
+    MPEG-1, because it is stored without recoding."""
     running = [key for key in wanted if quality is None or key.quality is quality]
     if running:
         return max(running, key=lambda key: (key.quality, key.codec is Codec.H264))
@@ -84,19 +85,19 @@ def choose(quality: Quality | None, *, wanted: Collection[StreamKey], codecs: Co
 
 
 MAX_WAITING_BYTES: Final = 8 * 1024 * 1024
-"""Many seconds of video; a disk that is behind by more does not come back in time."""
+"""Many seconds of video; a disk that is further behind does not catch up in time."""
 SYNC_EVERY_S: Final = 5.0
-"""What a power cut may cost. Whatever happens to the tower alone costs nothing that was written."""
+"""Maximum loss in a power failure. If only the tower fails, no written data is lost."""
 CLOSED_WITHIN_S: Final = 10.0
 TOO_SLOW: Final = "the tower's disk is too slow to record"
 
 
 class UnitWriter:
-    """`problem`: why nothing is written any more, for people; empty while all is well. `taken_bytes`: all that was put,
-    `waiting_bytes`: of it, what the disk does not have yet."""
+    """`problem`: why writing has stopped, as text for people; empty if all is well. `taken_bytes`: all bytes put,
+    `waiting_bytes`: those not on disk yet."""
 
     def __init__(self, path: Path, *, most_waiting_bytes: int = MAX_WAITING_BYTES) -> None:
-        """Makes the file. Raises OSError."""
+        """Creates the file. Raises OSError."""
         self.problem = ""
         self.taken_bytes = len(MAGIC)
         self.waiting_bytes = 0
@@ -111,7 +112,7 @@ class UnitWriter:
         self._thread.start()
 
     def put(self, message: bytes, came_us: int) -> bool:
-        """Takes one unit, or reports that it cannot. Returns at once."""
+        """Accepts one unit, or returns False. Returns at once."""
         with self._changed:
             if self.problem or self._closing:
                 return False
@@ -125,8 +126,8 @@ class UnitWriter:
         return True
 
     def close(self) -> bool:
-        """Waits until what was taken is written. Whether it is; if not, the thread still hangs on the disk. Harmless a
-        second time."""
+        """Waits until all accepted units are written. Returns whether they are; if not, the thread still hangs on the
+        disk. A second call is harmless."""
         with self._changed:
             self._closing = True
             self._changed.notify()
@@ -152,7 +153,7 @@ class UnitWriter:
                 self.waiting_bytes = 0
 
     def _next(self) -> list[tuple[bytes, int]]:
-        """What waits; nothing only when it is closed."""
+        """Waits for queued entries; returns none only when closed."""
         with self._changed:
             while not self._entries and not self._closing:
                 self._changed.wait()
@@ -173,8 +174,8 @@ TOO_LARGE: Final = "it has reached the largest size of a recording"
 
 
 class RecordingSink:
-    """A server.live.video.streams.StreamSink. `on_over`: called once with why nothing more is taken. `last_at`: when
-    the last unit came, monotonic seconds; the beginning before the first one."""
+    """A server.live.video.streams.StreamSink. `on_over`: called once with the reason why no more units are accepted.
+    `last_at`: when the last unit arrived, in monotonic seconds; the beginning before the first one."""
 
     def __init__(
         self,
@@ -202,7 +203,7 @@ class RecordingSink:
         return self._key.codec
 
     def unit(self, message: bytes, head: UnitHead, now: float) -> None:
-        """One unit for the file."""
+        """Writes one unit to the file."""
         if self._over:
             return
         if not self._writer.put(message, round(now * 1_000_000)):
@@ -214,10 +215,10 @@ class RecordingSink:
             self._end(TOO_LARGE)
 
     def state(self, situation: VideoSituation) -> None:
-        """A recording waits for a camera that comes back: its pause is a pause in the file."""
+        """A recording waits for a camera to return: its pause is a pause in the file."""
 
     def ended(self, why: str) -> None:
-        """Nothing comes any more."""
+        """No more units arrive."""
         self._end(why)
 
     def _end(self, why: str) -> None:
@@ -228,8 +229,8 @@ class RecordingSink:
 
 @dataclass(eq=False)
 class Running:
-    """`began`: monotonic seconds. `ending`: why it must end, for people; empty if a user ended it; None while it runs.
-    `ended_by`: that user."""
+    """`began`: monotonic seconds. `ending`: why it must end, as text for people, empty if a user ended it; None while
+    it runs. `ended_by`: that user."""
 
     row: RecordingRow
     drone_id: DroneId
@@ -249,7 +250,7 @@ class Running:
             self.ending, self.ended_by = words, by
 
     def note_flight(self, drone: LiveDrone) -> bool:
-        """Whether the drone is on a flight that was not known to be in here."""
+        """Returns whether the drone is on a flight that is new to this recording."""
         since = drone.flight_start.since if drone.airborne else None
         if since is None or (self.flights and since <= self.flights[-1]):
             return False

@@ -1,5 +1,5 @@
-"""The rows of recordings: what the database knows of each. Every function takes a session; a change and its audit
-record live or die together."""
+"""The database rows of recordings. Every function takes a session; a change and its audit record are committed
+together."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _MAX_TEXT_LENGTH: Final = 200
 
 @dataclass(frozen=True)
 class Finished:
-    """What is in the file. Pixels; `pictures` that could be read."""
+    """The content of the file. Sizes in pixels; `pictures`: those that could be decoded."""
 
     duration_s: float
     width: int
@@ -50,7 +50,7 @@ async def get(session: AsyncSession, drone_id: int, recording_id: int, *, lock: 
 
 
 async def known_to(session: AsyncSession, viewer: Principal, drone: LiveDrone, recording_id: int) -> RecordingRow:
-    """Raises UnknownRecording also for one that was made before the drone came to this user's team."""
+    """Raises UnknownRecording also for a recording made before the drone joined this user's team."""
     row = await get(session, drone.drone_id, recording_id)
     if not drone.knows_of(viewer.user_id, viewer.role, row.began_at):
         raise UnknownRecording
@@ -67,7 +67,7 @@ async def delete(session: AsyncSession, drone_id: int, recording_id: int, *, act
 
 
 async def remove_to_make_space(session: AsyncSession, recording_id: int, *, action: AuditAction) -> RecordingRow | None:
-    """None if it is already gone, or must not be removed any more."""
+    """None if it is already gone, or may no longer be removed."""
     row = await session.get(RecordingRow, recording_id)
     if row is None or row.state in OPEN_STATES:
         return None
@@ -81,7 +81,7 @@ async def _remove(session: AsyncSession, row: RecordingRow, event: str, action: 
 
 
 def about(row: RecordingRow) -> dict[str, Any]:
-    """The audit trail's details of a recording."""
+    """What the audit trail records about a recording."""
     return {"recording": row.id, "quality": row.quality, "began_at": row.began_at.isoformat()}
 
 
@@ -96,7 +96,8 @@ async def mark_ended(
     flights: Iterable[datetime],
     action: AuditAction,
 ) -> RecordingRow | None:
-    """Its file is to be created. None if the row is gone, with its drone. Idempotent."""
+    """The recording has ended and its file is due. None if the row is gone with its drone. A second call is
+    harmless."""
     row = await session.get(RecordingRow, recording_id)
     if row is None or row.state != "recording":
         return row
@@ -111,7 +112,7 @@ async def mark_ended(
 async def mark_ready(
     session: AsyncSession, recording_id: int, finished: Finished, *, size_bytes: int
 ) -> RecordingRow | None:
-    """Its file exists. None if the row has gone meanwhile."""
+    """The file is ready. None if the row is gone meanwhile."""
     row = await session.get(RecordingRow, recording_id)
     if row is not None:
         row.state, row.size_bytes, row.duration_s = "ready", size_bytes, finished.duration_s
@@ -120,7 +121,7 @@ async def mark_ready(
 
 
 async def mark_failed(session: AsyncSession, recording_id: int, words: str, *, size_bytes: int) -> RecordingRow | None:
-    """`size_bytes`: of what is left on the disk for another try."""
+    """`size_bytes`: of the files that remain on disk for another attempt."""
     row = await session.get(RecordingRow, recording_id)
     if row is not None:
         row.state, row.words, row.size_bytes = "failed", words[:_MAX_TEXT_LENGTH], size_bytes
@@ -134,7 +135,8 @@ async def all_of_store(session: AsyncSession, store: str) -> Sequence[RecordingR
 
 
 async def bytes_of_store(session: AsyncSession, store: str) -> tuple[dict[int, int], dict[int, int]]:
-    """(of what is being finished, of all that is over), by drone. Added up by the database, however many there are."""
+    """Returns bytes by drone: (of recordings being finished, of all that are over). The database sums, whatever their
+    number."""
     columns = RecordingRow.drone_id, RecordingRow.state
     query = select(*columns, func.sum(RecordingRow.size_bytes)).where(RecordingRow.store == store).group_by(*columns)
     finishing, over = Counter[int](), Counter[int]()
@@ -149,7 +151,7 @@ async def bytes_of_store(session: AsyncSession, store: str) -> tuple[dict[int, i
 async def oldest_over(
     session: AsyncSession, store: str, drone_ids: Iterable[int], *, most: int
 ) -> Sequence[RecordingRow]:
-    """The oldest of those that are over, of some drones."""
+    """The oldest of some drones' recordings that are over."""
     query = select(RecordingRow).where(
         RecordingRow.store == store, RecordingRow.state.not_in(OPEN_STATES), RecordingRow.drone_id.in_(list(drone_ids))
     )
@@ -157,7 +159,7 @@ async def oldest_over(
 
 
 def view_of(row: RecordingRow) -> RecordingView:
-    """How it looks from outside."""
+    """Returns the external view."""
     return RecordingView.model_validate(
         {
             "id": row.id,

@@ -1,8 +1,8 @@
-"""From the units of a recording to an MP4 that plays everywhere: H.264, yuv420p, its index in front.
+"""Converts the units of a recording to an MP4 that plays everywhere: H.264, yuv420p, its index in front.
 
-H.264 that has one set of parameters is packed again, picture for picture. All else is decoded and coded again: MPEG-1,
-which browsers and phones do not play from a file, and H.264 whose size changed in the middle. Blocking and heavy; runs
-in the process of `make_mp4`.
+H.264 with a single set of parameters is repackaged picture by picture. Everything else is decoded and encoded again:
+MPEG-1, which browsers and phones do not play from a file, and H.264 whose size changed in between. Blocking and heavy;
+runs in the process of `make_mp4`.
 """
 
 from __future__ import annotations
@@ -36,19 +36,19 @@ from wire.video import Codec, Unit
 
 MAX_WIDTH: Final = 1920
 MAX_HEIGHT: Final = 1080
-"""Larger pictures are scaled down: no drone sends them, and each would take a second to encode."""
+"""Larger pictures are scaled down: no agent sends them, and each would take a second to encode."""
 _TIME_BASE: Final = Fraction(1, TICKS_PER_S)
 _MP4: Final = {"movflags": "+faststart"}
 _X264: Final = {"preset": "veryfast", "crf": "23", "x264-params": "scenecut=0"}
 _KEY_EVERY: Final = 60
 
 OnProgress = Callable[[int], None]
-"""How many pictures are done."""
+"""Called with the number of finished pictures."""
 
 
 class Survey(NamedTuple):
-    """What is in a recording. `width`, `height`: of the largest picture. `uniform`: one size and one set of parameters
-    from the beginning to the end. `first_key`: the first unit, from which on it can be decoded."""
+    """The content of a recording. `width`, `height`: of the largest picture. `uniform`: one size and one set of
+    parameters throughout. `first_key`: the first unit from which it can be decoded."""
 
     codec: Codec
     width: int
@@ -59,7 +59,7 @@ class Survey(NamedTuple):
 
 
 class Made(NamedTuple):
-    """`pictures`: in the file; those that came damaged are not."""
+    """`pictures`: those in the file, without damaged ones."""
 
     duration_s: float
     width: int
@@ -69,7 +69,7 @@ class Made(NamedTuple):
 
 
 def survey(file: IO[bytes], on_progress: OnProgress) -> Survey:
-    """Raises NoRecording where there is no picture to begin with."""
+    """Raises NoRecording if there is no picture to begin with."""
     first: Unit | None = None
     sets: tuple[bytes, ...] = ()
     uniform = True
@@ -142,7 +142,7 @@ def _code_again(
         stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
         context = stream.codec_context
         context.time_base, context.gop_size, context.max_b_frames = _TIME_BASE, _KEY_EVERY, 0
-        context.thread_count = 1  # what flies needs the others
+        context.thread_count = 1  # flights need the other processors
         lasts_by_time: dict[int, int] = {}
         pictures = 0
         last: VideoFrame | None = None
@@ -158,7 +158,7 @@ def _code_again(
                 last = fitting.fit(frame)
             elif last is None:
                 continue
-            # A picture that cannot be read: the one before it stays, and the times stay right.
+            # For a picture that cannot be decoded the previous one stays, so that the times stay right.
             last.pts, last.time_base = at, _TIME_BASE
             last.pict_type = 0
             lasts_by_time[at] = lasts
@@ -172,7 +172,7 @@ def _code_again(
 
 
 class _Decoder:
-    """One picture for each unit, without waiting for the next."""
+    """Returns one picture for each unit, without waiting for the next."""
 
     def __init__(self, codec: Codec) -> None:
         self._codec = codec
@@ -183,7 +183,7 @@ class _Decoder:
         self._context.flags |= Flags.low_delay
 
     def decode(self, unit: Unit) -> VideoFrame | None:
-        """None where it cannot be read."""
+        """None if it cannot be decoded."""
         try:
             if self._codec is Codec.H264:
                 return next(iter(self._context.decode(av.Packet(unit.payload))), None)
@@ -209,14 +209,14 @@ _MAX_GRAPHS: Final = 8
 
 
 class Fitting:
-    """`width`, `height`: of the file, even."""
+    """`width`, `height`: of the file, even numbers."""
 
     def __init__(self, width: int, height: int) -> None:
         self._size = (width, height)
         self._graphs: dict[tuple[int, int, str], Graph] = {}
 
     def fit(self, frame: VideoFrame) -> VideoFrame:
-        """The same picture in yuv420p and in the size of the file."""
+        """Returns the picture in yuv420p and in the size of the file."""
         if (frame.width, frame.height) == self._size and frame.format.name == "yuv420p":
             return frame
         key = (frame.width, frame.height, frame.format.name)

@@ -1,6 +1,5 @@
-"""Makes the files of recordings that have ended, one after another, and at the start of the tower those that an earlier
-one left. A process of its own, which gives way
-to everything else, makes each MP4."""
+"""Creates the files of ended recordings, one after another, and at start those that an earlier tower left. A separate
+low-priority process creates each MP4."""
 
 from __future__ import annotations
 
@@ -26,18 +25,18 @@ from server.store.recordings.store import MP4, PART, UNITS, RecordingStore
 from server.store.recordings.tables import RecordingRow
 
 SILENCE_S: Final = 180.0
-"""A process that is silent for this long hangs. It reports once a second, if it runs at all."""
+"""A process that reports nothing for this long hangs. It reports once a second if it gets any processor time."""
 MAX_DURATION_S: Final = 6 * 3600.0
-"""For one file: the others wait for it. Two hours of the highest quality take a small computer less than two; a drone
-that sends what no camera gives may keep it busy for days."""
+"""Limit for one file, because the others wait for it. Two hours at the highest quality take a small computer less than
+two; data that no camera produces could keep it busy for days."""
 HOPELESS: Final = 2
-"""Its exit code where no other try will do better: no picture came."""
+"""Exit code if a retry would not help: there was no picture."""
 _ROOT: Final = Path(__file__).resolve().parents[3]
 _MAX_TEXT_LENGTH: Final = 150
 
 
 class CannotFinish(Exception):
-    """The message is for people. `hopeless`: another try will not do better."""
+    """The message is for people. `hopeless`: a retry would not help."""
 
     def __init__(self, words: str, *, hopeless: bool = False) -> None:
         super().__init__(words)
@@ -46,8 +45,8 @@ class CannotFinish(Exception):
 
 
 async def make_mp4(source: Path, target: Path) -> Finished:
-    """Writes `target`; removes it where that does not work out. Raises CannotFinish, OSError."""
-    # Nothing of the tower's environment: it reads what a drone sent, and has no business with the tower's secrets.
+    """Writes `target`; removes it on failure. Raises CannotFinish, OSError."""
+    # Without the tower's environment: the process reads data from a drone, and must not see the tower's secrets.
     process = await asyncio.create_subprocess_exec(
         *(sys.executable, "-m", "server.store.recordings.make_mp4", str(source), str(target)),
         stdin=asyncio.subprocess.PIPE,
@@ -93,7 +92,7 @@ MakeMp4 = Callable[[Path, Path], Awaitable[Finished]]
 
 
 class RecordingFinisher:
-    """`work` runs beside. One at a time: the tower has better things to do."""
+    """`work` runs in the background. One file at a time, because flights come first."""
 
     def __init__(
         self,
@@ -113,21 +112,22 @@ class RecordingFinisher:
         self._something = asyncio.Event()
 
     def add(self, recording_id: int) -> None:
-        """It has ended."""
+        """The recording has ended."""
         self._waiting.append(recording_id)
         self._something.set()
 
     @property
     def waiting(self) -> int:
-        """How many, with the one that is being made."""
+        """The number of recordings to finish, including the current one."""
         return len(self._waiting)
 
     async def recover(self, deleted: Iterable[int]) -> None:
-        """At start, before anything is recorded: takes up what was left. `deleted`: drones whose files go."""
+        """At start, before anything is recorded: resumes unfinished recordings. `deleted`: drones whose files are
+        removed."""
         try:
             await asyncio.to_thread(self._store.open)
         except OSError as error:
-            # Flying goes on without recordings. What there is of them is left as it is.
+            # Flights continue without recordings. Existing recordings are left as they are.
             _log.error("recordings_cannot_be_kept", why=str(error))
             return
         await asyncio.to_thread(self._store.remove_drones, deleted)
@@ -167,7 +167,7 @@ class RecordingFinisher:
         self.add(row.id)
 
     async def work(self) -> None:
-        """Until cancelled. What fails for the database's sake is tried again."""
+        """Runs until cancelled. Retries after errors of the database."""
         while True:
             while self._waiting:
                 await self._finish(self._waiting[0])
@@ -184,7 +184,7 @@ class RecordingFinisher:
         target = self._store.path(row.drone_id, row.file, MP4)
         part = target.with_name(target.name + PART)
         try:
-            # The file itself is counted already; the MP4 of it is smaller or as large.
+            # The units file is counted already; its MP4 is not larger.
             if not await self._quota.make_space(row.size_bytes, row.drone_id):
                 raise CannotFinish(NO_ROOM)
             finished = await self._make(units, part)
@@ -214,7 +214,7 @@ class RecordingFinisher:
 
 
 def _size_and_time(path: Path) -> tuple[int, datetime] | None:
-    """Bytes, and when it was written last. None where there is no such file."""
+    """Returns size in bytes and time of the last write. None if there is no such file."""
     try:
         file_stat = path.stat()
     except FileNotFoundError:

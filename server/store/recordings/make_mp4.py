@@ -1,12 +1,10 @@
-"""Creates the MP4 file of a recording: a separate program, because it uses a processor for long and parses a drone's
-data.
+"""Creates the MP4 file of a recording: a separate program, because it uses a processor for long and reads data from a
+drone. Started by `server.store.recordings.finisher`; ends when its parent is gone.
 
-Started by `server.store.recordings.finisher`; ends when its parent is gone.
+python -m server.store.recordings.make_mp4 UNITS MP4
 
-    python -m server.store.recordings.make_mp4 UNITS MP4
-
-On standard output: a line of JSON about once a second, `{"done": pictures}`, and at the end the members of `Made`, or
-`{"problem": words}` with exit code 1, or 2 if another try cannot help.
+On standard output: a line of JSON about once a second, `{"done": pictures}`, and at the end the members of `Made` or
+`{"problem": words}` with exit code 1, or 2 if a retry would not help.
 """
 
 import json
@@ -27,7 +25,7 @@ from server.store.recordings.conversion import Made, Survey, make, survey
 
 NICENESS: Final = 15
 MAX_MEMORY_BYTES: Final = 2 * 1024**3
-"""Limit of address space. A picture of the maximum size needs some hundred MB with all its references."""
+"""Limit of address space. A picture of the largest accepted size needs some hundred MB with all its references."""
 SAY_EVERY_S: Final = 1.0
 
 
@@ -72,8 +70,7 @@ def _say(what: dict[str, Any]) -> None:
 
 
 def _end_with_parent() -> None:
-    """Standard input is a pipe to the parent that waits for the file. After a kill, the tower creates it again at its
-    start."""
+    """Standard input is a pipe from the parent. A tower that was killed creates the file again at its start."""
     with suppress(OSError):
         while os.read(0, 1024):
             pass

@@ -1,8 +1,6 @@
-"""Keeps recordings within their budget, which owners share (`file_budget`).
-
-The oldest ended recording of the largest account goes first, never one that is running or being finished. Files unknown
-to the database count too, and go by age like all others.
-"""
+"""Keeps recordings within their budget, which owners share (`file_budget`): the oldest one of the largest account that
+is over goes first, never one that runs or is being finished. Files unknown to the database count too, and are removed
+by age like all others."""
 
 from __future__ import annotations
 
@@ -27,9 +25,9 @@ from server.store.recordings.tables import RecordingRow
 from wire.video import MAX_UNIT_BYTES
 
 MIN_ROOM_BYTES: Final = MAX_UNIT_BYTES
-"""Without it nothing is begun."""
+"""Minimum free space to begin a recording."""
 AT_ONCE: Final = 100
-"""Rows that are looked at together: making objects of thousands would hold up the tower's loop."""
+"""Rows read together: creating objects for thousands would block the tower's loop."""
 
 
 _log = structlog.get_logger(__name__)
@@ -52,8 +50,8 @@ class _Bytes:
 
 
 class RecordingQuota:
-    """`in_use`: bytes of what goes on, by drone. `kept_bytes`: of all that is over, as it was seen last; `used`: of all
-    there is, by account. `strays`: files that the database does not know, the oldest first."""
+    """`in_use`: bytes of running recordings, by drone. `kept_bytes`: of all that are over, at the last count; `used`:
+    of all, by account. `strays`: files unknown to the database, oldest first."""
 
     def __init__(
         self,
@@ -78,7 +76,7 @@ class RecordingQuota:
         self._one_at_a_time = asyncio.Lock()
 
     async def make_space(self, coming_bytes: int, drone_id: int | None = None) -> bool:
-        """Removes files so that this much more of the drone fits. Returns whether it fits now, on the disk too."""
+        """Removes files until so many more bytes of this drone fit. Returns whether they fit now, also on the disk."""
         async with self._one_at_a_time:
             accounts = self._accounts()
             there = await self._count(accounts)
@@ -89,11 +87,12 @@ class RecordingQuota:
             return fits and await asyncio.to_thread(self._store.has_room, coming_bytes)
 
     def hogs_most(self, drone_id: int) -> int:
-        """Bytes that the owner of this drone keeps, as they were seen last: who has the most gives way first."""
+        """Returns the bytes that the owner of this drone stores, at the last count: the largest account gives way
+        first."""
         return self.used.get(self._accounts().get(drone_id, NOBODY), 0)
 
     def stray_bytes(self) -> int:
-        """Of files unknown to the database."""
+        """Bytes of files unknown to the database."""
         return sum(one.size_bytes for one in self.strays)
 
     async def _count(self, accounts: Mapping[int, Account]) -> _Bytes:
@@ -114,24 +113,24 @@ class RecordingQuota:
         return _Bytes(used, removable, drones)
 
     async def _shrink(self, there: _Bytes, accounts: Mapping[int, Account], coming: Account | None) -> bool:
-        """Whether the rest is within the budget, or the new file within its account's share."""
+        """Returns whether the rest is within the budget, or the new file is within its account's share."""
         while there.used.total() > self.budget_bytes:
             account = to_shrink(there.used, there.removable, coming=coming, budget_bytes=self.budget_bytes)
             if account is None:
                 share = share_bytes(there.used, budget_bytes=self.budget_bytes)
                 return coming is not None and there.used[coming] <= share
             if not await self._remove_oldest(account, there, accounts, coming):
-                there.used[account] -= there.removable.pop(account)  # rows that went meanwhile
+                there.used[account] -= there.removable.pop(account)  # rows that disappeared meanwhile
         return True
 
     async def _remove_oldest(
         self, account: Account, there: _Bytes, accounts: Mapping[int, Account], coming: Account | None
     ) -> int:
-        """Some of an account's that have to go. How many went."""
+        """Removes some files of an account. Returns how many."""
         async with self._database.reading() as session:
             drones = there.drones.get(account, ())
             rows = await catalogue.oldest_over(session, self._store.id, drones, most=AT_ONCE)
-        # Rows that were not looked at may be older than a stray that is younger than these.
+        # Rows beyond this batch may be older than a stray that is younger than these.
         until = rows[-1].began_at.timestamp() if len(rows) == AT_ONCE else float("inf")
         oldest = [_Kept(row, row.size_bytes, row.began_at.timestamp()) for row in rows]
         oldest += [

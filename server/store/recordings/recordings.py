@@ -1,4 +1,4 @@
-"""The parts of recording, put together for one tower."""
+"""The parts of recording, assembled for one tower."""
 
 from __future__ import annotations
 
@@ -32,7 +32,8 @@ class Recordings:
 
     @asynccontextmanager
     async def working(self, deleted: frozenset[int]) -> AsyncIterator[None]:
-        """Takes up what an earlier tower left, and works until the block ends. `deleted`: drones whose files go."""
+        """Resumes what an earlier tower left, and works until the block ends. `deleted`: drones whose files are
+        removed."""
         await self.finisher.recover(deleted)
         if self.store.id:
             await self.quota.make_space(0)

@@ -1,7 +1,7 @@
-"""The recordings of the tower: started, supervised, ended, and passed on to be finished.
+"""The recordings of the tower: begun, monitored, ended, and passed on to be finished.
 
-Units go from the relay to a writer's thread and wait for nothing. Everything else happens here: limits, flights, rows.
-What the database cannot store now is retried; a recording is complete on disk in any case.
+Units go from the relay to a writer's thread without waiting. Everything else happens here in the background: limits,
+flights, rows. Writes that the database refuses are retried; a recording ends on its disk in any case.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from wire.ids import DroneId
 from wire.video import Quality
 
 MAX_RUNNING: Final = 50
-"""Each has a thread, and places for what its disk does not have yet."""
+"""Each has a thread, and a queue for what its disk does not have yet."""
 CHECK_EVERY_S: Final = 1.0
 ROOM_EVERY_S: Final = 5.0
 NOTHING_COMES_S: Final = 600.0
@@ -55,7 +55,7 @@ _log = structlog.get_logger(__name__)
 
 
 class RecordingService:
-    """One for a tower. `work` runs beside. `video`: where the units come from."""
+    """One instance per tower. `work` runs in the background. `video`: the source of units."""
 
     def __init__(
         self,
@@ -87,10 +87,10 @@ class RecordingService:
         self._quota_checked_at = float("-inf")
         quota.in_use = self._running_by_drone
 
-    # -- what goes on ----------------------------------------------------------------------------------------
+    # -- running recordings ----------------------------------------------------------------------------------
 
     def view(self, row: RecordingRow) -> RecordingView:
-        """With what has come by now."""
+        """Returns the view with the bytes recorded so far."""
         view = catalogue.view_of(row)
         if row.state == "ready" and row.store != self._store.id:
             return view.model_copy(update={"words": NOT_HERE})
@@ -101,7 +101,7 @@ class RecordingService:
         return view.model_copy(update=counts | {"flights": list(running.flights)})
 
     def running_bytes(self) -> int:
-        """The running recordings."""
+        """Bytes being recorded."""
         return sum(one.writer.taken_bytes for one in self._running.values())
 
     def _running_by_drone(self) -> Counter[int]:
@@ -111,11 +111,11 @@ class RecordingService:
         return by_drone
 
     def waiting_bytes(self) -> int:
-        """What the disk does not have yet."""
+        """Bytes not on disk yet."""
         return sum(one.writer.waiting_bytes for one in self._running.values())
 
     def running(self) -> int:
-        """How many."""
+        """The number of running recordings."""
         return len(self._running)
 
     async def begin(
@@ -160,7 +160,7 @@ class RecordingService:
                     session.add(row)
                     await session.flush()
                     action.record(session, "recording.began", drone_id=drone_id, **catalogue.about(row))
-            except IntegrityError:  # the drone was deleted in this instant
+            except IntegrityError:  # the drone was just deleted
                 raise UnknownDrone from None
             path = self._store.path(drone_id, row.file, UNITS)
             try:
@@ -193,7 +193,7 @@ class RecordingService:
         return view
 
     async def end(self, recording_id: int, action: AuditAction) -> None:
-        """Somebody ends it. Returns when it has ended; harmless where it has."""
+        """A user ends it. Returns when it has ended; harmless if it already has."""
         running = self._running.get(recording_id)
         if running is None:
             return
@@ -202,10 +202,10 @@ class RecordingService:
         with suppress(TimeoutError):
             await asyncio.wait_for(running.over.wait(), STOPPED_WITHIN_S)
 
-    # -- beside ----------------------------------------------------------------------------------------------
+    # -- background work -------------------------------------------------------------------------------------
 
     async def work(self) -> None:
-        """Until cancelled."""
+        """Runs until cancelled."""
         while True:
             with suppress(TimeoutError):
                 await asyncio.wait_for(self._something.wait(), CHECK_EVERY_S)
@@ -213,11 +213,11 @@ class RecordingService:
             await self.tick(time.monotonic())
 
     async def tick(self, now: float) -> None:
-        """Ends what is to end, and notes which flights the others show."""
+        """Ends recordings that are due, and records which flights the others show."""
         if self._running and now - self._quota_checked_at >= ROOM_EVERY_S:
             self._quota_checked_at = now
             if not await self._quota.make_space(0):
-                # Of whoever keeps the most, the largest.
+                # The largest one of the largest account.
                 going_on = self._running.values()
                 max(going_on, key=lambda one: (self._quota.hogs_most(one.drone_id), one.writer.taken_bytes)).end(
                     NO_ROOM
@@ -271,7 +271,7 @@ class RecordingService:
         self._finisher.add(row.id)
 
     async def close(self) -> None:
-        """The tower goes down: what goes on ends, and is finished at the next start."""
+        """The tower stops: running recordings end, and are finished at the next start."""
         for running in list(self._running.values()):
             running.end(GOING_DOWN)
             try:

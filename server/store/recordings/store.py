@@ -1,6 +1,6 @@
-"""The folder of recordings: `drone-<id>/<file>.units` while one goes on, `<file>.mp4` when it is ready.
+"""The folder of recordings: `drone-<id>/<file>.units` while one runs, `<file>.mp4` when it is ready.
 
-Blocking; call it in a thread. `store` names the folder: a row of the database whose file is elsewhere is left alone.
+Blocking; call it in a thread. `store` identifies the folder: a database row whose file is elsewhere is left alone.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _OURS: Final = re.compile(r"([0-9a-f]{16})(?:\.units|\.mp4|(\.mp4\.part))")
 
 @dataclass(frozen=True)
 class Stray:
-    """A file of a recording that the database does not know. `kept_at`: written last, seconds since 1970."""
+    """A recording file unknown to the database. `kept_at`: last write, seconds since 1970."""
 
     drone_id: int
     path: Path
@@ -36,19 +36,19 @@ class Stray:
 
 
 class RecordingStore:
-    """`root`: need not be there yet. `id`: empty until it was opened."""
+    """`root`: need not exist yet. `id`: empty until opened."""
 
     def __init__(self, root: Path) -> None:
         self._root = root
         self.id = ""
 
     def open(self) -> None:
-        """Finds out which folder this is, or names it. Raises OSError."""
+        """Reads the folder's id, or assigns one. Raises OSError."""
         self._root.mkdir(mode=0o700, parents=True, exist_ok=True)
         path = self._root / _STORE
         if not path.exists():
             written = path.with_name(_STORE + PART)
-            written.write_text(secrets.token_hex(8))  # a full disk leaves no name that cannot be read
+            written.write_text(secrets.token_hex(8))  # written beside, so that a full disk leaves no unreadable id
             written.replace(path)
         found = path.read_text().strip()
         if not _STORE_ID.fullmatch(found):
@@ -56,29 +56,29 @@ class RecordingStore:
         self.id = found
 
     def path(self, drone_id: int, file: str, ending: str) -> Path:
-        """Size of one file, present or not."""
+        """Returns the path of a file, whether it exists or not."""
         return folder_of(self._root, DroneId(drone_id)) / f"{file}{ending}"
 
     def remove(self, drone_id: int, file: str) -> None:
-        """All that there is of a recording. Raises OSError."""
+        """Removes all files of a recording. Raises OSError."""
         for ending in (UNITS, MP4, MP4 + PART):
             self.path(drone_id, file, ending).unlink(missing_ok=True)
 
     def has_room(self, coming_bytes: int) -> bool:
-        """On the disk. Raises OSError."""
+        """Whether the disk has room. Raises OSError."""
         return disk_takes(self._root, coming_bytes)
 
     def drone_ids(self) -> frozenset[int]:
-        """Drones with files, whether they still are or not."""
+        """Drones with files, including deleted ones."""
         return drones_with_files(self._root)
 
     def remove_drones(self, drone_ids: Iterable[int]) -> None:
-        """All that there is of drones that were deleted."""
+        """Removes all files of deleted drones."""
         remove_folders(self._root, drone_ids)
 
     def sweep(self, files: Container[str]) -> list[Stray]:
-        """Removes incomplete files. Files without a row (`files`) stay and are reported, oldest first: an older copy of
-        the database may be in use, and the right one may follow. Raises OSError."""
+        """Removes partial files. Returns files that belong to no row (`files`), oldest first, and keeps them: an older
+        copy of the database may have been restored, and the right one may follow. Raises OSError."""
         strays: list[Stray] = []
         for drone_id, folder in drone_folders(self._root):
             for path in list(folder.iterdir()):

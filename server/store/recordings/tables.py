@@ -1,4 +1,4 @@
-"""Recordings: who recorded which drone when, in which flights, and how the file is getting on."""
+"""Recordings: who recorded which drone when, in which flights, and the state of the file."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ class RecordingRow(Base):
     id: Mapped[int] = mapped_column(primary_key=True)
     drone_id: Mapped[int] = mapped_column(ForeignKey("drones.id", ondelete="CASCADE"), index=True)
     store: Mapped[str] = mapped_column(String(32))
-    """Which folder of files it is in: several towers may share a database."""
+    """The folder that contains the file: several towers may share a database."""
     file: Mapped[str] = mapped_column(String(32))
-    """The beginning of the file's name: by chance, so that an older copy of the database brought back does not give the
-    number and the file of one recording to another."""
+    """The stem of the file name: random, so that a restored older copy of the database does not assign one recording's
+    id and file to another."""
     by_id: Mapped[int | None] = mapped_column(ForeignKey("users.id", ondelete="SET NULL"))
     by_name: Mapped[str] = mapped_column(String(64))
     quality: Mapped[str] = mapped_column(String(16))
@@ -28,11 +28,11 @@ class RecordingRow(Base):
     state: Mapped[str] = mapped_column(String(16), index=True)
     """`recording`, `finishing`, `ready`, `failed`."""
     words: Mapped[str] = mapped_column(String(200), default="")
-    """Why it ended by itself, or why it failed."""
+    """Why it ended, if no user ended it, or why it failed."""
     began_at: Mapped[datetime] = mapped_column(UtcDateTime, index=True)
     ended_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     flights: Mapped[list[str]] = mapped_column(JSON, default=list)
-    """When each of the flights began that it shows, where that is known: ISO 8601, in order."""
+    """When each of the flights that it shows began, if known: ISO 8601, in order."""
     size_bytes: Mapped[int] = mapped_column(BigInteger, default=0)
     duration_s: Mapped[float | None]
     pictures: Mapped[int] = mapped_column(default=0)

@@ -1,7 +1,7 @@
-"""Invitations to a team by name, which reveal nothing about existing users to a team admin.
+"""Invitations into a team by name, so that a team admin does not learn which users exist.
 
-An invitation keeps the name as typed, without a lookup. The team reads "invited" until it is accepted, withdrawn or
-expired: a user who declines looks like a name without a user.
+An invitation is stored under the typed name, without checking whether a user has it. The team sees "invited" until it
+is accepted, withdrawn or expired: declining looks the same as a name that no user has.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from server.store.teams.teams import TeamManager, add_member, led_team, new_id, 
 
 LASTS: Final = timedelta(days=7)
 MAX_INVITATIONS: Final = 50
-"""Open invitations of one team."""
+"""Per team, not counting expired ones."""
 
 
 class Received(NamedTuple):
@@ -37,9 +37,9 @@ class Received(NamedTuple):
 async def invite(
     session: AsyncSession, team_id: int, *, name: str, role: TeamRole, manager: TeamManager, action: AuditAction
 ) -> TeamInvitationRow:
-    """Inviting a name again while it is invited changes nothing: to ask again, withdraw first.
+    """Inviting a name that is already invited changes nothing: withdraw the invitation first to repeat it.
 
-    Raises BadName, UnknownTeam, TeamAdminsOnly, MemberAlready (whom a team admin knows), TeamFull.
+    Raises BadName, UnknownTeam, TeamAdminsOnly, MemberAlready (a team admin knows the members), TeamFull.
     """
     name = clean_name(name)
     await begin_fleet_change(session)
@@ -87,7 +87,7 @@ async def withdraw(
 
 
 async def received(session: AsyncSession, principal: Principal, action: AuditAction) -> list[Received]:
-    """Those for this user that wait for a word, the newest first."""
+    """Returns the open invitations for this user, newest first."""
     user = await get_user(session, principal.user_id)
     query = select(TeamInvitationRow, TeamRow.name).join(TeamRow, TeamRow.id == TeamInvitationRow.team_id)
     query = query.where(
@@ -100,11 +100,11 @@ async def received(session: AsyncSession, principal: Principal, action: AuditAct
 
 
 async def accept(session: AsyncSession, principal: Principal, invitation_id: int, *, action: AuditAction) -> int:
-    """The number of the team that they are in now. Raises UnknownInvitation, TeamFull."""
+    """Returns the id of the team that the user is now in. Raises UnknownInvitation, TeamFull."""
     await begin_fleet_change(session)
     row = await _for_them(session, principal, invitation_id, action)
     team = await session.get(TeamRow, row.team_id)
-    assert team is not None  # its invitations go with it
+    assert team is not None  # deleting a team deletes its invitations
     if await role_in(session, team.id, principal.user_id) is None:
         user = await get_user(session, principal.user_id)
         await add_member(session, team, user=user, role=TeamRole(row.role), action=action)
@@ -113,7 +113,7 @@ async def accept(session: AsyncSession, principal: Principal, invitation_id: int
 
 
 async def decline(session: AsyncSession, principal: Principal, invitation_id: int, *, action: AuditAction) -> None:
-    """The team does not learn of it. Raises UnknownInvitation."""
+    """The team is not notified. Raises UnknownInvitation."""
     row = await _for_them(session, principal, invitation_id, action)
     row.declined = True
     action.record(session, "team.invitation_declined", team_id=row.team_id, name=row.name)

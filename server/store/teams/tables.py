@@ -1,4 +1,4 @@
-"""The tables of teams: their names, who is in them, which drones they have, and who has been invited."""
+"""The tables of teams: their names, members, drones and invitations."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ _ROLES = "role IN ('observer', 'operator', 'admin')"
 
 
 class TeamRow(Base):
-    """The id is random: it does not reveal how many other teams there are."""
+    """Its id is random, so that it does not reveal how many other teams exist."""
 
     __tablename__ = "teams"
 
     id: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
     name: Mapped[str] = mapped_column(String(64))
-    """Not unique: that a name is taken would tell of another team."""
+    """Not unique: a taken name would reveal another team."""
     made_by: Mapped[int | None] = mapped_column(ForeignKey("users.id", ondelete="SET NULL"), index=True)
     created_at: Mapped[datetime] = mapped_column(UtcDateTime)
 
@@ -34,7 +34,7 @@ class TeamMemberRow(Base):
 
 
 class TeamDroneRow(Base):
-    """A drone is in one team at most: its pilots never meet those of another team."""
+    """A drone is in at most one team: those who fly it for one team never meet those of another."""
 
     __tablename__ = "team_drones"
 
@@ -44,13 +44,13 @@ class TeamDroneRow(Base):
 
 
 class TeamInvitationRow(Base):
-    """By name, whether or not such a user exists: the team must not learn that here."""
+    """For a name, whether or not a user has it: the team must not learn that from here."""
 
     __tablename__ = "team_invitations"
     __table_args__ = (UniqueConstraint("team_id", "name_key"), CheckConstraint(_ROLES, name="role"))
 
     id: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
-    """Drawn by lot, as that of a team."""
+    """Random, like that of a team."""
     team_id: Mapped[int] = mapped_column(ForeignKey("teams.id", ondelete="CASCADE"))
     name: Mapped[str] = mapped_column(String(64))
     name_key: Mapped[str] = mapped_column(String(256), index=True)
@@ -59,4 +59,4 @@ class TeamInvitationRow(Base):
     created_at: Mapped[datetime] = mapped_column(UtcDateTime)
     expires_at: Mapped[datetime] = mapped_column(UtcDateTime)
     declined: Mapped[bool] = mapped_column(default=False, server_default=false())
-    """The team goes on to read "invited"."""
+    """The team still sees "invited"."""

@@ -1,8 +1,8 @@
-"""The rules of teams: who creates, changes and leaves them, and which drones are in them. Knows nothing of HTTP.
+"""The rules of teams: who creates, changes and leaves them, and which drones are in them. Independent of HTTP.
 
-No team learns of another: team names need not be unique, ids are random, people are invited by a name without a lookup
-(`invitations.py`), and a team exists only for its members. Every rule takes a session of `Database.writing()`, so that
-a rule and its audit record are committed together.
+No team learns of another: names of teams need not be unique, ids are random, people are invited by a name that is not
+looked up (`invitations.py`), and for a user a team of others does not exist. Every rule takes a session of
+`Database.writing()`, so that a change and its audit record are committed together.
 """
 
 from __future__ import annotations
@@ -41,20 +41,20 @@ from server.store.teams.tables import TeamDroneRow, TeamMemberRow, TeamRow
 from wire.ids import UserId
 
 MAX_TEAMS: Final = 5
-"""That one user has made. Admins of the tower make as many as they like."""
+"""Teams that one user may create. Admins of the tower have no limit."""
 MAX_MEMBERS: Final = 200
 MAX_DRONES: Final = 200
 DRONE_REMOVED: Final = "team.drone_removed"
 MEMBER_REMOVED: Final = "team.member_removed"
 ROLE_CHANGED: Final = "team.role_changed"
-"""Audit actions that take a right from a user."""
+"""In the audit trail: an action that can revoke a user's right."""
 
 
 @dataclass(frozen=True)
 class TeamManager:
-    """Who looks after teams. `above`: an admin of the tower, or its command line, to whom every team is theirs.
+    """Who manages teams. `above`: an admin of the tower, or its command line; manages every team.
 
-    `may_lead`: not an account that only watches, whatever it is in a team.
+    `may_lead`: false for an account that only watches, whatever its role in a team.
     """
 
     user_id: UserId | None
@@ -63,12 +63,12 @@ class TeamManager:
 
     @classmethod
     def of(cls, principal: Principal) -> TeamManager:
-        """The one who is signed in."""
+        """Returns the manager for a signed-in user."""
         leads = reach_of(principal.role, Action.LEAD_TEAMS)
         return cls(principal.user_id, leads is Reach.ALL, leads is not Reach.NONE)
 
     def leads(self, role: TeamRole | None) -> bool:
-        """Whether they may change a team in which they are that."""
+        """Whether they may change a team in which they have this role."""
         return self.above or (self.may_lead and role is TeamRole.ADMIN)
 
 
@@ -76,13 +76,13 @@ COMMAND_LINE: Final = TeamManager(None, above=True)
 
 
 async def role_in(session: AsyncSession, team_id: int, user_id: int | None) -> TeamRole | None:
-    """The user's role in a team; None: not a member."""
+    """Returns the role of a user in a team; None: not a member."""
     row = await session.get(TeamMemberRow, (team_id, user_id)) if user_id is not None else None
     return TeamRole(row.role) if row is not None else None
 
 
 async def list_teams(session: AsyncSession, manager: TeamManager) -> Sequence[TeamRow]:
-    """Those that this user is in; for an admin of the tower all of them."""
+    """Returns the teams of this user; for an admin of the tower, all teams."""
     query = select(TeamRow)
     if not manager.above:
         mine = select(TeamMemberRow.team_id).where(TeamMemberRow.user_id == manager.user_id)
@@ -91,12 +91,12 @@ async def list_teams(session: AsyncSession, manager: TeamManager) -> Sequence[Te
 
 
 async def find_teams(session: AsyncSession, *, name: str, team_id: int | None) -> Sequence[TeamRow]:
-    """Those of this name, and the one with this id."""
+    """Returns the teams of this name, and the one with this id."""
     return (await session.scalars(select(TeamRow).where(or_(TeamRow.name == name, TeamRow.id == team_id)))).all()
 
 
 async def get_team(session: AsyncSession, team_id: int, manager: TeamManager) -> TeamRow:
-    """A team of theirs. Raises UnknownTeam."""
+    """Returns a team visible to the manager. Raises UnknownTeam."""
     row = await session.get(TeamRow, team_id)
     if row is None or not (manager.above or await role_in(session, team_id, manager.user_id)):
         raise UnknownTeam
@@ -104,7 +104,7 @@ async def get_team(session: AsyncSession, team_id: int, manager: TeamManager) ->
 
 
 async def led_team(session: AsyncSession, team_id: int, manager: TeamManager) -> TeamRow:
-    """A team that they may change. Raises UnknownTeam, TeamAdminsOnly."""
+    """Returns a team that the manager may change. Raises UnknownTeam, TeamAdminsOnly."""
     row = await get_team(session, team_id, manager)
     if not manager.leads(await role_in(session, team_id, manager.user_id)):
         raise TeamAdminsOnly
@@ -112,12 +112,12 @@ async def led_team(session: AsyncSession, team_id: int, manager: TeamManager) ->
 
 
 def new_id() -> int:
-    """Random, so that it does not reveal the number of teams."""
+    """Returns a random id, which does not reveal how many exist."""
     return secrets.randbelow(2**31 - 1) + 1
 
 
 async def make_team(session: AsyncSession, *, name: str, manager: TeamManager, action: AuditAction) -> TeamRow:
-    """Whoever makes it is its admin, but for those who are above all teams. Raises BadName, TooManyTeams."""
+    """The creator becomes its admin, unless they are above all teams. Raises BadName, TooManyTeams."""
     name = clean_name(name)
     await begin_fleet_change(session)
     if not manager.above:
@@ -148,7 +148,7 @@ async def rename_team(
 
 
 async def delete_team(session: AsyncSession, team_id: int, *, manager: TeamManager, action: AuditAction) -> None:
-    """Its drones go back to their owners alone. Raises UnknownTeam, TeamAdminsOnly."""
+    """Its drones belong to their owners alone again. Raises UnknownTeam, TeamAdminsOnly."""
     await begin_fleet_change(session)
     row = await led_team(session, team_id, manager)
     grouped = select(TeamDroneRow).where(TeamDroneRow.team_id == team_id)
@@ -165,7 +165,7 @@ async def delete_team(session: AsyncSession, team_id: int, *, manager: TeamManag
 async def set_role(
     session: AsyncSession, team_id: int, *, user_id: int, role: TeamRole, manager: TeamManager, action: AuditAction
 ) -> None:
-    """Sets a member's role. Only admins above all teams can add people who are not members: a team admin invites.
+    """Sets the role of a member. Only managers above all teams can add other users: a team admin invites.
 
     Raises UnknownTeam, TeamAdminsOnly, UnknownUser, LastTeamAdmin, TeamFull.
     """
@@ -192,7 +192,7 @@ async def set_role(
 async def add_member(
     session: AsyncSession, team: TeamRow, *, user: UserRow, role: TeamRole, action: AuditAction
 ) -> None:
-    """Somebody who is not in it yet. Raises TeamFull."""
+    """Adds a user who is not a member yet. Raises TeamFull."""
     count = await session.scalar(select(func.count()).where(TeamMemberRow.team_id == team.id))
     if (count or 0) >= MAX_MEMBERS:
         raise TeamFull(f"a team has at most {MAX_MEMBERS} members")
@@ -205,7 +205,7 @@ async def add_member(
 async def remove_member(
     session: AsyncSession, team_id: int, *, user_id: int, manager: TeamManager, action: AuditAction
 ) -> None:
-    """A team admin removes a member; every member may leave. Loans by the team end.
+    """A team admin removes a member; any member may leave. The user loses drones on loan from the team.
 
     Raises UnknownTeam, TeamAdminsOnly, UnknownUser, LastTeamAdmin.
     """
@@ -258,7 +258,7 @@ async def _end_loans(
 async def add_drone(
     session: AsyncSession, team_id: int, *, drone_id: int, manager: TeamManager, action: AuditAction
 ) -> None:
-    """An owner of the drone who is an admin of the team puts it in. Doing it twice changes nothing.
+    """Adds a drone: by an owner of the drone who is an admin of the team. Repeating it changes nothing.
 
     Raises UnknownTeam, TeamAdminsOnly, UnknownDrone, NotYourDrone, InAnotherTeam, DroneInUse, TeamFull.
     """
@@ -289,7 +289,8 @@ async def add_drone(
 async def remove_drone(
     session: AsyncSession, team_id: int, *, drone_id: int, manager: TeamManager, action: AuditAction
 ) -> None:
-    """A team admin, or an owner of the drone whatever they are in the team. One that is not in it changes nothing.
+    """By a team admin, or by an owner of the drone in any role. Removing a drone that is not in the team changes
+    nothing.
 
     Raises UnknownTeam, TeamAdminsOnly.
     """
@@ -311,7 +312,7 @@ async def remove_drone(
 async def _why_not_theirs(
     session: AsyncSession, drone_id: int, manager: TeamManager, action: AuditAction
 ) -> Refusal | None:
-    """Why they may not decide to which team the drone belongs, or None."""
+    """Returns why the manager may not decide on the drone's team, or None."""
     drone = await get_drone(session, drone_id)
     if manager.above:
         return None

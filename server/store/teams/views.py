@@ -1,4 +1,4 @@
-"""How a team looks to those who are in it: observers see less of the people than pilots do."""
+"""How members see a team: observers see less about the people than pilots do."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from server.store.teams.teams import TeamManager
 
 
 class MemberView(BaseModel):
-    """A member of a team."""
+    """A member of the team."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -39,7 +39,7 @@ class TeamDroneView(BaseModel):
 
 
 class InvitationView(BaseModel):
-    """An invitation by name, whether or not a user has it."""
+    """An invitation for this name, whether or not a user has it."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -61,7 +61,7 @@ class InvitationView(BaseModel):
 
 
 class ReceivedView(BaseModel):
-    """An invitation, as the invited user sees it."""
+    """An invitation, as the invited person sees it."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -84,7 +84,7 @@ class ReceivedView(BaseModel):
 
 
 class TeamView(BaseModel):
-    """A team, as one of its members or an admin of the tower sees it."""
+    """A team, as a member or an admin of the tower sees it."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -99,7 +99,7 @@ class TeamView(BaseModel):
 async def views_of(
     session: AsyncSession, teams: Iterable[TeamRow], manager: TeamManager, at: datetime
 ) -> list[TeamView]:
-    """As they look to `manager`, by name."""
+    """Returns the teams as `manager` sees them, by name."""
     rows = sorted(teams, key=lambda team: (team.name.casefold(), team.id))
     ids = [row.id for row in rows]
     people = select(TeamMemberRow.team_id, TeamMemberRow.role, UserRow.id, UserRow.name)
