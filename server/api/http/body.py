@@ -1,4 +1,4 @@
-"""Limits request bodies: JSON only, bounded in size. Plain ASGI, before anything is read."""
+"""Reads the body of a request: JSON only, of bounded size, within a deadline. Plain ASGI."""
 
 from __future__ import annotations
 
@@ -27,30 +27,19 @@ _FILES: Final = re.compile(r"/api/v1/agent/files/\d+")
 
 
 class BodyCheck:
-    """Refuses a body whose headers announce too much. Without such headers it counts the received bytes. Gives up a
-    body that does not arrive in full in time."""
+    """Refuses bodies beyond a number of bytes or a deadline.
+
+    It reads a body whole before the application runs, so that a slow one holds no route and no dependency. Bodies of
+    plans and parameters are larger: their routes read them after authentication.
+    """
 
     def __init__(self, app: ASGIApp, budget: AnonymousBudget) -> None:
         self._app = app
         self._budget = budget
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        if scope["type"] == "http":
-            headers = Headers(scope=scope)
-            if _FILES.fullmatch(scope["path"]):  # an agent's upload is not JSON, and is counted where it is written
-                await self._app(scope, receive, send)
-                return
-            most, within_s = _bounds(scope["path"])
-            length = _length(headers)
-            if length > most:
-                self._budget.refused[Over.BODY] += 1
-                await problem(TOO_LARGE, instance=scope["path"])(scope, receive, send)
-                return
-            if (length > 0 or "transfer-encoding" in headers) and not _is_json(headers):
-                await problem(JSON_ONLY, instance=scope["path"])(scope, receive, send)
-                return
-            await self._app(scope, self._counted(receive, most, within_s), send)
-        else:
+        # Agents send files: not JSON, and their route counts the bytes while it writes them.
+        if scope["type"] != "http" or _FILES.fullmatch(scope["path"]):
             await self._app(scope, receive, send)
             return
         headers = Headers(scope=scope)
@@ -83,15 +72,14 @@ class BodyCheck:
     def _bounded(self, receive: Receive, most: int, within_s: float) -> Receive:
         """`receive`, which raises HTTPException beyond these bounds."""
         taken, whole, refused = 0, False, self._budget.refused
-        # Bodies that began together must not end together: two hundred responses at once delay a frame by 25 ms.
+        # Bodies that began together must not end together: two hundred answers at once delay a frame by 25 ms.
         until = asyncio.get_running_loop().time() + within_s + random.random() * SPREAD_S  # noqa: S311 (no secret)
 
         async def bounded() -> Message:
             nonlocal taken, whole
             try:
-                async with asyncio.timeout_at(
-                    None if whole else until
-                ):  # afterwards `receive` waits for the end of the connection
+                # After the body, `receive` waits for the end of the connection.
+                async with asyncio.timeout_at(None if whole else until):
                     message = await receive()
             except TimeoutError:
                 refused[Over.BODY_TIME] += 1
@@ -100,14 +88,38 @@ class BodyCheck:
             whole = not message.get("more_body", False)
             if taken > most:
                 refused[Over.BODY] += 1
-                raise HTTPException(TOO_LARGE.status)  # raised in the route, so it becomes a problem document
+                raise HTTPException(TOO_LARGE.status)
             return message
 
         return bounded
 
 
-def _bounds(path: str) -> tuple[int, float]:
-    """Returns the maximum size of a body on this path in bytes, and its deadline in seconds."""
+async def _whole_body(receive: Receive) -> bytes | None:
+    """None if the client has left."""
+    body = bytearray()
+    while True:
+        message = await receive()
+        if message["type"] == "http.disconnect":
+            return None
+        body += message.get("body", b"")
+        if not message.get("more_body", False):
+            return bytes(body)
+
+
+def _received(body: bytes, receive: Receive) -> Receive:
+    """Returns the body once, then waits for the end of the connection as `receive` does."""
+    first: Message | None = {"type": "http.request", "body": body, "more_body": False}
+
+    async def received() -> Message:
+        nonlocal first
+        message, first = first, None
+        return message or await receive()
+
+    return received
+
+
+def _bounds(path: str, *, is_plan: bool) -> tuple[int, float]:
+    """The largest body in bytes, and the deadline in seconds."""
     if path in _SIGN_IN:
         return LIMITS.max_sign_in_body_bytes, min(LIMITS.sign_in_body_within_s, WITHIN_S)
     return LIMITS.max_plan_body_bytes if is_plan else MAX_BODY_BYTES, WITHIN_S

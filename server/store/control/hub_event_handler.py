@@ -1,7 +1,7 @@
-"""Handles events of the hub: orders immediate holds, ends leases, records the outcome of every hold.
+"""Acts on what the hub notices: holds what has to be held at once, ends leases, writes down how every hold went.
 
-The hub calls `noticed` and continues. Whatever must not wait for a database (an order to hold) happens inside that
-call; the rest runs one event at a time for each drone, with retries while the database is unreachable.
+The hub calls `noticed` and goes on. What must not wait for a database (an order to hold) happens inside that call; the
+rest is carried out one event after the other for each drone, and tried again while the database is out of reach.
 """
 
 import asyncio
@@ -48,13 +48,13 @@ from server.store.database import Database
 from wire.ids import DroneId
 
 MAX_WAITING: Final = 64
-"""Events of one drone queued for the database: a minute of extreme hand-overs."""
+"""Events of one drone that wait for the database: a minute of the wildest changing of hands."""
 
 TRY_AGAIN_AFTER_S: Final = 1.0
 MAX_RACES: Final = 20
-"""Immediate retries of a change that lost a race for the lease."""
+"""How often a change that lost a race for the lease is made again at once."""
 MAX_TRIES: Final = 600
-"""Ten minutes. A lease that could not be ended by then is ended by the next change of the fleet."""
+"""Ten minutes. A lease that could not be ended by then is ended by the next change of anything in the fleet."""
 
 CAUGHT_UP_WITHIN_S: Final = 5.0
 
@@ -64,8 +64,7 @@ _log = structlog.get_logger(__name__)
 
 
 class HubEventHandler:
-    """One instance per tower, called by the hub (`hub.state.on_event = event_handler.noticed`) inside a running
-    loop."""
+    """One for a tower. The hub calls it (`hub.state.on_event = event_handler.noticed`) inside a running loop."""
 
     def __init__(
         self,
@@ -94,7 +93,7 @@ class HubEventHandler:
         self._at_work: dict[DroneId, asyncio.Task[None]] = {}
 
     def noticed(self, event: HubEvent) -> None:
-        """Does urgent work at once and schedules the rest. Never raises, never waits."""
+        """Does at once what cannot wait, and sees to the rest soon. Never raises, never waits."""
         match event:
             case AgentLinked():
                 self._agent_linked(event.drone_id)
@@ -115,13 +114,13 @@ class HubEventHandler:
         self._queue(event)
 
     async def caught_up(self) -> None:
-        """Returns when all events noticed before the call are handled, or after a timeout: callers must not wait for an
-        unreachable database."""
+        """Returns when all earlier events are handled, or after a short time: callers must not wait for an unreachable
+        database."""
         if self._at_work:
             await asyncio.wait(self._at_work.values(), timeout=CAUGHT_UP_WITHIN_S)
 
     async def stop(self) -> None:
-        """Drops pending work: the database has the truth, and the next start reads it."""
+        """Drops waiting events: the database has the truth, and the next start reads it."""
         tasks = list(self._at_work.values())
         for task in tasks:
             task.cancel()
@@ -156,7 +155,7 @@ class HubEventHandler:
             try:
                 await self._carry_out(event)
             except (ControlRefused, UnknownDrone):
-                return  # too late: another user has changed the lease meanwhile
+                return  # it has come too late: somebody else has changed the lease meanwhile
             except (SQLAlchemyError, OSError) as error:
                 if number == 0:
                     self._withdrawals.hold(event)
@@ -172,11 +171,6 @@ class HubEventHandler:
                 await asyncio.sleep(self._try_again_after_s)
             else:
                 return
-
-    def _hold_without_database(self, event: HubEvent) -> None:
-        """A holder who lost the right to fly must not keep flying because a disk is full."""
-        if isinstance(event, RightLost) and event.whose == "holder":
-            self._hub.holds.order(event.drone_id, "the holder may not fly, and the database is out of reach")
 
     async def _carry_out(self, event: HubEvent) -> None:
         change = self._service.system_change
@@ -225,15 +219,14 @@ class HubEventHandler:
                 )
                 return
             except ControlRefused as error:
-                # An assistant who came or left at this moment has changed the epoch: the user still has their part in
-                # the lease.
+                # An assistant who came or went just now has moved the epoch: the part in the lease is still theirs.
                 if error.code != MOVED.code:
                     raise
 
     async def _expire(self, event: HolderExpired, now: float) -> None:
         drone = self._hub.state.drones.get(event.drone_id)
         if drone is None or drone.holder_watch.missing_since is None:
-            return  # the holder has just reconnected
+            return  # they have come back just now
         reason = "the holder's connection stayed lost"
         await self._service.system_change(event.drone_id, Event.EXPIRE, reason=reason, about=event.user_id, now=now)
 

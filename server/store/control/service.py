@@ -1,7 +1,7 @@
-"""The control service: applies a decision of the table to the store, the hub and the drone, in that order.
+"""The control service: carries a decision of the table into the store, the hub and the drone, in that order.
 
-Before a TAKE asks the store, the hub's fence comes down: from that instant nobody's commands pass until the decision.
-If two ask at the same time, the store lets one win.
+To take the controls from somebody, it fences the drone in the hub before it asks the store: from that instant no
+commands pass until the decision. Of two concurrent requests the store lets one win.
 """
 
 import asyncio
@@ -38,11 +38,11 @@ EVENT_NAMES: Final = {
     Event.OFFER_LAPSED: "taken",
     Event.EXPIRE: "expired",
 }
-"""The past tense in which clients receive an event (docs/wire-protocol.md, 1.2)."""
+"""The past-tense names of events for clients (docs/wire-protocol.md, 1.2)."""
 
 
 class ControlRefused(Refusal):
-    """The table refused. `code` is stable and for programs."""
+    """The table refused the event. `code` is stable and for programs."""
 
     def __init__(self, refused: Refused) -> None:
         super().__init__(refused.words)
@@ -50,7 +50,7 @@ class ControlRefused(Refusal):
 
 
 class ControlService:
-    """One instance per tower. A lease changes only by `change` and `system_change`."""
+    """One for a tower. `change` and `system_change` are the only ways in which a lease changes."""
 
     def __init__(
         self,
@@ -60,7 +60,7 @@ class ControlService:
         on_changed: Callable[[DroneId], None] = lambda drone_id: None,
         timeout_s: float = TIMEOUT_S,
     ) -> None:
-        """`timeout_s`: maximum time for which a TAKE waits for the store."""
+        """`timeout_s`: for which a TAKE waits for the store."""
         self._store = store
         self._hub = hub
         self._on_changed = on_changed
@@ -83,11 +83,10 @@ class ControlService:
         sticks_centred: bool = False,
         interrupts: bool = False,
     ) -> DroneView:
-        """Carries out `event` and returns the resulting drone, as this user may see it.
+        """Does what `event` asks for and returns the drone as it is then, as this user may see it.
 
         `reason` is free text for people, `now` monotonic seconds. `interrupts`: see Ask.
-        Raises UnknownDrone if the drone does not exist or the user may not see it, ControlRefused with the table's
-        refusal.
+        Raises UnknownDrone for a drone that is not there or not theirs to see, ControlRefused with the table's answer.
         """
         live_drone = self._hub.squads.drone(drone_id, principal.user_id, principal.role)
         if live_drone is None:
@@ -113,7 +112,7 @@ class ControlService:
         return view
 
     def _may_take_now(self, drone: LiveDrone, principal: Principal) -> bool:
-        """As far as the hub knows. A TAKE that will be refused must not interrupt commands, even for a moment."""
+        """As far as the hub knows. A TAKE that will be refused must not stop anybody's commands, even for a moment."""
         in_the_way = [one for one in (drone.lease.holder, drone.lease.assistant) if one is not None]
         if drone.holder_id == principal.user_id or not drone.may(principal.user_id, principal.role, Right.TAKE):
             return False
@@ -132,11 +131,11 @@ class ControlService:
         about: UserId | None = None,
         turn_of: Literal["holder", "assistant"] | None = None,
     ) -> LeaseView:
-        """An event of the tower itself. `about`: the user whose part in the lease ends; refused if another user has it
-        by now.
+        """Applies an event of the tower's own. `about`: the user whose part in the lease it ends; refused if it is
+        another's by now.
 
-        `by`: who caused it, for the audit trail and for all clients; `ordered_by`: set if the trail already contains
-        the action that caused this. `turn_of` goes with TURN: clients receive as `by` the user whose frames pass.
+        `by`: the person who caused it, for the audit trail and for notifications; `ordered_by`: the same if the trail
+        already has their action. `turn_of` goes with TURN: notifications name the user whose frames pass.
 
         Raises UnknownDrone and ControlRefused.
         """
@@ -172,7 +171,7 @@ class ControlService:
             outcome = await self._decided(ask, fenced=fenced, by=by, now=now)
             if isinstance(outcome, Refused):
                 raise ControlRefused(outcome)
-            # No await from here on: refusing the old holder and ordering the hold are one step.
+            # No await from here on: the refusal of the old holder and the order to hold are one step.
             view, event, now = outcome.view, EVENT_NAMES[ask.event], now + time.perf_counter() - ask.began_at
             if turn_of is not None:
                 by = view.assistant if turn_of == "assistant" else view.holder
@@ -186,7 +185,7 @@ class ControlService:
         return outcome
 
     async def _decided(self, ask: Ask, *, fenced: bool, by: UserRef | None, now: float) -> Committed | Refused:
-        """Returns the store's decision. A TAKE does not wait for it: the drone holds even without a response."""
+        """The store's decision. A TAKE does not wait for it: the drone holds, even without an answer."""
         if ask.event is not Event.TAKE or not fenced:
             return await self._store.commit(ask)
         name = by.name if by else "the tower"
@@ -210,14 +209,14 @@ class ControlService:
             self._undecided.wait_for_decision(ask, by, now, committing)
             raise ControlUndecided from error
         except asyncio.CancelledError:
-            # The client is gone. The database's decision is not known, so the fence stays.
+            # Whoever asked has gone. What the database makes of it is not known, so the fence stays.
             self._undecided.wait_for_decision(ask, by, now, committing)
             raise
 
     @contextmanager
     def shut_out(self, principal: Principal, drone_id: DroneId, *, interrupts: bool = False) -> Iterator[None]:
-        """For a TAKE whose sender the database has not confirmed yet, but who was signed in a moment ago: the drone
-        holds, and nobody's commands pass in this block. Does nothing if the sender may not take the drone."""
+        """For a TAKE whose sender the database has not confirmed yet, but who was signed in a moment ago: in this block
+        the drone holds and no commands pass. Without effect if they may not take it."""
         drone = self._hub.squads.drone(drone_id, principal.user_id, principal.role)
         takes = drone is not None and self._may_take_now(drone, principal)
         with self._fenced(drone_id, wanted=takes):
@@ -228,15 +227,15 @@ class ControlService:
                 yield
             finally:
                 self._held_first[drone_id] -= takes
-                self._held_first += Counter()  # drops zero counts
+                self._held_first += Counter()  # forgets those at nought
 
     async def stop(self) -> None:
-        """Stops waiting for the database."""
+        """Ends what waits for the database."""
         await self._undecided.stop()
 
     @contextmanager
-    def _fence(self, drone_id: DroneId, *, wanted: bool) -> Iterator[None]:
-        """Two admins may take a drone at the same time: its fence stays down until the last of them has a response."""
+    def _fenced(self, drone_id: DroneId, *, wanted: bool) -> Iterator[None]:
+        """Two admins may reach for a drone at once: its fence stays down until the last of them has an answer."""
         if not wanted:
             yield
             return
@@ -254,7 +253,7 @@ class ControlService:
     def unfence(self, drone_id: DroneId) -> None:
         self._fences[drone_id] -= 1
         if self._fences[drone_id]:
-            self._hub.changes.fence(drone_id)  # the hub lifts it with each lease that it receives
+            self._hub.changes.fence(drone_id)  # the hub lifts it with each lease that it is told of
         else:
             del self._fences[drone_id]
             self._hub.changes.unfence(drone_id)
