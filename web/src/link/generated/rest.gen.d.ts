@@ -1356,32 +1356,32 @@ export interface components {
             /** @default false */
             readonly sticks_centred?: boolean;
         };
-        /** @description A user, as an admin sees them. */
+        /** @description A user, as admins see them. */
         readonly AccountView: {
             /** Format: date-time */
             readonly created_at: string;
             readonly disabled: boolean;
             readonly id: number;
             /**
-             * @description Nothing else may be done before
+             * @description Required before anything else
              * @default false
              */
             readonly must_add_second_factor: boolean;
-            /** @description Nothing else may be done before */
+            /** @description Required before anything else */
             readonly must_change_password: boolean;
             readonly name: string;
-            /** @description How many they have */
+            /** @description Number of passkeys */
             readonly passkeys: number;
             readonly role: components["schemas"]["Role"];
-            /** @description The password alone does not sign in */
+            /** @description Sign-in requires a second factor */
             readonly second_factor: boolean;
         };
-        /** @description Of which drone, by its name: needed where a loss is dangerous. */
+        /** @description Confirms the drone by its name; required where a loss is dangerous. */
         readonly Acknowledgement: {
             readonly drone?: string | null;
         };
         /**
-         * @description What the autopilot does by itself when the agent's sticks stop, or the agent dies.
+         * @description What the autopilot does if the agent's sticks stop or the agent dies.
          * @enum {string}
          */
         readonly AfterSticks: "stays" | "sinks" | "returns" | "lands" | "unknown";
@@ -1411,7 +1411,7 @@ export interface components {
         };
         readonly AuditEventView: {
             readonly action: string;
-            /** @description null: nobody signed in, the command line, or deleted since */
+            /** @description null: not signed in, command line, or deleted */
             readonly actor_id: number | null;
             readonly actor_name: string;
             readonly address: string;
@@ -1429,7 +1429,7 @@ export interface components {
              * @enum {string}
              */
             readonly command: "mode";
-            /** @description As its autopilot names it */
+            /** @description In the autopilot's own terms */
             readonly mode: string;
         };
         readonly ChangeSpeed: {
@@ -1440,18 +1440,18 @@ export interface components {
             readonly command: "speed";
             readonly m_s: number;
         };
-        /** @description A number that the autopilot does not keep. */
+        /** @description A value that the autopilot changes. */
         readonly ChangeView: {
             /**
-             * @description flight: it flies otherwise; refused: the upload will fail
+             * @description flight: the flight differs; refused: the upload will fail
              * @enum {string}
              */
             readonly effect: "flight" | "refused";
             /** @description command, frame, param1 to param4, x, y, z, autocontinue or count */
             readonly field: string;
-            /** @description From 0; of count the first that there is no room for */
+            /** @description From 0; for `count` the first item without room */
             readonly item: number;
-            /** @description null: NaN; of what is refused as it was sent */
+            /** @description null: NaN; for a refused value the sent one */
             readonly kept: number | null;
             /** @description null: NaN */
             readonly sent: number | null;
@@ -1460,25 +1460,25 @@ export interface components {
         readonly ClientsView: {
             /** @description Open live connections */
             readonly live: number;
-            /** @description Of so many different users */
+            /** @description Number of different users */
             readonly users: number;
         };
         readonly CodeProof: {
-            /** @description Of the authenticator, or a recovery code */
+            /** @description From the authenticator, or a recovery code */
             readonly code: string;
         };
-        /** @description Why. Everybody concerned reads it, and so does the audit trail. */
+        /** @description The reason. Everybody concerned sees it, and the audit trail stores it. */
         readonly ControlRequest: {
             /** @default  */
             readonly reason?: string;
         };
-        /** @description Items of each kind. */
+        /** @description The number of items of each kind. */
         readonly CountsView: {
             readonly fence: number;
             readonly mission: number;
             readonly rally: number;
         };
-        /** @description No agent can sign in as it before one has been enrolled. */
+        /** @description A new drone. No agent can sign in for it before one is enrolled. */
         readonly CreatedDrone: {
             readonly drone: components["schemas"]["DroneView"];
         };
@@ -1488,7 +1488,7 @@ export interface components {
             readonly revision: string;
             readonly size_bytes: number;
         };
-        /** @description `force`: also in the air, where it falls. */
+        /** @description `force`: also in the air, where the drone falls. */
         readonly Disarm: {
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1498,7 +1498,7 @@ export interface components {
             /** @default false */
             readonly force?: boolean;
         };
-        /** @description Where the tower keeps its files. */
+        /** @description The disk that holds the tower's files. */
         readonly DiskView: {
             readonly free_bytes: number;
             readonly total_bytes: number;
@@ -1507,7 +1507,7 @@ export interface components {
             /** @description 1 to 64 printable characters */
             readonly name: string;
         };
-        /** @description What is to be different; what is not named stays. */
+        /** @description The settings to change; others stay as they are. */
         readonly DroneSettingsPatch: {
             readonly commands_late_s?: number | null;
             readonly hold_ladder?: readonly string[] | null;
@@ -1520,60 +1520,60 @@ export interface components {
             readonly sticks_stale_s?: number | null;
             readonly stream_profile?: ("auto" | "full" | "thin" | "minimal") | null;
         };
-        /** @description Every setting, chosen or not. Times in seconds. */
+        /** @description Every setting, including defaults. Times in seconds. */
         readonly DroneSettingsView: {
-            /** @description Commands that come later than this are never executed */
+            /** @description Commands older than this are never executed */
             readonly commands_late_s: number;
-            /** @description Modes of a hold, tried in order; altitude hold comes last in any case */
+            /** @description Hold modes, tried in order; altitude hold is always the last */
             readonly hold_ladder: readonly string[];
             /** @enum {string} */
             readonly lost_action: "return" | "land" | "continue" | "stay";
-            /** @description The tower or the person lost for so long: `lost_action` */
+            /** @description `lost_action` after this long without tower or person */
             readonly lost_action_s: number;
-            /** @description The tower lost for so long while flown by hand: hold */
+            /** @description Hold after this long without the tower while flown by hand */
             readonly lost_hold_s: number;
             /** @description A round trip above this ... */
             readonly rtt_limit_ms: number;
             /** @description ... for so long while flown by hand: hold */
             readonly rtt_limit_s: number;
-            /** @description Sticks that come later than this are discarded */
+            /** @description Sticks older than this are discarded */
             readonly sticks_late_s: number;
-            /** @description No fresh sticks for so long while flown by hand: hold */
+            /** @description Hold after this long without fresh sticks while flown by hand */
             readonly sticks_stale_s: number;
             /**
-             * @description How much telemetry it sends; `auto`: its agent decides by the quality of the link
+             * @description Amount of telemetry; `auto`: the agent adapts it to the link
              * @enum {string}
              */
             readonly stream_profile: "auto" | "full" | "thin" | "minimal";
         };
-        /** @description One drone, with who owns it, who holds its controls, and whether it is there. */
+        /** @description One drone: owners, holder, link and state. */
         readonly DroneView: {
-            /** @description As the agent says; null: not known */
+            /** @description As the agent reports; null: not known */
             readonly airborne: boolean | null;
-            /** @description When it left the ground, as the tower heard it; null if it is not known */
+            /** @description When it took off, as reported to the tower; null: not known */
             readonly airborne_since: string | null;
-            /** @description As the agent says; null: not known */
+            /** @description As the agent reports; null: not known */
             readonly armed: boolean | null;
             /** @description An admin who assists the holder */
             readonly assistant: components["schemas"]["UserRefView"] | null;
-            /** @description The agent hears its autopilot */
+            /** @description The agent receives heartbeats from the autopilot */
             readonly autopilot_heard: boolean;
-            /** @description Grows by one each time the holder changes */
+            /** @description Increments with each change of the lease */
             readonly epoch: number;
-            /** @description null: no hold is open, nobody is lost, and no lost action is under way */
+            /** @description null: no open hold, no loss, no lost action */
             readonly hold: components["schemas"]["HoldView"] | null;
-            /** @description Who has the controls now */
+            /** @description The user who has the controls */
             readonly holder: components["schemas"]["UserRefView"] | null;
             readonly id: number;
             /**
-             * @description By what its agent is known
+             * @description How the agent proves its identity
              * @default {
              *       "kind": "none"
              *     }
              */
             readonly identity: components["schemas"]["IdentityView"];
             /**
-             * @description To whom it is lent, and until when
+             * @description Users it is lent to, and until when
              * @default []
              */
             readonly loans: readonly components["schemas"]["LoanView"][];
@@ -1583,31 +1583,31 @@ export interface components {
              */
             readonly lost_action: components["schemas"]["LostAction"];
             /**
-             * @description After so many seconds
+             * @description In seconds
              * @default 30
              */
             readonly lost_action_s: number;
             /**
-             * @description False for an operator from whom the view was taken as well
+             * @description False for an operator who was also barred from watching
              * @default true
              */
             readonly may_watch: boolean;
             /**
-             * @description False for an operator from whom the video, or the whole view, was taken as well
+             * @description False for an operator who was also barred from the video or from watching
              * @default true
              */
             readonly may_watch_video: boolean;
             readonly name: string;
             /**
-             * @description Given back to `taken_from`, who has not accepted yet
+             * @description Offered to `taken_from`, who has not accepted yet
              * @default false
              */
             readonly offered: boolean;
-            /** @description Its agent has a link to the tower */
+            /** @description The agent has a link to the tower */
             readonly online: boolean;
             readonly owners: readonly components["schemas"]["UserRefView"][];
             /**
-             * @description How far its parameters are known
+             * @description Progress of reading its parameters
              * @default {
              *       "count": 0,
              *       "total": 0
@@ -1615,7 +1615,7 @@ export interface components {
              */
             readonly parameters: components["schemas"]["ParametersStateView"];
             /**
-             * @description Which plans are on board, as its agent says
+             * @description The plans on board, as the agent reports
              * @default {
              *       "fence": {
              *         "count": 0,
@@ -1638,38 +1638,38 @@ export interface components {
              *     }
              */
             readonly plans: components["schemas"]["PlansView"];
-            /** @description How much telemetry it sends now, as its agent says; null if unknown */
+            /** @description Amount of telemetry now, as the agent reports; null: not known */
             readonly profile: components["schemas"]["StreamProfile"] | null;
             /**
-             * @description What an admin chose; `auto`: the agent decides
+             * @description The admin's choice; `auto`: the agent decides
              * @default auto
              */
             readonly profile_chosen: components["schemas"]["StreamChoice"];
             /**
-             * @description Why it is this profile, for people
+             * @description Reason for this profile, for people
              * @default
              */
             readonly profile_why: string;
             /**
-             * @description How you stand to it: what you may do with it follows (docs/teams.md)
+             * @description Your relation to it, which decides what you may do (docs/teams.md)
              * @default stranger
              */
             readonly relation: components["schemas"]["Relation"];
-            /** @description Armed, it does not move as a machine can: what was found in the last minute */
+            /** @description Impossible motion of the armed drone in the last minute */
             readonly suspicious_motion: ("jump" | "speed" | "height" | "course") | null;
-            /** @description An admin took the controls from them: they are shut out until given back */
+            /** @description The operator from whom an admin took the controls; shut out until they are given back */
             readonly taken_from: components["schemas"]["UserRefView"] | null;
-            /** @description The team it belongs to; null where there is none, or not yours to know */
+            /** @description Its team; null: none, or not visible to you */
             readonly team: components["schemas"]["TeamRefView"] | null;
         };
         readonly Enrol: {
-            /** @description Of an Ed25519 key that the agent made: 32 bytes in base64url */
+            /** @description Public half of the agent's Ed25519 key: 32 bytes in base64url */
             readonly public_key: string;
-            /** @description By that key, of the token: docs/wire-protocol.md, 2.0 */
+            /** @description The key's signature of the token: docs/wire-protocol.md, 2.0 */
             readonly signature: string;
             readonly token: string;
         };
-        /** @description What the agent has to know besides its own key. */
+        /** @description What the agent must know besides its own key. */
         readonly Enrolled: {
             readonly drone: string;
             readonly drone_id: number;
@@ -1682,7 +1682,7 @@ export interface components {
         };
         /** @enum {string} */
         readonly EnrolmentState: "waiting" | "used" | "seen" | "expired" | "cancelled";
-        /** @description How an enrolment goes. Never its token. */
+        /** @description The progress of an enrolment, without its token. */
         readonly EnrolmentView: {
             readonly agent_seen_at: string | null;
             /** Format: date-time */
@@ -1696,14 +1696,14 @@ export interface components {
             readonly used_at: string | null;
             readonly used_from: string;
         };
-        /** @description The only answer that ever contains the token. */
+        /** @description The only response that ever contains the token. */
         readonly EnrolmentWithToken: {
-            /** @description To be pasted on the drone's companion computer */
+            /** @description Paste it on the drone's companion computer */
             readonly command: string;
             readonly enrolment: components["schemas"]["EnrolmentView"];
             readonly token: string;
         };
-        /** @description Keeps this place relative to another drone, seen from that one, until something ends it. */
+        /** @description Keeps a fixed position relative to another drone until something ends it. */
         readonly Follow: {
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1717,7 +1717,7 @@ export interface components {
              * @default 600
              */
             readonly for_s?: number;
-            /** @description The drone that is followed */
+            /** @description The drone to follow */
             readonly leader: number;
             /** @default 0 */
             readonly north_m?: number;
@@ -1725,14 +1725,14 @@ export interface components {
             readonly up_m?: number;
         };
         /**
-         * @description Follows whoever asks, on the side on which it is and as high as it is, until something ends it. Where they are
-         *     now; from then on their browser tells it, with `person_fix` on `/live`, once a second.
+         * @description Follows the requester from its present side and height until something ends it. The request has the requester's
+         *     present position; afterwards their browser sends `person_fix` on `/live` once a second.
          */
         readonly FollowMe: {
-            /** @description As geolocation has it: 95 of 100 */
+            /** @description 95 % confidence, as geolocation reports it */
             readonly accuracy_m: number;
             /**
-             * @description Since it was measured
+             * @description Age of the position
              * @default 0
              */
             readonly age_ms?: number;
@@ -1742,7 +1742,7 @@ export interface components {
              */
             readonly command: "follow_me";
             /**
-             * @description Over ground
+             * @description Horizontal
              * @default 15
              */
             readonly distance_m?: number;
@@ -1754,7 +1754,7 @@ export interface components {
             readonly lat: number;
             readonly lon: number;
         };
-        /** @description `heading_deg`: which way it looks, clockwise from north; left out, the autopilot's own rule holds. */
+        /** @description `heading_deg`: clockwise from north; omitted: the autopilot decides. */
         readonly GoTo: {
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1773,48 +1773,48 @@ export interface components {
             readonly version: string;
         };
         /**
-         * @description How far an open hold is.
+         * @description Stage of an open hold.
          * @enum {string}
          */
         readonly HoldStage: "none" | "altitude" | "stay";
-        /** @description An open hold and the lost action, as the agent told last. */
+        /** @description An open hold and the lost action, as the agent last reported them. */
         readonly HoldView: {
-            /** @description What will be done, or is being done */
+            /** @description The action, pending or running */
             readonly action: components["schemas"]["LostAction"] | null;
-            /** @description What the autopilot does by itself when these end, or the agent dies */
+            /** @description What the autopilot does if these stop or the agent dies */
             readonly after_sticks: components["schemas"]["AfterSticks"];
             /**
              * Format: date-time
-             * @description When the agent told this
+             * @description Time of the agent's report
              */
             readonly as_of: string;
             /** @description For people */
             readonly detail: string;
-            /** @description When, by the tower's clock; null unless it is counting */
+            /** @description By the tower's clock; null unless pending */
             readonly due_at: string | null;
             /** @description Who is away */
             readonly lost: components["schemas"]["Lost"] | null;
             /** @description The autopilot's mode, by name */
             readonly mode: string;
-            /** @description Until somebody flies, or the lost action is done, or it is disarmed */
+            /** @description Until somebody flies, the lost action is done, or the drone is disarmed */
             readonly open: boolean;
-            /** @description How far the lost action is */
+            /** @description Phase of the lost action */
             readonly phase: components["schemas"]["LostPhase"];
-            /** @description `altitude`: altitude hold with centred sticks; `stay`: a mode that needs none */
+            /** @description `altitude`: altitude hold with centred sticks; `stay`: a mode that needs no sticks */
             readonly stage: components["schemas"]["HoldStage"];
-            /** @description The agent's link is down: this is what it told last */
+            /** @description The agent's link is down: this is its last report */
             readonly stale: boolean;
-            /** @description The agent keeps centred sticks coming */
+            /** @description The agent sends centred sticks */
             readonly sticks: boolean;
-            /** @description Why it does not stay without sticks yet, for people */
+            /** @description Why it does not yet stay without sticks, for people */
             readonly waiting_for: string;
         };
         /**
-         * @description By what its agent is known. `credential`: the bearer secret of an older version, which the agent's next sign-in
-         *     exchanges for a key.
+         * @description How the agent proves its identity. `credential`: the bearer secret of an older version; the agent's next sign-in
+         *     exchanges it for a key.
          */
         readonly IdentityView: {
-            /** @description `SHA256:...` of the key's public half */
+            /** @description `SHA256:...` of the public key */
             readonly fingerprint: string | null;
             /**
              * @default none
@@ -1824,7 +1824,7 @@ export interface components {
             /** @description When the key was enrolled */
             readonly since: string | null;
         };
-        /** @description Somebody was invited by this name, whether or not anybody has it. */
+        /** @description An invitation for this name, whether or not a user has it. */
         readonly InvitationView: {
             /** Format: date-time */
             readonly expires_at: string;
@@ -1840,10 +1840,10 @@ export interface components {
              * @enum {string}
              */
             readonly command: "jump";
-            /** @description Of the plan, from 0 */
+            /** @description Index in the plan, from 0 */
             readonly item: number;
         };
-        /** @description A log that the tower has. */
+        /** @description A log that the tower stores. */
         readonly KeptLogView: {
             /** @description null: the autopilot's clock was not set */
             readonly began_at: string | null;
@@ -1856,7 +1856,7 @@ export interface components {
             readonly now: number;
             readonly worst_60s: number;
         };
-        /** @description Lent to a user. Metres above and around home; null: no limit. */
+        /** @description A loan to a user. Limits in metres above and around home; null: none. */
         readonly LoanView: {
             readonly max_height_m: number | null;
             readonly may_arm: boolean;
@@ -1865,13 +1865,13 @@ export interface components {
             readonly until: string;
             readonly user: components["schemas"]["UserRefView"];
         };
-        /** @description Newest first. */
+        /** @description Logs, newest first. */
         readonly LogsView: {
-            /** @description Those that the tower has */
+            /** @description Logs stored on the tower */
             readonly kept: readonly components["schemas"]["KeptLogView"][];
             /** @description null: not known */
             readonly on_board: readonly components["schemas"]["LogView"][] | null;
-            /** @description When the list was read; null: not since the tower runs */
+            /** @description When the list was read; null: not since the tower started */
             readonly read_at: string | null;
         };
         /** @description One flight log on board. */
@@ -1881,7 +1881,7 @@ export interface components {
             readonly id: number;
             readonly size_bytes: number;
         };
-        /** @description At a place, or at nothing any more (`none`). */
+        /** @description Points the camera at a position, or ends that (`none`). */
         readonly LookAt: {
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1894,18 +1894,18 @@ export interface components {
             /** @default false */
             readonly none?: boolean;
         };
-        /** @description What would happen on a loss, as far as the autopilot's parameters tell. */
+        /** @description What would happen on a loss, as far as the autopilot's parameters show. */
         readonly LossCheckView: {
-            /** @description For these very dangers, by you if you may arm the drone now, else by its holder */
+            /** @description For these dangers: by you if you may arm the drone now, else by its holder */
             readonly acknowledged: boolean;
-            /** @description Every parameter that matters was read */
+            /** @description All relevant parameters were read */
             readonly complete: boolean;
-            /** @description Whoever arms the drone must acknowledge it before */
+            /** @description Must be acknowledged before arming */
             readonly dangerous: boolean;
             /** @description null: not known */
             readonly has_radio: boolean | null;
             readonly sentences: readonly components["schemas"]["SentenceView"][];
-            /** @description The parameters prove that the autopilot is a simulated one */
+            /** @description The parameters prove that the autopilot is simulated */
             readonly simulated: boolean;
         };
         /**
@@ -1914,16 +1914,16 @@ export interface components {
          */
         readonly Lost: "tower" | "person";
         /**
-         * @description What the drone does by itself when the tower or the person stays away.
+         * @description What the drone does when the tower or the person stays away.
          * @enum {string}
          */
         readonly LostAction: "return" | "land" | "continue" | "stay";
         /**
-         * @description How far the lost action is.
+         * @description Phase of the lost action.
          * @enum {string}
          */
         readonly LostPhase: "quiet" | "counting" | "stayed" | "asking" | "done";
-        /** @description What `navigator.credentials.create()` gave: `credential.toJSON()`. */
+        /** @description The result of `navigator.credentials.create()`: `credential.toJSON()`. */
         readonly MadePasskey: {
             readonly id: string;
             readonly rawId: string;
@@ -1932,52 +1932,52 @@ export interface components {
             readonly type: "public-key";
         };
         readonly MapView: {
-            /** @description Whose map it is, to be shown on it; may be empty */
+            /** @description Attribution to show on the map; may be empty */
             readonly attribution: string;
             readonly kind: ("raster" | "vector") | null;
-            /** @description Of `addresses`. A file says its own */
+            /** @description For `addresses`; a file contains its own */
             readonly most_zoom: number | null;
             /**
-             * @description `none`: only the coastline; `addresses`: raster tiles elsewhere; `file`: PMTiles, here
+             * @description `none`: coastline only; `addresses`: raster tiles elsewhere; `file`: PMTiles, here
              * @enum {string}
              */
             readonly tiles: "none" | "addresses" | "file";
-            /** @description A template with {z}, {x} and {y}, or the address of the file; or empty */
+            /** @description URL template with {z}, {x} and {y}, or URL of the file; may be empty */
             readonly url: string;
         };
-        /** @description Who is signed in. */
+        /** @description The signed-in user. */
         readonly Me: {
             readonly id: number;
             /**
-             * @description Nothing else may be done before
+             * @description Required before anything else
              * @default false
              */
             readonly must_add_second_factor: boolean;
-            /** @description Nothing else may be done before */
+            /** @description Required before anything else */
             readonly must_change_password: boolean;
             readonly name: string;
             readonly role: components["schemas"]["Role"];
-            /** @description The password alone does not sign in */
+            /** @description Sign-in requires a second factor */
             readonly second_factor: boolean;
         };
         readonly MemberRole: {
             readonly role: components["schemas"]["TeamRole"];
         };
-        /** @description Somebody who is in it. */
+        /** @description A member of the team. */
         readonly MemberView: {
             readonly role: components["schemas"]["TeamRole"];
             readonly user: components["schemas"]["UserRefView"];
         };
         readonly MetadataBitView: {
             readonly description: string;
-            /** @description 0 is the lowest */
+            /** @description 0: the lowest bit */
             readonly index: number;
         };
         readonly MetadataChoiceView: {
             readonly description: string;
             readonly value: number;
         };
-        /** @description One parameter. What is left out is not known. */
+        /** @description One parameter. Omitted members are not known. */
         readonly MetadataEntryView: {
             /** @default [] */
             readonly bitmask?: readonly components["schemas"]["MetadataBitView"][];
@@ -1992,7 +1992,7 @@ export interface components {
             readonly longDesc?: string;
             readonly max?: number | null;
             readonly min?: number | null;
-            /** @description `{n}` stands for a number: then these are several parameters */
+            /** @description `{n}` stands for a number: the entry describes several parameters */
             readonly name: string;
             /** @default false */
             readonly readOnly?: boolean;
@@ -2012,18 +2012,18 @@ export interface components {
             /** @default false */
             readonly volatile?: boolean;
         };
-        /** @description In the form of MAVLink's COMP_METADATA_TYPE_PARAMETER. What is not in it was left out by the agent. */
+        /** @description In the format of MAVLink's COMP_METADATA_TYPE_PARAMETER, reduced by the agent to these members. */
         readonly MetadataView: {
             readonly parameters: readonly components["schemas"]["MetadataEntryView"][];
             readonly version: number;
         };
-        /** @description One of the library, without its plan. */
+        /** @description A mission of the library, without its plan. */
         readonly MissionView: {
             readonly counts: components["schemas"]["CountsView"];
             readonly id: number;
             readonly name: string;
             readonly owner: components["schemas"]["UserRefView"];
-            /** @description Every user of the tower may read it */
+            /** @description All users of the tower may read it */
             readonly shared: boolean;
             /** Format: date-time */
             readonly updated_at: string;
@@ -2074,7 +2074,7 @@ export interface components {
             readonly id: number;
             readonly name: string;
             readonly owner: components["schemas"]["UserRefView"];
-            /** @description Every user of the tower may read it */
+            /** @description All users of the tower may read it */
             readonly shared: boolean;
             /** Format: date-time */
             readonly updated_at: string;
@@ -2083,18 +2083,18 @@ export interface components {
         };
         readonly NewEnrolment: {
             /**
-             * @description For the command: where the autopilot is, as docs/agent.md spells it
+             * @description The autopilot's port for the command, as in docs/agent.md
              * @default
              */
             readonly autopilot?: string;
             /**
-             * @description Seconds for which the token is good
+             * @description Lifetime of the token in seconds
              * @default 3600
              */
             readonly lasts_s?: number;
         };
         readonly NewInvitation: {
-            /** @description The user's whole name; nobody looks whether anybody has it */
+            /** @description The user's full name; the response does not reveal whether it exists */
             readonly name: string;
             readonly role: components["schemas"]["TeamRole"];
         };
@@ -2110,15 +2110,15 @@ export interface components {
         };
         readonly NewPasskey: {
             readonly credential: components["schemas"]["MadePasskey"];
-            /** @description 1 to 64 printable characters: the device it is in */
+            /** @description 1 to 64 printable characters, such as the device's name */
             readonly name: string;
         };
         readonly NewPassword: {
             readonly password: string;
         };
-        /** @description What the token is to be for. It never does more than its owner may. */
+        /** @description The purpose of the new token. A token never allows more than its owner may do. */
         readonly NewToken: {
-            /** @description null: in 90 days, or as late as this tower allows if that is earlier */
+            /** @description null: in 90 days, or the tower's maximum if that is earlier */
             readonly expires_at?: string | null;
             /** @description Purpose, in 1 to 64 printable characters */
             readonly name: string;
@@ -2127,12 +2127,12 @@ export interface components {
         readonly NewUser: {
             /** @description 1 to 64 printable characters */
             readonly name: string;
-            /** @description 12 to 256 characters of any kind, not easy to guess */
+            /** @description 12 to 256 characters, not easy to guess */
             readonly password: string;
             /** @default operator */
             readonly role?: components["schemas"]["Role"];
         };
-        /** @description Which plan of one kind is on board, as far as the tower knows. */
+        /** @description The plan of one kind on board, as far as the tower knows. */
         readonly OnboardPlanView: {
             /**
              * @description Items
@@ -2140,14 +2140,14 @@ export interface components {
              */
             readonly count: number;
             /**
-             * @description False: it may be half of one, and no mission can be started
+             * @description False: it may be incomplete, and no mission can be started
              * @default true
              */
             readonly fit_to_fly: boolean;
-            /** @description Of the plan as the autopilot has it; null: not known */
+            /** @description Hash of the plan on board; null: not known */
             readonly hash: string | null;
             readonly kind: components["schemas"]["PlanKind"];
-            /** @description Of the plan as it was sent, where the autopilot keeps some fields in its own way */
+            /** @description Hash of the plan as sent, if the autopilot changed fields */
             readonly sent_hash: string | null;
             /**
              * @default unknown
@@ -2160,39 +2160,39 @@ export interface components {
             readonly connections: number;
             readonly user: components["schemas"]["UserRefView"];
         };
-        /** @description A piece of work at a drone. `/live` tells of each change: `{"type": "operation", "operation": ...}`. */
+        /** @description Work at a drone. `/live` reports each change: `{"type": "operation", "operation": ...}`. */
         readonly OperationView: {
             /** Format: date-time */
             readonly began_at: string;
-            /** @description Who asked for it */
+            /** @description The requester */
             readonly by: components["schemas"]["UserRefView"] | null;
-            /** @description The name of a MAV_MISSION_RESULT or MAV_RESULT, where there is one */
+            /** @description Name of the MAV_MISSION_RESULT or MAV_RESULT, if any */
             readonly code: string;
-            /** @description Of this phase ... */
+            /** @description Steps done in this phase ... */
             readonly done: number;
             readonly drone_id: number;
             readonly ended_at: string | null;
-            /** @description Of the plan that was asked for */
+            /** @description Hash of the requested plan */
             readonly hash: string | null;
             readonly id: string;
-            /** @description The item of the plan that was refused, from 0 */
+            /** @description The refused item of the plan, from 0 */
             readonly item: number | null;
-            /** @description Of the plan that it is about */
+            /** @description Kind of the plan */
             readonly kind: components["schemas"]["PlanKind"] | null;
-            /** @description Of a list of logs, newest first */
+            /** @description The list of logs, newest first */
             readonly logs: readonly components["schemas"]["LogView"][] | null;
-            /** @description What it is at, for people */
+            /** @description The present phase, for people */
             readonly phase: string;
-            /** @description Parameters: the first 200 that are not as asked */
+            /** @description Parameters: the first 200 with another value than requested */
             readonly refusals: readonly components["schemas"]["RefusalView"][];
-            /** @description How many are not, in all */
+            /** @description Total number of these */
             readonly refused: number;
-            /** @description A command: whether telemetry showed in time what was accepted; null: nothing to see */
+            /** @description For a command: whether telemetry confirmed it in time; null: nothing to confirm */
             readonly seen: boolean | null;
             readonly state: components["schemas"]["State"];
-            /** @description ... so much; 0: not known */
+            /** @description ... out of; 0: not known */
             readonly total: number;
-            /** @description How it ended, for people: what failed, why, and what is on board now */
+            /** @description The result, for people: what failed, why, and what is on board now */
             readonly words: string;
             /** @enum {string} */
             readonly work: "plan_upload" | "plan_download" | "plan_clear" | "plan_verify" | "parameters_read" | "parameters_write" | "command" | "log_list" | "log_download" | "follow" | "follow_me";
@@ -2211,17 +2211,17 @@ export interface components {
             readonly m_s?: number | null;
             readonly radius_m: number;
         };
-        /** @description How far the drone's parameters are known to its agent. */
+        /** @description How far the agent has read the drone's parameters. */
         readonly ParametersStateView: {
             /**
-             * @description How many are known ...
+             * @description Number known ...
              * @default 0
              */
             readonly count: number;
-            /** @description Of all of them; null: they are being read, or not known */
+            /** @description Hash of all parameters; null: being read, or not known */
             readonly hash: string | null;
             /**
-             * @description ... of how many; 0: not known
+             * @description ... out of; 0: not known
              * @default 0
              */
             readonly total: number;
@@ -2229,7 +2229,7 @@ export interface components {
         /** @description All parameters of a drone, by name. */
         readonly ParametersView: {
             readonly complete: boolean;
-            /** @description Of this table; also its ETag */
+            /** @description Hash of this table; also its ETag */
             readonly hash: string;
             readonly read_at: string | null;
             readonly values: readonly components["schemas"]["ParameterView"][];
@@ -2242,10 +2242,10 @@ export interface components {
         };
         readonly PasskeyAdded: {
             readonly passkey: components["schemas"]["PasskeyView"];
-            /** @description With the first factor of an account. Only this answer contains them */
+            /** @description With an account's first factor. Only this response contains them */
             readonly recovery_codes: readonly string[];
         };
-        /** @description What `navigator.credentials.get()` gave: `credential.toJSON()`. */
+        /** @description The result of `navigator.credentials.get()`: `credential.toJSON()`. */
         readonly PasskeyAnswer: {
             readonly id: string;
             readonly rawId: string;
@@ -2253,21 +2253,21 @@ export interface components {
             /** @constant */
             readonly type: "public-key";
         };
-        /** @description What the browser is to do. The challenge in it is good once, for five minutes, in this browser. */
+        /** @description Options for the browser. The challenge is valid once, for five minutes, in this browser. */
         readonly PasskeyOptions: {
             /** @description For `navigator.credentials`, in WebAuthn's JSON: binary members are base64url */
             readonly public_key: {
                 readonly [key: string]: unknown;
             };
         };
-        /** @description A passkey of this account, asked for with `POST /session/proof/passkey`. */
+        /** @description A passkey of this account, in response to `POST /session/proof/passkey`. */
         readonly PasskeyProof: {
             readonly credential: components["schemas"]["PasskeyAnswer"];
             /** @constant */
             readonly kind: "passkey";
         };
         readonly PasskeyRename: {
-            /** @description 1 to 64 printable characters: the device it is in */
+            /** @description 1 to 64 printable characters, such as the device's name */
             readonly name: string;
         };
         readonly PasskeySignIn: {
@@ -2279,29 +2279,29 @@ export interface components {
             readonly id: number;
             /** @description null: never used */
             readonly last_used_at: string | null;
-            /** @description The host name of the tower at which it is good */
+            /** @description The host name of the tower for which it is valid */
             readonly made_for: string;
             readonly name: string;
-            /** @description It is kept in more than one device */
+            /** @description It is synchronized to several devices */
             readonly synced: boolean;
         };
         readonly PasswordChange: {
             /**
-             * @description API tokens outlive the old password
+             * @description API tokens stay valid
              * @default false
              */
             readonly keep_tokens?: boolean;
-            /** @description 12 to 256 characters of any kind, not easy to guess */
+            /** @description 12 to 256 characters, not easy to guess */
             readonly new_password: string;
             readonly old_password: string;
         };
-        /** @description What the tower thinks of a new password. */
+        /** @description The tower's judgement of a new password. */
         readonly PasswordJudgement: {
             readonly acceptable: boolean;
-            /** @description Why it is not acceptable; or empty */
+            /** @description Why it is not acceptable; empty if it is */
             readonly message: string;
         };
-        /** @description The password, and the code of the second factor where the account has one. */
+        /** @description The password, and a code of the second factor if the account has one. */
         readonly PasswordProof: {
             readonly code?: string | null;
             /**
@@ -2311,15 +2311,15 @@ export interface components {
             readonly kind?: "password";
             readonly password: string;
         };
-        /** @description What becomes of a plan in the drone's autopilot. */
+        /** @description What the drone's autopilot makes of a plan. */
         readonly PlanKeptView: {
-            /** @description As people call it */
+            /** @description Name, for people */
             readonly autopilot: string;
             /** @description To be known before an upload; the first 200 */
             readonly changes: readonly components["schemas"]["ChangeView"][];
-            /** @description Of those in all */
+            /** @description Total number of these */
             readonly count: number;
-            /** @description Numbers that are kept in another way, which changes nothing in the flight */
+            /** @description Number of values that change without effect on the flight */
             readonly quiet: number;
         };
         /**
@@ -2327,7 +2327,7 @@ export interface components {
          * @enum {string}
          */
         readonly PlanKind: "mission" | "fence" | "rally";
-        /** @description One of each kind. */
+        /** @description One plan of each kind. */
         readonly PlansView: {
             /**
              * @default {
@@ -2365,13 +2365,13 @@ export interface components {
              */
             readonly count: number;
             /**
-             * @description False: it may be half of one, and no mission can be started
+             * @description False: it may be incomplete, and no mission can be started
              * @default true
              */
             readonly fit_to_fly: boolean;
-            /** @description Of the plan as the autopilot has it; null: not known */
+            /** @description Hash of the plan on board; null: not known */
             readonly hash: string | null;
-            /** @description null: not known, or so many that only the hash was told */
+            /** @description null: not known, or too many for a report */
             readonly items: readonly (readonly [
                 number,
                 number,
@@ -2387,9 +2387,9 @@ export interface components {
                 number
             ])[] | null;
             readonly kind: components["schemas"]["PlanKind"];
-            /** @description When the agent told it */
+            /** @description Time of the agent's report */
             readonly read_at: string | null;
-            /** @description Of the plan as it was sent, where the autopilot keeps some fields in its own way */
+            /** @description Hash of the plan as sent, if the autopilot changed fields */
             readonly sent_hash: string | null;
             /**
              * @default unknown
@@ -2399,74 +2399,74 @@ export interface components {
         };
         /** @description An RFC 9457 problem document. */
         readonly Problem: {
-            /** @description So many are known ... */
+            /** @description Number known ... */
             readonly count?: number;
-            /** @description More about this one case, for people */
+            /** @description Details of this case, for people */
             readonly detail?: string;
-            /** @description Which parts of the request were at fault */
+            /** @description The invalid parts of the request */
             readonly errors?: readonly {
                 readonly field: string;
                 /** @enum {string} */
                 readonly in: "body" | "path" | "query" | "header" | "cookie";
                 readonly message: string;
             }[];
-            /** @description The path that was asked for */
+            /** @description The requested path */
             readonly instance?: string;
-            /** @description Which item of a plan was at fault, from 0 */
+            /** @description The invalid item of a plan, from 0 */
             readonly item?: number;
-            /** @description Which kinds of second factor will do, the best first */
+            /** @description Accepted kinds of second factor, best first */
             readonly kinds?: readonly ("passkey" | "code")[];
             readonly status: number;
-            /** @description The same in words */
+            /** @description The kind of problem, for people */
             readonly title: string;
-            /** @description ... of so many; 0: not known */
+            /** @description ... out of; 0: not known */
             readonly total?: number;
-            /** @description Which problem, for programs: /problems/<slug> */
+            /** @description The kind of problem, for programs: /problems/<slug> */
             readonly type: string;
         };
-        /** @description How fresh this session's proof is, and how it is renewed. */
+        /** @description How fresh this session's proof is, and how to renew it. */
         readonly ProofView: {
-            /** @description With the password goes a code of the second factor */
+            /** @description The password needs the second factor's code */
             readonly code_needed: boolean;
-            /** @description Credentials may be changed now */
+            /** @description The session may change credentials now */
             readonly fresh: boolean;
             /** @description null: there is no proof */
             readonly fresh_until: string | null;
-            /** @description How this person can prove who they are, the best first */
+            /** @description Accepted proofs of identity, best first */
             readonly kinds: readonly ("passkey" | "password")[];
         };
-        /** @description An invitation, as the invited person reads it. */
+        /** @description An invitation, as the invited person sees it. */
         readonly ReceivedView: {
             /** Format: date-time */
             readonly expires_at: string;
             readonly id: number;
             readonly invited_by: string;
             readonly role: components["schemas"]["TeamRole"];
-            /** @description Its name */
+            /** @description Name of the team */
             readonly team: string;
         };
-        /** @description What the autopilot needs to fly without a radio receiver. */
+        /** @description Parameters that the autopilot needs to fly without a radio receiver. */
         readonly ReceiverSetupView: {
             /** @enum {string} */
             readonly autopilot: "ardupilot" | "px4" | "";
             /** @description null: not known */
             readonly has_radio: boolean | null;
-            /** @description Each of the parameters was read */
+            /** @description All these parameters were read */
             readonly known: boolean;
-            /** @description There is no receiver, and something is not as it should be */
+            /** @description There is no receiver, and some values are not the required ones */
             readonly needed: boolean;
             readonly rows: readonly components["schemas"]["SetupRowView"][];
             /** @description For people */
             readonly text: string;
         };
-        /** @description Who began it; `id` null where the account is no more. */
+        /** @description Who started it; `id` null if the account was deleted. */
         readonly RecordedByView: {
             readonly id: number | null;
             readonly name: string;
         };
-        /** @description What is to be recorded. */
+        /** @description What to record. */
         readonly RecordingRequest: {
-            /** @description null: the best that is watched now, else medium */
+            /** @description null: the best quality watched now, else medium */
             readonly quality?: ("low" | "medium" | "high") | null;
         };
         /** @description One recording of a drone's video. */
@@ -2475,7 +2475,7 @@ export interface components {
             readonly began_at: string;
             readonly by: components["schemas"]["RecordedByView"];
             /**
-             * @description As it came; the file is always H.264
+             * @description As received; the file is always H.264
              * @enum {string}
              */
             readonly codec: "mpeg1" | "h264";
@@ -2483,7 +2483,7 @@ export interface components {
             /** @description Of the file */
             readonly duration_s: number | null;
             readonly ended_at: string | null;
-            /** @description When the flights that it shows began, as `airborne_since` of the drone */
+            /** @description Start times of the recorded flights, as the drone's `airborne_since` */
             readonly flights: readonly string[];
             readonly height: number | null;
             readonly id: number;
@@ -2492,27 +2492,27 @@ export interface components {
             readonly quality: "low" | "medium" | "high";
             readonly size_bytes: number;
             /**
-             * @description `ready`: it can be downloaded
+             * @description `ready`: the file can be downloaded
              * @enum {string}
              */
             readonly state: "recording" | "finishing" | "ready" | "failed";
             readonly width: number | null;
-            /** @description Why it ended where nobody ended it, or why it failed; for people */
+            /** @description Why it ended by itself or failed; for people */
             readonly words: string;
         };
-        /** @description Only this answer contains them. */
+        /** @description Recovery codes. Only this response contains them. */
         readonly RecoveryCodes: {
             readonly recovery_codes: readonly string[];
         };
-        /** @description A parameter that is not as it was asked to be. */
+        /** @description A parameter whose value is not the requested one. */
         readonly RefusalView: {
             readonly asked: number;
-            /** @description What the autopilot has now; null where nobody knows */
+            /** @description The autopilot's value; null: not known */
             readonly has: number | null;
             readonly name: string;
             readonly words: string;
         };
-        /** @description The rest comes as `rehearsal` events on `/api/v1/live`. */
+        /** @description Progress follows as `rehearsal` events on `/api/v1/live`. */
         readonly RehearsalBegun: {
             /**
              * @default begun
@@ -2522,56 +2522,59 @@ export interface components {
             /** @enum {string} */
             readonly what: "operator" | "tower";
         };
-        /** @description Seconds. */
+        /** @description Durations in seconds. */
         readonly RehearsalLasts: {
             readonly operator: number;
             readonly tower: number;
         };
-        /** @description Which loss. `in_flight`: also with an armed drone that is no simulator; ask people before. */
+        /**
+         * @description The loss to rehearse. `in_flight`: also with an armed drone that is not simulated; ask the people concerned
+         *     first.
+         */
         readonly RehearsalRequest: {
             /** @default false */
             readonly in_flight?: boolean;
             /** @enum {string} */
             readonly what: "operator" | "tower";
         };
-        /** @description What a rehearsal would be. */
+        /** @description What a rehearsal would do. */
         readonly RehearsalView: {
-            /** @description How long each loss lasts */
+            /** @description Duration of each loss */
             readonly lasts_s: components["schemas"]["RehearsalLasts"];
-            /** @description One is going on now */
+            /** @description A rehearsal is running */
             readonly running: boolean;
-            /** @description The autopilot is a simulated one: `in_flight` is not asked for */
+            /** @description The autopilot is simulated: `in_flight` is not needed */
             readonly simulated: boolean;
         };
         /**
-         * @description From the strongest to the weakest: somebody who stands in two has the stronger one.
+         * @description From the strongest to the weakest: a user with two relations has the stronger one.
          * @enum {string}
          */
         readonly Relation: "admin" | "team-admin" | "owner" | "team-operator" | "borrower" | "observer" | "stranger";
         /**
-         * @description Of an account. What each allows stands in `access.py` (`REACH`), and nowhere else.
+         * @description The role of an account. What each allows is defined only in `access.py` (`REACH`).
          * @enum {string}
          */
         readonly Role: "admin" | "operator" | "observer";
         /** @enum {string} */
         readonly Scope: "watch" | "fly" | "admin" | "metrics";
-        /** @description To be put into an authenticator. Only this answer contains it. */
+        /** @description A secret for an authenticator app. Only this response contains it. */
         readonly SecondFactorBegun: {
             /** @description The same, as a picture: an <svg> element */
             readonly qr_svg: string;
-            /** @description In base32, to type it in */
+            /** @description In base32, for typing */
             readonly secret: string;
             /** @description The same, as otpauth:// */
             readonly uri: string;
         };
         readonly SecondFactorView: {
-            /** @description Codes of an authenticator are set up */
+            /** @description An authenticator is set up */
             readonly enabled: boolean;
-            /** @description How many there are: each is a second factor too */
+            /** @description Number of passkeys; each is a second factor too */
             readonly passkeys: number;
             readonly recovery_codes_left: number;
         };
-        /** @description What happens, if what is lost. */
+        /** @description What happens when a certain link is lost. */
         readonly SentenceView: {
             /** @enum {string} */
             readonly about: "operator" | "tower" | "radio";
@@ -2583,16 +2586,16 @@ export interface components {
             readonly id: number;
             readonly name: string;
         };
-        /** @description A browser that is signed in. */
+        /** @description A signed-in browser. */
         readonly SessionView: {
             readonly address: string;
             /** Format: date-time */
             readonly created_at: string;
-            /** @description The one that asks */
+            /** @description This session */
             readonly current: boolean;
             /**
              * Format: date-time
-             * @description When it ends if nothing more is heard of it
+             * @description When it ends without further use
              */
             readonly expires_at: string;
             readonly id: number;
@@ -2601,14 +2604,14 @@ export interface components {
              * @description To the minute
              */
             readonly last_seen_at: string;
-            /** @description Its open live connections */
+            /** @description Open live connections */
             readonly live: number;
             readonly user: components["schemas"]["SessionOwner"];
             readonly user_agent: string;
         };
         /**
-         * @description A place, or `here`. `altitude_m` is above the sea; a place without one is as high as the present home. In the air
-         *     heights above home would jump: `here` keeps the height that home has, and `while_flying` says that this is wanted.
+         * @description Moves home to a position, or `here`. `altitude_m` is above sea level; omitted: home's present altitude. In the
+         *     air this changes all heights above home, so `here` keeps home's altitude, and `while_flying` must confirm.
          */
         readonly SetHome: {
             readonly altitude_m?: number | null;
@@ -2634,14 +2637,14 @@ export interface components {
             readonly why: string;
         };
         readonly SignIn: {
-            /** @description Of the authenticator, or a recovery code; where one is needed */
+            /** @description From the authenticator, or a recovery code; if required */
             readonly code?: string | null;
             readonly name: string;
-            /** @description Instead of a code; asked for with `POST /session/passkey/options` */
+            /** @description In place of a code; requested with `POST /session/passkey/options` */
             readonly passkey?: components["schemas"]["PasskeyAnswer"] | null;
             readonly password: string;
         };
-        /** @description `hold`: stays where it is, without sticks. `resume`: goes on with what was paused, else the mission. */
+        /** @description `hold`: stays in place without sticks. `resume`: continues what was paused, else the mission. */
         readonly Simple: {
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -2649,7 +2652,7 @@ export interface components {
              */
             readonly command: "hold" | "land" | "pause" | "resume" | "rtl";
         };
-        /** @description Flies the mission from this item on; armed if it is not yet. */
+        /** @description Flies the mission from this item on; arms first if necessary. */
         readonly Start: {
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -2657,7 +2660,7 @@ export interface components {
              */
             readonly command: "start";
             /**
-             * @description Of the plan, from 0
+             * @description Index in the plan, from 0
              * @default 0
              */
             readonly item?: number;
@@ -2665,12 +2668,12 @@ export interface components {
         /** @enum {string} */
         readonly State: "running" | "done" | "refused" | "failed" | "cancelled" | "timed_out";
         /**
-         * @description What an admin chose: a profile, or that the agent decides by the link's quality.
+         * @description The admin's choice: a profile, or `auto`, by which the agent adapts to the link.
          * @enum {string}
          */
         readonly StreamChoice: "auto" | "full" | "thin" | "minimal";
         /**
-         * @description How much is sent.
+         * @description Amount of telemetry.
          * @enum {string}
          */
         readonly StreamProfile: "full" | "thin" | "minimal";
@@ -2680,7 +2683,7 @@ export interface components {
             readonly database: components["schemas"]["DatabaseView"];
             readonly disk: components["schemas"]["DiskView"];
             readonly loop_lag_ms: components["schemas"]["LagView"];
-            /** @description The most that the process has had so far */
+            /** @description Peak memory of the process */
             readonly memory_bytes: number;
             readonly python: string;
             /** Format: date-time */
@@ -2688,7 +2691,7 @@ export interface components {
             readonly uptime_s: number;
             readonly version: string;
         };
-        /** @description Into a mode that can, armed if it is not yet, and up. */
+        /** @description Changes to a suitable mode, arms if necessary, and takes off. */
         readonly TakeOff: {
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -2699,9 +2702,10 @@ export interface components {
             readonly height_m: number;
         };
         /**
-         * @description Why, and whether whoever is shut out may go on watching: all of it (`watch`), and the video (`video`).
+         * @description The reason, and whether the operator who is shut out may keep watching: everything (`watch`), and the video
+         *     (`video`).
          *
-         *     `interrupt`: an emergency. The hold also interrupts a return or a landing, which otherwise goes on.
+         *     `interrupt`: an emergency. The hold also interrupts a return or a landing, which otherwise continues.
          */
         readonly TakeRequest: {
             /** @default false */
@@ -2709,7 +2713,7 @@ export interface components {
             /** @default  */
             readonly reason?: string;
             /**
-             * @description `move`: they may not watch the video until the controls are offered
+             * @description `move`: they cannot watch the video until the controls are offered back
              * @default keep
              * @enum {string}
              */
@@ -2723,43 +2727,43 @@ export interface components {
             readonly name: string;
         };
         readonly TeamName: {
-            /** @description 1 to 64 printable characters; other teams may have the same */
+            /** @description 1 to 64 printable characters; need not be unique */
             readonly name: string;
         };
-        /** @description The team that a drone belongs to. */
+        /** @description The team of a drone. */
         readonly TeamRefView: {
             readonly id: number;
             readonly name: string;
         };
         /**
-         * @description What a member of a team is.
+         * @description The role of a member in a team.
          * @enum {string}
          */
         readonly TeamRole: "observer" | "operator" | "admin";
-        /** @description A team, as one of its members or an admin of the tower sees it. */
+        /** @description A team, as a member or an admin of the tower sees it. */
         readonly TeamView: {
             readonly drones: readonly components["schemas"]["TeamDroneView"][];
             readonly id: number;
-            /** @description For its admins */
+            /** @description Only for its admins */
             readonly invitations: readonly components["schemas"]["InvitationView"][];
-            /** @description For an observer: its admins and themselves */
+            /** @description Observers see only its admins and themselves */
             readonly members: readonly components["schemas"]["MemberView"][];
             readonly name: string;
-            /** @description Yours; null for an admin of the tower who is not in it */
+            /** @description Your role; null: you are an admin of the tower and no member */
             readonly role: components["schemas"]["TeamRole"] | null;
         };
         readonly TokenOwner: {
             readonly id: number;
             readonly name: string;
         };
-        /** @description A token, without its text. */
+        /** @description A token, without its secret. */
         readonly TokenView: {
             /** Format: date-time */
             readonly created_at: string;
             /** Format: date-time */
             readonly expires_at: string;
             readonly id: number;
-            /** @description From where a connection with it was last opened; or empty */
+            /** @description Address of the last connection with it; may be empty */
             readonly last_used_address: string;
             /** @description null: never used */
             readonly last_used_at: string | null;
@@ -2767,13 +2771,13 @@ export interface components {
             readonly owner: components["schemas"]["TokenOwner"];
             readonly scopes: readonly components["schemas"]["Scope"][];
         };
-        /** @description The only answer that ever contains the token. */
+        /** @description The only response that ever contains the token. */
         readonly TokenWithSecret: {
             /** @description For `Authorization: Bearer`. The tower keeps only its hash */
             readonly secret: string;
             readonly token: components["schemas"]["TokenView"];
         };
-        /** @description To this heading; `relative`: by so much, clockwise. `yaw` is the older name of `turn`. */
+        /** @description Turns to this heading; `relative`: by this angle, clockwise. `yaw` is the older name of `turn`. */
         readonly Turn: {
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -2784,10 +2788,10 @@ export interface components {
             /** @default false */
             readonly relative?: boolean;
         };
-        /** @description What is left out (or null) stays as it is. */
+        /** @description Omitted (or null) members stay as they are. */
         readonly UserPatch: {
             readonly disabled?: boolean | null;
-            /** @description 12 to 256 characters of any kind, not easy to guess */
+            /** @description 12 to 256 characters, not easy to guess */
             readonly password?: string | null;
             readonly role?: components["schemas"]["Role"] | null;
         };
@@ -2797,13 +2801,13 @@ export interface components {
             readonly name: string;
         };
         /**
-         * @description What a viewer is told (docs/wire-protocol.md, 4).
+         * @description The state reported to viewers (docs/wire-protocol.md, 4).
          * @enum {string}
          */
         readonly VideoCondition: "waiting" | "live" | "no-camera" | "camera-lost" | "offline" | "thin-link" | "no-agent-video";
-        /** @description A stream that somebody watches or records, or did until a moment ago. */
+        /** @description A stream that is watched or recorded, or was until a moment ago. */
         readonly VideoStreamView: {
-            /** @description What the encoder aims at now */
+            /** @description The encoder's present target */
             readonly bits_per_s: number;
             /** @enum {string} */
             readonly codec: "mpeg1" | "h264";
@@ -2815,18 +2819,18 @@ export interface components {
             readonly recorded: boolean;
             readonly state: components["schemas"]["VideoCondition"];
             readonly viewers: number;
-            /** @description Of the newest picture; 0: none has come */
+            /** @description Of the newest picture; 0: none received */
             readonly width: number;
-            /** @description For people: what is wrong; empty where nothing is */
+            /** @description For people: what is wrong; may be empty */
             readonly words: string;
         };
-        /** @description How it is with the video of one drone. */
+        /** @description The state of a drone's video. */
         readonly VideoView: {
-            /** @description By how much the times of pictures may be wrong; null: not known yet */
+            /** @description Maximum error of the pictures' times; null: not known yet */
             readonly clock_error_ms: number | null;
-            /** @description What can be asked for, as the agent says */
+            /** @description Available codecs, as the agent reports */
             readonly codecs: readonly ("mpeg1" | "h264")[];
-            /** @description Of the best stream; without any, what somebody would be told */
+            /** @description State of the best stream; without a stream, what a viewer would be told */
             readonly state: components["schemas"]["VideoCondition"];
             readonly streams: readonly components["schemas"]["VideoStreamView"][];
             readonly words: string;
@@ -2867,9 +2871,9 @@ export interface operations {
     readonly list_audit_events: {
         readonly parameters: {
             readonly query?: {
-                /** @description A whole action, or a prefix that ends in a dot: `control.` */
+                /** @description An action, or a prefix that ends with a dot: `control.` */
                 readonly action?: string | null;
-                /** @description A name; upper and lower case do not count */
+                /** @description A name; case-insensitive */
                 readonly actor?: string | null;
                 /** @description Only events with a smaller id */
                 readonly before?: number | null;
@@ -2900,9 +2904,9 @@ export interface operations {
     readonly download_audit_events: {
         readonly parameters: {
             readonly query?: {
-                /** @description A whole action, or a prefix that ends in a dot: `control.` */
+                /** @description An action, or a prefix that ends with a dot: `control.` */
                 readonly action?: string | null;
-                /** @description A name; upper and lower case do not count */
+                /** @description A name; case-insensitive */
                 readonly actor?: string | null;
                 readonly drone_id?: number | null;
                 /** @description Not before */
@@ -3042,7 +3046,7 @@ export interface operations {
     readonly get_plan: {
         readonly parameters: {
             readonly query?: {
-                /** @description Load from the autopilot now */
+                /** @description Read it from the autopilot now */
                 readonly fresh?: boolean;
             };
             readonly header?: never;
@@ -3069,7 +3073,7 @@ export interface operations {
         readonly parameters: {
             readonly query?: never;
             readonly header?: {
-                /** @description `respond-async`: answered at once with 202, the end is told on `/live` */
+                /** @description `respond-async`: responds with 202 at once; `/live` reports the result */
                 readonly prefer?: string | null;
             };
             readonly path: {
@@ -3119,11 +3123,11 @@ export interface operations {
     readonly clear_plan: {
         readonly parameters: {
             readonly query?: {
-                /** @description Also while a mission is being flown, which is paused for it */
+                /** @description Allowed while the mission is flown; pauses it */
                 readonly while_flying?: boolean;
             };
             readonly header?: {
-                /** @description `respond-async`: answered at once with 202, the end is told on `/live` */
+                /** @description `respond-async`: responds with 202 at once; `/live` reports the result */
                 readonly prefer?: string | null;
             };
             readonly path: {
@@ -3195,7 +3199,7 @@ export interface operations {
         readonly parameters: {
             readonly query?: never;
             readonly header?: {
-                /** @description `respond-async`: answered at once with 202, the end is told on `/live` */
+                /** @description `respond-async`: responds with 202 at once; `/live` reports the result */
                 readonly prefer?: string | null;
             };
             readonly path: {
@@ -3244,7 +3248,7 @@ export interface operations {
         readonly parameters: {
             readonly query?: never;
             readonly header?: {
-                /** @description `respond-async`: answered at once with 202, the end is told on `/live` */
+                /** @description `respond-async`: responds with 202 at once; `/live` reports the result */
                 readonly prefer?: string | null;
             };
             readonly path: {
@@ -3632,7 +3636,7 @@ export interface operations {
         readonly parameters: {
             readonly query?: never;
             readonly header?: {
-                /** @description `respond-async`: answered at once with 202, the end is told on `/live` */
+                /** @description `respond-async`: responds with 202 at once; `/live` reports the result */
                 readonly prefer?: string | null;
             };
             readonly path: {
@@ -3699,7 +3703,7 @@ export interface operations {
         readonly parameters: {
             readonly query?: never;
             readonly header?: {
-                /** @description `respond-async`: answered at once with 202, the end is told on `/live` */
+                /** @description `respond-async`: responds with 202 at once; `/live` reports the result */
                 readonly prefer?: string | null;
             };
             readonly path: {
@@ -3827,7 +3831,7 @@ export interface operations {
         readonly parameters: {
             readonly query?: never;
             readonly header?: {
-                /** @description Hashes that are known already */
+                /** @description ETags that the client has */
                 readonly "if-none-match"?: string | null;
             };
             readonly path: {
@@ -3852,7 +3856,7 @@ export interface operations {
         readonly parameters: {
             readonly query?: never;
             readonly header?: {
-                /** @description `respond-async`: answered at once with 202, the end is told on `/live` */
+                /** @description `respond-async`: responds with 202 at once; `/live` reports the result */
                 readonly prefer?: string | null;
             };
             readonly path: {
@@ -3894,7 +3898,7 @@ export interface operations {
         readonly parameters: {
             readonly query?: never;
             readonly header?: {
-                /** @description Hashes that are known already */
+                /** @description ETags that the client has */
                 readonly "if-none-match"?: string | null;
             };
             readonly path: {
@@ -3919,7 +3923,7 @@ export interface operations {
         readonly parameters: {
             readonly query?: never;
             readonly header?: {
-                /** @description `respond-async`: answered at once with 202, the end is told on `/live` */
+                /** @description `respond-async`: responds with 202 at once; `/live` reports the result */
                 readonly prefer?: string | null;
             };
             readonly path: {
@@ -4680,7 +4684,7 @@ export interface operations {
             readonly query?: never;
             readonly header?: never;
             readonly path: {
-                /** @description what the document is about, as `sticks` */
+                /** @description the document's subject, such as `sticks` */
                 readonly name: string;
             };
             readonly cookie?: never;
@@ -4918,7 +4922,7 @@ export interface operations {
         readonly parameters: {
             readonly query?: never;
             readonly header?: {
-                /** @description The ETag of the version that is replaced */
+                /** @description The ETag of the version to replace */
                 readonly "if-match"?: string | null;
             };
             readonly path: {
@@ -5224,7 +5228,7 @@ export interface operations {
     readonly get_sessions: {
         readonly parameters: {
             readonly query?: {
-                /** @description Admins: also those of others */
+                /** @description Admins: of all users */
                 readonly everybody?: boolean;
             };
             readonly header?: never;
@@ -5538,7 +5542,7 @@ export interface operations {
     readonly list_tokens: {
         readonly parameters: {
             readonly query?: {
-                /** @description Admins: also those of others */
+                /** @description Admins: of all users */
                 readonly everybody?: boolean;
             };
             readonly header?: never;
