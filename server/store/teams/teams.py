@@ -54,7 +54,7 @@ ROLE_CHANGED: Final = "team.role_changed"
 class TeamManager:
     """Who manages teams. `above`: an admin of the tower, or its command line; manages every team.
 
-    `may_lead`: false for an account that only watches, whatever its role in a team.
+    `may_lead`: false for an account that only watches, whatever it is in a team.
     """
 
     user_id: UserId | None
