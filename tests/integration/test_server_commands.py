@@ -37,7 +37,7 @@ async def test_a_take_off_goes_step_by_step_and_everybody_sees_which(scene: Comm
     async with live(scene.world, scene.watcher) as watching:
         done = (await scene.order(command="takeoff", height_m=20)).json()
         assert (done["work"], done["state"]) == ("command", "done")
-        assert done["words"] == "kestrel has accepted it: climbing to 20 m."
+        assert done["words"] == "kestrel accepted, now climbing to 20 m."
         reported = await watching.event("operation")
         while reported["operation"]["state"] == "running":
             reported = await watching.event("operation")

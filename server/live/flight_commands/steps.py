@@ -33,7 +33,7 @@ def order_of(body: bodies.OneOff, vehicle: Vehicle) -> Order:
 
     def say(step: Step, outcome: Outcome, words: str, seen: bool | None) -> str:
         if outcome is Outcome.DONE and seen is None:
-            return f"{vehicle.name} has accepted it: {step.phase}."
+            return f"{vehicle.name} accepted, now {step.phase}."
         return f"{vehicle.name}, {step.phase}: {words}"
 
     command = command_of(body)

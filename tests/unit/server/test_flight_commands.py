@@ -233,7 +233,7 @@ def test_the_words_name_the_drone_and_the_step() -> None:
     assert order.say(arming, Outcome.FAILED, "The autopilot tried and failed.", None) == (
         "hawk, arming: The autopilot tried and failed."
     )
-    assert order.say(order.steps[2], Outcome.DONE, "", None) == "hawk has accepted it: climbing to 20 m."
+    assert order.say(order.steps[2], Outcome.DONE, "", None) == "hawk accepted, now climbing to 20 m."
     assert order.say(order.steps[2], Outcome.DONE, "Accepted, not confirmed yet: it stands still.", False) == (
         "hawk, climbing to 20 m: Accepted, not confirmed yet: it stands still."
     )

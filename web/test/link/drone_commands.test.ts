@@ -6,7 +6,7 @@ import type { Operation } from '../../src/link/operation_types';
 import { Operations } from '../../src/link/operations';
 import { Rest } from '../../src/link/rest';
 
-const OVER = { id: '1', drone_id: 7, work: 'command', state: 'done', words: 'Kestrel has accepted it: pausing.' };
+const OVER = { id: '1', drone_id: 7, work: 'command', state: 'done', words: 'Kestrel accepted, now pausing.' };
 
 /** What a tower that gives this answer makes of a pause, and what it was asked. */
 async function paused(status: number, body: object) {

@@ -31,7 +31,7 @@ describe('commands', () => {
     const result = vehicle(1).command('Land', { command: 'land' });
     await settled();
     expect(socket().sent).toEqual([]);
-    const operation = { ...LANDS, state: 'done', words: 'Heron has accepted it: changing to LAND.' };
+    const operation = { ...LANDS, state: 'done', words: 'Heron accepted, now changing to LAND.' };
     socket().says({ type: 'operation', operation });
     expect(await result).toEqual({ kind: 'reported', isDone: true, words: operation.words });
     expect(texts()).toContain(`Land: ${operation.words}`);
