@@ -1,4 +1,7 @@
-/** Lines to and fro over an area, at any angle, over concave areas too: where a line leaves the area no pictures are taken. */
+/**
+ * Parallel lines over an area, at any angle, over concave areas too: no pictures are taken where a line leaves the
+ * area.
+ */
 
 import { CMD } from '../catalogue';
 import { FRAME } from '../frames';
@@ -9,31 +12,31 @@ import { Drawing, heldToOutline, SurveyFault } from './area';
 export interface Flown {
   readonly heightM: number;
   readonly frame: number;
-  /** Between pictures; null: none are taken. */
+  /** Between pictures; null: none. */
   readonly triggerM: number | null;
 }
 
 export interface GridSettings extends Flown {
   readonly spacingM: number;
-  /** Where the first line leads to, clockwise from north. */
+  /** Direction of the first line, clockwise from north. */
   readonly angleDeg: number;
   /** How far it flies beyond the area before it turns. */
   readonly turnaroundM: number;
-  /** The corner that it begins at: 1 turns the lines round, 2 begins on the other side, 3 both. */
+  /** The corner where it begins: 1 reverses the lines, 2 begins on the other side, 3 both. */
   readonly entry: 0 | 1 | 2 | 3;
 }
 
-/** One line: the pieces of it that lie in the area, and where it begins and ends. */
+/** One line: its pieces inside the area, and its ends. */
 export interface Line {
   readonly from: Spot;
   readonly to: Spot;
   readonly pieces: readonly (readonly [Spot, Spot])[];
 }
 
-/** More lines than that are no survey but a slip of the finger. */
+/** More lines than this are a mistake. */
 export const MAX_LINES = 2_000;
 
-/** So many lines cover a width; a hundredth of a line more than that is no reason for another one. */
+/** The number of lines to cover a width; an excess of a hundredth of a line adds no line. */
 export const lineCount = (widthM: number, spacingM: number): number => Math.max(1, Math.ceil(widthM / spacingM - 0.01));
 
 /** Where a line at `across` meets the outline: in pairs, it goes in and comes out again. */
