@@ -81,7 +81,7 @@ export class Rest {
   /**
    * Sends one request of the OpenAPI document. An answer without content gives undefined. Raises RestError.
    *
-   * rest.call('PATCH', '/users/{user_id}', { path: { user_id: 4 }, body: { disabled: true } })
+   *     rest.call('PATCH', '/users/{user_id}', { path: { user_id: 4 }, body: { disabled: true } })
    */
   call<M extends Method, P extends PathOf<M>>(
     method: M,

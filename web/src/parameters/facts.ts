@@ -1,17 +1,18 @@
 /**
- * What is known of parameters beside their values: what they do, units, usual ranges, choices, bits, defaults.
+ * Facts about parameters beside their values: what they do, units, usual ranges, choices, bits, defaults.
  *
- * Written by us, one parameter a line (facts/arducopter.ts, facts/px4.ts):
+ * Our own texts, one parameter per line (facts/arducopter.ts, facts/px4.ts):
  *
  *     NAME | title | unit | least..most | default | reboot | what it does
  *       = 0 first choice, 1 second choice
  *       & 0 first bit, 1 second bit
  *
- * or, where the table of metadata has the rest, `NAME | title | what it does`. A field that is not known is left empty. `#` in a name
- * stands for any number, in the text for that number; `*` at the end of a name for whatever follows, in the title for that. A choice
- * or a bit whose words have a comma in them writes it as `;`.
+ * or, if the table of metadata has the rest, `NAME | title | what it does`. An unknown field is empty. `#` in a name
+ * matches any number, and in the text it is that number; `*` at the end of a name matches any suffix, and in the title
+ * it is that suffix. A comma in the text of a choice or a bit is written as `;`.
  *
- * facts/*_metadata.json have units, ranges, defaults, choices and bits of nearly all (scripts/build_parameter_facts.py).
+ * facts/*_metadata.json have units, ranges, defaults, choices and bits of nearly all parameters
+ * (scripts/build_parameter_facts.py).
  */
 
 export interface Choice {
