@@ -1,4 +1,7 @@
-/** The requests of the account and admin pages, over the page's one connection: they may need a fresh proof. */
+/**
+ * The requests of the account and admin pages, over the page's one connection. They may require a fresh proof of
+ * identity.
+ */
 
 import { askForProof } from './proof.svelte';
 import { tower } from './tower.svelte';

@@ -1,4 +1,4 @@
-/** Alerts that can be heard, made by the browser itself: two tones for what is critical, one for a warning. */
+/** Audible alerts, synthesised in the browser: two tones for a critical alert, one for a warning. */
 
 import type { AlertSeverity } from './link/conditions';
 
@@ -13,7 +13,7 @@ const TONES_HZ: Record<AlertSeverity, readonly number[]> = {
 
 let context: AudioContext | null = null;
 
-/** False when the browser does not let us (yet): it wants the user to have done something on the page first. */
+/** Returns false while the browser blocks sound: it requires a user action on the page first. */
 export function sound(severity: AlertSeverity): boolean {
   try {
     context ??= new AudioContext();

@@ -4,28 +4,28 @@ import type { LossSentence } from './link/safety_types';
 
 export interface Question {
   readonly title: string;
-  /** Names the drone and says what it will do. */
+  /** Names the drone and what it will do. */
   readonly text: string;
   readonly confirmLabel: string;
   readonly isDanger?: boolean;
-  /** Asks for a reason too, under this label. */
+  /** If given, also asks for a reason, under this label. */
   readonly reasonLabel?: string;
-  /** Asks for a yes or no too, which is yes unless unticked. */
+  /** If given, also shows a checkbox, ticked by default. */
   readonly checkLabel?: string;
-  /** And one more, which means nothing where that is unticked. */
+  /** If given, shows a second checkbox, which has no effect while the first is unticked. */
   readonly secondCheckLabel?: string;
-  /** The drone's name, to be typed before a danger is agreed to. */
+  /** The drone's name, which the user must type to agree to a danger. */
   readonly nameToType?: string;
-  /** Another way to go on, beside `confirmLabel`, which has the focus then: Enter takes it. */
+  /** A second way to confirm, beside `confirmLabel`. It has the initial focus, so Enter takes it. */
   readonly otherLabel?: string;
-  /** To be read before the answer. */
+  /** To read before answering. */
   readonly sentences?: readonly LossSentence[];
 }
 
 export interface Consent {
   readonly reason: string;
   readonly isChecked: boolean;
-  /** False where the first one is. */
+  /** False while the first is unticked. */
   readonly isSecondChecked: boolean;
   /** `otherLabel` was pressed. */
   readonly isOther: boolean;
@@ -37,10 +37,10 @@ interface Asked extends Question {
 
 export const confirmation = $state<{ asked: Asked | null }>({ asked: null });
 
-/** Nobody answers any more: whoever asked, or what it was about, has gone. */
+/** Closes the question unanswered: its page, user or subject has gone. */
 export const dismiss = (): void => confirmation.asked?.answer(null);
 
-/** Null when the user thought better of it. */
+/** Resolves to null when the user cancels. */
 export function ask(question: Question): Promise<Consent | null> {
   dismiss();
   return new Promise((resolve) => {

@@ -1,6 +1,6 @@
 /**
- * Has the service worker keep the console for times without a network, and hears from it when the tower has a newer
- * version. Nothing here ever reloads the page: that takes the word of whoever may be flying from it.
+ * Has the service worker keep the console for offline use, and learns from it when the tower has a newer version.
+ * Nothing here reloads the page: only the user may do that, because they may be flying from it.
  */
 
 import { tower } from './tower.svelte';
@@ -8,10 +8,10 @@ import { whenIdle } from './when_idle';
 
 const LOOK_AGAIN_MS = 3_600_000;
 
-/** `isOutdated`: the tower serves another version than this page is of. */
+/** `isOutdated`: the tower serves a different version from this page's. */
 export const consoleVersion = $state({ isOutdated: false });
 
-/** The script that this page was started with: its name has a hash of what is in it. */
+/** The script that started this page: its name has a hash of its content. */
 const ours = document.querySelector<HTMLScriptElement>('script[type="module"][src]')?.src ?? '';
 
 interface News {
@@ -23,12 +23,12 @@ const isNews = (data: unknown): data is News =>
   typeof data === 'object' && data !== null && (data as Partial<News>).type === 'console-version';
 
 export function keepConsole(): void {
-  // While developing there is none. Without https the browser allows it on localhost only.
+  // Development has no service worker. Without https, browsers allow one on localhost only.
   if (!import.meta.env.PROD || !('serviceWorker' in navigator)) return;
   navigator.serviceWorker.addEventListener('message', ({ data }) => {
     if (isNews(data)) consoleVersion.isOutdated = !ours.endsWith(`/${data.entry}`);
   });
-  // After all that somebody waits for.
+  // After everything the user waits for.
   whenIdle(() => void register().catch(() => undefined));
 }
 
@@ -38,7 +38,7 @@ async function register(): Promise<void> {
   registration.active?.postMessage('which-version');
   const look = (): void => void registration.update().catch(() => undefined);
   setInterval(look, LOOK_AGAIN_MS);
-  // A tower that was renewed was away meanwhile.
+  // A tower that was updated was offline meanwhile.
   let wasLost = false;
   tower.live.state.subscribe(({ phase }) => {
     if (phase === 'waiting') wasLost = true;

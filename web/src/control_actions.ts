@@ -1,4 +1,4 @@
-/** Changing who has the controls: the question, which says what will happen to the drone, and then the action. */
+/** Changes who has the controls: asks first, saying what the drone will do, then sends the request. */
 
 import { ask, type Consent, type Question } from './confirmation.svelte';
 import { flightTask } from './link/modes';
@@ -10,7 +10,7 @@ const AGREED: Consent = { reason: '', isChecked: true, isSecondChecked: true, is
 
 const pilotOf = (drone: Drone): string => drone.holder?.name ?? 'nobody';
 
-/** What a hold does to it as it is now. */
+/** What a hold does to the drone in its present state. */
 function holdWords({ name, airborne, armed }: Drone): string {
   if (airborne === null && armed !== false) {
     return `It is not known whether ${name} is in the air. If it is, it will hold (sticks centred, its hold mode).`;
@@ -21,7 +21,10 @@ function holdWords({ name, airborne, armed }: Drone): string {
     : `${name} is on the ground with its motors off. Nothing happens.`;
 }
 
-/** `asksViews`: the two checks are about what the pilot may still see. False when the user thought better of it. Raises RestError with words to show. */
+/**
+ * `asksViews`: the two checkboxes are about the views that the pilot keeps. Returns false when the user cancels. Raises
+ * RestError with a message to display.
+ */
 async function change(drone: Drone, action: ControlAction, question?: Question, asksViews = false): Promise<boolean> {
   const consent = question ? await ask(question) : AGREED;
   if (!consent) return false;
@@ -48,7 +51,7 @@ export const release = (drone: Drone): Promise<boolean> =>
       : undefined,
   );
 
-/** What it does by itself now, where that is a way home or down; null otherwise. */
+/** What the drone is doing on its own, if that is returning or landing; null otherwise. */
 function goingHome(drone: Drone): string | null {
   const values = tower.vehicles.get().get(drone.id)?.values(tower.clock.nowMs());
   if (!values || values.armed === false) return null;
@@ -82,7 +85,7 @@ function takeQuestion(drone: Drone): Question {
 
 export const take = (drone: Drone): Promise<boolean> => change(drone, 'take', takeQuestion(drone), true);
 
-/** Stops it whatever it does, a return and a landing too. */
+/** Stops the drone whatever it is doing, a return or a landing included. */
 export async function takeInEmergency(drone: Drone): Promise<boolean> {
   const going = goingHome(drone);
   const now = going === null ? '' : `${going}: that is interrupted. `;
@@ -99,7 +102,7 @@ export async function takeInEmergency(drone: Drone): Promise<boolean> {
   return true;
 }
 
-/** Withdraws an offer of one's own. */
+/** Withdraws the user's own offer. */
 export const keep = (drone: Drone): Promise<boolean> => change(drone, 'take');
 
 export function give(drone: Drone): Promise<boolean> {

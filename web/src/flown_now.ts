@@ -1,9 +1,9 @@
-/** What an admin's action against a user does to the drones that this user flies at this moment: said before it is done. */
+/** What an admin's action against a user does to the drones that this user is flying. Shown before the action. */
 
 import type { NamedRef } from './link/admin_types';
 import { tower } from './tower.svelte';
 
-/** A sentence that names them; empty when they fly none. */
+/** A sentence that names the drones; empty if the user flies none. */
 export function flownNow(user: NamedRef): string {
   const names = [...tower.vehicles.get().values()]
     .map((vehicle) => vehicle.drone.get())

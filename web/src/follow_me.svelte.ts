@@ -1,6 +1,6 @@
 /**
- * "Follow me": a drone follows the person at this browser. Asks where that is once a second and tells the tower, for as long as
- * the drone follows, whatever page is shown. A page that is closed tells nothing any more, and then the drone holds.
+ * "Follow me": a drone follows the person at this browser. Reads the position once a second and reports it to the tower
+ * as long as the drone follows, whatever page is open. A closed page stops reporting, and then the drone holds.
  */
 
 import { ask } from './confirmation.svelte';
@@ -14,19 +14,19 @@ import { tower } from './tower.svelte';
 import { measured } from './words/units';
 
 const EVERY_MS = 1_000;
-/** The first takes longer: a receiver that slept looks for satellites. */
+/** The first fix takes longer: an idle receiver must find satellites. */
 const FIRST_WITHIN_MS = 20_000;
-/** Later the drone holds anyway. */
+/** After this the drone holds anyway. */
 const WITHIN_MS = 2_500;
 
-/** What this browser tells at the moment; `operationId` null: nothing. */
+/** What this browser reports at present; `operationId` null: nothing. */
 export const sharing = $state<{ operationId: string | null; accuracyM: number | null; problem: string }>({
   operationId: null,
   accuracyM: null,
   problem: '',
 });
 
-/** Why this browser cannot say where it is; empty when it can be asked. */
+/** Why this browser cannot report its position; empty if it can. */
 export function whyNoPlace(): string {
   if (!window.isSecureContext)
     return 'Browsers share their position over https only. Open this tower by its https address to use "Follow me".';
@@ -51,7 +51,7 @@ function locate(timeoutMs: number): Promise<Located> {
 
 const wordsOf = (error: unknown): string => (error instanceof Error ? error.message : String(error));
 
-/** What makes it hold, for a question and for who watches it. */
+/** What makes the drone hold; for the question and for those who watch. */
 export const personEndWords = (): string => {
   const { units } = preferences;
   return (
@@ -60,7 +60,7 @@ export const personEndWords = (): string => {
   );
 };
 
-/** Asks where the person is, then them, then the tower. Result stands in the action report. */
+/** Reads the person's position, asks them to confirm, then asks the tower. The result appears in the action report. */
 export async function followMe(vehicle: Vehicle, awayM: number, altRelM: number | null): Promise<void> {
   const { id, name } = vehicle.drone.get();
   const { units } = preferences;
@@ -82,7 +82,7 @@ export async function followMe(vehicle: Vehicle, awayM: number, altRelM: number 
   if (!(await ask({ title: `Have ${name} follow you?`, text, confirmLabel: 'Follow me', isDanger: true }))) return;
   await vehicle.perform('Follow me', async () => {
     try {
-      const now = await locate(FIRST_WITHIN_MS); // the question may have stood there for long
+      const now = await locate(FIRST_WITHIN_MS); // the question may have been open for long
       const begun = await followPerson(tower.operations, id, {
         command: 'follow_me',
         lat: now.coords.latitude,
@@ -106,7 +106,7 @@ export async function followMe(vehicle: Vehicle, awayM: number, altRelM: number 
   });
 }
 
-/** Until the drone follows no more, or another one follows. */
+/** Until the drone stops following, or follows in another operation. */
 async function report(droneId: number, operationId: string): Promise<void> {
   Object.assign(sharing, { operationId, accuracyM: null, problem: '' });
   const follows = (): boolean => {

@@ -1,4 +1,7 @@
-/** What a pilot can have a drone do by way of the tower: circles, what to look at, the mission on board. Asked as in pilot_actions.ts. */
+/**
+ * What a pilot can command through the tower: circles, points of interest, the mission on board. Asks as
+ * pilot_actions.ts does.
+ */
 
 import { agreeToArm } from './arming';
 import { ask } from './confirmation.svelte';
@@ -14,16 +17,16 @@ import { latLon } from './words/format';
 import { measured } from './words/units';
 
 export interface Circle extends Target {
-  /** Of the middle; the drone flies round it as high as `altRelM`. */
+  /** The radius around the centre; the drone circles at `altRelM`. */
   readonly radiusM: number;
   readonly isClockwise: boolean;
-  /** Null: as fast as the autopilot likes. */
+  /** Null: the autopilot's default speed. */
   readonly speedMps: number | null;
 }
 
 const metres = (value: number): string => measured(preferences.units, 'height', value, Number.isInteger(value) ? 0 : 1);
 const far = (value: number): string => measured(preferences.units, 'distance', value);
-/** As people count items. */
+/** Counted from 1 for display. */
 const number = (item: number): string => `item ${item + 1}`;
 
 export class GuidedActions {
@@ -45,7 +48,7 @@ export class GuidedActions {
     await this.#vehicle.command(label, command);
   }
 
-  /** The dialog in which place and radius were set has asked already. */
+  /** The dialog that set place and radius has asked already. */
   async orbit({ latDeg, lonDeg, altRelM, radiusM, isClockwise, speedMps }: Circle): Promise<void> {
     await this.#command(`Circle of ${far(radiusM)} round ${latLon({ latDeg, lonDeg })} at ${metres(altRelM)}`, {
       command: 'orbit',
@@ -57,18 +60,18 @@ export class GuidedActions {
     });
   }
 
-  /** The dialog in which the place was set has asked already. */
+  /** The dialog that set the place has asked already. */
   async lookAt({ latDeg, lonDeg, altRelM }: Target): Promise<void> {
     const command = { command: 'roi', lat: latDeg, lon: lonDeg, height_m: altRelM } as const;
     await this.#command(`Look at ${latLon({ latDeg, lonDeg })}`, command);
   }
 
-  /** Moves nothing but the view: not asked. */
+  /** Does not ask: only the camera moves. */
   async lookAhead(): Promise<void> {
     await this.#command('Look ahead', { command: 'roi', none: true });
   }
 
-  /** Its report says when it follows; how that goes on and ends stands in parts/FollowStrip.svelte. */
+  /** The report says when the drone follows; parts/FollowStrip.svelte shows its progress and end. */
   async follow(leader: { readonly id: number; readonly name: string }, place: FollowPlace): Promise<void> {
     const name = this.#name;
     const where = placeWords(place, leader.name, preferences.units);
@@ -91,7 +94,7 @@ export class GuidedActions {
     });
   }
 
-  /** Never asks: it holds. */
+  /** Never asks: the drone holds. */
   async stopFollowing({ id }: Operation): Promise<void> {
     await this.#vehicle.perform('Stop following', async () => {
       try {
@@ -104,7 +107,7 @@ export class GuidedActions {
     });
   }
 
-  /** From the ground it takes off, armed if it is not yet. */
+  /** From the ground the drone takes off, and arms first if necessary. */
   async startMission(item: number, count: number): Promise<void> {
     const name = this.#name;
     const from = item === 0 ? '' : ` from ${number(item)} on`;
@@ -123,7 +126,7 @@ export class GuidedActions {
     if (agreed) await this.#vehicle.command(label, command, agreed);
   }
 
-  /** Never asks: it stops where it is. */
+  /** Never asks: the drone stops in place. */
   async pauseMission(): Promise<void> {
     await this.#command('Pause the mission', { command: 'pause' });
   }

@@ -1,8 +1,8 @@
-/** What a page reads from the tower and what it asks of it, with the words that it shows meanwhile and after a failure. */
+/** What a page reads from the tower and requests of it, with messages for progress and failure. */
 
 export const wordsOf = (error: unknown): string => (error instanceof Error ? error.message : String(error));
 
-/** Something that is read when a page opens, and again after each change. What was read stays in sight if that fails. */
+/** Data read when a page opens, and again after each change. The last data stay visible if a read fails. */
 export class Loaded<T> {
   value = $state.raw<T | null>(null);
   problem = $state('');
@@ -20,7 +20,7 @@ export class Loaded<T> {
     this.isLoading = true;
     try {
       const value = await this.#read();
-      if (reading !== this.#readings) return; // a later one is on its way
+      if (reading !== this.#readings) return; // a later read is in progress
       this.value = value;
       this.problem = '';
     } catch (error) {
@@ -31,12 +31,12 @@ export class Loaded<T> {
   }
 }
 
-/** One request at a time that the user asked for. */
+/** One user request at a time. */
 export class Request {
   problem = $state('');
   isBusy = $state(false);
 
-  /** True when it was done. */
+  /** Returns true on success. */
   async run(work: () => Promise<unknown>): Promise<boolean> {
     if (this.isBusy) return false;
     this.problem = '';

@@ -1,6 +1,6 @@
 /**
- * The parameters of one drone while somebody looks at them: the table, what is known of each, what is to be written,
- * and what others have changed meanwhile.
+ * The parameters of one drone on display: the table, the facts about each, pending changes, and changes by others
+ * meanwhile.
  */
 
 import type { Operation } from './link/operation_types';
@@ -20,21 +20,21 @@ const NOT_READ = 'parameters-unknown';
 export class ParameterBook {
   read = $state.raw<ParametersRead | null>(null);
   tray = $state.raw<Tray>(EMPTY_TRAY);
-  /** The work that this page began last: reading or writing. */
+  /** The last operation that this page began: reading or writing. */
   operation = $state.raw<Operation | null>(null);
-  /** What was changed since the page was opened, not by its own writing: name and the value before. */
+  /** Changes since the page opened, except by its own writing: name and previous value. */
   changedElsewhere = $state.raw<ReadonlyMap<string, number>>(new Map());
   problem = $state('');
   #ours = $state.raw<Facts>(NO_FACTS);
   #vehicles = $state.raw<Facts | null>(null);
-  /** What is known of the parameters: ours, under what the vehicle says of its own. */
+  /** The facts about the parameters: ours, overlaid with the vehicle's own. */
   readonly facts: Facts = $derived(this.#vehicles ? withVehicle(this.#ours, this.#vehicles) : this.#ours);
   readonly isFromVehicle: boolean = $derived(this.#vehicles !== null);
   readonly table: Table = $derived(tableOf(this.read?.values ?? []));
   readonly changes: readonly Change[] = $derived(changes(this.tray, this.table));
   readonly isBusy: boolean = $derived(this.operation?.state === 'running');
   readonly #vehicle: Vehicle;
-  /** What this page has asked to be written: its coming true is no news. */
+  /** Values that this page has asked to write: their arrival is no news. */
   #asked = new Map<string, number>();
 
   constructor(vehicle: Vehicle) {
@@ -55,17 +55,17 @@ export class ParameterBook {
     }
   }
 
-  /** What the vehicle says of its own parameters. Where that cannot be had, or is none, ours do. */
+  /** The vehicle's own facts. If they are missing or invalid, ours remain. */
   async askVehicle(): Promise<void> {
     try {
       const reported = await tower.parameterTables.metadata(this.#droneId);
       this.#vehicles = reported === null ? null : factsOfComponent(reported);
     } catch {
-      // Nobody is waiting for it.
+      // No caller waits for it.
     }
   }
 
-  /** Whatever the tower has now. */
+  /** Reads the tower's current values. */
   async refresh(): Promise<void> {
     try {
       const before = this.table;
@@ -109,7 +109,7 @@ export class ParameterBook {
     this.tray = EMPTY_TRAY;
   }
 
-  /** How it ended, or null: it was not begun, and `problem` says why. */
+  /** The ended operation, or null: it did not begin, and `problem` says why. */
   async write(): Promise<Operation | null> {
     const values = Object.fromEntries(this.changes.map(({ name, after }) => [name, after]));
     this.#asked = new Map(Object.entries(values));

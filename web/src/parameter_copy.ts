@@ -1,4 +1,4 @@
-/** Writes some of one drone's parameters to other drones, each where its user may, each with an answer of its own. */
+/** Writes some of one drone's parameters to other drones, each if the user may, each with its own result. */
 
 import type { Operation } from './link/operation_types';
 import { mayCommand, mayHaveControls } from './link/drone_view';
@@ -12,14 +12,14 @@ export interface CopyPlan {
   readonly drone: Drone;
   readonly differences: readonly Difference[];
   readonly same: number;
-  /** Names that it does not have. */
+  /** Names that the drone does not have. */
   readonly unknown: readonly string[];
 }
 
 export type CopyAnswer =
   { readonly kind: 'waiting'; readonly words: string } | { readonly kind: 'done' | 'refused'; readonly words: string };
 
-/** How this user gets to write there: at once, by taking up controls that nobody has, or not (then in words why). */
+/** How this user may write there: at once, by taking free controls, or not at all (then with the reason). */
 export function wayToWrite(drone: Drone, user: User): 'now' | 'acquire' | { readonly why: string } {
   if (!drone.online) return { why: `${drone.name} is offline.` };
   if (mayCommand(drone, user)) return 'now';
@@ -28,7 +28,7 @@ export function wayToWrite(drone: Drone, user: User): 'now' | 'acquire' | { read
   return mayHaveControls(drone, user) ? 'acquire' : { why: `${drone.name} is not yours to fly.` };
 }
 
-/** Raises RestError where its parameters are not known. */
+/** Raises RestError if its parameters are unknown. */
 export async function planCopy(
   tables: ParameterTables,
   drone: Drone,
@@ -41,11 +41,11 @@ export async function planCopy(
 export interface Hands {
   acquire(droneId: number): Promise<void>;
   release(droneId: number): Promise<void>;
-  /** Answers when it has ended. */
+  /** Resolves when it has ended. */
   write(droneId: number, values: Readonly<Record<string, number>>): Promise<Operation>;
 }
 
-/** Writes what differs. Controls that were taken up for it are released afterwards, whatever came of it. */
+/** Writes what differs. Controls taken for this are released afterwards, whatever the result. */
 export async function copyTo(plan: CopyPlan, user: User, hands: Hands): Promise<CopyAnswer> {
   const { drone, differences } = plan;
   if (differences.length === 0) return { kind: 'done', words: 'already had all of them' };

@@ -1,4 +1,4 @@
-/** What a pilot can make a drone do, with the question before each dangerous one. For buttons, keys and pads alike. */
+/** The commands of a pilot, with a question before each dangerous one. For buttons, keys and pads alike. */
 
 import { agreeToArm } from './arming';
 import { ask } from './confirmation.svelte';
@@ -97,12 +97,12 @@ export class PilotActions {
     }
   }
 
-  /** Never asks: it is what one does when something else went wrong. */
+  /** Never asks: it is the remedy when something else goes wrong. */
   async hold(): Promise<void> {
     await this.#vehicle.sendHold();
   }
 
-  /** Asked on the ground with motors at rest it harms nobody, and is not asked about. */
+  /** Does not ask on the ground with motors stopped, because it is harmless. */
   async changeMode(modeName: string): Promise<void> {
     const { autopilot, mode: before, armed } = this.#values();
     const mode = autopilot === null ? undefined : modeSetOf(autopilot)?.modes.find(({ name }) => name === modeName);
@@ -123,7 +123,7 @@ export class PilotActions {
       : '';
   }
 
-  /** The dialog in which the place was corrected has asked already. */
+  /** The dialog that corrected the place has asked already. */
   async goTo(target: Target): Promise<void> {
     await this.#goTo(`Go to ${latLon(target)} at ${high(target.altRelM)}`, target);
   }
@@ -136,7 +136,7 @@ export class PilotActions {
     }
   }
 
-  /** Where it is, or on its way. */
+  /** At its current place, or at its target. */
   async #changeHeight(label: string, altRelM: number): Promise<void> {
     const place = this.#vehicle.target.now.get() ?? this.#values().place;
     if (place) await this.#goTo(label, { ...place, altRelM });
@@ -165,7 +165,7 @@ export class PilotActions {
     }
   }
 
-  /** Null: where the drone is now. */
+  /** Null: the drone's current position. */
   async setHome(place: Place | null): Promise<void> {
     const name = this.#name;
     const isOnGround = this.#values().airborne === false;
@@ -179,7 +179,7 @@ export class PilotActions {
       await this.#vehicle.command(label, { command: 'set_home', here: true, ...flying });
       return;
     }
-    // As high as the present home: a map says nothing about heights.
+    // At the height of the current home: a map has no heights.
     const home = this.#vehicle.telemetry.newest('HOME_POSITION');
     if (!home) {
       await this.#vehicle.perform(label, () => Promise.resolve(NO_HOME));

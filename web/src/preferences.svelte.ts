@@ -1,4 +1,4 @@
-/** What this person prefers to see, kept in this browser: theme, units, whether alerts sound. */
+/** The user's display preferences, kept in this browser: theme, units, audible alerts. */
 
 import { QUALITIES } from './video/unit';
 import type { QualityName } from './video/video_types';
@@ -10,14 +10,14 @@ export interface Preferences {
   theme: ThemeChoice;
   units: UnitSystem;
   sound: boolean;
-  /** Whether single keys do things on the Control page. */
+  /** Whether single-key shortcuts work on the Control page. */
   shortcuts: boolean;
-  /** Whether the map of the Control page shows what is on board: mission, fence, rally points. */
+  /** Whether the map of the Control page shows the plans on board: mission, fence, rally points. */
   boardPlan: boolean;
   /** Whether the Control page shows the drone's video. */
   video: boolean;
   videoQuality: QualityName;
-  /** Of each picture on the page of all videos. */
+  /** For each picture on the page of all videos. */
   wallQuality: QualityName;
 }
 
@@ -40,7 +40,7 @@ function read(): Preferences {
   try {
     stored = (JSON.parse(localStorage.getItem(KEY) ?? '{}') as Record<string, unknown> | null) ?? {};
   } catch {
-    // Storage that is forbidden or spoilt is no reason not to start.
+    // The page starts even if storage is forbidden or corrupt.
   }
   const { theme, units, sound, shortcuts, boardPlan, video, videoQuality, wallQuality } = stored;
   return {
@@ -70,12 +70,12 @@ export function prefer(changes: Partial<Preferences>): void {
 const systemIsLight = window.matchMedia('(prefers-color-scheme: light)');
 systemIsLight.addEventListener('change', applyTheme);
 
-/** The stylesheets know the theme by an attribute of the document, whether the system or the user chose it. */
+/** The stylesheets read the theme from an attribute of the document, whether the system or the user chose it. */
 export function applyTheme(): void {
   const { theme } = preferences;
   const isLight = theme === 'light' || (theme === 'system' && systemIsLight.matches);
   document.documentElement.dataset['theme'] = isLight ? 'light' : 'dark';
-  // The bar of an installed console has the colour of ours; the page's own words know only what the system prefers.
+  // The title bar of an installed console uses our colour; the page's static tags only cover the system's preference.
   const panel = getComputedStyle(document.documentElement).getPropertyValue('--panel').trim();
   for (const one of document.querySelectorAll<HTMLMetaElement>('meta[name="theme-color"]')) one.content = panel;
 }

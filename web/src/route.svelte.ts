@@ -1,8 +1,8 @@
 /**
- * Which page is shown: the hash of the address. `#/` is the monitor, `#/drone/7` the control page of drone 7,
- * `#/drone/7/parameters` and `#/drone/7/logs` its others, `#/missions` the planner, `#/missions/7` for drone 7,
- * `#/squad-mission/1,2` a job for drones 1 and 2, `#/videos` the videos of all drones, `#/videos/1,2` of these,
- * `#/account/tokens` a section of one's own account, `#/admin/users` one of the administration.
+ * The current page, from the hash of the address. `#/` is the monitor, `#/drone/7` the control page of drone 7,
+ * `#/drone/7/parameters` and `#/drone/7/logs` its others, `#/missions` the planner, `#/missions/7` the planner for
+ * drone 7, `#/squad-mission/1,2` a task for drones 1 and 2, `#/videos` the videos of all drones, `#/videos/1,2` of
+ * these, `#/account/tokens` a section of the user's account, `#/admin/users` one of the administration.
  */
 
 /** The pages that each drone has. */
@@ -13,7 +13,7 @@ export type Route =
   | { readonly page: Exclude<DronePage, 'missions'>; readonly droneId: number }
   | { readonly page: 'missions'; readonly droneId: number | null }
   | { readonly page: 'squad-mission'; readonly droneIds: readonly number[] }
-  /** No numbers: of all. */
+  /** Empty: all drones. */
   | { readonly page: 'videos'; readonly droneIds: readonly number[] }
   | { readonly page: 'account' | 'admin'; readonly section: string };
 

@@ -1,4 +1,4 @@
-/** What the map shows of the squad, from what the link layer knows. */
+/** The squad as a map scene, from the state of the link layer. */
 
 import { isUnattended as isUnattendedNow } from './link/conditions';
 import type { FlightValues } from './link/flight_values';
@@ -9,10 +9,10 @@ import type { SceneDrone } from './map/overlay';
 import { ageWords } from './words/squad_words';
 import { measured, type UnitSystem } from './words/units';
 
-/** On the monitor a trail says where a drone comes from; the whole track belongs to its own page. */
+/** On the monitor a trail shows where a drone comes from; the whole track is on its own page. */
 export const TRAIL_POINTS = 60;
 
-/** Null while it has no position. */
+/** Null without a position. */
 export function sceneDrone(
   vehicle: Vehicle,
   values: FlightValues,
@@ -38,7 +38,7 @@ export function sceneDrone(
   };
 }
 
-/** Lines to what comes near, of all drones or of one. */
+/** Lines to nearby drones, for all drones or for one. */
 export const sceneNear = (
   near: ReadonlyMap<number, SeparationEvent>,
   vehicles: ReadonlyMap<number, Vehicle>,

@@ -1,4 +1,6 @@
-/** The keys of the Control page, in the order of its help sheet. W A S D and the arrows are left free: they are sticks. */
+/**
+ * The keys of the Control page, in the order of its help sheet. W A S D and the arrow keys are reserved for the sticks.
+ */
 
 export type ShortcutName =
   | 'controls'
@@ -50,7 +52,7 @@ export const SHORTCUTS: readonly Shortcut[] = [
   { key: '?', name: 'help', words: 'This sheet' },
 ];
 
-/** Which of them a key press is; null with a modifier (Shift is part of the key). */
+/** The shortcut of a key press; null with a modifier (Shift is part of the key). */
 export function shortcutOf(
   event: Pick<KeyboardEvent, 'key' | 'ctrlKey' | 'metaKey' | 'altKey' | 'repeat'>,
 ): ShortcutName | null {

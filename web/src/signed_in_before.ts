@@ -1,6 +1,6 @@
 /**
- * Whether this browser was signed in when it was last here. A guess that decides only what is fetched and shown first;
- * who is signed in is the tower's word alone.
+ * Whether this browser was signed in at the last visit. A guess that affects only what loads first; only the tower
+ * decides who is signed in.
  */
 
 const KEY = 'tower.signed-in';
@@ -9,7 +9,7 @@ export function maySignOnAgain(): boolean {
   try {
     return localStorage.getItem(KEY) !== null;
   } catch {
-    return false; // storage is forbidden here
+    return false; // storage is forbidden
   }
 }
 
@@ -18,6 +18,6 @@ export function rememberSignedIn(isSignedIn: boolean): void {
     if (isSignedIn) localStorage.setItem(KEY, '1');
     else localStorage.removeItem(KEY);
   } catch {
-    // The next visit then fetches one thing after the other.
+    // The next visit then loads step by step.
   }
 }

@@ -1,4 +1,4 @@
-/** Carries one action out at several drones at once, and keeps the answer of each. */
+/** Carries out one action at several drones at once, and keeps each answer. */
 
 import { waitsFor } from './link/assist_turns';
 import type { Outcome } from './link/outcome';
@@ -14,7 +14,7 @@ const DO: Record<SquadAction, (vehicle: Vehicle) => Promise<Outcome>> = {
   land: (vehicle) => vehicle.command(ACTION_WORDS.land.verb, { command: 'land' }),
 };
 
-/** Why this drone cannot be commanded by this user as things are; empty when it can. */
+/** Why this user cannot command this drone now; empty if they can. */
 export function blockedNow(droneId: number, user: User): string {
   const vehicle = tower.vehicles.get().get(droneId);
   if (!vehicle) return 'It is no longer in your squad.';
@@ -43,7 +43,7 @@ async function one(droneId: number, action: SquadAction, user: User, takesFirst:
   return answerOf(drone.name, await DO[action](vehicle));
 }
 
-/** `onanswer` hears of every drone: at once that it is waited for, then what came of it. */
+/** `onanswer` is called for every drone: at once with the pending state, then with the outcome. */
 export async function performAll(
   droneIds: readonly number[],
   action: SquadAction,

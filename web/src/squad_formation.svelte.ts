@@ -1,4 +1,4 @@
-/** What the formation part of the squad page works on: who leads, how it is set, who has taken which place, and how that goes on. */
+/** The state of the formation part of the squad page: leader, settings, followers and their places, and progress. */
 
 import { followLeader } from './link/drone_commands';
 import { distanceM, offsetBy } from './link/geometry';
@@ -28,7 +28,7 @@ export class SquadFormation {
     this.settings = { ...this.settings, ...changes };
   }
 
-  /** Where it flies now; a string: why it cannot take part, for people. */
+  /** Its current position; a string: why it cannot take part, for people. */
   flier(droneId: number): Flier | string {
     const vehicle = tower.vehicles.get().get(droneId);
     if (!vehicle) return 'One of them is no longer in your squad.';
@@ -40,7 +40,7 @@ export class SquadFormation {
     return { id: droneId, name, place, altM: altAmslM };
   }
 
-  /** Each of these to its place at the leader, in this order. */
+  /** Sends each of these to its place at the leader, in this order. */
   async form(leaderId: number, ways: FormationRun['ways']): Promise<void> {
     if (this.isForming) return;
     this.isForming = true;
@@ -76,7 +76,10 @@ export class SquadFormation {
     }
   }
 
-  /** Of these, who follows, whoever had it follow: a page that was opened meanwhile knows of it by the tower. */
+  /**
+   * Those of these drones that follow, whoever commanded it: the tower reports them to a page that was opened
+   * meanwhile.
+   */
   following(droneIds: Iterable<number>, all: ReadonlyMap<string, Operation>): Operation[] {
     return [...droneIds].flatMap((droneId) => {
       const newest = newestOf(all, droneId, ['follow']);
@@ -91,14 +94,14 @@ export class SquadFormation {
     return followAnswer(newest, true);
   }
 
-  /** Each holds where it is, by its own agent. None that waits for its turn is sent any more. */
+  /** Each holds in place, by its own agent. Waiting drones are no longer sent. */
   async stop(operations: readonly Operation[]): Promise<void> {
     this.isStopping = true;
-    await Promise.allSettled(operations.map(({ id }) => tower.operations.cancel(id))); // one that is over was stopped
+    await Promise.allSettled(operations.map(({ id }) => tower.operations.cancel(id))); // an ended one has stopped
   }
 }
 
-/** Metres from its place at the leader; the larger of over ground and in height. */
+/** Metres from its place at the leader; the larger of horizontal and vertical. */
 function offPlaceM(leaderId: number, droneId: number, place: FollowPlace): number | null {
   const vehicles = tower.vehicles.get();
   const nowMs = tower.clock.nowMs();

@@ -1,4 +1,6 @@
-/** What the page of squad missions works on: who is chosen, what is drawn and set, the plans that come of it, and how they are carried out. */
+/**
+ * The state of the squad mission page: selected drones, drawing, settings, the resulting plans, and their execution.
+ */
 
 import { SvelteSet } from 'svelte/reactivity';
 
@@ -20,10 +22,10 @@ import { tower } from './tower.svelte';
 
 export type SquadWork = 'upload' | 'start' | 'hold';
 
-/** A drone that stands is told to be here and there by a metre or two: its plan must not change for that. */
+/** The reported position of a parked drone varies by a metre or two: its plan must not change with it. */
 const MOVED_M = 4;
 
-/** Whether the mission of this part is the one that its drone has. */
+/** Whether this part's mission is the one on board its drone. */
 export type Standing = 'on the drone' | 'another' | 'unknown';
 
 export class SquadMission {
@@ -33,7 +35,7 @@ export class SquadMission {
   answers = $state.raw<ReadonlyMap<number, SquadAnswer>>(new Map());
   work = $state<SquadWork | null>(null);
   isStopping = $state(false);
-  /** Where each stood when it was last looked. */
+  /** The position of each at the last check. */
   #homes = $state.raw<ReadonlyMap<number, PlannedHome>>(new Map());
   readonly #user: User;
   readonly #rest = new MissionRest(tower.rest, tower.operations);
@@ -54,7 +56,10 @@ export class SquadMission {
     this.area = [...this.area, spotOf(latDeg, ((((lonDeg + 180) % 360) + 360) % 360) - 180)];
   }
 
-  /** Now and then: who has moved, or was told of for the first time. In flight, and while nobody knows, a drone's home stays what it was. */
+  /**
+   * Periodic check for drones that moved, or were reported for the first time. In flight, or without a report, a
+   * drone's home stays the same.
+   */
   look(vehicles: ReadonlyMap<number, Vehicle>, nowMs: number): void {
     let next: Map<number, PlannedHome> | null = null;
     for (const droneId of this.chosen) {
@@ -96,14 +101,14 @@ export class SquadMission {
     );
   }
 
-  /** In the order of the parts, with the time between them that the conflicts were looked for with. */
+  /** In the order of the parts, with the time between them that the conflict check assumed. */
   start(parts: readonly SquadPart[]): Promise<void> {
     return this.#run('start', idsOf(parts), command('start'), this.settings.startEveryS, true);
   }
 
-  /** Whatever plans this page knows of: it may have been opened while they fly. */
+  /** Regardless of the plans that this page knows: it may have been opened during their flight. */
   hold(droneIds: readonly number[]): Promise<void> {
-    // Whatever is at work is broken off and begins no other: a hold waits for nothing.
+    // Breaks off the current run, and starts no further drone: a hold waits for nothing.
     this.isStopping = true;
     for (const one of tower.operations.all.get().values()) {
       const isOurs = this.isBusy && !isOver(one) && this.chosen.has(one.drone_id) && one.by?.id === this.#user.id;
@@ -159,7 +164,7 @@ const command =
   (drone, report) =>
     followed(tower.operations, commandDrone(tower.operations, drone.id, { command: name }), report);
 
-/** Tells how it goes on, and answers with how it ended. */
+/** Reports progress, and resolves to the ended operation. */
 async function followed(
   operations: Operations,
   begun: Promise<Operation>,

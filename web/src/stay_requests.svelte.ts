@@ -1,4 +1,4 @@
-/** "Stay": asked of the tower once, and what became of it shown wherever the drone's countdown is. */
+/** "Stay" requests: sent to the tower once, with the outcome shown wherever the drone's countdown is. */
 
 import { SvelteMap } from 'svelte/reactivity';
 
@@ -8,11 +8,11 @@ import { tower } from './tower.svelte';
 
 export interface StayRequest {
   readonly phase: 'asking' | 'reported' | 'refused';
-  /** Of a refusal. */
+  /** For a refusal. */
   readonly words: string;
 }
 
-/** A refusal is shown for so long; then the button is what there is to read. */
+/** How long a refusal is shown; then the button returns. */
 const REFUSAL_SHOWN_MS = 15_000;
 
 export const stayRequests = new SvelteMap<number, StayRequest>();
@@ -33,5 +33,5 @@ export async function requestStay(drone: Drone): Promise<void> {
   }
 }
 
-/** The countdown is over: the next one begins without the answer to this one. */
+/** The countdown is over: the next one starts without the answer to this one. */
 export const forgetStay = (droneId: number): boolean => stayRequests.delete(droneId);

@@ -1,4 +1,4 @@
-/** What this page has of a pilot's hands: the settings of their sticks, and the pads that are plugged in. */
+/** The pilot's input devices on this page: the settings of their sticks, and the connected pads. */
 
 import { usablePads, type PadLike } from './link/pad_source';
 import { StickSettingsKeeper } from './link/stick_settings_keeper';
@@ -10,7 +10,7 @@ export const pluggedIn = (): PadLike[] => usablePads(pads);
 export const sticks = new StickSettingsKeeper(tower.clock, tower.rest);
 let whose: number | null = null;
 tower.user.subscribe((user) => {
-  // Told anew with each welcome; asked again then only if the tower has not answered yet.
+  // Called with each welcome; for the same user it asks again only if the tower has not answered yet.
   const isAnother = user?.id !== whose;
   whose = user?.id ?? null;
   if (!user) sticks.forget();

@@ -1,4 +1,4 @@
-/** The one connection of this page to the tower, and the beat at which numbers on screen are renewed. */
+/** This page's one connection to the tower, and the tick at which displayed numbers are updated. */
 
 import { realClock } from './link/clock';
 import { steadyClock, type TickWorker } from './link/steady_clock';
@@ -6,7 +6,7 @@ import { Tower } from './link/tower';
 import { preferences } from './preferences.svelte';
 import { measured } from './words/units';
 
-/** People cannot read digits that change faster. The map has its own, quicker beat. */
+/** People cannot read digits that change faster. The map has its own, faster tick. */
 const READ_BEAT_MS = 200;
 /** How often the tower sends the newest state of drones that are not focused. */
 export const WATCH_RATE_HZ = 5;

@@ -1,16 +1,16 @@
-/** Work that must not be in the way of what somebody waits for. */
+/** Runs work that must not delay what the user waits for. */
 
 const MAX_DELAY_MS = 3_000;
 const WITHOUT_IDLE_MS = 1_000;
 
-/** Runs `work` once the page is loaded and has nothing to do. Returns what calls it off. */
+/** Runs `work` once the page is loaded and idle. Returns a function that cancels it. */
 export function whenIdle(work: () => void): () => void {
   let isOff = false;
   const run = (): void => {
     if (!isOff) work();
   };
   const wait = (): void => {
-    // Not every browser has it.
+    // Not every browser supports it.
     if ('requestIdleCallback' in window) window.requestIdleCallback(run, { timeout: MAX_DELAY_MS });
     else setTimeout(run, WITHOUT_IDLE_MS);
   };

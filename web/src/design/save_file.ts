@@ -1,4 +1,4 @@
-/** Hands what we made to the browser as a file. */
+/** Saves generated content as a file through the browser. */
 
 const KEPT_MS = 10_000;
 
@@ -12,10 +12,10 @@ export function saveBlob(name: string, blob: Blob): void {
   link.href = address;
   link.download = name;
   link.click();
-  // The browser reads it after this returns.
+  // The browser reads it after this function returns.
   setTimeout(() => URL.revokeObjectURL(address), KEPT_MS);
 }
 
-/** What a file may be called on every system: letters, digits, dots and strokes. */
+/** A file name valid on every system: letters, digits, dots and dashes. */
 export const fileName = (words: string, ending: string): string =>
   `${words.replace(/[^\p{L}\p{N}]+/gu, '-').replace(/^-+|-+$/g, '') || 'drone'}.${ending}`;

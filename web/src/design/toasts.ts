@@ -1,6 +1,6 @@
 /**
- * Short words about something the user did and need not do anything about ("Saved."). What matters for a drone is an
- * alert (link/alerts.ts), a banner or an answer in its place, never a toast alone.
+ * Short messages about a user action that need no response ("Saved."). What matters for a drone is an alert
+ * (link/alerts.ts), a banner or an inline report, never a toast alone.
  */
 
 import { toast } from 'svelte-sonner';

@@ -1,4 +1,4 @@
-/** Accounts and administration over REST. Times are ISO 8601 texts. */
+/** Accounts and administration over REST. Times are ISO 8601 strings. */
 
 import type { Schemas } from './rest_types';
 

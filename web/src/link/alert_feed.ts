@@ -1,4 +1,4 @@
-/** Turns what the tower and the drones say into alerts. It is told everything; it asks for nothing. */
+/** Turns reports of the tower and the drones into alerts. Callers feed it everything; it requests nothing. */
 
 import { Alerts } from './alerts';
 import { conditionsOf, SILENCE, type Condition } from './conditions';
@@ -11,13 +11,13 @@ import type { HoldEvent } from './wire_types';
 export class AlertFeed {
   readonly alerts = new Alerts();
   readonly separations = new Separations(this.alerts);
-  /** Statements come in pieces: the entry with this key, and the alert that it became. */
+  /** Statements arrive in chunks: maps the key of a journal entry to the key of its alert. */
   readonly #keyOf = new Map<string, string>();
   readonly #silent = new Set<number>();
-  /** By drone: the alert of the hold that was ordered last. */
+  /** Alert of the last ordered hold, by drone. */
   readonly #orderedHold = new Map<number, string>();
 
-  /** Once a second or so: what holds now. */
+  /** Called about once a second: updates the alerts of the current conditions. */
   look(vehicles: Iterable<Vehicle>, nowMs: number): void {
     for (const vehicle of vehicles) {
       const drone = vehicle.drone.get();
@@ -28,8 +28,8 @@ export class AlertFeed {
   }
 
   /**
-   * A page that stood still (a laptop that slept, a browser that was busy) looks before it has read what came
-   * meanwhile: silence counts when it is found twice.
+   * A page that was suspended (a laptop that slept, a busy browser) runs this before it has read the pending messages:
+   * silence counts only when it is found twice.
    */
   #believed(droneId: number, conditions: readonly Condition[]): readonly Condition[] {
     const isSilent = conditions.some(({ id }) => id === SILENCE);
@@ -39,13 +39,13 @@ export class AlertFeed {
     return isSilent && !wasSilent ? conditions.filter(({ id }) => id !== SILENCE) : conditions;
   }
 
-  /** A drone is no longer ours to see: what held of it is over. */
+  /** The user may no longer see the drone: its conditions end. */
   gone(droneId: number, nowMs: number): void {
     this.alerts.holds(droneId, [], nowMs);
     this.separations.gone(droneId);
   }
 
-  /** Something for the journal. The autopilot's warnings and worse are alerts. */
+  /** A journal entry. Warnings and worse from the autopilot become alerts. */
   entry(entry: Entry): void {
     if (entry.source !== 'autopilot' || entry.severity === 'info') return;
     const severity = entry.severity === 'error' ? 'critical' : 'warning';

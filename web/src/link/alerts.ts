@@ -1,6 +1,6 @@
 /**
- * What somebody must look at, until somebody has: one list for the whole squad. Conditions come and go (an alert is
- * over when its condition is), statements happen. Nothing critical leaves the list before it was acknowledged.
+ * What needs a user's attention, for the whole squad. An alert of a condition ends with the condition; a statement is
+ * an event. Critical alerts stay in the list until they are acknowledged.
  */
 
 import type { AlertSeverity, Condition } from './conditions';
@@ -12,23 +12,23 @@ export interface Alert {
   readonly severity: AlertSeverity;
   readonly text: string;
   readonly beganMs: number;
-  /** How often it was said. */
+  /** How often it occurred. */
   readonly count: number;
-  /** Of a condition: whether it still holds. */
+  /** For a condition: whether it still holds. */
   readonly isLasting: boolean;
   readonly acknowledgedMs: number | null;
 }
 
-/** Beyond this the acknowledged ones go first, then the oldest that are not critical, then the oldest. */
+/** Above this limit, drops acknowledged alerts first, then the oldest that are not critical, then the oldest. */
 export const ALERT_LIMIT = 300;
-/** The same words of the same drone again within this time are the same alert. */
+/** The same text of the same drone within this time is the same alert. */
 export const REPEAT_MS = 60_000;
 
 const RANK: Record<AlertSeverity, number> = { critical: 0, warning: 1, notice: 2 };
 
 export class Alerts {
   readonly #list = new Store<readonly Alert[]>([]);
-  /** The alert of each condition that holds: `drone/condition`, or a name of its own, to key. */
+  /** Alert key of each active condition, by `drone/condition` or by its own name. */
   readonly #lasting = new Map<string, string>();
   #made = 0;
 
@@ -37,7 +37,7 @@ export class Alerts {
     return this.#list;
   }
 
-  /** Something happened. Answers the key of its alert. */
+  /** Adds a statement. Returns the key of its alert. */
   said(droneId: number | null, severity: AlertSeverity, text: string, nowMs: number): string {
     const same = this.#list
       .get()
@@ -53,12 +53,12 @@ export class Alerts {
     return same.key;
   }
 
-  /** More of the same statement came. */
+  /** Another part of the same statement arrived. */
   reworded(key: string, text: string): void {
     this.#change(key, { text });
   }
 
-  /** All conditions of one drone as they are now. */
+  /** All current conditions of one drone. */
   holds(droneId: number, conditions: readonly Condition[], nowMs: number): void {
     const prefix = `${droneId}/`;
     const now = new Set(conditions.map(({ id }) => prefix + id));
@@ -73,7 +73,7 @@ export class Alerts {
     }
   }
 
-  /** A condition with a name of its own, which need not be of one drone alone: it holds until it is `over`. */
+  /** A condition with its own name, which may concern several drones: it lasts until `over`. */
   lasts(name: string, droneId: number, severity: AlertSeverity, text: string, nowMs: number): void {
     if (!this.#lasting.has(name)) this.#lasting.set(name, this.#add(droneId, severity, text, nowMs, true));
   }
@@ -124,7 +124,7 @@ function bounded(all: readonly Alert[]): readonly Alert[] {
 
 export const isOpen = (alert: Alert): boolean => alert.acknowledgedMs === null;
 
-/** Those not acknowledged before the others, the worst first, the newest first. */
+/** Unacknowledged before acknowledged, then the worst first, then the newest first. */
 export function byUrgency(all: readonly Alert[]): Alert[] {
   return [...all].sort(
     (a, b) =>
@@ -134,7 +134,7 @@ export function byUrgency(all: readonly Alert[]): Alert[] {
   );
 }
 
-/** The worst that nobody has acknowledged. */
+/** The worst severity not acknowledged. */
 export function worstOpen(all: readonly Alert[]): AlertSeverity | null {
   return byUrgency(all).find(isOpen)?.severity ?? null;
 }

@@ -1,13 +1,13 @@
 /**
- * Whose commands pass while an admin assists. The tower says so in `turn` events; a refusal of code `assisted` says it
- * too, and is believed for a little longer than an admin's turn lasts after the last command.
+ * Whose commands pass while an admin assists. The tower sends `turn` events. A refusal with the code `assisted` implies
+ * the same; it counts a little longer than an admin's turn lasts after the last command.
  */
 
 import type { Clock } from './clock';
 import { Store, type Readable } from './store';
 import type { Drone, User, UserRef } from './wire_types';
 
-/** The tower gives the controls back 1 s after the admin's last command; a refusal may be as old as a second. */
+/** The tower returns the controls 1 s after the admin's last command; a refusal may be up to a second old. */
 export const REFUSAL_BELIEVED_MS = 2_000;
 
 type Turns = ReadonlyMap<number, UserRef>;
@@ -25,7 +25,7 @@ export class AssistTurns {
     return this.#turns;
   }
 
-  /** The tower's word. */
+  /** A `turn` event of the tower. */
   turn(droneId: number, user: UserRef): void {
     this.#set(droneId, user);
   }
@@ -34,7 +34,7 @@ export class AssistTurns {
   refused(drone: Drone): void {
     if (!drone.assistant) return;
     const known = this.#turns.get().get(drone.id);
-    if (known?.id === drone.assistant.id && !this.#forget.has(drone.id)) return; // the tower will say when it ends
+    if (known?.id === drone.assistant.id && !this.#forget.has(drone.id)) return; // the tower will report its end
     this.#set(drone.id, drone.assistant);
     this.#forget.set(
       drone.id,
@@ -42,7 +42,7 @@ export class AssistTurns {
     );
   }
 
-  /** With the assistance the turns end. */
+  /** The turns end with the assistance. */
   drone(drone: Drone): void {
     if (!drone.assistant) this.#remove(drone.id);
   }
@@ -70,7 +70,7 @@ export class AssistTurns {
   }
 }
 
-/** The assistant, while the holder's commands wait for them; null for everybody else. */
+/** The assistant, while the holder's commands wait for them; null for all other users. */
 export function waitsFor(drone: Drone, turn: UserRef | undefined, user: Pick<User, 'id'>): UserRef | null {
   const isTheirs = turn !== undefined && drone.assistant !== null && turn.id === drone.assistant.id;
   return isTheirs && drone.holder?.id === user.id ? drone.assistant : null;

@@ -1,16 +1,16 @@
 /**
- * How the drone lies between two messages: from ATTITUDE's angles and rates on, as smoothly as a screen can show it.
- * Guessing ends soon: after that the last word stands until it is old.
+ * The drone's attitude between two messages: extrapolates ATTITUDE's angles and rates, as smoothly as a screen can
+ * show. The extrapolation is short; after it the last value stays until it expires.
  */
 
 const GUESS_MS = 150;
-/** How quickly what is shown runs after what is known. */
+/** Time constant with which the displayed attitude follows the known one. */
 const FOLLOW_MS = 50;
 export const OLD_AFTER_MS = 2_000;
 
 export interface AttitudeSample {
   readonly atMs: number;
-  /** Radians and radians a second, as in ATTITUDE. */
+  /** Radians and radians per second, as in ATTITUDE. */
   readonly roll: number;
   readonly pitch: number;
   readonly yaw: number;
@@ -27,13 +27,13 @@ export interface Attitude {
 }
 
 const DEGREES = 180 / Math.PI;
-/** Nose straight up or down, where the rates of Euler angles go to infinity. */
+/** Near vertical, the rates of Euler angles go to infinity. */
 const STEEP = 1.4;
 
 export class AttitudeMotion {
   #shown: (Attitude & { readonly atMs: number }) | null = null;
 
-  /** Null when nothing was heard, or too long ago. `smooth: false` for people who asked for less motion. */
+  /** Returns null without a sample, or with one too old. `smooth: false` for users who prefer reduced motion. */
   at(sample: AttitudeSample | null, nowMs: number, { smooth }: { smooth: boolean }): Attitude | null {
     if (!sample || nowMs - sample.atMs > OLD_AFTER_MS) {
       this.#shown = null;
@@ -77,7 +77,7 @@ const degreesOf = ({ roll, pitch, yaw }: Pick<AttitudeSample, 'roll' | 'pitch' |
 
 const wrapped = (deg: number): number => ((deg % 360) + 360) % 360;
 
-/** The short way round. */
+/** The shorter way round. */
 function turn(from: number, to: number, share: number): number {
   const way = ((((to - from) % 360) + 540) % 360) - 180;
   return from + way * share;

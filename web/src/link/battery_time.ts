@@ -1,13 +1,13 @@
 /**
- * How long a battery lasts in flight: as the autopilot says, or else estimated from how its percentage has gone down
- * lately. On the ground there is no answer: what it draws there says nothing about flying. To empty; whoever flies
+ * How long a battery lasts in flight: as the autopilot reports, or else estimated from the recent fall of its
+ * percentage. No value on the ground: consumption there says nothing about flight. The time is until empty; a pilot
  * keeps a reserve.
  */
 
 const WINDOW_MS = 240_000;
-/** Percentages come in whole ones: fewer steps than this say more about the rounding than about the battery. */
+/** Percentages are whole numbers: with fewer steps than this, rounding dominates. */
 const MIN_DROP = 3;
-/** A climb after take-off costs twice what the flight does: not before that has passed for the most part. */
+/** A climb after take-off draws twice as much as cruise: wait until most of it has passed. */
 const MIN_SPAN_MS = 120_000;
 
 export interface BatteryTime {
@@ -27,7 +27,7 @@ export class BatteryMeter {
   #saidMs: number | null = null;
   #saidAtMs = 0;
 
-  /** Whether it flies; with each flight all begins again. */
+  /** Whether the drone flies; each flight starts from scratch. */
   inAir(isInAir: boolean): void {
     if (isInAir === this.#isInAir) return;
     this.#isInAir = isInAir;
@@ -39,25 +39,25 @@ export class BatteryMeter {
     if (!this.#isInAir) return;
     const last = this.#steps.at(-1);
     if (last?.percent === percent) return;
-    // It does not fill in flight: this is another battery.
+    // Batteries do not charge in flight: this is another battery.
     if (last && percent > last.percent) this.#steps = [];
     this.#steps.push({ atMs, percent });
     while (this.#steps.length > MIN_DROP + 1 && atMs - this.#steps[0]!.atMs > WINDOW_MS) this.#steps.shift();
   }
 
-  /** `seconds` of BATTERY_STATUS.time_remaining; 0 says nothing. */
+  /** `seconds` of BATTERY_STATUS.time_remaining; 0 means unknown. */
   said(seconds: number, atMs: number): void {
     this.#saidMs = seconds > 0 ? seconds * 1000 : null;
     this.#saidAtMs = atMs;
   }
 
-  /** Null on the ground, and for the first minutes of a flight whose autopilot does not say. */
+  /** Null on the ground, and for the first minutes of a flight if the autopilot does not report the time. */
   left(nowMs: number): BatteryTime | null {
     if (!this.#isInAir) return null;
     if (this.#saidMs !== null) {
       return { leftMs: Math.max(0, this.#saidMs - (nowMs - this.#saidAtMs)), isEstimate: false };
     }
-    // The first one was there before we looked: the time at which it began is not known.
+    // The first percentage began before the measurement: its start time is unknown.
     const [, first] = this.#steps;
     const last = this.#steps.at(-1);
     if (!first || !last || first.percent - last.percent < MIN_DROP) return null;
@@ -65,7 +65,7 @@ export class BatteryMeter {
     if (spanMs < MIN_SPAN_MS) return null;
     const perMs = (first.percent - last.percent) / spanMs;
     const leftMs = last.percent / perMs - (nowMs - last.atMs);
-    // It goes down no more, or much slower: the estimate is over.
+    // The percentage stopped falling, or falls much slower: the estimate no longer holds.
     return nowMs - last.atMs > 3 / perMs ? null : { leftMs: Math.max(0, leftMs), isEstimate: true };
   }
 }

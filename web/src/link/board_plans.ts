@@ -1,10 +1,10 @@
-/** The items of the plans that a drone has on board, read once for each that its agent tells of. */
+/** The items of the plans on board a drone, read once for each plan that its agent reports. */
 
 import type { PlanRead, Row } from './mission_rest';
 import { PLAN_KINDS, type PlanKind, type PlanOnBoard } from './operation_types';
 import { Store, type Readable } from './store';
 
-/** Of each kind that is known; nothing of what is being read, cannot be read, or is not known on the drone. */
+/** By kind. Omits a plan that is being read, that failed to read, or that is unknown. */
 export type BoardRows = Readonly<Partial<Record<PlanKind, readonly Row[]>>>;
 
 type ReportedPlans = Readonly<Partial<Record<PlanKind, PlanOnBoard>>>;
@@ -13,7 +13,7 @@ export class OnboardPlans {
   readonly #read: (kind: PlanKind) => Promise<PlanRead>;
   readonly #rows = new Store<BoardRows>({});
   readonly #problem = new Store('');
-  /** What was last asked for: the hash that was told; null: not known. */
+  /** The reported hash last requested; null: unknown. */
   readonly #wanted = new Map<PlanKind, string | null>();
 
   constructor(read: (kind: PlanKind) => Promise<PlanRead>) {
@@ -24,18 +24,18 @@ export class OnboardPlans {
     return this.#rows;
   }
 
-  /** Why a plan that is on board could not be read; empty when all could. */
+  /** Why a plan on board could not be read; empty if all were. */
   get problem(): Readable<string> {
     return this.#problem;
   }
 
-  /** What the agent tells now. What failed to be read is tried again when anything changes. */
+  /** Takes the agent's current report. A failed read is retried when anything changes. */
   update(plans: ReportedPlans): void {
     for (const kind of PLAN_KINDS) {
       const hash = plans[kind]?.hash ?? null;
       if (this.#wanted.get(kind) === hash) continue;
       this.#wanted.set(kind, hash);
-      // What was there is not there any more, whatever comes of reading the new one.
+      // The old plan is no longer on board, whatever the read returns.
       this.#put(kind, undefined);
       if (hash !== null) void this.#fetch(kind, hash);
     }
@@ -45,7 +45,7 @@ export class OnboardPlans {
     try {
       const read = await this.#read(kind);
       if (this.#wanted.get(kind) !== hash) return;
-      // Another one by now: that is told as well, and read then.
+      // Replaced meanwhile: the agent reports that too, and a new read follows.
       if (read.hash !== hash || read.items === null) return;
       this.#put(kind, read.items);
       this.#problem.set('');

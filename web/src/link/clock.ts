@@ -1,8 +1,8 @@
-/** Time as the link layer sees it: passed in, so that tests own it. */
+/** Time for the link layer, injected so that tests control it. */
 
 export interface Clock {
   nowMs(): number;
-  /** Never set back or forward, unlike `nowMs`; from an arbitrary beginning. */
+  /** Never set back or forward, unlike `nowMs`; its origin is arbitrary. */
   monotonicMs(): number;
   /** Calls back once after `delayMs`; the returned function cancels. */
   after(delayMs: number, callback: () => void): () => void;

@@ -1,4 +1,4 @@
-/** What about a drone wants attention as long as it lasts. Pure: from its values to a list, worst first. */
+/** Conditions of a drone that need attention as long as they last. Pure: from its values to a list, worst first. */
 
 import type { FlightValues } from './flight_values';
 import { DOES } from './hold_view';
@@ -9,7 +9,7 @@ import type { Drone, HoldView } from './wire_types';
 export type AlertSeverity = 'critical' | 'warning' | 'notice';
 
 export interface Condition {
-  /** Names the kind: one alert for each time that it begins. */
+  /** Names the kind: one alert each time the condition begins. */
   readonly id: string;
   readonly severity: AlertSeverity;
   readonly text: string;
@@ -28,17 +28,17 @@ const MOTION_WORDS: Record<NonNullable<Drone['suspicious_motion']>, string> = {
   course: `It does not go where its speed says. ${WRONG_PLACE}`,
 };
 
-/** In the air, and nobody has the controls. */
+/** In the air without a holder. */
 export function isUnattended(drone: Drone, values: Pick<FlightValues, 'airborne'>): boolean {
   return drone.holder === null && (drone.airborne === true || values.airborne === true);
 }
 
-/** `wasAirborne`: in the air when it was last heard; null: nobody knows. */
+/** `wasAirborne`: in the air at the last report; null: unknown. */
 export function conditionsOf(drone: Drone, values: FlightValues, wasAirborne: boolean | null): Condition[] {
   const found: Condition[] = [];
   const say: Say = (id, severity, text) => found.push({ id, severity, text });
   if (!drone.online) {
-    // One that was never on, or was switched off on the ground, is no news.
+    // A drone that was never online, or was switched off on the ground, is no news.
     if (wasAirborne) say('link-lost', 'critical', `Link lost while in the air. ${lastWords(drone, values)}`);
     return found;
   }
@@ -54,7 +54,7 @@ export function conditionsOf(drone: Drone, values: FlightValues, wasAirborne: bo
   } else if (battery !== null && battery <= BATTERY_LOW_PERCENT) {
     say('battery-low', 'warning', `Battery at ${BATTERY_LOW_PERCENT} % or less.`);
   }
-  // On the ground, before it is ready, an estimator has every right to be unsure.
+  // On the ground an estimator may be uncertain until it is ready.
   if (values.airborne && values.ekfIsHealthy === false) {
     say('ekf', 'critical', 'The position estimator (EKF) is not healthy.');
   }
@@ -68,7 +68,7 @@ export function conditionsOf(drone: Drone, values: FlightValues, wasAirborne: bo
 
 type Say = (id: string, severity: AlertSeverity, text: string) => void;
 
-/** Nobody flies it: told when the countdown begins, and again when the drone acts. */
+/** The drone's holder or tower is lost: reports the start of the countdown, and the drone's action. */
 function sayLostAction(hold: HoldView | null, say: Say): void {
   if (hold === null || hold.lost === null) return;
   const action = hold.action === null ? undefined : DOES[hold.action];

@@ -1,4 +1,4 @@
-/** CRC-16/MCRF4XX ("X.25" in MAVLink's words), as every MAVLink frame ends with it. */
+/** CRC-16/MCRF4XX ("X.25" in MAVLink's terms), the checksum of every MAVLink frame. */
 
 const TABLE = new Uint16Array(256);
 for (let byte = 0; byte < 256; byte++) {

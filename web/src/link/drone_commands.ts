@@ -1,5 +1,5 @@
 /**
- * What a drone can be told through the tower (`POST /drones/{id}/commands`), each an operation with an answer in words.
+ * Commands to a drone through the tower (`POST /drones/{id}/commands`), each an operation with a result in words.
  * Heights are metres above home.
  */
 
@@ -9,9 +9,9 @@ import { isOver, type Operations } from './operations';
 import type { BodyOf, Schemas } from './rest_types';
 
 export type DroneCommand = BodyOf<'POST', typeof COMMANDS>;
-/** Keeps this place relative to another drone: it runs until something ends it, and then the drone holds. */
+/** Keeps a position relative to another drone until something ends it; then the drone holds. */
 export type FollowCommand = Schemas['Follow'];
-/** Where the person is; from then on the live channel tells it. */
+/** The person's position; the live channel reports it from then on. */
 export type FollowMeCommand = Schemas['FollowMe'];
 
 const COMMANDS = '/drones/{drone_id}/commands';
@@ -23,7 +23,7 @@ function outcomeOf({ state, seen, words: said }: Operation): Outcome {
   return { kind: 'reported', isDone, words, ...(isDone && seen === false ? { doubt: 'unconfirmed' } : {}) };
 }
 
-/** The same as what became of it, in words. */
+/** Runs a command and returns its outcome in words. */
 export async function outcomeOfCommand(
   operations: Operations,
   droneId: number,
@@ -36,21 +36,24 @@ export async function outcomeOfCommand(
   }
 }
 
-/** Answers with the operation as it begins: it ends when the drone follows no more. Raises RestError when it is refused. */
+/**
+ * Resolves to the operation as it begins; it ends when the drone stops following. Raises RestError if the tower
+ * refuses.
+ */
 export const followLeader = (operations: Operations, droneId: number, command: FollowCommand): Promise<Operation> =>
   operations.start('POST', COMMANDS, { path: { drone_id: droneId }, body: command });
 
-/** The same. */
+/** As `followLeader`, for a person. */
 export const followPerson = (operations: Operations, droneId: number, command: FollowMeCommand): Promise<Operation> =>
   operations.start('POST', COMMANDS, { path: { drone_id: droneId }, body: command });
 
-/** Answers with the operation as soon as the drone follows, or when it has ended before. */
+/** Resolves to the operation as soon as the drone follows, or when the operation ends before that. */
 export function followsOrEnded(operations: Operations, id: string): Promise<Operation | null> {
   return new Promise((resolve) => {
     let stop: (() => void) | null = null;
     const look = (all: ReadonlyMap<string, Operation>): void => {
       const one = all.get(id) ?? null;
-      // The agent tells for how long once it follows, not before.
+      // The agent reports a duration only once it follows.
       if (one && !isOver(one) && one.total === 0) return;
       resolve(one);
       stop?.();
@@ -62,6 +65,6 @@ export function followsOrEnded(operations: Operations, id: string): Promise<Oper
   });
 }
 
-/** Answers with the operation as it ended. Raises RestError when the tower refuses to begin it. */
+/** Resolves to the operation as it ended. Raises RestError if the tower refuses to begin it. */
 export const commandDrone = (operations: Operations, droneId: number, command: DroneCommand): Promise<Operation> =>
   operations.run('POST', COMMANDS, { path: { drone_id: droneId }, body: command });

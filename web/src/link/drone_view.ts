@@ -1,4 +1,6 @@
-/** The tower's view of a drone, made whole: what an older tower leaves out gets the value that was true before. */
+/**
+ * Completes the tower's view of a drone: fields that an older tower omits get the value that held before they existed.
+ */
 
 import type { Drone, User } from './wire_types';
 
@@ -18,18 +20,18 @@ const BEFORE_THESE_FIELDS = {
   profile_why: '',
 } as const satisfies Partial<Drone>;
 
-/** What comes over the wire: the fields of the first version are there, the newer ones perhaps. */
+/** As received: the fields of the first version are present, newer ones may be missing. */
 type DroneOnWire = Omit<Drone, keyof typeof BEFORE_THESE_FIELDS> & Partial<Drone>;
 
 export function readDrone(raw: DroneOnWire): Drone {
   return { ...BEFORE_THESE_FIELDS, ...raw };
 }
 
-/** Of two sources: true where either says so, null where neither knows. */
+/** Combines two sources: true if either says so, null if neither knows. */
 export const eitherSays = (one: boolean | null, other: boolean | null): boolean | null =>
   one === true || other === true ? true : (one ?? other);
 
-/** Whether this user may have its controls, if they are free. */
+/** Whether this user may take the controls if they are free. */
 export function mayHaveControls(drone: Drone, user: Pick<User, 'id' | 'role'>): boolean {
   if (drone.relation !== undefined) return drone.relation !== 'observer' && drone.relation !== 'stranger';
   return (
@@ -39,25 +41,28 @@ export function mayHaveControls(drone: Drone, user: Pick<User, 'id' | 'role'>): 
   );
 }
 
-/** Whether this user takes controls from others, gives them back, assists: an admin of the tower, or of its team. */
+/**
+ * Whether this user may take controls from others, give them back and assist: an admin of the tower or of the drone's
+ * team.
+ */
 export const mayTake = (drone: Drone, user: Pick<User, 'role'>): boolean =>
   user.role === 'admin' || drone.relation === 'team-admin';
 
-/** Whether this user may say "stay": the holder, and whoever may fly it and is not shut out. */
+/** Whether this user may send "stay": the holder, and users who may fly the drone and are not shut out. */
 export function mayStay(drone: Drone, user: Pick<User, 'id' | 'role'>): boolean {
   if (user.role === 'admin' || drone.holder?.id === user.id) return true;
   if (drone.taken_from?.id === user.id && !drone.offered) return false;
   return mayHaveControls(drone, user);
 }
 
-/** Whether this user begins and ends recordings of its video. */
+/** Whether this user may start and stop recordings of the drone's video. */
 export const mayRecord = (drone: Drone, user: Pick<User, 'id' | 'role'>): boolean =>
   user.role === 'admin' || drone.holder?.id === user.id;
 
 export const mayDeleteRecordings = (drone: Drone, user: Pick<User, 'id' | 'role'>): boolean =>
   mayTake(drone, user) || drone.owners.some(({ id }) => id === user.id);
 
-/** Whether this user's commands may go to the drone. An assisting admin's do as well as the holder's. */
+/** Whether this user's commands may go to the drone: the holder's, and those of an assisting admin. */
 export function mayCommand(drone: Drone, user: Pick<User, 'id'>): boolean {
   return drone.holder?.id === user.id || drone.assistant?.id === user.id;
 }

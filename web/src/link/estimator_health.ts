@@ -1,4 +1,4 @@
-/** Whether the autopilot knows where it is and how it lies: EKF_STATUS_REPORT, or else its own word in SYS_STATUS. */
+/** Whether the autopilot knows its position and attitude: from EKF_STATUS_REPORT, or else from SYS_STATUS. */
 
 import { EKF_STATUS_FLAGS, MAV_SYS_STATUS_SENSOR, type MessageFields } from './generated/mavlink.gen';
 
@@ -6,11 +6,11 @@ export type EstimatorTone = 'good' | 'warning' | 'danger';
 
 export interface EstimatorHealth {
   readonly tone: EstimatorTone;
-  /** In a word or two. */
+  /** One or two words. */
   readonly text: string;
 }
 
-/** Shares of what the filter expects; the autopilot's own failsafe acts from 0.8 on. */
+/** Ratios to the filter's limits; the autopilot's own failsafe acts from 0.8. */
 const DOUBTFUL = 0.5;
 const BAD = 0.8;
 

@@ -1,4 +1,4 @@
-/** What the tower's events mean, in words for people. */
+/** The tower's events in words for people. */
 
 import type { ControlEvent, HoldEvent } from './wire_types';
 
@@ -56,7 +56,7 @@ export function holdWords({ step, detail, elapsed_ms: elapsedMs, cause }: HoldEv
   return `Hold ${stepWords(step)} after ${Math.round(elapsedMs)} ms${why}${detail ? `: ${detail}` : ''}`;
 }
 
-/** To somebody whom the tower has signed out. Flown by hand a drone holds; what flies by itself goes on. */
+/** The message for a user whom the tower signed out. A drone flown by hand holds; autonomous flight continues. */
 export function farewellWords(why: string, flown: readonly string[]): string {
   const ended = why ? `You were signed out: ${why.replace(/\.$/, '')}.` : 'You were signed out.';
   if (flown.length === 0) return ended;

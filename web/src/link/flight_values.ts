@@ -1,4 +1,4 @@
-/** One drone's telemetry as the numbers and words that people read; null where the drone has not said. */
+/** One drone's telemetry as numbers and words for people; null where the drone has not reported a value. */
 
 import type { BatteryTime } from './battery_time';
 import { estimatorHealth, type EstimatorHealth } from './estimator_health';
@@ -10,14 +10,14 @@ import { modeName } from './modes';
 import type { Telemetry } from './telemetry';
 
 const HEARTBEAT_LIMIT_MS = 5_000;
-/** Beyond this a heartbeat proves nothing about the motors; what the agent told the tower counts then. */
+/** A heartbeat older than this proves nothing about the motors; then the agent's report to the tower counts. */
 const ARMED_LIMIT_MS = 3_000;
 const AIRBORNE_ABOVE_M = 1.5;
 const UNKNOWN_U16 = 0xffff;
-/** In a thin stream the one comes less often than the other; then the one that is not old counts. */
+/** In a reduced stream VFR_HUD is rarer than the position; then the fresher one counts. */
 const HUD_MAY_LAG_MS = 1_000;
 
-/** In order of how much attention it wants. */
+/** In order of the attention it needs. */
 export type DroneState = 'alert' | 'flying' | 'armed' | 'idle' | 'lost';
 
 export interface FlightValues {
@@ -26,7 +26,7 @@ export interface FlightValues {
   readonly autopilot: number | null;
   readonly customMode: number | null;
   readonly mode: string | null;
-  /** Null: not known, because the autopilot has not been heard, or not for some seconds. */
+  /** Null: unknown, because the autopilot never sent a heartbeat, or none for some seconds. */
   readonly armed: boolean | null;
   readonly airborne: boolean | null;
   readonly landed: string | null;
@@ -41,7 +41,7 @@ export interface FlightValues {
   readonly batteryV: number | null;
   readonly batteryA: number | null;
   readonly batteryTime: BatteryTime | null;
-  /** Where the wind comes from, and how fast, as the autopilot estimates it. */
+  /** The direction the wind comes from, and its speed, as the autopilot estimates. */
   readonly wind: { readonly fromDeg: number; readonly mps: number } | null;
   readonly estimator: EstimatorHealth | null;
   readonly gpsFix: string | null;
@@ -54,17 +54,17 @@ export interface FlightValues {
   readonly airborneMs: number | null;
   readonly linkRttMs: number | null;
   readonly linkLossPercent: number | null;
-  /** Whether the estimator says that it knows attitude and height; null where it says nothing. */
+  /** Whether the estimator reports that it knows attitude and height; null if it reports nothing. */
   readonly ekfIsHealthy: boolean | null;
-  /** How old the newest word of these is. */
+  /** Age of the newest of these values. */
   readonly positionAgeMs: number | null;
   readonly batteryAgeMs: number | null;
 }
 
-/** What is known about the drone beside its telemetry. */
+/** What is known about the drone besides its telemetry. */
 export interface Beside {
   readonly online: boolean;
-  /** As the tower says. */
+  /** As the tower reports. */
   readonly armed: boolean | null;
   readonly target: Target | null;
   readonly link: LinkQuality | null;

@@ -1,4 +1,4 @@
-/** Distances on the ground, good for the few kilometres a drone flies. */
+/** Distances on the ground, accurate over the few kilometres that a drone flies. */
 
 import type { Place } from './messages';
 

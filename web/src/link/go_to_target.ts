@@ -1,4 +1,4 @@
-/** Where this page has sent the drone, while that holds. */
+/** Where this page has sent the drone, while that command is in force. */
 
 import type { DroneCommand } from './drone_commands';
 import type { Target } from './messages';
@@ -7,17 +7,17 @@ import { isGood, type Outcome } from './outcome';
 import { Store, type Readable } from './store';
 import type { Telemetry } from './telemetry';
 
-/** They leave it on its way. */
+/** Commands that do not end a go-to. */
 const BESIDE: ReadonlySet<DroneCommand['command']> = new Set(['speed', 'yaw', 'roi', 'set_home']);
 
 export class GoToTarget {
   readonly #target = new Store<Target | null>(null);
-  /** Counts what was asked for: the answer to an older go-to says nothing about a newer command. */
+  /** Counts commands: the answer to an older go-to says nothing about a newer command. */
   #asked = 0;
 
   constructor(telemetry: Telemetry) {
     telemetry.onMessage((message) => {
-      // Out of guided mode the go-to is over, whoever ended it.
+      // Outside guided mode the go-to is over, whatever ended it.
       if (message.name !== 'HEARTBEAT' || !telemetry.isFromAutopilot(message)) return;
       const guided = modeSetOf(message.fields.autopilot)?.guided;
       if (guided && message.fields.custom_mode !== guided.customMode) this.#target.set(null);
@@ -28,7 +28,7 @@ export class GoToTarget {
     return this.#target;
   }
 
-  /** Takes the place of a go-to that is accepted. Answers as `answer` does. */
+  /** An accepted go-to replaces the previous one. Returns what `answer` returns. */
   async follow(command: DroneCommand, answer: Promise<Outcome>): Promise<Outcome> {
     const asked = BESIDE.has(command.command) ? this.#asked : ++this.#asked;
     const outcome = await answer;
@@ -38,7 +38,7 @@ export class GoToTarget {
     return outcome;
   }
 
-  /** Something else was asked for, by another way. */
+  /** Another command was given by other means. */
   forget(): void {
     this.#asked++;
   }

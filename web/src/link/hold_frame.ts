@@ -1,6 +1,6 @@
 /**
- * The one command that the console still says in MAVLink itself: the change to the mode that stays in place. It leaves
- * with the next frame, without a request between. Everything else is an operation of the tower (drone_commands.ts).
+ * The one command that the console still sends as MAVLink itself: the switch to the hold mode. It leaves with the next
+ * frame, without a request in between. All others are operations of the tower (drone_commands.ts).
  */
 
 import type { Clock } from './clock';
@@ -12,7 +12,7 @@ import { REPLACED, type Outcome } from './outcome';
 import type { Telemetry } from './telemetry';
 
 export const ANSWER_LIMIT_MS = 3_000;
-/** After IN_PROGRESS the autopilot is at work: it has told us that it heard. */
+/** The limit after IN_PROGRESS: the autopilot has received the command and works on it. */
 export const PROGRESS_LIMIT_MS = 20_000;
 const CONFIRM_LIMIT_MS = 3_000;
 /** param1 of DO_SET_MODE: MAV_MODE_FLAG_CUSTOM_MODE_ENABLED. */
@@ -26,7 +26,7 @@ const NOT_SENT: Outcome = { kind: 'failed', why: 'not sent: no connection' };
 /** Sends a COMMAND_LONG to the autopilot; false when nothing could be sent. */
 export type Transmit = (fields: Partial<MessageFields['COMMAND_LONG']>) => boolean;
 
-/** One hold that is under way. */
+/** A hold in progress. */
 interface Waiting {
   readonly mode: Mode;
   readonly settle: (outcome: Outcome) => void;
@@ -47,7 +47,7 @@ export class HoldFrame {
     telemetry.onMessage((message) => this.#receive(message));
   }
 
-  /** Believed when the autopilot has accepted it and its HEARTBEAT agrees. A newer hold takes the place of an older. */
+  /** Succeeds when the autopilot has accepted it and its HEARTBEAT agrees. A newer hold replaces an older one. */
   send(): Promise<Outcome> {
     const heartbeat = this.#telemetry.newest('HEARTBEAT');
     if (!heartbeat) return Promise.resolve(NOT_HEARD);
@@ -70,12 +70,12 @@ export class HoldFrame {
     });
   }
 
-  /** Ends what waits: the connection broke, or the tower refused our frames. */
+  /** Ends the pending hold: the connection broke, or the tower refused our frames. */
   abort(why: string): void {
     this.#waiting?.settle({ kind: 'failed', why });
   }
 
-  /** `confirmation`: how often it was sent before; it is sent twice at most. */
+  /** `confirmation`: the number of earlier transmissions; sent twice at most. */
   #try(waiting: Waiting, confirmation: number): void {
     const { main, sub } = waiting.mode;
     const isSent = this.#transmit({ command: COMMAND, param1: CUSTOM_MODE, param2: main, param3: sub, confirmation });
@@ -91,7 +91,7 @@ export class HoldFrame {
     if (!waiting || !this.#telemetry.isFromAutopilot(message)) return;
     if (message.name === 'COMMAND_ACK' && message.fields.command === COMMAND) {
       const { result, target_system: asked } = message.fields;
-      // The agent changes modes too, and the answers to it come by here.
+      // The agent changes modes too, and the answers to it pass through here.
       if (waiting.isAccepted || (asked !== 0 && asked !== CONSOLE.sysid)) return;
       if (result === MAV_RESULT.ACCEPTED) this.#accepted(waiting);
       else if (result !== MAV_RESULT.IN_PROGRESS) waiting.settle({ kind: 'refused', result });

@@ -1,4 +1,4 @@
-/** The newest hold of one drone, step by step. Pure: the next log from the last one and an event. */
+/** The newest hold of one drone, step by step. Pure: the next log from the last log and an event. */
 
 import type { HoldEvent } from './wire_types';
 
@@ -15,14 +15,14 @@ export interface HoldLog {
   readonly cause: string;
   readonly steps: readonly HoldStep[];
   readonly phase: HoldPhase;
-  /** From the order to the confirmation; null until then. */
+  /** Time from the order to the confirmation; null until then. */
   readonly confirmedMs: number | null;
   readonly beganMs: number;
   readonly changedMs: number;
 }
 
 export const FINAL_STEPS: ReadonlySet<string> = new Set(['confirmed', 'not_needed', 'unconfirmed']);
-/** A storm of steps (a hold that is tried again and again) must not grow without end; the newest tell the most. */
+/** Limits repeated steps (a hold that is retried again and again); the newest are the most useful. */
 const MAX_STEPS = 12;
 
 export function nextHold(last: HoldLog | null, event: HoldEvent, nowMs: number): HoldLog {
@@ -41,7 +41,10 @@ export function nextHold(last: HoldLog | null, event: HoldEvent, nowMs: number):
   };
 }
 
-/** `ordered` opens a hold; after its end, so does any step, save that an unconfirmed one may still be confirmed. */
+/**
+ * `ordered` opens a hold; after its end, so does any other step, except that an unconfirmed hold may still be
+ * confirmed.
+ */
 function beginsAnew(last: HoldLog, event: HoldEvent): boolean {
   if (event.step === 'ordered') return true;
   return last.phase === 'confirmed' || last.phase === 'not_needed';

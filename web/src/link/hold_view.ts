@@ -1,28 +1,28 @@
-/** An open hold and a lost action in words for people: what the drone does now, what it will do, and when. Pure. */
+/** An open hold and a lost action in words: what the drone does now, what it will do, and when. Pure. */
 
 import type { HoldView, LostAction } from './wire_types';
 
 export interface HoldReading {
   readonly phase: HoldView['phase'];
   readonly tone: 'good' | 'warning';
-  /** One line that names the drone. */
+  /** One line with the drone's name. */
   readonly title: string;
-  /** More sentences about the same. */
+  /** More sentences on the same. */
   readonly notes: readonly string[];
-  /** A few words for a row of a list. */
+  /** A few words for a list row. */
   readonly badge: string;
-  /** To the lost action; null while nothing is counted. 0 once it is due. */
+  /** Until the lost action; null without a countdown. 0 once it is due. */
   readonly secondsLeft: number | null;
-  /** For who hears the page: changes with the state and not with each second. */
+  /** For screen readers: changes with the state, not every second. */
   readonly said: string;
-  /** Whether "stay" would stop it now. */
+  /** Whether "stay" would stop the lost action now. */
   readonly canStay: boolean;
 }
 
 export interface HoldContext {
   readonly droneName: string;
   readonly lostActionS: number;
-  /** By how much the tower's time of day is behind our clock. */
+  /** Our clock minus the tower's time of day. */
   readonly towerLagMs: number;
 }
 
@@ -52,23 +52,23 @@ const IF_AGENT_STOPS: Record<HoldView['after_sticks'], (name: string) => string>
   unknown: (name) => `It is not known what ${name} does if its agent stops.`,
 };
 
-/** Modes as the console writes them. */
+/** A mode's name as the console displays it. */
 export const plainMode = (mode: string): string => mode.replaceAll('_', ' ');
 
 const capital = (text: string): string => text.charAt(0).toUpperCase() + text.slice(1);
 const ended = (text: string): string => (/[.!?]$/.test(text) ? text : `${text}.`);
 
-/** A newer tower may name an action that this console does not know. */
+/** A newer tower may report an action unknown to this console. */
 const knownAction = (action: HoldView['action']): LostAction | null =>
   action !== null && action in DOES ? action : null;
 
-/** On our clock; null unless it counts. */
+/** On our clock; null without a countdown. */
 export function dueMs(hold: HoldView | null, towerLagMs: number): number | null {
   const atMs = hold?.phase === 'counting' && hold.due_at !== null ? Date.parse(hold.due_at) + towerLagMs : NaN;
   return Number.isFinite(atMs) ? atMs : null;
 }
 
-/** Without its last point. */
+/** Without the final full stop. */
 function nowWords(name: string, hold: HoldView): string {
   const mode = plainMode(hold.mode);
   if (!hold.open) return mode ? `${name} flies on in ${mode}` : `It is not known what ${name} is doing`;
@@ -94,14 +94,14 @@ const whyThen = (lost: HoldView['lost'], afterS: number): string =>
       ? `: nobody flew it for ${afterS} s`
       : '';
 
-/** So that it is said twice or thrice, and not each second. */
+/** Rounded, so that screen readers announce it two or three times and not every second. */
 function aboutWords(secondsLeft: number | null): string {
   if (secondsLeft === null) return '';
   const bound = [10, 30, 60].find((seconds) => secondsLeft <= seconds);
   return bound === undefined ? ' in more than a minute' : ` in less than ${bound} s`;
 }
 
-/** The words of the lost action; null while nobody is lost. */
+/** The text of the lost action; null while nobody is lost. */
 function actionWords(
   hold: HoldView,
   { droneName: name, lostActionS }: HoldContext,
@@ -144,7 +144,7 @@ function actionWords(
   }
 }
 
-/** `hold` null: there is nothing to tell. */
+/** `hold` null: nothing to report. */
 export function readHold(hold: HoldView | null, context: HoldContext, nowMs: number): HoldReading | null {
   if (hold === null) return null;
   const name = context.droneName;

@@ -1,8 +1,8 @@
-/** What was said about one drone, in the order it happened: by its autopilot, by the tower, and our own actions. */
+/** The journal of one drone in order of time: statements of its autopilot and of the tower, and our own actions. */
 
 import { Store, type Readable } from './store';
 
-/** Old entries go first: the newest explain what the drone does now. */
+/** Old entries are dropped first: the newest explain what the drone does now. */
 export const JOURNAL_LIMIT = 200;
 
 export type Source = 'autopilot' | 'tower' | 'command';
@@ -24,7 +24,7 @@ export class Journal {
     return this.#entries;
   }
 
-  /** An entry with a key that is there already replaces it, in its place. */
+  /** An entry with an existing key replaces the old one in its place. */
   add(entry: Entry): void {
     const entries = this.#entries.get();
     const at = entries.findLastIndex((one) => one.key === entry.key);
@@ -37,7 +37,7 @@ export class Journal {
   }
 }
 
-/** MAV_SEVERITY 0..7 in three steps: what must be seen, what should be, the rest. */
+/** MAV_SEVERITY 0..7 in three levels: critical, warning, everything else. */
 export function severityOf(mavSeverity: number): Severity {
   if (mavSeverity <= 3) return 'error';
   return mavSeverity === 4 ? 'warning' : 'info';

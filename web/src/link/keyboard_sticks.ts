@@ -1,12 +1,12 @@
-/** Keys as sticks: hold to move, with ramps, because a key knows only "all or nothing". */
+/** Keys as sticks: hold a key to move one, with ramps, because a key is only on or off. */
 
 import { CENTRED, type Axes, type AxesSource } from './sticks';
 
-/** Stick travel each second while a key is held, and while it springs back. */
+/** Stick travel per second while a key is held, and while the stick springs back. */
 const RISE_PER_S = 2;
 const FALL_PER_S = 5;
 
-/** KeyboardEvent.code: by place on the keyboard, whatever its layout. */
+/** KeyboardEvent.code: the position of the key, independent of the layout. */
 const KEYS: Record<string, readonly [keyof Axes, 1 | -1]> = {
   KeyW: ['throttle', 1],
   KeyS: ['throttle', -1],
@@ -27,7 +27,7 @@ export class KeyboardSticks implements AxesSource {
   #axes: Axes = CENTRED;
   #readMs: number | null = null;
 
-  /** True when the key is one of ours. */
+  /** True if the key moves a stick. */
   press(code: string): boolean {
     if (!isStickKey(code)) return false;
     this.#held.add(code);
@@ -39,14 +39,14 @@ export class KeyboardSticks implements AxesSource {
   }
 
   /**
-   * The sticks spring back. For when keys may come up without a word: macOS is silent about those released together
-   * with Command, and menus (of the browser, or under the pointer) keep them for themselves.
+   * Releases all sticks. For key releases that may go unreported: macOS reports none for keys released together with
+   * Command, and menus (of the browser or the context menu) swallow them.
    */
   letGo(): void {
     this.#held.clear();
   }
 
-  /** No key is held any more, whatever we did not hear of. */
+  /** Releases every key, including those whose release was not reported. */
   releaseAll(): void {
     this.#held.clear();
     this.#axes = CENTRED;
@@ -68,7 +68,7 @@ export class KeyboardSticks implements AxesSource {
 }
 
 function ramp(from: number, to: number, passedS: number): number {
-  // Toward the middle, or through it, is the quick way.
+  // Movement toward or through the centre is faster.
   const isFalling = to === 0 || from * to < 0;
   const step = (isFalling ? FALL_PER_S : RISE_PER_S) * passedS;
   return Math.abs(to - from) <= step ? to : from + Math.sign(to - from) * step;

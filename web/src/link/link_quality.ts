@@ -1,16 +1,16 @@
-/** How good a drone's link is, made whole from what the tower says: an older one leaves out all but two numbers. */
+/** A drone's link quality, completed from the tower's report: an older tower sends only two numbers. */
 
 import type { LinkOver, LinkQuality } from './wire_types';
 
 export interface QualityOver {
   readonly rttMs: number | null;
   readonly jitterMs: number | null;
-  /** From the drone to the tower, and the other way. */
+  /** From the drone to the tower, and back. */
   readonly lossUpPercent: number | null;
   readonly lossDownPercent: number | null;
 }
 
-/** From "fly by hand" to "expect it to be lost". */
+/** From "safe to fly by hand" to "expect to lose it". */
 export type LinkGrade = 'good' | 'fair' | 'poor' | 'bad';
 
 export interface LinkReading {
@@ -24,14 +24,14 @@ export interface LinkReading {
 
 const UNKNOWN: QualityOver = { rttMs: null, jitterMs: null, lossUpPercent: null, lossDownPercent: null };
 
-/** The worst of both decides. Above 500 ms the tower makes a drone that is flown by hand hold. */
+/** The worse of the two decides. Above 500 ms the tower makes a drone that is flown by hand hold. */
 const GRADES: readonly { readonly grade: LinkGrade; readonly rttMs: number; readonly lossPercent: number }[] = [
   { grade: 'good', rttMs: 150, lossPercent: 2 },
   { grade: 'fair', rttMs: 300, lossPercent: 8 },
   { grade: 'poor', rttMs: 500, lossPercent: 20 },
 ];
 
-/** Of the newer fields an older tower has none. */
+/** An older tower omits the newer fields. */
 export type QualityOnWire = Pick<LinkQuality, 'rtt_ms' | 'loss'> & Partial<LinkQuality>;
 
 export function readLink(event: QualityOnWire): LinkReading {

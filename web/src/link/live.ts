@@ -1,7 +1,6 @@
 /**
- * The one WebSocket to the tower: opens, reconnects with back-off, says its own state, and re-issues what was
- * subscribed. Nothing is queued while it is down: a flight command that waited for a connection and was
- * carried out later has flown vehicles away.
+ * The one WebSocket to the tower: opens, reconnects with back-off, reports its state, and renews subscriptions. It
+ * queues nothing while it is down: delayed flight commands, carried out after a reconnection, have flown vehicles away.
  */
 
 import { backoffMs } from './backoff';
@@ -15,33 +14,33 @@ import { readTowerEvent, type TowerEvent } from './wire_types';
 export const SUBPROTOCOL = 'tower.v1';
 export const CLOSE_SIGNED_OUT = 4401;
 
-/** The tower says `link` each second for each drone online: with one online, silence means a dead socket. */
+/** The tower sends `link` each second for each online drone: with one online, silence means a dead socket. */
 const SILENCE_LIMIT_MS = 6_000;
-/** While the tower pings (twice a second, to whoever flies) silence tells sooner. */
+/** While the tower pings (twice a second, to a user who flies) silence shows sooner. */
 const PINGED_SILENCE_LIMIT_MS = 3_000;
 const WELCOME_LIMIT_MS = 10_000;
-/** About four stick messages. What waits behind more than that would fly the drone late. */
+/** About four stick messages. A message behind a longer queue would fly the drone late. */
 const FRESH_LIMIT_BYTES = 200;
 
 export type LivePhase = 'stopped' | 'connecting' | 'open' | 'waiting' | 'signed-out';
 
-/** What became of a message that must not wait. */
+/** The result for a message that must not wait. */
 export type Sending = 'sent' | 'skipped' | 'down';
 
 export interface LiveState {
   readonly phase: LivePhase;
-  /** Failed attempts since it was last open. */
+  /** Failed attempts since the last open connection. */
   readonly failures: number;
-  /** When the next attempt begins, on the link clock; null when none is planned. */
+  /** When the next attempt begins, on the link clock; null if none is planned. */
   readonly retryAtMs: number | null;
-  /** Of `signed-out`: the tower's reason, for people. */
+  /** For `signed-out`: the tower's reason, for people. */
   readonly why: string;
 }
 
-/** The part of WebSocket that is used; tests bring their own. */
+/** The part of WebSocket in use; tests bring their own. */
 export interface SocketLike {
   binaryType: string;
-  /** Bytes that were given to `send` and have not left the browser. */
+  /** Bytes passed to `send` that have not left the browser. */
   readonly bufferedAmount: number;
   onmessage: ((event: { data: unknown }) => void) | null;
   onclose: ((event: { code: number; reason?: string }) => void) | null;
@@ -83,7 +82,7 @@ export class Live {
     return this.#state;
   }
 
-  /** When the tower last said anything; null before it ever did. */
+  /** When the last message from the tower arrived; null before the first. */
   get heardAtMs(): number | null {
     return this.#heardAtMs;
   }
@@ -100,18 +99,18 @@ export class Live {
     this.#state.set({ phase: 'stopped', failures: 0, retryAtMs: null, why: '' });
   }
 
-  /** Our session is about to be replaced by another one: until `moved`, the end of the old one is no sign-out. */
+  /** Another session is about to replace ours: until `moved`, the end of the old one is no sign-out. */
   move(): void {
     this.#isMoving = true;
   }
 
-  /** `isNew`: there is another session, and the connection goes over to it. Else everything is as it was. */
+  /** `isNew`: a new session exists, and the connection moves to it. Otherwise nothing changes. */
   moved(isNew: boolean): void {
     this.#isMoving = false;
     if (isNew || (this.#state.get().phase === 'connecting' && !this.#socket)) this.#connect(0);
   }
 
-  /** The network is said to be back: do not wait for the back-off to end. */
+  /** The network is reported to be back: skips the rest of the back-off. */
   retryNow(): void {
     const { phase, failures } = this.#state.get();
     if (phase === 'waiting') this.#connect(failures);
@@ -127,33 +126,36 @@ export class Live {
     if (this.#isOpen()) this.#socket?.send(focusText(droneId));
   }
 
-  /** What the map shows: the tower sends drones outside it once a second only. Null when no map is there. */
+  /** The area that the map shows: the tower sends drones outside it only once a second. Null without a map. */
   viewport(shown: MapBounds | null): void {
     if (JSON.stringify(shown) === JSON.stringify(this.#shown)) return;
     this.#shown = shown;
     if (this.#isOpen()) this.#socket?.send(viewportText(shown));
   }
 
-  /** Where the person at this browser is, for the drone that follows them. One that would wait is left out: it gets old. */
+  /**
+   * Reports the position of the person at this browser, for the drone that follows them. Skipped rather than queued,
+   * because it ages.
+   */
   reportPlace(droneId: number, located: Located): void {
     if (!this.#isOpen() || !this.#socket || this.#socket.bufferedAmount > FRESH_LIMIT_BYTES) return;
     this.#socket.send(personFixText(droneId, located, Date.now(), this.#options.clock.monotonicMs()));
   }
 
-  /** Whether silence is suspicious: some drone is online. */
+  /** Whether silence is suspicious: at least one drone is online. */
   expectTraffic(expected: boolean): void {
     this.#expectsTraffic = expected;
     if (this.#isOpen()) this.#watchSilence();
   }
 
-  /** False when there is no open connection: the frames are gone, and the caller says so. */
+  /** Returns false without an open connection: the frames are lost, and the caller reports it. */
   send(message: Uint8Array<ArrayBuffer>): boolean {
     if (!this.#isOpen() || !this.#socket) return false;
     this.#socket.send(stamped(message, this.#options.clock.monotonicMs()));
     return true;
   }
 
-  /** For what is worthless when late (sticks): left out when earlier messages still wait to leave. */
+  /** For data that is worthless when late (sticks): skipped while earlier messages are still queued. */
   sendFresh(message: Uint8Array<ArrayBuffer>): Sending {
     if (!this.#isOpen() || !this.#socket) return 'down';
     if (this.#socket.bufferedAmount > FRESH_LIMIT_BYTES) return 'skipped';
@@ -185,7 +187,7 @@ export class Live {
     if (typeof data === 'string') {
       const event = readTowerEvent(data);
       if (event?.type === 'welcome') this.#opened();
-      // At once, before anything else is done with it: the tower measures the round trip by it.
+      // Answered first, before any other processing: the tower measures the round trip with it.
       if (event?.type === 'ping' && this.#isOpen()) {
         this.#socket?.send(pongText(event.sequence));
         this.#pingedAtMs = this.#options.clock.nowMs();
@@ -198,7 +200,7 @@ export class Live {
     }
   }
 
-  /** Only a welcome makes it open: before that we do not know that we are signed in. */
+  /** Only a welcome opens the connection: before it the sign-in is not confirmed. */
   #opened(): void {
     this.#cancelTimer();
     this.#state.set({ phase: 'open', failures: 0, retryAtMs: null, why: '' });

@@ -1,4 +1,4 @@
-/** Requests about the flight logs of an autopilot: which there are on board, and those that the tower has fetched. */
+/** Requests about an autopilot's flight logs: those on board, and those that the tower has fetched. */
 
 import type { Operation } from './operation_types';
 import type { Operations } from './operations';
@@ -14,7 +14,9 @@ export interface LogLine extends FlightLog {
   readonly isKept: boolean;
 }
 
-/** Each log once, whether it is on board, at the tower, or both. A kept one of another beginning is another log. */
+/**
+ * Each log once, whether on board, at the tower, or both. A kept log with a different start time is a different log.
+ */
 export function logLines({ on_board, kept }: FlightLogs): LogLine[] {
   const isSame = (one: FlightLog, other: FlightLog): boolean =>
     one.id === other.id && one.size_bytes === other.size_bytes && one.began_at === other.began_at;
@@ -44,7 +46,7 @@ export class LogRest {
     return this.#operations.start('POST', '/drones/{drone_id}/logs/list', { path: { drone_id: droneId } });
   }
 
-  /** By whoever has the controls: it takes the drone's whole link. */
+  /** For the holder of the controls: it takes the drone's whole link. */
   fetch(droneId: number, logId: number): Promise<Operation> {
     const path = { drone_id: droneId, log_id: logId };
     return this.#operations.start('POST', '/drones/{drone_id}/logs/{log_id}/fetch', { path });

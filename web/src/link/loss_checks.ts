@@ -1,6 +1,6 @@
 /**
- * Keeps the check before flight of the drones that somebody looks at as the tower says it. The tower tells when it has
- * changed, so it is read then, and after each reconnection; only a reading that failed is tried again by time.
+ * Keeps the check before flight current for drones that are on view. The tower reports changes, so it is read then and
+ * after each reconnection; only a failed read is retried by time.
  */
 
 import type { Clock } from './clock';
@@ -12,7 +12,7 @@ type Reported = (problem: string) => void;
 interface Watched {
   readonly reporters: Set<Reported>;
   isReading: boolean;
-  /** It has changed while it was being read. */
+  /** It changed during the read. */
   isOld: boolean;
   cancelRetry: () => void;
 }
@@ -27,7 +27,7 @@ export class LossChecks {
     this.#read = read;
   }
 
-  /** From now on it is kept current. `told` hears what went wrong, or the empty string. Returns what ends it. */
+  /** Keeps it current from now on. `told` receives the error, or an empty string. Returns a function that stops it. */
   watch(droneId: number, reported: Reported): () => void {
     const watched = this.#watched.get(droneId) ?? {
       reporters: new Set<Reported>(),
@@ -46,7 +46,7 @@ export class LossChecks {
     };
   }
 
-  /** The tower says that it says something else than before. */
+  /** The tower reports that the check has changed. */
   changed(droneId: number): void {
     const watched = this.#watched.get(droneId);
     if (!watched) return;
@@ -54,7 +54,7 @@ export class LossChecks {
     if (!watched.isReading) void this.#readUntilNew(droneId, watched);
   }
 
-  /** We may have missed a change. */
+  /** A change may have been missed. */
   allChanged(): void {
     for (const droneId of this.#watched.keys()) this.changed(droneId);
   }

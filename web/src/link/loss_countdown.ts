@@ -1,15 +1,15 @@
 /**
- * What a drone in the air does while its link, or ours, is lost. Nobody can tell us then, so it is said from what was
- * heard last: the hold, the mode, the lost action. It is never more than that, and the words say so.
+ * What a drone in the air does while its link, or ours, is lost. No new data arrives then, so this derives it from the
+ * last known hold, mode and lost action. It is no more than that, and the text says so.
  */
 
 import { DOING, dueMs, plainMode } from './hold_view';
 import type { FlightTask } from './modes';
 import type { HoldView, LostAction } from './wire_types';
 
-/** What was known of it when it was heard last. */
+/** The last known state. */
 export interface LastHeard {
-  /** Null: not known. */
+  /** Null: unknown. */
   readonly isAirborne: boolean | null;
   readonly mode: string | null;
   readonly task: FlightTask | null;
@@ -19,23 +19,23 @@ export interface LastHeard {
 }
 
 export interface Silence extends LastHeard {
-  /** `own`: this page has no connection to the tower. `drone`: the tower does not hear the drone. */
+  /** `own`: this page has no connection to the tower. `drone`: the tower does not hear from the drone. */
   readonly whose: 'own' | 'drone';
   readonly sinceMs: number;
-  /** By how much the tower's time of day is behind our clock. */
+  /** Our clock minus the tower's time of day. */
   readonly towerLagMs: number;
 }
 
 export interface Countdown {
   readonly whose: Silence['whose'];
-  /** Rounded up; 0 once the time is over. Null where nothing is counted. */
+  /** Rounded up; 0 once the time is over. Null without a countdown. */
   readonly secondsLeft: number | null;
   readonly text: string;
 }
 
 const IF_ALIVE = 'if its agent is alive';
 
-/** The task of a drone whose lost action is under way, and otherwise that of its mode. */
+/** The task of a drone whose lost action is in progress, otherwise that of its mode. */
 function taskOf({ hold, task }: LastHeard): FlightTask | null {
   if (hold?.phase === 'asking' || hold?.phase === 'done') {
     if (hold.action === 'return') return 'return';
@@ -59,14 +59,14 @@ export function wasWords(last: LastHeard): string {
   return mode === null ? '' : `was in ${mode}`;
 }
 
-/** What its agent told that it is about to do, else what the drone is set to; null: a newer tower knows another one. */
+/** The action that its agent announced, otherwise the configured one; null: a newer tower has another one. */
 function actionOf({ hold, lostAction }: LastHeard): LostAction | null {
   const reported = hold && hold.phase !== 'quiet' && hold.phase !== 'stayed' ? hold.action : null;
   const action = reported ?? lostAction;
   return action in DOING ? action : null;
 }
 
-/** What it and its agent do, with `when` ("in about 11 s"). */
+/** What the drone and its agent do, with `when` ("in about 11 s"). */
 function thenWords(last: LastHeard, when: string): string {
   const task = taskOf(last);
   const goesOn = 'it should go on with that';
@@ -96,11 +96,11 @@ function beforeWords(name: string, last: LastHeard, heard = ''): string {
   return airborne + (was ? `${heard}${name} ${was}` : `It is not known what ${name} was doing`);
 }
 
-/** For an alert, which stands still: without a countdown. */
+/** For an alert, whose text is fixed: without a countdown. */
 export const lostLinkWords = (name: string, last: LastHeard): string =>
   `${beforeWords(name, last)}; ${thenWords(last, `after ${last.lostActionS} s without the tower`)}.`;
 
-/** Null when there is nothing to say: it was on the ground. */
+/** Null if there is nothing to report: the drone was on the ground. */
 export function countdown(droneName: string, silence: Silence, nowMs: number): Countdown | null {
   if (silence.isAirborne === false) return null;
   const { whose, sinceMs, lostActionS, hold, towerLagMs } = silence;
@@ -108,7 +108,7 @@ export function countdown(droneName: string, silence: Silence, nowMs: number): C
   const task = taskOf(silence);
   const isCounted = (action === 'return' || action === 'land') && task !== 'return' && task !== 'landing';
   const dueAtMs = Math.min(sinceMs + lostActionS * 1000, dueMs(hold, towerLagMs) ?? Infinity);
-  // The page's clock ticks now and then, so it may still show a time before the loss.
+  // The page's clock ticks in steps, so it may still show a time before the loss.
   const secondsLeft = isCounted ? Math.max(0, Math.ceil((dueAtMs - Math.max(nowMs, sinceMs)) / 1000)) : null;
   const then =
     isCounted && secondsLeft === 0

@@ -1,6 +1,7 @@
 /**
- * How this user lost the controls of a drone: who, when, why. Fed with what the tower says, in its order (a `drone`
- * message first, then the `control` event that explains it; a drone that is no longer ours to see may only vanish).
+ * How this user lost the controls of a drone: to whom, when, why. Takes the tower's messages in order (a `drone`
+ * message first, then the `control` event that explains it; a drone that the user may no longer see may just
+ * disappear).
  */
 
 import { Store, type Readable } from './store';
@@ -14,7 +15,7 @@ export interface LostControls {
   readonly droneName: string;
   readonly by: UserRef | null;
   readonly reason: string;
-  /** Null when it happened before this page was opened. */
+  /** Null if it happened before this page was opened. */
   readonly atMs: number | null;
   /** The drone is no longer in our squad. */
   readonly isGone: boolean;
@@ -31,7 +32,7 @@ export class LostControlsLog {
     return this.#losses;
   }
 
-  /** The tower's picture of a drone changed. */
+  /** The tower's view of a drone changed. */
   drone(before: Drone | null, after: Drone, me: User | null, nowMs: number): void {
     if (!me) return;
     if (after.holder?.id === me.id) {
@@ -46,12 +47,12 @@ export class LostControlsLog {
       const atMs = wasMine ? nowMs : null;
       this.#put({ ...named(after), kind: 'taken', by: after.holder, reason: '', atMs, isGone: false });
     } else if (this.#losses.get().get(after.id)?.kind === 'taken') {
-      // Not shut out any more, and not the holder: the claim was given up or forgotten.
+      // No longer shut out, and not the holder: the claim was given up or has expired.
       this.dismiss(after.id);
     }
   }
 
-  /** After a reconnection: what explains the change was said while nobody listened. */
+  /** After a reconnection: the event that explains the change was missed. */
   unexplained(drone: Drone, nowMs: number): void {
     if (!this.#leftAt.delete(drone.id) || this.#losses.get().has(drone.id)) return;
     const reason = 'while this page was not connected to the tower';
@@ -82,7 +83,7 @@ export class LostControlsLog {
     });
   }
 
-  /** The drone is no longer ours to see. */
+  /** The user may no longer see the drone. */
   removed(drone: Drone, me: User | null, nowMs: number): void {
     if (!me) return;
     const known = this.#losses.get().get(drone.id);

@@ -1,7 +1,7 @@
 /**
- * Flying by hand: a stream of MANUAL_CONTROL at 50 Hz from a source of axes. It begins with centred sticks only, and
- * whatever ends it while the controls are ours ends it with a hold. Nothing waits: a beat that cannot leave at once
- * is left out.
+ * Flying by hand: a stream of MANUAL_CONTROL at 50 Hz from a source of axes. It begins only with centred sticks. If it
+ * ends while the controls are ours, it ends with a hold. Nothing is queued: a message that cannot leave at once is
+ * skipped.
  */
 
 import type { Clock } from './clock';
@@ -11,7 +11,7 @@ import { Store, type Readable } from './store';
 import { CENTRED, offCentre, type Axes, type AxesSource } from './sticks';
 
 export const BEAT_MS = 20;
-/** Nobody takes the sticks up this long: the pilot has thought better of it. */
+/** Sticks that stay uncentred this long end the attempt. */
 export const CENTRING_LIMIT_MS = 30_000;
 
 export type ManualPhase = 'off' | 'centring' | 'flying';
@@ -20,7 +20,7 @@ export interface ManualState {
   readonly phase: ManualPhase;
   readonly source: string;
   readonly axes: Axes;
-  /** Which axes must be centred before it can begin. */
+  /** The axes still to be centred before the stream begins. */
   readonly offCentre: readonly (keyof Axes)[];
   readonly sent: number;
   readonly skipped: number;
@@ -31,7 +31,7 @@ export interface ManualState {
 export interface ManualOptions {
   readonly clock: Clock;
   readonly send: (axes: Axes) => Sending;
-  /** Stop and stay: the last thing said when the pilot's hands are gone. */
+  /** Stop and stay: the final command when the pilot's input is gone. */
   readonly hold: () => void;
 }
 
@@ -61,7 +61,7 @@ export class Manual {
     return this.#state;
   }
 
-  /** Streams as soon as the sticks are centred, and calls `onBegun` then. */
+  /** Streams as soon as the sticks are centred, and then calls `onBegun`. */
   start(source: AxesSource, onBegun: () => void = () => undefined): void {
     this.#cancelBeat();
     this.#source = source;
@@ -88,13 +88,13 @@ export class Manual {
     if (this.#state.get().phase === 'centring') this.#centring(axes);
     if (this.#state.get().phase === 'flying') this.#send(axes);
     if (this.#state.get().phase === 'off') return;
-    // From when it was due, so that the beat does not drift; but what was missed is not made up for.
+    // Counts from the due time, so that the rate does not drift; skips missed messages.
     const now = clock.monotonicMs();
     const nextMs = Math.max(dueMs + BEAT_MS, now);
     this.#cancelBeat = clock.after(nextMs - now, () => this.#beat(nextMs));
   }
 
-  /** What cannot be read is gone: a loop that died of it would look like flying. */
+  /** A source that throws counts as gone: otherwise the loop would end while the page still shows manual flight. */
   #read(): Axes | null {
     try {
       return this.#source?.read(this.#options.clock.monotonicMs()) ?? null;
@@ -125,7 +125,7 @@ export class Manual {
   }
 }
 
-/** x pitch, y roll, r yaw -1000..1000; z throttle 0..1000 with 500 the middle. */
+/** x pitch, y roll, r yaw: -1000..1000; z throttle: 0..1000 with 500 the middle. */
 export function manualControlFields(axes: Axes, sysid: number): Partial<MessageFields['MANUAL_CONTROL']> {
   const full = (value: number): number => Math.round(Math.max(-1, Math.min(1, value)) * 1000);
   return {

@@ -1,8 +1,8 @@
 /**
- * MAVLink frames: found in bytes, decoded, encoded. Reads version 1 and version 2, signed or not (the signature
- * is carried, not checked: that is the autopilot's business); writes version 2, unsigned, zeros cut off.
+ * MAVLink frames: finds them in bytes, decodes, encodes. Reads version 1 and version 2, signed or not (the signature is
+ * kept but not checked: that is the autopilot's task); writes version 2, unsigned, trailing zeros cut.
  *
- * Nothing here throws on bytes from outside.
+ * Nothing here throws on external bytes.
  */
 
 import { CRC_START, crcAdd, crcOf } from './crc';
@@ -26,12 +26,12 @@ export interface Header {
   readonly msgid: number;
 }
 
-/** A decoded frame; `name` tells which fields. */
+/** A decoded frame; `name` determines the fields. */
 export type Message = {
   [N in MessageName]: { readonly name: N; readonly header: Header; readonly fields: MessageFields[N] };
 }[MessageName];
 
-/** The length of the frame that begins at `at`, or null when no whole frame is there. */
+/** The length of the frame that begins at `at`, or null without a whole frame. */
 export function frameLengthAt(bytes: Uint8Array, at: number): number | null {
   const left = bytes.length - at;
   if (left < HEADER_V1 + CHECKSUM_LENGTH) return null;
@@ -61,7 +61,7 @@ export function decode(frame: Uint8Array): Message | null {
   const crc = crcAdd(crcOf(frame, 1, end), definition.crcExtra);
   if (frame[end] !== (crc & 0xff) || frame[end + 1] !== crc >>> 8) return null;
 
-  // Zeros that were cut off come back here; fields newer than our tables are left aside.
+  // Restores zeros that were cut off; ignores fields newer than our tables.
   const payload = new Uint8Array(definition.size);
   payload.set(frame.subarray(headerLength, Math.min(end, headerLength + definition.size)));
   const view = new DataView(payload.buffer);
@@ -97,7 +97,7 @@ export function encode<N extends MessageName>(
     const value = (fields as Record<string, FieldValue | undefined>)[field.name];
     if (value !== undefined) writeField(view, field, value);
   }
-  // MAVLink 2 sends at least one byte, even when all are zero.
+  // MAVLink 2 sends at least one byte, even if all are zero.
   let length = payload.length;
   while (length > 1 && payload[length - 1] === 0) length--;
 

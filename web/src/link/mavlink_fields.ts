@@ -1,4 +1,4 @@
-/** The generated message tables, made ready for reading and writing payloads with a DataView. */
+/** The generated message tables, prepared for reading and writing payloads with a DataView. */
 
 import { MESSAGES, type MessageName } from './generated/mavlink.gen';
 
@@ -127,7 +127,7 @@ function writeOne(view: DataView, type: FieldType, at: number, value: number | b
   }
 }
 
-/** A text longer than its field is cut; a shorter one, or a shorter array, is followed by zeros. */
+/** Truncates text that is longer than its field; pads shorter text and arrays with zeros. */
 export function writeField(view: DataView, field: Field, value: FieldValue): void {
   if (typeof value === 'string') {
     const bytes = utf8.encode(value).subarray(0, Math.max(1, field.length));

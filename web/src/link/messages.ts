@@ -1,6 +1,6 @@
-/** What the console tells the tower on the live connection, as pure builders of texts, and who it is in MAVLink. */
+/** Text messages of the console on the live connection, as pure builders, and the console's MAVLink identity. */
 
-/** Who we are on the MAVLink network: a ground station, as autopilots expect it. */
+/** The console on the MAVLink network: a ground station, as autopilots expect it. */
 export const CONSOLE = { sysid: 255, compid: 190 } as const;
 export const AUTOPILOT_COMPID = 1;
 
@@ -8,7 +8,7 @@ export const watchText = (rateHz: number): string => JSON.stringify({ type: 'wat
 export const pongText = (sequence: number): string => JSON.stringify({ type: 'pong', sequence });
 export const focusText = (droneId: number | null): string => JSON.stringify({ type: 'focus', drone_id: droneId });
 
-/** What a map shows, in degrees. Longitudes may run beyond 180 either way, as a map that can be turned on and on has them. */
+/** The area of a map, in degrees. Longitudes may run beyond 180 either way on a map that wraps around. */
 export interface MapBounds {
   readonly south: number;
   readonly west: number;
@@ -16,10 +16,10 @@ export interface MapBounds {
   readonly east: number;
 }
 
-/** Of the map's width and height, on each side: a drone about to come into view is fresh already. */
+/** Share of the map's width and height on each side: a drone about to come into view is already up to date. */
 const VIEWPORT_MARGIN = 0.2;
 
-/** Tells the tower which drones may come less often; null: none. */
+/** Tells the tower which drones it may send less often; null: none. */
 export function viewportText(shown: MapBounds | null): string {
   return JSON.stringify({ type: 'viewport', bounds: shown && widened(shown) });
 }
@@ -37,7 +37,7 @@ function widened({ south, west, north, east }: MapBounds): MapBounds {
   };
 }
 
-/** Of a map that was turned on and on, -180 to 180. */
+/** A longitude of a map that wraps around, as -180 to 180. */
 export const wrapped = (lonDeg: number): number => ((((lonDeg + 180) % 360) + 360) % 360) - 180;
 
 export interface Place {

@@ -1,6 +1,6 @@
 /**
- * How far a drone is with the mission on board, as its autopilot tells (MISSION_CURRENT, MISSION_ITEM_REACHED). Items are
- * numbered as in a plan, from 0: some autopilots keep home in their own number 0.
+ * A drone's progress through its mission on board, from MISSION_CURRENT and MISSION_ITEM_REACHED. Items count from 0 as
+ * in a plan: some autopilots keep home as their own item 0.
  */
 
 import type { Message } from './mavlink';
@@ -8,12 +8,12 @@ import { profileOf } from './modes';
 import { Store } from './store';
 
 const MISSION_MODES: ReadonlySet<string> = new Set(['AUTO', 'MISSION']);
-/** Whether a drone flies its mission, paused or not, by its mode's name. */
+/** Whether a drone flies its mission, paused or not, judged by its mode's name. */
 export const isMissionFlown = ({ armed, mode }: { armed: boolean | null; mode: string | null }): boolean =>
   armed === true && MISSION_MODES.has(mode ?? '');
 
 export interface Progress {
-  /** The item that it flies to or carries out; null: none, or not said. */
+  /** The item that it flies to or carries out; null: none, or not reported. */
   readonly current: number | null;
   readonly reached: ReadonlySet<number>;
 }
@@ -24,18 +24,18 @@ export class MissionProgress {
   readonly now = new Store<Progress>(NONE);
   #hash: string | null | undefined = undefined;
 
-  /** What is on board: of another mission nothing was reached yet. */
+  /** The plan on board changed: no item of the new mission has been reached yet. */
   onBoard(hash: string | null): void {
     if (this.#hash !== undefined && hash !== this.#hash) this.now.set(NONE);
     this.#hash = hash;
   }
 
-  /** Another beginning. */
+  /** The mission starts from the beginning. */
   begun(): void {
     this.now.update(({ current }) => ({ current, reached: new Set() }));
   }
 
-  /** `autopilot` as its heartbeat says; null before there was one. */
+  /** `autopilot` as in its heartbeat; null before the first. */
   receive(message: Message, autopilot: number | null): void {
     if (message.name !== 'MISSION_CURRENT' && message.name !== 'MISSION_ITEM_REACHED') return;
     if (autopilot === null) return;

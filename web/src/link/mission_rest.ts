@@ -1,4 +1,4 @@
-/** Requests about plans: those on a drone, and the library on the tower. Items go as rows, in the wire's order. */
+/** Requests about plans: those on a drone, and the tower's library. Items are rows in wire order. */
 
 import type { Operation, PlanKind } from './operation_types';
 import type { Operations } from './operations';
@@ -8,9 +8,9 @@ import type { BodyOf, Schemas } from './rest_types';
 export type PlanRead = Schemas['PlanView'];
 /** command, frame, four parameters (null: not given), x, y, z, autocontinue. */
 export type Row = NonNullable<PlanRead['items']>[number];
-/** A number of an item that the drone's autopilot would not keep. */
+/** A number of an item that the drone's autopilot would change. */
 export type PlanChange = Schemas['ChangeView'];
-/** What becomes of a plan in a drone's autopilot, told before it is sent. */
+/** How a drone's autopilot would store a plan, determined before it is sent. */
 export type PlanForeseen = Schemas['PlanKeptView'];
 /** A plan in the library, without the plan. */
 export type SavedMission = Schemas['MissionView'];
@@ -50,7 +50,7 @@ export class MissionRest {
     return this.#operations.start('POST', `${PLAN}/verify`, { path: { drone_id: droneId, kind }, body: { items } });
   }
 
-  /** Nothing is sent to the drone. */
+  /** Sends nothing to the drone. */
   foresee(droneId: number, kind: PlanKind, items: readonly Row[]): Promise<PlanForeseen> {
     return this.#rest.call('POST', `${PLAN}/kept`, { path: { drone_id: droneId, kind }, body: { items } });
   }
@@ -67,7 +67,7 @@ export class MissionRest {
     return this.#rest.call('POST', MISSIONS, { body: whole });
   }
 
-  /** `version`: of what this follows. Raises a RestError of status 412 when somebody else saved meanwhile. */
+  /** `version`: the version this one is based on. Raises RestError with status 412 if another user saved meanwhile. */
   saveMission(id: number, version: number, whole: MissionBody): Promise<SavedMission> {
     const header = { 'if-match': `"${version}"` };
     return this.#rest.call('PUT', MISSION, { path: { mission_id: id }, header, body: whole });

@@ -1,41 +1,41 @@
-/** The flight modes of the autopilots we know, read from the generated table of their profiles (wire/autopilots/). */
+/** The flight modes of the known autopilots, from the generated table of their profiles (wire/autopilots/). */
 
 import { AUTOPILOTS, type PilotCommandName } from './generated/autopilots.gen';
 import { MAV_TYPE } from './generated/mavlink.gen';
 
-/** What a drone in the air does in a mode, as far as losing somebody goes. */
+/** What a drone in the air does in a mode, as relevant for a lost connection. */
 export type FlightTask = 'mission' | 'return' | 'landing' | 'by-hand' | 'by-itself';
 
 export interface Mode {
-  /** For people. */
+  /** For display. */
   readonly name: string;
-  /** As the autopilot names it: what REST takes. */
+  /** The autopilot's own name, as REST expects it. */
   readonly ownName: string;
   /** HEARTBEAT.custom_mode when it is active. */
   readonly customMode: number;
   /** Parameters 2 and 3 of DO_SET_MODE. */
   readonly main: number;
   readonly sub: number;
-  /** It does what the sticks say: with nobody at them, what a radio at rest says (throttle down: it sinks). */
+  /** Follows the sticks: with no pilot, those of a radio at rest (throttle down: it descends). */
   readonly obeysSticks: boolean;
-  /** Null: not said of this mode. */
+  /** Null: not specified for this mode. */
   readonly task: FlightTask | null;
 }
 
 export interface ModeSet {
-  /** Those to choose from. */
+  /** The selectable modes. */
   readonly modes: readonly Mode[];
-  /** Stays where it is, with nobody at the sticks. */
+  /** Holds its position without stick input. */
   readonly hold: Mode;
   readonly returns: Mode;
   readonly land: Mode;
-  /** Must be entered before it takes off and flies to places; null: it needs none. */
+  /** Required before it takes off and flies to places; null: none required. */
   readonly guided: Mode | null;
-  /** For flying by hand: does what the sticks say, and stays in its place when they are centred. */
+  /** For flying by hand: follows the sticks, and holds its position when they are centred. */
   readonly byHand: Mode;
 }
 
-/** What the console knows of an autopilot on one kind of vehicle. */
+/** What the console knows about an autopilot on one kind of vehicle. */
 export interface AutopilotProfile {
   readonly key: string;
   readonly label: string;
@@ -44,9 +44,9 @@ export interface AutopilotProfile {
   readonly vehicleTypes: readonly number[];
   /** Item 0 of its mission is home. */
   readonly hasHomeSlot: boolean;
-  /** The modes for its hold ladder, altitude hold left out. */
+  /** The modes for its hold ladder, without altitude hold. */
   readonly holdRungs: readonly string[];
-  /** By command, why it never does it. */
+  /** By command, why the autopilot never carries it out. */
   readonly cannot: Readonly<Partial<Record<PilotCommandName, string>>>;
   readonly modes: readonly (Mode & { readonly drifts: boolean; readonly isOffered: boolean })[];
   readonly roles: Readonly<Record<'hold' | 'returns' | 'land' | 'guided' | 'byHand', number | null>>;
@@ -54,23 +54,23 @@ export interface AutopilotProfile {
 
 const PROFILES: readonly AutopilotProfile[] = AUTOPILOTS;
 
-/** By MAV_AUTOPILOT and MAV_TYPE; without a type, that of its multicopters. Null for what we do not know. */
+/** By MAV_AUTOPILOT and MAV_TYPE; without a type, that of its multicopters. Null if unknown. */
 export function profileOf(autopilot: number, vehicleType: number = MAV_TYPE.QUADROTOR): AutopilotProfile | null {
   return PROFILES.find((one) => one.autopilot === autopilot && one.vehicleTypes.includes(vehicleType)) ?? null;
 }
 
-/** Which autopilot it is, whatever the vehicle; null for what we do not know. */
+/** The autopilot's family, whatever the vehicle; null if unknown. */
 export function familyOf(autopilot: number | null): AutopilotProfile['family'] | null {
   return PROFILES.find((one) => one.autopilot === autopilot)?.family ?? null;
 }
 
-/** The modes that a hold ladder may have before altitude hold; those of all autopilots where none is known. */
+/** The modes that a hold ladder may have before altitude hold; those of all autopilots if none is known. */
 export function holdRungs(autopilot: number | null): readonly string[] {
   const known = autopilot === null ? null : profileOf(autopilot);
   return known?.holdRungs ?? PROFILES.flatMap((one) => one.holdRungs);
 }
 
-/** Why the autopilot never does a command, as a sentence; null: it does, or nobody knows it. */
+/** Why the autopilot never carries out a command, as a sentence; null if it does, or if that is unknown. */
 export function whyNot(command: PilotCommandName, autopilot: number, vehicleType?: number): string | null {
   return profileOf(autopilot, vehicleType)?.cannot[command] ?? null;
 }
@@ -102,7 +102,7 @@ const DRIFTING: ReadonlySet<string> = new Set(
   PROFILES.flatMap(({ modes }) => modes.filter(({ drifts }) => drifts).map(({ name }) => name)),
 );
 
-/** Of a mode by its name for people: it keeps the height and not the place. */
+/** Whether a mode, by its display name, keeps the height but not the position. */
 export const driftsWithTheWind = (mode: string | null): boolean => mode !== null && DRIFTING.has(mode);
 
 export function obeysSticks(autopilot: number, customMode: number, vehicleType?: number): boolean {
@@ -110,7 +110,7 @@ export function obeysSticks(autopilot: number, customMode: number, vehicleType?:
   return mode !== null && mode.task !== null && mode.obeysSticks;
 }
 
-/** Null for a mode that we do not know. */
+/** Null for an unknown mode. */
 export function flightTask(
   autopilot: number | null,
   customMode: number | null,

@@ -1,17 +1,17 @@
-/** What the tower says of work at a drone (docs/api.md): operations, the plans on board, the parameters that it knows. */
+/** The tower's reports on work at a drone (docs/api.md): operations, plans on board, known parameters. */
 
 import type { Schemas } from './rest_types';
 
 export type PlanKind = Schemas['PlanKind'];
 export const PLAN_KINDS = ['mission', 'fence', 'rally'] as const satisfies readonly PlanKind[];
 
-/** A piece of work that the agent does beside the autopilot. */
+/** Work that the agent does beside the autopilot. */
 export type Operation = Schemas['OperationView'];
 export type OperationWork = Operation['work'];
 export type OperationState = Operation['state'];
-/** A parameter that is not as it was asked to be. */
+/** A parameter whose value differs from the requested one. */
 export type Refusal = Schemas['RefusalView'];
-/** The plan of one kind on a drone, as its agent knows it. */
+/** The plan of one kind on a drone, as its agent reports it. */
 export type PlanOnBoard = Schemas['OnboardPlanView'];
 export type ParametersKnown = Schemas['ParametersStateView'];
 

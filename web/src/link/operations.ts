@@ -1,6 +1,6 @@
 /**
- * Work at drones that takes a while: plans, parameters, commands. The tower answers at once with an operation, and tells
- * over the live channel how it goes on; this keeps them by id, for everybody who shows one or waits for its end.
+ * Lengthy work at drones: plans, parameters, commands. The tower answers at once with an operation and reports its
+ * progress over the live channel. This keeps operations by id, for every view that shows one or waits for its end.
  */
 
 import type { Operation, OperationWork, PlanKind } from './operation_types';
@@ -8,22 +8,22 @@ import { RestError, type LooseRequest, type Rest } from './rest';
 import type { AnswerOf, Method, PathOf, RequestArguments } from './rest_types';
 import { Store } from './store';
 
-/** Beyond these the oldest that have ended are forgotten. */
+/** Above this, the oldest ended operations are dropped. */
 const MAX_KEPT = 300;
 const NOBODY_KNOWS = 'The connection broke, and the tower no longer knows the result.';
 
-/** An id is a text everywhere but in a path. */
+/** An id is a string everywhere except in a path. */
 const pathOf = (id: string) => ({ operation_id: Number(id) });
 
 export const isOver = ({ state }: Operation): boolean => state !== 'running';
 
-/** The requests that begin an operation, by their method. */
+/** The requests that begin an operation, by method. */
 export type WorkPath<M extends Method> = {
   [P in PathOf<M>]: AnswerOf<M, P> extends Operation ? P : never;
 }[PathOf<M>];
 
 export class Operations {
-  /** In the order that they were heard of. */
+  /** In order of arrival. */
   readonly all = new Store<ReadonlyMap<string, Operation>>(new Map());
   readonly #rest: Rest;
   readonly #waiting = new Map<string, ((operation: Operation) => void)[]>();
@@ -33,8 +33,8 @@ export class Operations {
   }
 
   /**
-   * What the live channel says: the newest there is of this one. False when it had ended before; of what nobody heard the
-   * end of the agent may tell it later.
+   * Takes the newest state from the live channel. Returns false if the operation had ended before: the agent may report
+   * later how an operation of unknown outcome ended.
    */
   put(operation: Operation): boolean {
     const known = this.all.get().get(operation.id);
@@ -52,7 +52,7 @@ export class Operations {
     return true;
   }
 
-  /** Begins it, and answers with the operation as it begins. Raises RestError when the tower refuses it. */
+  /** Begins it, and resolves to the operation as it begins. Raises RestError if the tower refuses. */
   start<M extends Method, P extends WorkPath<M>>(
     method: M,
     path: P,
@@ -65,12 +65,12 @@ export class Operations {
     const header = { prefer: 'respond-async' };
     const begun = (await this.#rest.send(method, path, { ...request, header })) as Operation;
     const heard = this.all.get().get(begun.id);
-    // The live channel is often quicker than the answer, and then knows more.
+    // The live channel is often faster than the answer, and then newer.
     if (!heard || isOver(begun)) this.put(begun);
     return this.all.get().get(begun.id) ?? begun;
   }
 
-  /** Begins it, and answers with the operation as it ended, however it did. */
+  /** Begins it, and resolves to the operation as it ended, whatever its outcome. */
   async run<M extends Method, P extends WorkPath<M>>(
     method: M,
     path: P,
@@ -87,18 +87,18 @@ export class Operations {
     });
   }
 
-  /** The result still comes: a plan that was being written is put back first. */
+  /** The result still arrives: a plan that was being written is restored first. */
   async cancel(id: string): Promise<void> {
     await this.#rest.call('DELETE', '/operations/{operation_id}', { path: pathOf(id) });
   }
 
-  /** After the live channel was gone: what was running then may have ended without our hearing of it. */
+  /** After a break of the live channel: operations may have ended without a report. */
   async reread(): Promise<void> {
     const running = [...this.all.get().values()].filter((one) => !isOver(one));
     await Promise.all(running.map((one) => this.#reread(one)));
   }
 
-  /** Somebody else signs in: what was running goes on at the tower, and is nobody's business here. */
+  /** Another user signs in: running operations continue at the tower, but do not concern this user. */
   clear(): void {
     for (const one of this.all.get().values()) if (!isOver(one)) this.put({ ...one, state: 'failed', words: '' });
     this.all.set(new Map());
@@ -111,12 +111,12 @@ export class Operations {
     } catch (error) {
       const isForgotten = error instanceof RestError && error.status === 404;
       if (isForgotten) this.put({ ...operation, state: 'failed', words: NOBODY_KNOWS });
-      // Otherwise the connection went again: the next welcome asks again.
+      // Otherwise the connection broke again: the next welcome asks again.
     }
   }
 }
 
-/** The newest work of these kinds at a drone; null when there was none. */
+/** The newest operation of these kinds at a drone; null if there was none. */
 export function newestOf(
   all: ReadonlyMap<string, Operation>,
   droneId: number,

@@ -1,8 +1,8 @@
-/** What came of a command, and the words for it. */
+/** The outcome of a command, and its text. */
 
 import { MAV_RESULT } from './generated/mavlink.gen';
 
-/** What the tower could not find out: whether it was heard at all, or whether the drone does it. */
+/** What the tower could not determine: whether the drone received the command, or whether it complies. */
 export type Doubt = 'no-answer' | 'unconfirmed';
 
 export type Outcome =
@@ -11,9 +11,9 @@ export type Outcome =
   | { readonly kind: 'no-answer' }
   /** Accepted, but the HEARTBEAT never agreed. */
   | { readonly kind: 'unconfirmed'; readonly detail: string }
-  /** Nobody can say whether it was carried out, or it was not sent at all: `why` says. */
+  /** Not sent, or nobody knows whether it was carried out; `why` says which. */
   | { readonly kind: 'failed'; readonly why: string }
-  /** By way of the tower: it, or the agent, has said how it ended, in a whole sentence. */
+  /** Through the tower: the tower or the agent reported the outcome, in a whole sentence. */
   | { readonly kind: 'reported'; readonly isDone: boolean; readonly words: string; readonly doubt?: Doubt };
 
 export const isGood = (outcome: Outcome): boolean =>

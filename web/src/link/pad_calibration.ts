@@ -1,6 +1,6 @@
 /**
- * Getting to know a pad, step by step: where its sticks rest, which axis is which stick, how far they go. Fed with
- * what the pad says, beat by beat; it knows neither the pad nor a clock.
+ * Learns a pad step by step: where its sticks rest, which axis is which stick, and their travel. Takes the pad's
+ * readings one at a time; it knows neither the pad nor a clock.
  */
 
 import { SLOTS, type Slot } from './stick_modes';
@@ -12,13 +12,13 @@ export type CalibrationStep =
   | { readonly name: 'range' }
   | { readonly name: 'done' };
 
-/** Beats (at 50 or 60 a second) for which the sticks must lie still. */
+/** Number of readings (at 50 or 60 a second) for which the sticks must be still. */
 const REST_BEATS = 40;
-/** How much a resting stick may tremble. */
+/** How much a resting stick may vary. */
 const STILL = 0.04;
-/** As far out as a hand means it. */
+/** A deflection that counts as deliberate. */
 const MOVED = 0.5;
-/** Back at rest, before the next stick is looked for. */
+/** Back at rest, before the next stick. */
 const BACK = 0.2;
 
 interface Seen {
@@ -53,7 +53,7 @@ export class PadCalibration {
     }
   }
 
-  /** Whether it waits for the sticks to be let go first. */
+  /** Whether it waits for the sticks to be released first. */
   get waitsForRest(): boolean {
     return this.#step.name === 'find' && !this.#isBack;
   }
@@ -66,14 +66,14 @@ export class PadCalibration {
     this.#last = axes;
   }
 
-  /** Ends the last step; false while a stick has not been to all its ends. */
+  /** Ends the last step; returns false while a stick has not reached all its ends. */
   finish(): boolean {
     if (this.#step.name !== 'range' || this.#unfinished().length > 0) return false;
     this.#step = { name: 'done' };
     return true;
   }
 
-  /** What was learned, put in the place of what `before` says of the sticks; null before the end. */
+  /** What was learned, replacing the sticks in `before`; null before the end. */
   result(before: PadSettings): PadSettings | null {
     if (this.#step.name !== 'done') return null;
     const slot = (name: Slot): SlotSetting => {
@@ -104,7 +104,7 @@ export class PadCalibration {
     const away = axes.map((value, at) => (taken.has(at) ? 0 : value - this.#centre[at]!));
     const axis = away.reduce((best, value, at) => (Math.abs(value) > Math.abs(away[best]!) ? at : best), 0);
     if (Math.abs(away[axis] ?? 0) < MOVED) return;
-    // Right and up are positive for us, whatever they are for the pad.
+    // Right and up are positive here, whatever they are on the pad.
     this.#found.set(slot, { axis, isInverted: away[axis]! < 0 });
     this.#isBack = false;
     const next = SLOTS[SLOTS.indexOf(slot) + 1];
@@ -120,7 +120,7 @@ export class PadCalibration {
     }
   }
 
-  /** Sticks that have not been far enough to both sides. */
+  /** Sticks that have not been moved far enough to both sides. */
   #unfinished(): Slot[] {
     return SLOTS.filter((name) => {
       const { axis } = this.#found.get(name) ?? { axis: -1 };

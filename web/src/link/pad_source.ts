@@ -1,11 +1,11 @@
-/** A gamepad (or a radio transmitter that says it is one) as the sticks of a pilot. */
+/** A gamepad (or a radio transmitter that reports itself as one) as a pilot's sticks. */
 
 import { axesOf, SLOTS, type Slot } from './stick_modes';
 import { padSettingsOf, type ButtonAction, type PadSettings, type StickSettings } from './stick_settings';
 import { shaped, travelled } from './stick_shaping';
 import type { Axes, AxesSource } from './sticks';
 
-/** The part of a browser's Gamepad that is used. */
+/** The part of a browser's Gamepad in use. */
 export interface PadLike {
   readonly id: string;
   readonly index: number;
@@ -22,7 +22,10 @@ const MIN_AXES = 4;
 export const usablePads = (pads: Pads): PadLike[] =>
   pads().filter((pad): pad is PadLike => pad !== null && pad.connected && pad.axes.length >= MIN_AXES);
 
-/** Where the sticks stand, before dead zone and expo; null when the pad has no such axis, or says what is no number. */
+/**
+ * The stick positions, before dead zone and expo; null if the pad lacks such an axis or reports a value that is not a
+ * number.
+ */
 export function padSticks(pad: PadLike, settings: PadSettings): Record<Slot, number> | null {
   const sticks: Partial<Record<Slot, number>> = {};
   for (const name of SLOTS) {
@@ -30,12 +33,12 @@ export function padSticks(pad: PadLike, settings: PadSettings): Record<Slot, num
     const raw = pad.axes[axis];
     if (raw === undefined || !Number.isFinite(raw)) return null;
     const value = travelled(raw, travel);
-    sticks[name] = isInverted ? 0 - value : value; // 0 - x, because -0 is nobody's friend
+    sticks[name] = isInverted ? 0 - value : value; // 0 - x avoids -0
   }
   return sticks as Record<Slot, number>;
 }
 
-/** What the pad asks of the drone. */
+/** The pad's commands to the drone. */
 export function padAxes(pad: PadLike, settings: StickSettings): Axes | null {
   const own = padSettingsOf(settings, pad.id);
   const sticks = padSticks(pad, own);
@@ -51,8 +54,8 @@ export function padAxes(pad: PadLike, settings: StickSettings): Axes | null {
 }
 
 /**
- * Reads just this pad until it is gone once. Settings are those of the beginning: nothing that is changed meanwhile,
- * here or in another tab, makes the drone jump.
+ * Reads only this pad, until it disappears once. The settings are fixed at the start: a change meanwhile, here or in
+ * another tab, must not make the drone jump.
  */
 export function padSource(
   first: PadLike,
@@ -75,7 +78,7 @@ export function padSource(
   };
 }
 
-/** Which buttons went down since it was asked last. One that is down from the beginning was not pressed for us. */
+/** Which buttons were pressed since the last call. A button that is down from the start does not count. */
 export class ButtonEdges {
   #down: readonly boolean[] | null = null;
 

@@ -1,4 +1,4 @@
-/** The parameters of drones as the tower has them: read once, and again when their hash has changed. */
+/** The drones' parameters as the tower has them: read once, and again when their hash changes. */
 
 import type { Operation } from './operation_types';
 import type { Operations } from './operations';
@@ -22,12 +22,12 @@ export class ParameterTables {
     this.#operations = operations;
   }
 
-  /** As it was read last; null: not yet. */
+  /** As last read; null: not yet. */
   kept(droneId: number): ParametersRead | null {
     return this.#kept.get(droneId) ?? null;
   }
 
-  /** As the tower has it now: the very same object where nothing has changed. Raises RestError `parameters-unknown`. */
+  /** The tower's current parameters: the same object if nothing has changed. Raises RestError `parameters-unknown`. */
   async read(droneId: number): Promise<ParametersRead> {
     const before = this.kept(droneId);
     const header = before ? { 'if-none-match': `"${before.hash}"` } : {};
@@ -41,7 +41,7 @@ export class ParameterTables {
     }
   }
 
-  /** What the vehicle itself says of its parameters, as it came; null: nothing. The browser keeps it by its ETag. */
+  /** The vehicle's own parameter metadata, unprocessed; null: none. The browser caches it by its ETag. */
   async metadata(droneId: number): Promise<unknown> {
     try {
       return await this.#rest.call('GET', `${PARAMETERS}/metadata`, { path: { drone_id: droneId } });
@@ -60,7 +60,7 @@ export class ParameterTables {
     return this.#operations.start('PATCH', PARAMETERS, { path: { drone_id: droneId }, body: { values } });
   }
 
-  /** Somebody else signs in. */
+  /** Another user signs in. */
   clear(): void {
     this.#kept.clear();
   }

@@ -1,13 +1,13 @@
 /**
- * Passkeys where the name is typed: the browser lists them, and waits. One question is open at a time, so it is taken
- * back while the button asks; and it is asked again before its challenge is too old.
+ * Passkeys in the name field: the browser lists them and waits. Only one request can be open, so it is withdrawn while
+ * the button asks, and renewed before its challenge expires.
  */
 
 import { PasskeyError, type Asking, type PasskeyCredential, type PasskeyOptions } from './passkeys';
 
 /** The tower keeps a challenge for five minutes. */
 export const RENEW_MS = 270_000;
-/** A browser that gives up at once would give up again. */
+/** A browser that fails at once would fail again. */
 const GIVES_UP_MS = 5_000;
 
 export interface OfferParts {
@@ -15,7 +15,7 @@ export interface OfferParts {
   readonly ask: (options: PasskeyOptions, asking: Asking) => Promise<PasskeyCredential>;
   readonly nowMs: () => number;
   readonly later: (work: () => void, ms: number) => () => void;
-  /** Somebody picked one. What it rejects with is theirs to tell. */
+  /** The user picked a passkey. A rejection is the callback's own to report. */
   readonly onpicked: (credential: PasskeyCredential) => Promise<void>;
 }
 
@@ -27,7 +27,7 @@ export class PasskeyOffer {
     this.#parts = parts;
   }
 
-  /** Until `stop`, or until the browser or the tower want no more of it. */
+  /** Runs until `stop`, or until the browser or the tower rejects it. */
   async run(): Promise<void> {
     const { options, ask, nowMs, later, onpicked } = this.#parts;
     this.stop();

@@ -1,14 +1,14 @@
 /**
- * Passkeys between the browser and the tower: WebAuthn's JSON one way, the browser's objects the other, and what can go
- * wrong in words for people. The tower says what is asked for; nothing is decided here.
+ * Passkeys between the browser and the tower: converts WebAuthn JSON to the browser's objects and back, and errors to
+ * messages. The tower decides what to request.
  */
 
 import type { Schemas } from './rest_types';
 
-/** What the tower asks for, as `navigator.credentials` knows it; binary members are base64url. */
+/** The tower's request, as for `navigator.credentials`; binary members are base64url. */
 export type PasskeyOptions = Schemas['PasskeyOptions']['public_key'];
 
-/** What an authenticator answered, as the tower reads it. */
+/** An authenticator's answer, as the tower reads it. */
 export type PasskeyCredential = Schemas['PasskeyAnswer'];
 export type MadePasskey = Schemas['MadePasskey'];
 export type Credentials = Pick<CredentialsContainer, 'create' | 'get'>;
@@ -17,7 +17,7 @@ export type Credentials = Pick<CredentialsContainer, 'create' | 'get'>;
 export class PasskeyError extends Error {
   constructor(
     message: string,
-    /** We took the question back ourselves: nothing to tell. */
+    /** The page itself withdrew the request: nothing to report. */
     readonly isWithdrawn = false,
   ) {
     super(message);
@@ -27,18 +27,18 @@ export class PasskeyError extends Error {
 
 const IP_ADDRESS = /^(\d+(\.\d+){3}|\[.*\])$/;
 
-/** Whether this browser can have passkeys for this page: over https (or on this machine), at a name. */
+/** Whether this browser can use passkeys on this page: over https (or on this machine), at a host name. */
 export function offersPasskeys(hostname = location.hostname): boolean {
   return typeof PublicKeyCredential !== 'undefined' && !IP_ADDRESS.test(hostname);
 }
 
-/** Whether the browser lists passkeys where a name is typed. */
+/** Whether the browser lists passkeys in the name field. */
 export async function offersAutofill(): Promise<boolean> {
   if (!offersPasskeys() || typeof PublicKeyCredential.isConditionalMediationAvailable !== 'function') return false;
   return PublicKeyCredential.isConditionalMediationAvailable();
 }
 
-/** Has an authenticator make a new one. Rejects with PasskeyError. */
+/** Asks an authenticator to create a passkey. Rejects with PasskeyError. */
 export async function makePasskey(
   options: PasskeyOptions,
   credentials: Credentials = navigator.credentials,
@@ -57,13 +57,13 @@ export async function makePasskey(
 }
 
 export interface Asking {
-  /** Takes the question back. */
+  /** Withdraws the request. */
   readonly signal?: AbortSignal;
-  /** Wait until the person picks one where they type their name. */
+  /** Waits until the person picks a passkey in the name field. */
   readonly isAutofill?: boolean;
 }
 
-/** Has an authenticator prove who sits there. Rejects with PasskeyError. */
+/** Asks an authenticator to prove who the user is. Rejects with PasskeyError. */
 export async function askPasskey(
   options: PasskeyOptions,
   { signal, isAutofill = false }: Asking = {},
@@ -121,7 +121,7 @@ function inWords(error: unknown, towerName: string): PasskeyError {
 
 const headOf = ({ id, rawId }: PublicKeyCredential) => ({ id, rawId: toBase64Url(rawId), type: 'public-key' }) as const;
 
-/** The same options with bytes where the browser wants bytes. */
+/** The same options, with bytes where the browser expects bytes. */
 function withBytes(options: PasskeyOptions): PasskeyOptions {
   const asked: Record<string, unknown> = { ...options, challenge: fromBase64Url(String(options['challenge'])) };
   const user = options['user'] as { id: string } | undefined;

@@ -1,8 +1,11 @@
-/** Where the person at this browser is, as its geolocation says, and how the tower is told. Knows no browser. */
+/**
+ * The position of the person at this browser, from its geolocation, and the report to the tower. Independent of browser
+ * APIs.
+ */
 
-/** The part of GeolocationPosition that counts. */
+/** The part of GeolocationPosition in use. */
 export interface Located {
-  /** The browser's time of day when it was measured. */
+  /** The browser's time of day at the measurement. */
   readonly timestamp: number;
   readonly coords: {
     readonly latitude: number;
@@ -13,22 +16,22 @@ export interface Located {
   };
 }
 
-/** From the person, over ground: as the tower has it (server/live/operations/person.py). */
+/** From the person, over ground; the tower's limit (server/live/operations/person.py). */
 export const MIN_DISTANCE_M = 8;
 export const MAX_DISTANCE_M = 50;
 export const USUAL_AWAY_M = 15;
 const ACCURATE_M = 20;
 
-/** How sure a fix must be to count, for a drone that is so far away. */
+/** The accuracy that a fix needs for a drone at this distance. */
 export const sureM = (awayM: number): number => Math.min(ACCURATE_M, awayM);
 
-/** Milliseconds since it was measured; a clock that was set meanwhile makes nothing of the future. */
+/** Milliseconds since the measurement; a fix in the future, after a clock change, counts as age 0. */
 export const ageMs = ({ timestamp }: Located, nowWallMs: number): number => Math.max(0, nowWallMs - timestamp);
 
 const known = (value: number | null): number | null => (value !== null && Number.isFinite(value) ? value : null);
 const CLOCK_MODULO = 2 ** 32;
 
-/** `monotonicMs`: the clock of the stamps before frames, by which the tower sees how late this comes. */
+/** `monotonicMs`: the clock of the stamps before frames; the tower measures the delay with it. */
 export function personFixText(droneId: number, located: Located, nowWallMs: number, monotonicMs: number): string {
   const { latitude, longitude, accuracy, speed, heading } = located.coords;
   return JSON.stringify({

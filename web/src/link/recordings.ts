@@ -1,6 +1,6 @@
 /**
- * The recordings of the drones that somebody looks at, as the tower tells: read once, and again after a lost connection;
- * in between the live channel says what became of each.
+ * The recordings of the drones on view, from the tower: read once, and again after a lost connection; in between, the
+ * live channel reports each change.
  */
 
 import type { Clock } from './clock';
@@ -19,7 +19,7 @@ export interface RecordingEvent {
 }
 
 export interface KnownRecordings {
-  /** Newest first; null while nothing was read. */
+  /** Newest first; null before the first read. */
   readonly list: readonly Recording[] | null;
   readonly problem: string;
 }
@@ -30,13 +30,13 @@ const RECORDINGS = '/drones/{drone_id}/recordings';
 const RECORDING = '/drones/{drone_id}/recordings/{recording_id}';
 const ORDER = ['recording', 'finishing', 'failed', 'ready'];
 
-/** An answer and an event about the same one overtake each other: what is further on is newer. */
+/** An answer and an event about the same recording may arrive out of order: the later stage is newer. */
 const isOlder = (one: Recording, known: Recording): boolean =>
   ORDER.indexOf(one.state) < ORDER.indexOf(known.state) && known.state !== 'failed';
 
 const idsOf = ({ drone_id, id }: Recording) => ({ drone_id, recording_id: id });
 
-/** The list with what was heard of one. */
+/** The list with the update of one recording. */
 export function withRecording(list: readonly Recording[], heard: Recording): Recording[] {
   const known = list.find(({ id }) => id === heard.id);
   if (known && isOlder(heard, known)) return [...list];
@@ -52,7 +52,7 @@ interface Watched {
   watchers: number;
   readings: number;
   isReading: boolean;
-  /** Something was told while the list was on its way, which may be older. */
+  /** An event arrived while the list was loading, so the list may be older. */
   isOld: boolean;
   cancelRetry: () => void;
 }
@@ -71,7 +71,7 @@ export class Recordings {
     return this.#entry(droneId).known;
   }
 
-  /** From now on they are kept current. Returns what ends it. */
+  /** Keeps them current from now on. Returns a function that stops it. */
   watch(droneId: number): () => void {
     const entry = this.#entry(droneId);
     entry.watchers += 1;
@@ -82,7 +82,7 @@ export class Recordings {
     };
   }
 
-  /** What the live channel says. */
+  /** An event of the live channel. */
   take({ drone_id, event, recording }: RecordingEvent): void {
     const entry = this.#watched.get(drone_id);
     if (!entry) return;
@@ -95,7 +95,7 @@ export class Recordings {
     });
   }
 
-  /** We may have missed what became of them. */
+  /** Events may have been missed. */
   reread(): void {
     for (const [droneId, entry] of this.#watched) if (entry.watchers > 0) void this.#read(droneId, entry);
   }

@@ -1,9 +1,9 @@
-/** What is to be seen of a rehearsal: its end must not wipe out what it has shown. */
+/** The displayed state of a rehearsal: its end must not erase what it has shown. */
 
 import type { RehearsalEvent } from './wire_types';
 
 export interface Rehearsal extends RehearsalEvent {
-  /** The loss still lasts, or its outcome is waited for: another one cannot begin. */
+  /** The loss still lasts, or its outcome is pending: no other rehearsal can begin. */
   readonly isRunning: boolean;
 }
 

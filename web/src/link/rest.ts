@@ -1,8 +1,8 @@
 /**
- * The tower's REST interface under /api/v1. Every failure is a `RestError` with words for people.
+ * The tower's REST interface under /api/v1. Every failure is a `RestError` with a message for people.
  *
- * Paths, parameters, bodies and answers are typed by the tower's OpenAPI document (rest_types.ts). The transport is our
- * own: openapi-fetch 0.17 adds 6.5 kB (2.5 kB gzipped) to a first script of 94 kB (35 kB), and neither raises problem
+ * The tower's OpenAPI document types paths, parameters, bodies and answers (rest_types.ts). The transport is our own:
+ * openapi-fetch 0.17 adds 6.5 kB (2.5 kB gzipped) to a first script of 94 kB (35 kB), and neither raises problem
  * documents nor repeats a request after a proof.
  */
 
@@ -17,7 +17,7 @@ export interface FieldError {
   readonly message: string;
 }
 
-/** An RFC 9457 problem document, or what we can say when the tower gave none. */
+/** An RFC 9457 problem document, or a substitute if the tower sent none. */
 export class RestError extends Error {
   constructor(
     /** HTTP status; 0 when the tower could not be reached. */
@@ -27,18 +27,18 @@ export class RestError extends Error {
     readonly type: string,
     /** What is wrong with which field of the request. */
     readonly errors: readonly FieldError[] = [],
-    /** How long to wait before another try; null where the tower did not say. */
+    /** How long to wait before the next attempt; null if the tower did not say. */
     readonly retryAfterS: number | null = null,
-    /** Of a plan: the item that is refused, from 0. */
+    /** For a plan: the refused item, from 0. */
     readonly item: number | null = null,
-    /** Which kinds of second factor will do, the best first: `passkey`, `code`. */
+    /** The accepted kinds of second factor, the best first: `passkey`, `code`. */
     readonly kinds: readonly string[] = [],
   ) {
     super(detail || title);
     this.name = 'RestError';
   }
 
-  /** The last part of the problem's type: what docs/api.md calls it. */
+  /** The last part of the problem's type: its name in docs/api.md. */
   get slug(): string {
     return this.type.slice(Math.max(this.type.lastIndexOf('/'), this.type.lastIndexOf(':')) + 1);
   }
@@ -46,10 +46,10 @@ export class RestError extends Error {
 
 export type ControlAction = 'acquire' | 'release' | 'take' | 'give' | 'accept' | 'assist' | 'unassist' | 'stay';
 
-/** `take` alone knows `watch`, `video` and `interrupt`; `accept` alone knows `sticks_centred`. */
+/** Only `take` uses `watch`, `video` and `interrupt`; only `accept` uses `sticks_centred`. */
 export type ControlWords = Schemas['TakeRequest'] & Schemas['AcceptRequest'];
 
-/** Nothing, or one of the two. */
+/** Empty, or one of the two. */
 export interface SecondFactorAnswer {
   readonly code?: string;
   readonly passkey?: PasskeyCredential;
@@ -57,7 +57,7 @@ export interface SecondFactorAnswer {
 
 type Values = Readonly<Record<string, unknown>>;
 
-/** Parameters by where they go, and the body. */
+/** Parameters by location, and the body. */
 export interface LooseRequest {
   readonly path?: Values;
   readonly query?: Values;
@@ -70,7 +70,7 @@ type Fetch = (path: string, init: RequestInit) => Promise<Response>;
 const BASE = '/api/v1';
 
 export class Rest {
-  /** Asks the person who sits there to prove who they are. True: they did, and the request is sent once more. */
+  /** Asks the user for a fresh proof of identity. True: they gave it, and the request is sent once more. */
   onProofNeeded: (() => Promise<boolean>) | null = null;
   readonly #fetch: Fetch;
 
@@ -79,7 +79,7 @@ export class Rest {
   }
 
   /**
-   * Sends one request of the document. An answer without content gives undefined. Raises RestError.
+   * Sends one request of the OpenAPI document. An answer without content gives undefined. Raises RestError.
    *
    *     rest.call('PATCH', '/users/{user_id}', { path: { user_id: 4 }, body: { disabled: true } })
    */
@@ -91,7 +91,7 @@ export class Rest {
     return this.send(method, path, request) as Promise<AnswerOf<M, P>>;
   }
 
-  /** The same without types, for code that is generic over operations itself. */
+  /** The same without types, for code that is generic over operations. */
   async send(method: Method, path: string, request: LooseRequest = {}): Promise<unknown> {
     try {
       return await this.#sendOnce(method, path, request);
@@ -102,13 +102,15 @@ export class Rest {
     return this.#sendOnce(method, path, request);
   }
 
-  /** With the second factor where the account asks for one: a code (of the authenticator, or a recovery code) or a
-   * passkey. */
+  /**
+   * Includes the second factor if the account requires one: a code (of the authenticator, or a recovery code) or a
+   * passkey.
+   */
   signIn(name: string, password: string, second: SecondFactorAnswer = {}): Promise<User> {
     return this.call('POST', '/session', { body: { name, password, ...second } });
   }
 
-  /** What a passkey is to answer before somebody is signed in: good once, for five minutes. */
+  /** The passkey challenge for a sign-in: valid once, for five minutes. */
   async passkeyOptions(): Promise<PasskeyOptions> {
     return (await this.call('POST', '/session/passkey/options')).public_key;
   }
@@ -130,7 +132,7 @@ export class Rest {
     return this.call('GET', '/me');
   }
 
-  /** The documents that the tower keeps for this user, by name. */
+  /** The documents that the tower stores for this user, by name. */
   preferences(): Promise<Readonly<Record<string, unknown>>> {
     return this.call('GET', '/me/preferences');
   }
@@ -149,7 +151,7 @@ export class Rest {
     return this.call('GET', '/drones/{drone_id}/loss-check', { path: { drone_id: droneId } });
   }
 
-  /** `droneName`: as the user wrote it, who must mean this very drone. */
+  /** `droneName`: as the user typed it, to confirm that they mean this drone. */
   acknowledgeLossCheck(droneId: number, droneName: string): Promise<LossCheck> {
     const request = { path: { drone_id: droneId }, body: { drone: droneName } };
     return this.call('POST', '/drones/{drone_id}/loss-check/acknowledge', request);
@@ -182,7 +184,7 @@ export class Rest {
   }
 }
 
-/** Null and undefined are: not given. */
+/** Null and undefined mean "not given". */
 const given = (values: Values = {}): [string, unknown][] =>
   Object.entries(values).filter(([, value]) => value !== null && value !== undefined);
 
@@ -198,7 +200,7 @@ async function problemOf(answer: Response): Promise<RestError> {
     const value: unknown = await answer.json();
     if (typeof value === 'object' && value !== null) problem = value as Record<string, unknown>;
   } catch {
-    // A proxy in between answers in HTML: the status says enough.
+    // A proxy in between answers in HTML: then the status suffices.
   }
   const words = (key: string): string => (typeof problem[key] === 'string' ? problem[key] : '');
   const title = words('title') || answer.statusText || `Error ${answer.status}`;

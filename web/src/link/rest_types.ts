@@ -1,6 +1,6 @@
 /**
- * Types of requests and answers, taken from the tower's OpenAPI document (generated/rest.gen.d.ts, `make generate`).
- * Types only: nothing here is in the bundle.
+ * Types of requests and answers, from the tower's OpenAPI document (generated/rest.gen.d.ts, `make generate`). Types
+ * only: the bundle contains none of this.
  */
 
 import type {
@@ -14,12 +14,12 @@ import type {
 
 import type { components, paths } from './generated/rest.gen';
 
-/** What requests and answers consist of, by the names of the document. */
+/** The parts of requests and answers, by their names in the document. */
 export type Schemas = components['schemas'];
 
 export type Method = 'GET' | 'POST' | 'PUT' | 'PATCH' | 'DELETE';
 
-/** The paths below /api/v1 that take this method, with their parameters in braces. */
+/** The paths below /api/v1 that accept this method, with their parameters in braces. */
 export type PathOf<M extends Method> = PathsWithMethod<paths, Lowercase<M>>;
 
 type OperationAt<M extends Method, P extends keyof paths> = FilterKeys<paths[P], Lowercase<M>>;
@@ -33,15 +33,15 @@ type Body<O> = [OperationRequestBodyContent<O>] extends [undefined]
     ? { readonly body?: OperationRequestBodyContent<O> }
     : { readonly body: OperationRequestBodyContent<O> };
 
-/** Parameters by where they go (`path`, `query`, `header`), and the `body`. */
+/** Parameters by location (`path`, `query`, `header`), and the `body`. */
 export type RequestOf<M extends Method, P extends PathOf<M>> =
   OperationAt<M, P> extends { readonly parameters: infer Q } ? Q & Body<OperationAt<M, P>> : never;
 
-/** May be left out where nothing in it is required. */
+/** Optional if nothing in it is required. */
 export type RequestArguments<M extends Method, P extends PathOf<M>> =
   RequiredKeysOf<RequestOf<M, P>> extends never ? [request?: RequestOf<M, P>] : [request: RequestOf<M, P>];
 
-/** The JSON of a success; undefined where it has none. */
+/** The JSON of a success; undefined without a body. */
 export type AnswerOf<M extends Method, P extends PathOf<M>> =
   OperationAt<M, P> extends { readonly responses: infer R extends Record<string | number, unknown> }
     ? SuccessResponse<R, 'application/json'>

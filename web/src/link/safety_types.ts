@@ -1,4 +1,4 @@
-/** What the REST interface says about a drone's safety: its settings, the check before flight, the rehearsal. */
+/** REST types of a drone's safety: its settings, the check before flight, the rehearsal. */
 
 import type { Schemas } from './rest_types';
 
@@ -6,13 +6,13 @@ export type SafetySettings = Schemas['DroneSettingsView'];
 export type NumberSetting = Exclude<keyof SafetySettings, 'hold_ladder' | 'lost_action' | 'stream_profile'>;
 export type LossSentence = Schemas['SentenceView'];
 export type LossCheck = Schemas['LossCheckView'];
-/** A parameter that flying without a radio receiver depends on. */
+/** A parameter relevant to flying without a radio receiver. */
 export type ReceiverSetupRow = Schemas['SetupRowView'];
 export type ReceiverSetup = Schemas['ReceiverSetupView'];
 export type RehearsalTerms = Schemas['RehearsalView'];
 
-/** Whether arming must wait for "I have read this". */
+/** Whether arming requires a confirmation that the check was read. */
 export const wantsReading = (check: LossCheck): boolean => check.dangerous && !check.acknowledged;
 
-/** The last rung of every hold ladder, by the autopilots' names. */
+/** The last rung of every hold ladder, by the autopilots' mode names. */
 export const ALTITUDE_RUNGS: ReadonlySet<string> = new Set(['ALT_HOLD', 'ALTCTL']);

@@ -1,6 +1,6 @@
 /**
- * Which drones come near each other, as the tower's watch says (docs/separation.md): an alert each, and what the map draws of it.
- * The other drone may be one that we may not see: then only roughly where it is is known, and not which.
+ * Drones that come near each other, as the tower reports (docs/separation.md): one alert each, and lines for the map.
+ * The other drone may be hidden from this user: then only its rough position is known, not its identity.
  */
 
 import type { Alerts } from './alerts';
@@ -12,7 +12,7 @@ import type { SeparationEvent } from './wire_types';
 export type LengthWords = (metres: number) => string;
 const METRES: LengthWords = (metres) => `${Math.round(metres)} m`;
 
-/** After a new connection the tower tells at once what holds; what it does not tell by then is over. */
+/** After a new connection the tower reports at once what holds; anything not reported by then is over. */
 const REPORTED_WITHIN_MS = 4_000;
 const SOON_S = 1;
 
@@ -21,7 +21,7 @@ const DIRECTIONS = ['north', 'north-east', 'east', 'south-east', 'south', 'south
 export const directionWords = (bearingDeg: number): string =>
   DIRECTIONS[Math.round((((bearingDeg % 360) + 360) % 360) / 45) % DIRECTIONS.length]!;
 
-/** In one sentence or two, with the names of those that we may know. */
+/** One or two sentences, with the names that this user may see. */
 export function separationWords(
   event: SeparationEvent,
   nameOf: (droneId: number) => string,
@@ -39,7 +39,7 @@ export function separationWords(
   return apart ? `${both} ${what}${apart}.` : `${both} are too near each other.`;
 }
 
-/** What is known of a drone that we may not see is rounded by the tower. */
+/** The tower rounds the figures of a drone that this user may not see. */
 function strangerWords(event: SeparationEvent, ownName: string, length: LengthWords): string {
   const { in_s: inS, bearing_deg: bearing, distance_m: away, above_m: above } = event;
   const both = `${ownName} and another drone`;
@@ -54,19 +54,19 @@ function strangerWords(event: SeparationEvent, ownName: string, length: LengthWo
   return `${when} Seen from ${ownName} it is about ${length(away)} to the ${directionWords(bearing)} (${degrees}°), ${height}.`;
 }
 
-/** A line of the map: from one drone to the other. */
+/** A line on the map, from one drone to the other. */
 export interface NearLine {
   readonly from: Place;
   readonly to: Place;
   readonly isWarning: boolean;
-  /** How far apart they are now. */
+  /** Their distance now. */
   readonly label: string;
-  /** Where the line ends is a drone that we may not see. */
+  /** The line ends at a drone that this user may not see. */
   readonly isStranger: boolean;
 }
 
 export class Separations {
-  /** What holds, by its number. */
+  /** Current encounters by number. */
   readonly near = new Store<ReadonlyMap<number, SeparationEvent>>(new Map());
   length: LengthWords = METRES;
   readonly #alerts: Alerts;
@@ -88,7 +88,7 @@ export class Separations {
     this.near.update((all) => new Map(all).set(number, event));
     const worst = this.#worst.get(number);
     if (worst === level || worst === 'warning') return;
-    // What was a warning stays one until it is over: a second alert for the way back would say nothing new.
+    // A warning stays a warning until it is over: another alert on the way back would add nothing.
     if (worst) this.#alerts.over(nameFor(number, worst));
     this.#worst.set(number, level);
     const words = separationWords(event, nameOf, this.length);
@@ -101,7 +101,7 @@ export class Separations {
     );
   }
 
-  /** A new connection: what is not told again is over. */
+  /** A new connection: encounters that the tower does not report again are over. */
   connected(nowMs: number): void {
     this.#unreported = new Set(this.near.get().keys());
     this.#unreportedSinceMs = nowMs;
@@ -113,7 +113,7 @@ export class Separations {
     this.#unreported.clear();
   }
 
-  /** A drone is no longer ours to see. */
+  /** The user may no longer see the drone. */
   gone(droneId: number): void {
     for (const [number, { drones }] of this.near.get()) if (drones.includes(droneId)) this.#over(number);
   }
@@ -138,7 +138,7 @@ export class Separations {
 
 const nameFor = (number: number, level: 'caution' | 'warning'): string => `separation/${number}/${level}`;
 
-/** `placeOf`: where a drone of ours is now, null where nobody knows. `onlyOf`: those of this drone alone. */
+/** `placeOf`: the current position of one of our drones, null if unknown. `onlyOf`: only the lines of this drone. */
 export function nearLines(
   near: Iterable<SeparationEvent>,
   placeOf: (droneId: number) => Place | null,

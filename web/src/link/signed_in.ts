@@ -1,8 +1,8 @@
-/** What somebody who is signed in may begin with. */
+/** Whether a signed-in user may begin to use the console. */
 
 import type { User } from './wire_types';
 
-/** Not before a first password was changed, nor before a second factor was set up that the tower demands. */
+/** Not before the user changes a first password, or sets up a second factor that the tower demands. */
 export function mayGoLive(user: User | null): boolean {
   return user !== null && user.must_change_password !== true && user.must_add_second_factor !== true;
 }

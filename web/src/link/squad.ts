@@ -1,4 +1,4 @@
-/** The drones that this user may see, one `Vehicle` each, as REST answers and live events tell of them. */
+/** The drones that this user may see, one `Vehicle` each, from REST answers and live events. */
 
 import type { AlertFeed } from './alert_feed';
 import type { AssistTurns } from './assist_turns';
@@ -22,7 +22,7 @@ export interface SquadOptions {
 
 export class Squad {
   readonly vehicles = new Store<ReadonlyMap<number, Vehicle>>(new Map());
-  /** By how much the tower's time of day is behind our clock; as it was when the connection began. */
+  /** Our clock minus the tower's time of day, measured when the connection began. */
   towerLagMs = 0;
   readonly #options: SquadOptions;
 
@@ -36,7 +36,7 @@ export class Squad {
 
   put(drone: Drone): void {
     const known = this.vehicles.get().get(drone.id);
-    // REST answers and live events overtake each other: an older epoch is old news.
+    // REST answers and live events may arrive out of order: an older epoch is outdated.
     if (known && drone.epoch < known.drone.get().epoch) return;
     this.#set([...this.drones().filter(({ id }) => id !== drone.id), drone]);
   }
@@ -46,7 +46,7 @@ export class Squad {
     this.#set(this.drones().filter(({ id }) => id !== droneId));
   }
 
-  /** The whole squad again. */
+  /** Replaces the whole squad. */
   replace(drones: readonly Drone[]): void {
     const kept = new Set(drones.map(({ id }) => id));
     for (const { id } of this.drones()) if (!kept.has(id)) this.#dropped(id);

@@ -1,9 +1,9 @@
-/** Puts STATUSTEXT messages that came in chunks together again. */
+/** Reassembles STATUSTEXT messages that arrive in chunks. */
 
 import type { MessageFields } from './generated/mavlink.gen';
 
 const CHUNK_BYTES = 50;
-/** A part that has not come by then is not coming. */
+/** A chunk that is missing after this time is lost. */
 const CHUNK_WAIT_MS = 3_000;
 const GAP = ' […] ';
 
@@ -22,7 +22,7 @@ interface Unfinished {
 
 const utf8 = new TextEncoder();
 
-/** Each chunk gives the whole entry as far as it is known; later ones come with the same key and a longer text. */
+/** Each chunk yields the whole entry as known so far; later chunks yield the same key with a longer text. */
 export class StatusTextAssembler {
   readonly #unfinished = new Map<string, Unfinished>();
   #nextKey = 1;

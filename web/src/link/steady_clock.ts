@@ -1,11 +1,11 @@
 /**
- * A clock whose `after` is kept by a worker: browsers that save power stretch the timers of a page (Safari to 30 ms)
- * but not those of a worker. The page's own timer runs along as a net, a little later, should the worker not answer.
+ * A clock whose `after` runs in a worker: browsers that save power stretch a page's timers (Safari to 30 ms) but not a
+ * worker's. The page's own timer runs too, a little later, in case the worker does not answer.
  */
 
 import type { Clock } from './clock';
 
-/** The part of Worker that is used. */
+/** The part of Worker in use. */
 export interface TickWorker {
   postMessage(message: { readonly key: number; readonly delayMs: number }): void;
   onmessage: ((event: { data: number }) => void) | null;

@@ -1,8 +1,8 @@
-/** Stick modes 1 to 4: which of a pilot's two sticks does what. */
+/** Stick modes 1 to 4: which stick controls which axis. */
 
 import type { Axes } from './sticks';
 
-/** The four movements of two sticks; right and up are positive. */
+/** The four directions of two sticks; right and up are positive. */
 export type Slot = 'leftX' | 'leftY' | 'rightX' | 'rightY';
 export type StickMode = 1 | 2 | 3 | 4;
 
@@ -16,7 +16,7 @@ export const SLOT_OF: Record<StickMode, Record<keyof Axes, Slot>> = {
   4: { throttle: 'leftY', roll: 'leftX', pitch: 'rightY', yaw: 'rightX' },
 };
 
-/** What is to be done with each axis of the drone, given where the sticks are. */
+/** The drone's axes for the given stick positions. */
 export function axesOf(mode: StickMode, sticks: Readonly<Record<Slot, number>>): Axes {
   const at = SLOT_OF[mode];
   return { roll: sticks[at.roll], pitch: sticks[at.pitch], yaw: sticks[at.yaw], throttle: sticks[at.throttle] };

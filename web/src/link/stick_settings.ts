@@ -1,7 +1,6 @@
 /**
- * How one pilot's sticks are read: mode, and for each pad that they use which axis is which, how far it travels, dead
- * zone and expo, and what the buttons do. Kept on the tower as the document `sticks`. Whatever comes from there is
- * checked: half a document must not fly a drone.
+ * How to read one pilot's sticks: stick mode, and for each pad its axes, travel, dead zone, expo and buttons. Stored on
+ * the tower as the document `sticks`. Every document from there is checked: an incomplete one must not fly a drone.
  */
 
 import type { Axes } from './sticks';
@@ -9,23 +8,23 @@ import { AXIS_NAMES } from './sticks';
 import { SLOTS, STICK_MODES, type Slot, type StickMode } from './stick_modes';
 import { DEFAULT_SHAPE, MAX_DEAD_ZONE, WHOLE_TRAVEL, type Shape, type Travel } from './stick_shaping';
 
-/** Grows when an older console would misread the document. */
+/** Increases when an older console would misread the document. */
 export const SETTINGS_VERSION = 1;
-/** The tower keeps 8 KiB; the settings of a pad take less than one. */
+/** The tower stores up to 8 KiB; the settings of a pad take less than one. */
 export const MAX_PADS = 6;
 
 const MAX_AXIS = 63;
 const MAX_BUTTON = 63;
-/** Less travel to a side than this is no stick. */
+/** An axis with less travel to a side than this is no stick. */
 export const MIN_TRAVEL = 0.3;
-/** Some pads count beyond one. */
+/** Some pads exceed 1. */
 const MAX_RAW = 2;
 
 export const BUTTON_ACTIONS = ['none', 'hold', 'stop', 'return', 'land', 'arm', 'disarm', 'follow', 'swap'] as const;
 export type ButtonAction = (typeof BUTTON_ACTIONS)[number];
 
 export interface SlotSetting extends Travel {
-  /** Which axis of the pad. */
+  /** The axis number of the pad. */
   readonly axis: number;
   readonly isInverted: boolean;
 }
@@ -33,16 +32,16 @@ export interface SlotSetting extends Travel {
 export interface PadSettings {
   readonly slots: Readonly<Record<Slot, SlotSetting>>;
   readonly shapes: Readonly<Record<keyof Axes, Shape>>;
-  /** By number of the button; those left out do nothing. */
+  /** By button number; unlisted buttons do nothing. */
   readonly buttons: Readonly<Record<number, ButtonAction>>;
   readonly isCalibrated: boolean;
 }
 
 export interface StickSettings {
   readonly mode: StickMode;
-  /** On the touch screen: whether the throttle goes back to the middle when it is let go. */
+  /** For the touch screen: whether the throttle returns to the middle on release. */
   readonly touchThrottleSprings: boolean;
-  /** By `Gamepad.id`, the one used last at the end. */
+  /** By `Gamepad.id`, the last used at the end. */
   readonly pads: Readonly<Record<string, PadSettings>>;
 }
 
@@ -61,7 +60,7 @@ export const DEFAULT_SETTINGS: StickSettings = { mode: 2, touchThrottleSprings: 
 export const padSettingsOf = (settings: StickSettings, padId: string): PadSettings =>
   settings.pads[padId] ?? DEFAULT_PAD;
 
-/** With this pad's settings as the newest; the one unused for longest goes when there are too many. */
+/** With this pad's settings as the newest; above the limit, drops the pad unused for longest. */
 export function withPad(settings: StickSettings, padId: string, pad: PadSettings): StickSettings {
   const others = Object.entries(settings.pads).filter(([id]) => id !== padId);
   return { ...settings, pads: Object.fromEntries([...others.slice(-(MAX_PADS - 1)), [padId, pad]]) };
@@ -74,7 +73,7 @@ export const toDocument = (settings: StickSettings): Record<string, unknown> => 
 
 export class UnreadableSettings extends Error {}
 
-/** Throws `UnreadableSettings` for a document that is none of ours: flying with guessed sticks is worse than not flying. */
+/** Throws `UnreadableSettings` for an invalid document: guessed stick settings are worse than not flying. */
 export function readDocument(document: unknown): StickSettings {
   if (document === undefined || document === null) return DEFAULT_SETTINGS;
   const { version, mode, touchThrottleSprings, pads } = object(document);

@@ -1,4 +1,4 @@
-/** Stick settings between this console and the tower: read after sign-in, kept there at each change. */
+/** Syncs stick settings between this console and the tower: reads them after the sign-in, saves each change. */
 
 import type { Clock } from './clock';
 import type { Rest } from './rest';
@@ -13,9 +13,9 @@ export type KeeperPhase = 'unread' | 'reading' | 'kept' | 'saving' | 'failed';
 export interface Kept {
   readonly settings: StickSettings;
   readonly phase: KeeperPhase;
-  /** Of `failed`: why; they are not as the pilot left them, or not kept. */
+  /** For `failed`: the reason; the settings are then not the pilot's own, or not saved. */
   readonly why: string;
-  /** Whether they are the pilot's own. Until then nobody flies with them: guessed sticks are worse than none. */
+  /** Whether they are the pilot's own. Until then the sticks are disabled: guessed settings are worse than none. */
   readonly isRead: boolean;
 }
 
@@ -26,7 +26,7 @@ export class StickSettingsKeeper {
   readonly #clock: Clock;
   readonly #rest: Pick<Rest, 'preferences' | 'keepPreference'>;
   #cancelSave: () => void = () => undefined;
-  /** Answers for a user who has gone, or to a question asked again, are not listened to. */
+  /** Answers for a previous user, or to a repeated request, are ignored. */
   #asked = 0;
 
   constructor(clock: Clock, rest: Pick<Rest, 'preferences' | 'keepPreference'>) {
@@ -47,7 +47,7 @@ export class StickSettingsKeeper {
     }
   }
 
-  /** Spoilt settings are given up, on the pilot's own word. */
+  /** Discards unreadable settings, on the pilot's own decision. */
   startAnew(): void {
     this.change(() => DEFAULT_SETTINGS);
   }

@@ -1,4 +1,4 @@
-/** Four axes of a pilot's hands, what gives them, and when they are centred. */
+/** The four stick axes, their source, and when they are centred. */
 
 /** Each -1..1. `throttle` 0 is the middle (keep height), `pitch` 1 is stick forward (nose down). */
 export interface Axes {
@@ -19,9 +19,12 @@ export function offCentre(axes: Axes): (keyof Axes)[] {
   return AXIS_NAMES.filter((name) => Math.abs(axes[name]) > CENTRE_LIMIT);
 }
 
-/** Something that a pilot moves. */
+/** A device that a pilot moves. */
 export interface AxesSource {
   readonly name: string;
-  /** `nowMs` never goes back or jumps. Null when it is gone (a pad that was unplugged). It is not asked again then: what comes back must be started again. */
+  /**
+   * `nowMs` never goes back or jumps. Null when the source is gone (a pad that was unplugged). It is not read again
+   * then: a source that returns must be started again.
+   */
   read(nowMs: number): Axes | null;
 }

@@ -1,6 +1,6 @@
 /**
- * A value that tells its listeners when it changes. It follows Svelte's store contract (`subscribe` calls
- * back at once and returns the way to stop), so views can use it, without this folder knowing any framework.
+ * A value that notifies its listeners of changes. Follows Svelte's store contract (`subscribe` calls back at once and
+ * returns the function to unsubscribe), so that views can use it while this folder stays independent of any framework.
  */
 
 export interface Readable<T> {

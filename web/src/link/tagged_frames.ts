@@ -3,7 +3,7 @@
 import { frameLengthAt } from './mavlink';
 
 const TAG_LENGTH = 4;
-/** The tag that no drone has: behind it is not a frame but our clock. */
+/** No drone has this tag: our clock follows it instead of a frame. */
 const NO_DRONE = 0;
 const STAMP_LENGTH = 8;
 const CLOCK_MODULO = 2 ** 32;
@@ -13,7 +13,7 @@ export interface TaggedFrame {
   readonly frame: Uint8Array;
 }
 
-/** The frames of one message, in order. Null when it does not parse to its last byte: then none of it is used. */
+/** The frames of one message, in order. Null unless the whole message parses: then none of it is used. */
 export function splitTagged(message: Uint8Array): TaggedFrame[] | null {
   const view = new DataView(message.buffer, message.byteOffset, message.byteLength);
   const frames: TaggedFrame[] = [];
@@ -28,7 +28,7 @@ export function splitTagged(message: Uint8Array): TaggedFrame[] | null {
   return frames;
 }
 
-/** `message` with our clock before it, by which the tower sees how late it comes. */
+/** `message` with our clock before it; the tower measures the delay with it. */
 export function stamped(message: Uint8Array, monotonicMs: number): Uint8Array<ArrayBuffer> {
   const whole = new Uint8Array(STAMP_LENGTH + message.length);
   const view = new DataView(whole.buffer);

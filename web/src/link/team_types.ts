@@ -1,4 +1,4 @@
-/** Teams over REST (docs/teams.md): people and drones that belong together. */
+/** Teams over REST (docs/teams.md): groups of people and drones. */
 
 import type { Schemas } from './rest_types';
 
@@ -6,7 +6,7 @@ export type TeamRole = Schemas['TeamRole'];
 export type Member = Schemas['MemberView'];
 export type Invitation = Schemas['InvitationView'];
 export type Team = Schemas['TeamView'];
-/** An invitation as the invited person reads it. */
+/** An invitation as the invited person sees it. */
 export type Received = Schemas['ReceivedView'];
 
 export const TEAM_ROLES = ['observer', 'operator', 'admin'] as const satisfies readonly TeamRole[];

@@ -1,6 +1,6 @@
 /**
- * What one drone last said: the newest of each message of its autopilot with the time it came, its track, and
- * who to address. Gimbals, companions and other components of the drone are not taken for the autopilot.
+ * One drone's telemetry: the newest of each message of its autopilot with its time of arrival, the track, and the
+ * address. Gimbals, companion computers and other components do not count as the autopilot.
  */
 
 import { MAV_AUTOPILOT, type MessageFields, type MessageName } from './generated/mavlink.gen';
@@ -20,10 +20,10 @@ export class Telemetry {
   readonly #newest = new Map<MessageName, Received<MessageName>>();
   readonly #listeners = new Set<(message: Message, nowMs: number) => void>();
   readonly #track: Place[] = [];
-  /** MAVLink system id of the autopilot, once it was heard. */
+  /** MAVLink system id of the autopilot; null before its first heartbeat. */
   sysid: number | null = null;
 
-  /** Takes one frame of this drone; null when it cannot be decoded. */
+  /** Receives one frame of this drone; null if it cannot be decoded. */
   receive(frame: Uint8Array, nowMs: number): Message | null {
     const message = decode(frame);
     if (!message) return null;
@@ -39,7 +39,7 @@ export class Telemetry {
     return (this.#newest.get(name) as Received<N> | undefined) ?? null;
   }
 
-  /** Where it flew, oldest first. */
+  /** Its track, oldest first. */
   get track(): readonly Place[] {
     return this.#track;
   }

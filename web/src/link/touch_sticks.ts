@@ -1,4 +1,4 @@
-/** Two thumbs on a screen as sticks. The page says where they are; a thumb that is lifted lets its stick spring back. */
+/** Two thumbs on a screen as sticks. The page reports their positions; a released stick springs back. */
 
 import { axesOf, SLOT_OF, type Slot, type StickMode } from './stick_modes';
 import { shaped, type Shape } from './stick_shaping';
@@ -31,7 +31,7 @@ export class TouchSticks implements AxesSource {
     return this.#knobs[side];
   }
 
-  /** A second thumb on the same stick is no thumb of ours. */
+  /** Ignores a second thumb on the same stick. */
   press(side: Side, pointerId: number, at: Knob): void {
     if ([...this.#thumbs.values()].includes(side)) return;
     this.#thumbs.set(pointerId, side);
@@ -41,7 +41,7 @@ export class TouchSticks implements AxesSource {
   move(pointerId: number, { x, y }: Knob): void {
     const side = this.#thumbs.get(pointerId);
     if (!side || !Number.isFinite(x) || !Number.isFinite(y)) return;
-    // The gate is round for the eye and square for the stick: both axes reach their ends in a corner.
+    // The gate looks round but acts square: both axes reach their ends in a corner.
     this.#knobs[side] = { x: clamp(x), y: clamp(y) };
   }
 

@@ -1,6 +1,6 @@
 /**
- * The console's whole connection to the tower: REST, the live socket, and one `Vehicle` for each drone of the
- * squad. Views read its stores; none of them talks to a socket.
+ * The console's whole connection to the tower: REST, the live socket, and one `Vehicle` for each drone of the squad.
+ * Views read its stores; none of them uses a socket.
  */
 
 import { realClock, type Clock } from './clock';
@@ -29,7 +29,7 @@ import { splitTagged } from './tagged_frames';
 import { Vehicle } from './vehicle';
 import type { ControlEvent, Drone, HoldEvent, NoticeEvent, TowerEvent, User } from './wire_types';
 
-/** Notices after which our commands cannot have reached the drone. */
+/** After these notices our commands cannot have reached the drone. */
 const REFUSING_NOTICES = new Set([
   'not-in-control',
   'offline',
@@ -44,7 +44,7 @@ export interface TowerOptions {
   readonly clock?: Clock;
   readonly rest?: Rest;
   readonly openSocket?: () => SocketLike;
-  /** What the stream of sticks beats by; `clock` when left out. */
+  /** The clock of the stick stream; defaults to `clock`. */
   readonly beatClock?: Clock;
 }
 
@@ -61,11 +61,11 @@ export class Tower {
   readonly operations: Operations;
   readonly parameterTables: ParameterTables;
   readonly recordings: Recordings;
-  /** The invitation of a drone that changed last; for admins. */
+  /** The most recently changed enrolment of a drone; for admins. */
   readonly enrolment = new Store<Enrolment | null>(null);
-  /** Why we were signed out, and what we had in hand; empty when nobody ended it but we. */
+  /** Why the tower signed us out, and what we were flying; empty after our own sign-out. */
   readonly farewell = new Store('');
-  /** Since when we do not hear the tower; null while we do. */
+  /** Since when the tower is silent; null while it is not. */
   readonly deafSinceMs = new Store<number | null>(null);
   readonly #squad: Squad;
   #entries = 0;
@@ -98,7 +98,7 @@ export class Tower {
       else if (this.live.heardAtMs !== null) this.deafSinceMs.update((since) => since ?? this.live.heardAtMs);
       if (phase === 'waiting') {
         this.#abortAll('the connection broke before the answer; the command may have been carried out');
-        // A tower that refuses the upgrade looks like a network fault from here: ask which of the two it is.
+        // A refused upgrade looks like a network fault here: checks which of the two it is.
         if (failures === 1 || failures % 4 === 0) void this.#checkSession();
       }
       if (phase === 'signed-out') this.#signedOut(why);
@@ -109,7 +109,7 @@ export class Tower {
     return this.#squad.vehicles;
   }
 
-  /** Signed in already (a cookie from before)? Then go live. */
+  /** Goes live if a session exists (a cookie from before). */
   async resume(): Promise<void> {
     this.#signedIn(await this.rest.me());
   }
@@ -125,8 +125,8 @@ export class Tower {
   }
 
   /**
-   * The tower ends every session of the user and begins a new one for us: the live connection follows. A refusal
-   * leaves it alone.
+   * The tower ends every session of the user and begins a new one for this page: the live connection follows. A refusal
+   * changes nothing.
    */
   async changePassword(oldPassword: string, newPassword: string, keepTokens = false): Promise<void> {
     const isLive = mayGoLive(this.user.get());
@@ -145,7 +145,7 @@ export class Tower {
     await this.rest.signOut();
     this.live.stop();
     this.#forget();
-    this.farewell.set(''); // the tower may have been quicker to close the connection
+    this.farewell.set(''); // the tower may have closed the connection first
   }
 
   async control(droneId: number, action: ControlAction, words: ControlWords = {}): Promise<void> {
@@ -153,7 +153,7 @@ export class Tower {
     const before = drone();
     const answer = await this.rest.control(droneId, action, words);
     const now = drone();
-    // What the live channel has told meanwhile is newer: the answer knows nothing yet of the hold that it began.
+    // The live channel's state is newer: the answer does not yet include the hold that it began.
     if (now !== undefined && now !== before && now.epoch >= answer.epoch) return;
     this.#squad.put(answer);
   }
@@ -173,12 +173,12 @@ export class Tower {
     this.journal.add({ ...entry, key: `tower-${++this.#entries}`, atMs: this.clock.nowMs() });
   }
 
-  /** Looks the squad over for what wants attention; once a second is enough. */
+  /** Checks the squad for conditions that need attention; once a second is enough. */
   look(): void {
     this.alertFeed.look(this.vehicles.get().values(), this.clock.nowMs());
   }
 
-  /** A first password lets its user change it, and nothing else: there is no live connection before. */
+  /** With a first password a user may only change it: no live connection before that. */
   #signedIn(user: User): void {
     this.user.set(user);
     if (mayGoLive(user)) this.live.start();
@@ -270,7 +270,7 @@ export class Tower {
     if (vehicle && me && !mayCommand(vehicle.drone.get(), me)) vehicle.abort('we no longer have the controls');
   }
 
-  /** Of a drone that has just left our squad too: what is said of it last is about its controls. */
+  /** Includes a drone that has just left our squad: its last event is about its controls. */
   #nameOf(droneId: number): string {
     const lost = this.lostControls.losses.get().get(droneId);
     return this.vehicles.get().get(droneId)?.drone.get().name ?? lost?.droneName ?? `drone ${droneId}`;
@@ -281,10 +281,10 @@ export class Tower {
     const vehicle = this.vehicles.get().get(event.drone_id);
     vehicle?.holdLog.set(nextHold(vehicle.holdLog.get(), event, nowMs));
     this.alertFeed.hold(event, nowMs);
-    // Whoever it was that held it: sticks that fly again must be the pilot's own new beginning.
+    // Whatever ordered the hold: manual flight resumes only when the pilot starts it again.
     if (event.step === 'ordered')
       vehicle?.manual.stop(`it was put on hold (${causeWords(event.cause ?? 'order')})`, { holds: false });
-    // The steps between are on the strip over the map: here they would push out what must be read.
+    // The strip over the map shows the steps in between: here they would displace important entries.
     if (event.step !== 'ordered' && !FINAL_STEPS.has(event.step)) return;
     this.#say(event.drone_id, event.step === 'unconfirmed' ? 'error' : 'info', holdWords(event));
   }
@@ -292,7 +292,7 @@ export class Tower {
   #onOperation(operation: Operation): void {
     const isNews = this.operations.put(operation);
     const { work, state, words, drone_id } = operation;
-    // Commands have entries of their own, of those who gave them.
+    // Commands have their own journal entries, from their senders.
     if (!isNews || !isOver(operation) || words === '' || !work.startsWith('plan_')) return;
     this.#say(drone_id, state === 'done' ? 'info' : 'error', words);
   }
@@ -314,10 +314,10 @@ export class Tower {
     for (const { droneId, frame } of splitTagged(message) ?? []) vehicles.get(droneId)?.receive(frame, nowMs);
   }
 
-  /** The whole picture again: what changed while we were away explains itself no more. */
+  /** The whole state again: no events explain changes during the absence. */
   #welcome(drones: readonly Drone[]): void {
     this.#squad.replace(drones);
-    for (const vehicle of this.vehicles.get().values()) vehicle.rehearsal.set(null); // its end was said to nobody
+    for (const vehicle of this.vehicles.get().values()) vehicle.rehearsal.set(null); // its end went unreported
     for (const drone of drones) this.lostControls.unexplained(drone, this.clock.nowMs());
     this.lossChecks.allChanged();
     void this.operations.reread();
@@ -364,7 +364,7 @@ export class Tower {
     }
   }
 
-  /** The tower has ended it: whoever sits there reads why, and that they fly no longer. */
+  /** The tower ended the session: tells the user why, and that they no longer fly. */
   #signedOut(why: string): void {
     const me = this.user.get();
     const flown = this.#squad.drones().filter(({ holder }) => me !== null && holder?.id === me.id);

@@ -1,4 +1,4 @@
-/** Everything the console knows and may do about one drone. */
+/** Everything that the console knows about one drone and can do with it. */
 
 import { BatteryMeter } from './battery_time';
 import type { Clock } from './clock';
@@ -27,12 +27,12 @@ import { tag } from './tagged_frames';
 import { Telemetry } from './telemetry';
 import type { Drone, LinkQuality } from './wire_types';
 
-/** Statements of the autopilot this long after an answer still belong to the action (arming: "PreArm: ..."). */
+/** Autopilot statements within this time after an answer still belong to the action (arming: "PreArm: ..."). */
 export const REASON_WINDOW_MS = 2_000;
 
-/** The way to the drone: the live connection for frames, the tower's operations for commands. */
+/** The connection to the drone: the live channel for frames, the tower's operations for commands. */
 export interface Uplink {
-  /** Answers with what came of it. Never rejects. */
+  /** Resolves to the outcome. Never rejects. */
   command(droneId: number, command: DroneCommand): Promise<Outcome>;
   send(message: Uint8Array<ArrayBuffer>): boolean;
   sendFresh(message: Uint8Array<ArrayBuffer>): Sending;
@@ -54,20 +54,20 @@ export class Vehicle {
   readonly holdLog = new Store<HoldLog | null>(null);
   readonly rehearsal = new Store<Rehearsal | null>(null);
   readonly lossCheck = new Store<LossCheck | null>(null);
-  /** What is on board; a kind that is not there: the tower has not said. */
+  /** What is on board; a missing kind has not been reported. */
   readonly plans = new Store<Readonly<Partial<Record<PlanKind, PlanOnBoard>>>>({});
   readonly parameters = new Store<ParametersKnown | null>(null);
   readonly mission = new MissionProgress();
   link: LinkQuality | null = null;
-  /** As this page saw it, on the link clock; null while not flying. */
+  /** Take-off as seen by this page, on the link clock; null while not flying. */
   #airborneSeenMs: number | null = null;
-  /** As the tower says, on the link clock: a page that was opened in mid-flight does not begin at zero. */
+  /** Take-off as reported by the tower, on the link clock: a page opened in mid-flight does not start from zero. */
   #airborneReportedMs: number | null = null;
-  /** Since when the tower does not hear it, as far as we saw; null while it does. */
+  /** Since when the tower does not hear from it, as far as this page saw; null while it does. */
   silentSinceMs: number | null = null;
-  /** In the air when it was last heard; null: nobody has said. */
+  /** In the air at the last report; null: never reported. */
   wasAirborne: boolean | null = null;
-  /** By how much the tower's time of day is behind our clock. */
+  /** Our clock minus the tower's time of day. */
   towerLagMs = 0;
 
   readonly #clock: Clock;
@@ -96,7 +96,7 @@ export class Vehicle {
     this.wasAirborne = lastSaid(drone);
   }
 
-  /** The tower's newest view of it. `towerLagMs`: by how much the tower's time of day is behind our clock. */
+  /** The tower's newest view of it. `towerLagMs`: our clock minus the tower's time of day. */
   put(drone: Drone, nowMs: number, towerLagMs = 0): void {
     const sinceMs = drone.airborne_since === null ? NaN : Date.parse(drone.airborne_since) + towerLagMs;
     this.#airborneReportedMs = Number.isFinite(sinceMs) ? Math.min(sinceMs, nowMs) : null;
@@ -114,12 +114,12 @@ export class Vehicle {
     if (plan.kind === 'mission') this.mission.onBoard(plan.hash);
   }
 
-  /** By the agent's word or the autopilot's own, whichever says so; null where neither knows. */
+  /** Combines the reports of the agent and the autopilot: true if either says so; null if neither knows. */
   isAirborne(drone: Drone, nowMs: number): boolean | null {
     return eitherSays(drone.airborne, this.values(nowMs).airborne);
   }
 
-  /** Its open hold and what it does about a lost person or tower; null: there is nothing to tell. */
+  /** Its open hold and its lost action; null: nothing to report. */
   hold(nowMs: number): HoldReading | null {
     const { name: droneName, lost_action_s: lostActionS, hold } = this.drone.get();
     return readHold(hold, { droneName, lostActionS, towerLagMs: this.towerLagMs }, nowMs);
@@ -172,7 +172,7 @@ export class Vehicle {
     return flightValues(this.telemetry, beside, nowMs);
   }
 
-  /** Has the tower do it. `before`: what the tower must be told first. */
+  /** Has the tower carry it out. `before`: a request to the tower that must precede it. */
   command(label: string, command: DroneCommand, before?: () => Promise<void>): Promise<Outcome> {
     return this.perform(label, async () => {
       try {
@@ -184,7 +184,7 @@ export class Vehicle {
     });
   }
 
-  /** At once, and by the shortest way: see hold_frame.ts. */
+  /** At once, and by the shortest path: see hold_frame.ts. */
   sendHold(): Promise<Outcome> {
     return this.perform('Hold', () => {
       this.target.forget();
@@ -192,7 +192,7 @@ export class Vehicle {
     });
   }
 
-  /** Shows this as the current action, and writes what came of it in the journal. */
+  /** Shows this as the current action, and writes its outcome to the journal. */
   async perform(label: string, action: () => Promise<Outcome>): Promise<Outcome> {
     const key = ++this.#actions;
     const beganMs = this.#clock.nowMs();
@@ -227,5 +227,5 @@ export class Vehicle {
   }
 }
 
-/** A hold is of a drone that is armed: one that is offline with an open hold was in the air as far as anybody knows. */
+/** Only an armed drone holds: one that is offline with an open hold was presumably in the air. */
 const lastSaid = ({ airborne, hold }: Drone): boolean | null => airborne ?? (hold?.open === true ? true : null);

@@ -1,4 +1,4 @@
-/** What the tower says in JSON, as docs/wire-protocol.md (1.2) defines it. */
+/** The tower's JSON, as docs/wire-protocol.md (1.2) defines it. */
 
 import type { Enrolment } from './admin_types';
 import type {
@@ -12,30 +12,33 @@ import type {
 import type { RecordingEvent } from './recordings';
 import type { Schemas } from './rest_types';
 
-/** Only REST says more than who it is. */
+/** Only REST sends more than the identity. */
 export type User = Pick<Schemas['Me'], 'id' | 'name' | 'role'> & Partial<Schemas['Me']>;
 export type UserRef = Schemas['UserRefView'];
-/** Somebody with live connections: browsers and programs. */
+/** A user with live connections: browsers and programs. */
 export type Online = Schemas['OnlineView'];
-/** What the drone does by itself when the tower or the person stays away. `stay`: until the battery is needed for the way home. */
+/**
+ * What the drone does on its own when the tower or the person stays away. `stay`: until the battery is needed for the
+ * way home.
+ */
 export type LostAction = Schemas['LostAction'];
-/** An open hold and a lost action, as the drone's agent told last (wire/open_holds.py). */
+/** An open hold and a lost action, as the drone's agent last reported (wire/open_holds.py). */
 export type HoldView = Schemas['HoldView'];
 /** How much telemetry a drone sends. */
 export type StreamProfile = Schemas['StreamProfile'];
-/** By what the tower knows a drone's agent. `credential`: a bearer secret, until the agent's next sign-in. */
+/** How the tower identifies a drone's agent. `credential`: a bearer secret, until the agent's next sign-in. */
 export type DroneIdentity = Schemas['IdentityView'];
-/** How this user stands to a drone, from the strongest to the weakest: docs/teams.md says what each may do. */
+/** This user's relation to a drone, from the strongest to the weakest: docs/teams.md lists the rights of each. */
 export type Relation = Schemas['Relation'];
 
 type SaidLater = 'loans' | 'identity' | 'plans' | 'parameters' | 'suspicious_motion' | 'relation' | 'team';
 
-/** As REST and the live channel say it; an older tower leaves out what was added later. */
+/** As REST and the live channel send it; an older tower omits later fields. */
 export interface Drone
   extends
     Omit<Schemas['DroneView'], SaidLater>,
     Partial<Pick<Schemas['DroneView'], Exclude<SaidLater, 'plans' | 'parameters'>>> {
-  /** What is on board of each kind, in what a watcher hears first; `plan_on_board` says the changes. */
+  /** What is on board of each kind, in a watcher's first message; `plan_on_board` reports changes. */
   readonly plans?: Readonly<Partial<Record<PlanKind, PlanOnBoard>>>;
   readonly parameters?: ParametersKnown | null;
 }
@@ -46,7 +49,7 @@ export type ControlChange =
 export interface ControlEvent {
   readonly type: 'control';
   readonly drone_id: number;
-  /** A newer tower may know others. */
+  /** A newer tower may send others. */
   readonly event: ControlChange | (string & {});
   readonly epoch: number;
   readonly holder: UserRef | null;
@@ -80,11 +83,11 @@ export interface RehearsalEvent {
   readonly phase: 'begun' | 'held' | 'not_needed' | 'failed' | 'ended' | (string & {});
   readonly hold_ms: number | null;
   readonly text: string;
-  /** How long the loss itself lasts. */
+  /** Duration of the loss itself. */
   readonly lasts_s: number;
 }
 
-/** The link over a while; null is: not known. Losses are shares, 0..1. */
+/** The link over a period; null: unknown. Losses are shares, 0..1. */
 export interface LinkOver {
   readonly rtt_ms: number | null;
   readonly jitter_ms: number | null;
@@ -92,7 +95,7 @@ export interface LinkOver {
   readonly loss_down: number | null;
 }
 
-/** The check before flight says something else than before. */
+/** The check before flight has changed. */
 export interface LossCheckEvent {
   readonly type: 'loss_check';
   readonly drone_id: number;
@@ -106,10 +109,10 @@ export interface LinkQuality {
   readonly loss: number;
   readonly over_1s: LinkOver;
   readonly over_30s: LinkOver;
-  /** Bytes of the largest datagram known to pass to the agent. */
+  /** Bytes of the largest datagram known to reach the agent. */
   readonly path_mtu: number;
   readonly transport: 'udp' | 'websocket';
-  /** By how many ways the agent comes at the moment. */
+  /** Number of paths by which the agent is connected at present. */
   readonly uplinks: number;
 }
 
@@ -127,26 +130,26 @@ export interface NoticeEvent {
   readonly count: number;
 }
 
-/** Two drones come near each other, or do so no more (docs/separation.md). */
+/** Two drones come near each other, or no longer do (docs/separation.md). */
 export interface SeparationEvent {
   readonly type: 'separation';
-  /** Stays the same from the first word to `clear`. */
+  /** Constant from the first report to `clear`. */
   readonly number: number;
   readonly level: 'caution' | 'warning' | 'clear';
-  /** The second is null where we may not see it; then all figures are rounded. */
+  /** The second is null if this user may not see it; then all figures are rounded. */
   readonly drones: readonly [number, number | null];
-  /** Predicted: when they are closest, and how far apart they are then. */
+  /** Predicted: the time of closest approach, and the distance then. */
   readonly in_s: number | null;
   readonly horizontal_m: number | null;
   readonly vertical_m: number | null;
-  /** Where the second is now, seen from the first. */
+  /** Bearing of the second drone, seen from the first. */
   readonly bearing_deg: number | null;
   readonly distance_m: number | null;
   readonly above_m: number | null;
   readonly why: string;
 }
 
-/** An invitation of a drone came further (docs/api.md); said to admins. */
+/** An enrolment of a drone progressed (docs/api.md); sent to admins. */
 export interface EnrolmentEvent {
   readonly type: 'enrolment';
   readonly enrolment: Enrolment;
@@ -193,7 +196,7 @@ const KNOWN_TYPES: ReadonlySet<string> = new Set<TowerEvent['type']>([
   'turn',
 ]);
 
-/** Null for anything unknown: the protocol lets the tower say more than this console understands. */
+/** Null for anything unknown: the protocol lets the tower send more than this console understands. */
 export function readTowerEvent(text: string): TowerEvent | null {
   try {
     const value: unknown = JSON.parse(text);

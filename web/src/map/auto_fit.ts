@@ -1,16 +1,16 @@
 /**
- * When the map goes to the squad by itself: as drones get their first positions, one after the other, for a while
- * after the first, and when one's first position turns out to have been wrong; never again once the user has moved the
- * map. Knows nothing of any map: `fit` is one's own.
+ * When the map fits the squad automatically: as drones get their first positions one by one, for a while after the
+ * first, and when a first position proves wrong; never again once the user has moved the map. Independent of any map:
+ * the caller passes `fit`.
  */
 
 import { distanceM } from '../link/geometry';
 import type { Place } from '../link/messages';
 
-/** A squad that is switched on together has its positions together; one that comes later must not move the map. */
+/** Drones switched on together get positions together; a later one must not move the map. */
 export const GATHERING_MS = 120_000;
 
-/** Whatever is this much further off than at the last beat, and was quicker there than anything flies, was not there. */
+/** A position that jumps this far between two ticks, faster than anything flies, was wrong before. */
 const LEAP_M = 2_000;
 const LEAP_MPS = 350;
 
@@ -20,19 +20,19 @@ export interface Located {
 }
 
 export class AutoFit {
-  /** Where each was at the last beat at which all were shown. */
+  /** Where each drone was at the last tick that showed all. */
   readonly #seen = new Map<number, { readonly place: Place; readonly atMs: number }>();
   #firstMs: number | null = null;
   #isOver = false;
 
-  /** The user moved the map: from now on it is theirs. */
+  /** The user moved the map: automatic fitting ends. */
   moved(): void {
     this.#isOver = true;
   }
 
   /**
-   * Give it the drones that have a position, at each beat. `fit` shows all these places and says whether it could
-   * (a map that has no size yet cannot): until it could, it is asked again.
+   * Called at each tick with the drones that have a position. `fit` shows all these places and returns whether it could
+   * (a map without a size cannot): until it can, it is called again.
    */
   consider(drones: readonly Located[], nowMs: number, fit: (places: readonly Place[]) => boolean): void {
     if (this.#isOver || drones.length === 0) return;

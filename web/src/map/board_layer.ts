@@ -1,6 +1,6 @@
 /**
- * What a drone has on board, on the map of the page that flies it: drawn as the Missions page draws a plan, and nothing of
- * it can be taken hold of. Comes by itself, after the page: a drone can be flown without it.
+ * The plans on board, on the map of a drone's own page: drawn as on the Missions page, but not editable. Loaded after
+ * the page: a drone can be flown without it.
  */
 
 import type { Map as MapLibreMap } from 'maplibre-gl';
@@ -20,7 +20,7 @@ export class BoardLayer {
     this.#stopTheme = onThemeChange(() => this.#overlay.renewTheme());
   }
 
-  /** Lays the way out again only where the plan or home is another. Raises RangeError for items that are none. */
+  /** Recomputes the path only if the plan or home has changed. Raises RangeError for invalid items. */
   show(board: Board): void {
     const before = this.#board;
     this.#board = board;

@@ -1,4 +1,4 @@
-/** What the map of a drone's own page shows of the plans on board. Pure: the canvas is board_layer.ts. */
+/** The plans on board as a scene for the drone's page. Pure: the canvas is board_layer.ts. */
 
 import type { BoardRows } from '../link/board_plans';
 import type { Place } from '../link/messages';
@@ -9,7 +9,7 @@ import { EMPTY_PLAN, spotOf, type Plan } from '../plan/plan_types';
 import { itemOfRow, withItems } from '../plan/wire_items';
 import { planScene, type PlanScene } from './plan_scene';
 
-/** The home of the drone, and how high above the sea. */
+/** The drone's home and its height above sea level. */
 export interface BoardHome {
   readonly place: Place;
   readonly altM: number;
@@ -28,7 +28,7 @@ export interface Laid {
   readonly path: FlownPath;
 }
 
-/** Raises RangeError for items that are none. */
+/** Raises RangeError for invalid items. */
 export function laidOut(rows: BoardRows, home: BoardHome | null): Laid {
   const { latDeg, lonDeg } = home?.place ?? { latDeg: 0, lonDeg: 0 };
   let plan: Plan = { ...EMPTY_PLAN, home: home && { spot: spotOf(latDeg, lonDeg), altM: home.altM } };
@@ -39,7 +39,7 @@ export function laidOut(rows: BoardRows, home: BoardHome | null): Laid {
   return { plan, path: flownPath(plan) };
 }
 
-/** The way begins at home, whose sign the drones' layer draws. */
+/** The path begins at home, whose symbol the drones' layer draws. */
 export function boardScene({ plan, path }: Laid, current: number | null, reached: ReadonlySet<number>): PlanScene {
   const scene = planScene({
     plan,

@@ -1,4 +1,4 @@
-/** How a cluster is drawn: a disc with the number of its drones and a ring that says in which states they are. */
+/** Draws a cluster: a disc with the number of its drones and a ring that shows their states. */
 
 import type { DroneState } from '../link/flight_values';
 import { fontOf } from './drone_marker';

@@ -1,8 +1,8 @@
-/** Drones that stand on top of each other when one looks from far out become one sign with a number. Pure. */
+/** Merges drones that overlap at low zoom into one symbol with a number. Pure. */
 
 import type { Point } from './projection';
 
-/** Nearer than this every drone is drawn, however close together they stand. */
+/** From this zoom level on, every drone is drawn, however close together they are. */
 export const CLUSTER_BELOW_ZOOM = 14;
 export const CLUSTER_RADIUS_PX = 36;
 
@@ -10,7 +10,7 @@ export interface Cluster<T> extends Point {
   readonly members: readonly T[];
 }
 
-/** In the order given: who comes first is where a cluster gathers, so that it stays in its place while people pan. */
+/** In the given order: the first drone anchors its cluster, so that clusters stay in place while people pan. */
 export function gather<T extends { readonly at: Point }>(drones: readonly T[], radiusPx: number): Cluster<T>[] {
   const groups: { seed: Point; members: T[] }[] = [];
   for (const drone of drones) {

@@ -1,4 +1,7 @@
-/** A MapLibre map with the embedded basemap (coastlines and borders, served by the tower), and tiles over it if there are any. */
+/**
+ * A MapLibre map with the embedded basemap (coastlines and borders, served by the tower), and tiles over it if
+ * available.
+ */
 
 import {
   Map as MapLibreMap,
@@ -32,7 +35,7 @@ function basemap(theme: MapTheme, tiles: Tiles | null): StyleSpecification {
         id: 'land',
         type: 'fill',
         source: 'land',
-        // The coast is drawn over its edge.
+        // The coastline is drawn over its edge.
         paint: { 'fill-color': theme.land, 'fill-antialias': false },
       },
       { id: 'borders', type: 'line', source: 'borders', paint: { 'line-color': theme.border, 'line-width': 1 } },

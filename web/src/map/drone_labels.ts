@@ -1,4 +1,4 @@
-/** The names of drones beside their markers: those that matter most get a place first. */
+/** Draws the drones' names beside their markers; the most important ones are placed first. */
 
 import type { DroneState } from '../link/flight_values';
 import { drawLabel, labelSize, MARKER_RADIUS_PX, UNATTENDED_RADIUS_PX } from './drone_marker';
@@ -20,7 +20,7 @@ interface Named {
   readonly at: { readonly x: number; readonly y: number };
 }
 
-/** Not over what is `inTheWay`. Answers the slots, for the next drawing. */
+/** Avoids what is `inTheWay`. Returns the slots for the next drawing. */
 export function drawLabels(
   pen: CanvasRenderingContext2D,
   theme: MapTheme,

@@ -1,15 +1,15 @@
-/** How one drone is drawn: an outline that turns with its heading, a shape and a colour for its state, its name. */
+/** Draws one drone: an outline turned to its heading, a shape and a colour for its state, its name. */
 
 import type { DroneState } from '../link/flight_values';
 import type { MapTheme } from './theme';
 
 export const MARKER_RADIUS_PX = 12;
-/** Of the ring around a drone that flies with nobody at its controls. */
+/** Radius of the ring around a drone that flies without a holder. */
 export const UNATTENDED_RADIUS_PX = MARKER_RADIUS_PX + 11;
 
 type Pen = CanvasRenderingContext2D;
 
-/** Points to the north; the caller has turned the canvas. */
+/** Points north; the caller has rotated the canvas. */
 const OUTLINES: Record<DroneState, (pen: Pen, r: number) => void> = {
   // A full dart.
   flying(pen, r) {
@@ -33,7 +33,7 @@ const OUTLINES: Record<DroneState, (pen: Pen, r: number) => void> = {
     pen.lineTo(0, -r);
     pen.closePath();
   },
-  // A square, and a cross over it.
+  // A square with a cross over it.
   lost(pen, r) {
     pen.rect(-r * 0.6, -r * 0.6, r * 1.2, r * 1.2);
     pen.moveTo(-r * 0.6, -r * 0.6);
@@ -51,7 +51,7 @@ const OUTLINES: Record<DroneState, (pen: Pen, r: number) => void> = {
   },
 };
 
-/** Of the states, those that are drawn filled. */
+/** The states drawn filled. */
 const FILLED: ReadonlySet<DroneState> = new Set(['flying', 'armed', 'alert']);
 
 export interface MarkerLook {
@@ -111,7 +111,7 @@ export function labelSize(pen: Pen, { name, detail }: Words): { width: number; h
   return { width: Math.max(nameWidth, widthOf(pen, detailFont(pen), detail)), height: 31 };
 }
 
-/** Figures come again and again, and measuring a text costs more than looking it up. */
+/** Texts repeat, and measuring one costs more than looking it up. */
 const WIDTHS_KEPT = 4_000;
 const widths = new Map<string, number>();
 

@@ -1,4 +1,4 @@
-/** The grid of latitude and longitude: position and scale where the basemap has nothing to show. */
+/** The grid of latitude and longitude: gives position and scale where the basemap is empty. */
 
 import type { Map as MapLibreMap } from 'maplibre-gl';
 
@@ -8,7 +8,7 @@ import type { MapTheme } from './theme';
 const WANTED_SPACING_PX = 150;
 const STEPS = [45, 30, 15, 10, 5, 2, 1];
 const MAX_LINES = 60;
-/** Where the map's buttons and its read-out are: no labels there. */
+/** Area of the map's buttons and its read-out: no labels there. */
 const BUTTONS_PX = 180;
 const READOUT_PX = 36;
 const TOP_LABELS_PX = 34;
@@ -18,7 +18,7 @@ export interface GridStep {
   readonly decimals: number;
 }
 
-/** A round step near the one wanted: whole degrees, then 0.5, 0.2, 0.1, 0.05, ... */
+/** A round step near the wanted one: whole degrees, then 0.5, 0.2, 0.1, 0.05, ... */
 export function gridStep(wantedDeg: number): GridStep {
   const whole = STEPS.find((step) => step <= wantedDeg);
   if (whole) return { stepDeg: whole, decimals: 0 };
@@ -28,7 +28,7 @@ export function gridStep(wantedDeg: number): GridStep {
   return { stepDeg: times * unit, decimals };
 }
 
-/** Multiples of the step from `low` to `high`, without the creep of repeated addition. */
+/** Multiples of the step from `low` to `high`, without the error of repeated addition. */
 export function gridLines(low: number, high: number, { stepDeg }: GridStep): number[] {
   const first = Math.ceil(low / stepDeg);
   const last = Math.min(Math.floor(high / stepDeg), first + MAX_LINES);

@@ -1,4 +1,4 @@
-/** What stands on the ground of the map: home with rings of distance, the place a drone flies to, the aim. */
+/** Ground symbols of the map: home with range rings, the place a drone flies to, the aim. */
 
 import { offsetBy } from '../link/geometry';
 import type { Place } from '../link/messages';
@@ -9,7 +9,7 @@ import type { MapTheme } from './theme';
 
 type Pen = CanvasRenderingContext2D;
 
-/** The grid has its labels there. */
+/** Area of the grid's labels. */
 const GRID_LABELS_PX = 28;
 const RING_WANTED_PX = 110;
 export const HOME_RADIUS_PX = 8;
@@ -64,7 +64,7 @@ export interface MapTarget {
 const TARGET_RADIUS_PX = 14;
 const TARGET_FONT_PX = 11;
 
-/** Answers what it covers, its words and its sign, so that nothing is written over them. */
+/** Returns the boxes of its text and its symbol, so that no label covers them. */
 export function drawTarget(
   pen: Pen,
   theme: MapTheme,
@@ -95,7 +95,7 @@ export function drawTarget(
   pen.textBaseline = 'middle';
   pen.font = `600 ${TARGET_FONT_PX}px ${fontOf(pen)}`;
   const width = pen.measureText(label).width;
-  // Away from where the drone comes from: there are its line and its own name.
+  // On the side away from the drone: its line and its own name are on the other side.
   const start = from && projection.at(from);
   const left = start && start.x > x ? x - TARGET_RADIUS_PX - 2 - width : x + TARGET_RADIUS_PX + 2;
   const middle = start && start.y < y ? y + 10 : y - 10;
@@ -129,6 +129,6 @@ function ringsM(projection: Projection, home: Place): number[] {
   const wantedM = (RING_WANTED_PX / pxPerKm) * 1000;
   const unit = 10 ** Math.floor(Math.log10(wantedM));
   const step = [1, 2, 5, 10].map((times) => times * unit).find((one) => one >= wantedM) ?? wantedM;
-  // A ring over half a continent says nothing about a drone.
+  // A ring across half a continent says nothing about a drone.
   return step > 5_000 ? [] : [step, 2 * step, 3 * step];
 }

@@ -1,32 +1,32 @@
 /**
- * Where the names of drones stand so that none covers another: beside its marker, further off with a leader line, or
- * nowhere for want of room. Pure; all in pixels of the screen. Those that come first choose first.
+ * Places drones' names so that they do not overlap: beside the marker, further off with a leader line, or nowhere for
+ * lack of room. Pure; all in screen pixels. Earlier drones choose first.
  */
 
 import { Obstacles, type Box } from './obstacles';
 
 export interface LabelWanted {
   readonly id: number;
-  /** The middle of the marker. */
+  /** The centre of the marker. */
   readonly x: number;
   readonly y: number;
   readonly width: number;
   readonly height: number;
-  /** Of its own marker with all that is drawn around it, where that is more than others have. */
+  /** Radius of its own marker with everything drawn around it, if larger than usual. */
   readonly radiusPx?: number;
 }
 
 export interface LabelPlace {
-  /** The left end and the middle of the label's height. */
+  /** The left end, at the vertical middle of the label. */
   readonly x: number;
   readonly y: number;
-  /** Which of the candidate places it has: hand it back next time, so that names do not jump about. */
+  /** The index of its place: pass it back next time, so that names do not jump. */
   readonly slot: number;
-  /** Too far from its marker to be understood without a line. */
+  /** So far from its marker that it needs a leader line. */
   readonly isFar: boolean;
 }
 
-/** Direction of each candidate: right first, because that is where people look. */
+/** Direction of each candidate: right first, because people look there. */
 const DIRECTIONS: readonly (readonly [number, number])[] = [
   [1, 0],
   [-1, 0],
@@ -60,8 +60,8 @@ const NEAR_SLOTS = DIRECTIONS.length;
 const SLOTS: readonly number[] = [...Array(2 * NEAR_SLOTS).keys()];
 
 /**
- * `radiusPx`: of a marker with its margin; names do not cover other drones' markers either, nor what is `inTheWay`.
- * `last`: the slots of the time before. A name without a place is not in the answer.
+ * `radiusPx`: radius of a marker with its margin; names avoid other drones' markers, and what is `inTheWay`. `last`:
+ * the previous slots. The result omits names without a place.
  */
 export function layoutLabels(
   wanted: readonly LabelWanted[],
@@ -77,7 +77,7 @@ export function layoutLabels(
   const places = new Map<number, LabelPlace>();
   for (const one of wanted) {
     const before = last.get(one.id);
-    // Its old place is kept while it is free, unless that was a far one and a near one may have come free.
+    // Keeps its place while that is free, unless it was a far one and a near one may now be free.
     const slots = before !== undefined && before < NEAR_SLOTS ? [before, ...SLOTS] : SLOTS;
     for (const slot of slots) {
       const at = place(one, slot, one.radiusPx ?? radiusPx);

@@ -1,6 +1,6 @@
 /**
- * A canvas over the map, as large and as sharp as the map is: what is painted on it stays where it belongs while the map
- * moves. What is painted is its owner's business; `paint` is called for each picture of the map, and once after `soon()`.
+ * A canvas over the map, of the map's size and resolution: what is painted on it stays in place while the map moves.
+ * The owner paints: `paint` is called for each frame of the map, and once after `soon()`.
  */
 
 import type { Map as MapLibreMap } from 'maplibre-gl';
@@ -9,7 +9,7 @@ import { Projection } from './projection';
 
 export type Pen = CanvasRenderingContext2D;
 
-/** An empty canvas, where things are on it, and how large it is. */
+/** An empty canvas, its projection and its size. */
 export interface Sheet {
   readonly pen: Pen;
   readonly projection: Projection;
@@ -20,7 +20,7 @@ export interface Sheet {
 
 export interface MapCanvasOptions {
   readonly paint: (sheet: Sheet) => void;
-  /** Right above the ground, below the other canvases. */
+  /** Directly above the ground, below the other canvases. */
   readonly isLowest?: boolean;
   readonly testId?: string;
 }
@@ -32,7 +32,7 @@ export class MapCanvas {
   readonly #paint: (sheet: Sheet) => void;
   #frame = 0;
 
-  /** Paints first with the next picture, when its owner is made. */
+  /** Paints first with the next frame, after the owner's constructor has finished. */
   constructor(map: MapLibreMap, { paint, isLowest = false, testId }: MapCanvasOptions) {
     this.#map = map;
     this.#paint = paint;
@@ -44,13 +44,13 @@ export class MapCanvas {
     else map.getCanvasContainer().append(this.#canvas);
     this.pen = this.#canvas.getContext('2d')!;
     map.on('resize', this.#resized);
-    // In the same frame as the map, so that what is painted does not swim behind it.
+    // In the same frame as the map, so that the painting does not lag behind it.
     map.on('render', this.#draw);
     this.#fit();
     this.soon();
   }
 
-  /** Something else is to be seen. */
+  /** The content has changed. */
   soon(): void {
     this.#frame ||= requestAnimationFrame(this.#draw);
   }
@@ -79,7 +79,7 @@ export class MapCanvas {
 
   readonly #resized = (): void => {
     this.#fit();
-    this.#draw(); // at once: another size emptied it
+    this.#draw(); // at once: resizing emptied it
   };
 
   readonly #draw = (): void => {

@@ -1,4 +1,4 @@
-/** Lines between drones that come near each other, with how far apart they are. */
+/** Lines between drones that come near each other, with the distance. */
 
 import type { NearLine } from '../link/separation';
 import { fontOf, haloText } from './drone_marker';

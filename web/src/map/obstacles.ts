@@ -1,4 +1,4 @@
-/** What is already on the screen, by the squares of a coarse grid: whether a place is free is asked very often. Pure. */
+/** Occupied screen areas, indexed by a coarse grid because lookups are frequent. Pure. */
 
 export interface Box {
   readonly left: number;
@@ -22,7 +22,7 @@ function* squares({ left, top, right, bottom }: Box): Generator<number> {
 export class Obstacles {
   readonly #squares = new Map<number, { readonly box: Box; readonly owner: number | null }[]>();
 
-  /** `owner`: the drone whose it is, if it does not stand in its own way. */
+  /** `owner`: the drone that the box belongs to, if it does not obstruct that drone's own label. */
   add(box: Box, owner: number | null = null): void {
     for (const square of squares(box)) {
       const there = this.#squares.get(square);

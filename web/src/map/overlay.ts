@@ -1,6 +1,6 @@
 /**
- * The canvas over the map on which everything that moves is drawn: drones, tracks, home, target, grid. MapLibre
- * redraws its whole map for each change of a symbol source; this costs a third to a quarter of that.
+ * The canvas over the map for everything that moves: drones, tracks, home, target, grid. MapLibre redraws its whole map
+ * for each change of a symbol source; this costs a third to a quarter of that.
  */
 
 import type { Map as MapLibreMap } from 'maplibre-gl';
@@ -33,9 +33,9 @@ export interface SceneDrone {
   readonly headingDeg: number;
   readonly state: DroneState;
   readonly track: readonly Place[];
-  /** In the air with nobody at the controls. */
+  /** In the air without a holder. */
   readonly isUnattended?: boolean;
-  /** Where it was, not where it is. */
+  /** The last known position, not the current one. */
   readonly isStale?: boolean;
 }
 
@@ -46,9 +46,9 @@ export interface Scene {
   readonly target: MapTarget | null;
   /** Between drones that come near each other. */
   readonly near?: readonly NearLine[];
-  /** Where a pick by keyboard would fall: the middle of the map. */
+  /** Where a keyboard pick would fall: the middle of the map. */
   readonly showsAim: boolean;
-  /** Distances in the user's units; another function when those change. */
+  /** Distances in the user's units; a new function when the units change. */
   readonly distanceWords?: (metres: number) => string;
 }
 
@@ -89,7 +89,7 @@ export class Overlay {
     this.#theme = readTheme();
   }
 
-  /** The drones whose marker is at this point of the map, nearest first: several are a cluster. */
+  /** The drones whose marker is at this point of the map, nearest first; several form a cluster. */
   dronesAt(x: number, y: number): readonly SceneDrone[] {
     let nearest: { members: readonly Drawn[]; away: number } | null = null;
     for (const { members, x: atX, y: atY } of this.#clusters) {
@@ -113,7 +113,7 @@ export class Overlay {
     const isNear = ({ x, y }: Point): boolean =>
       x > -LABEL_MARGIN_PX && y > -MARKER_RADIUS_PX && x < width + MARKER_RADIUS_PX && y < height + MARKER_RADIUS_PX;
     const near = drones.map((drone) => ({ drone, at: projection.at(drone.place) })).filter(({ at }) => isNear(at));
-    // The one that somebody looks at is never hidden in a number.
+    // The selected drone is never hidden in a cluster.
     const apart = zoom >= CLUSTER_BELOW_ZOOM ? near : near.filter(({ drone }) => drone.id === selectedId);
     const together = zoom >= CLUSTER_BELOW_ZOOM ? [] : near.filter(({ drone }) => drone.id !== selectedId);
     this.#clusters = [

@@ -1,4 +1,4 @@
-/** A fence on the map: what a drone must stay inside has its outside hatched in thought, what it must not enter is crossed out. */
+/** A fence on the map: an inclusion area has an outline only, an exclusion area is hatched. */
 
 import type { Place } from '../link/messages';
 import { drawHandle } from './plan_markers';
@@ -51,7 +51,7 @@ export function drawFence(pen: Pen, theme: MapTheme, scene: PlanScene, at: (plac
   for (const shape of scene.shapes) if (shape.isSelected) drawHandles(pen, theme, scene, shape, at);
 }
 
-/** Lines across, inside the outline that was traced last. */
+/** Diagonal lines inside the last traced outline. */
 function hatch(pen: Pen, reach: readonly Point[], colour: string): void {
   const xs = reach.map(({ x }) => x);
   const ys = reach.map(({ y }) => y);

@@ -1,4 +1,4 @@
-/** The signs of a plan on the map: each kind of item has a shape of its own, and a number that is the table's. */
+/** The symbols of a plan on the map: each kind of item has its own shape, and its number from the table. */
 
 import { fontOf } from './drone_marker';
 import type { SceneItem } from './plan_scene';
@@ -13,7 +13,7 @@ const DOT_PX = 3.5;
 const OUTLINES: Record<SceneItem['sign'], (pen: Pen, r: number) => void> = {
   way: (pen, r) => pen.arc(0, 0, r, 0, 2 * Math.PI),
   loiter: (pen, r) => pen.arc(0, 0, r, 0, 2 * Math.PI),
-  // A house that points up.
+  // A house pointing up.
   takeoff(pen, r) {
     pen.moveTo(0, -r * 1.35);
     pen.lineTo(r, -r * 0.35);
@@ -22,7 +22,7 @@ const OUTLINES: Record<SceneItem['sign'], (pen: Pen, r: number) => void> = {
     pen.lineTo(-r, -r * 0.35);
     pen.closePath();
   },
-  // The same upside down.
+  // A house pointing down.
   land(pen, r) {
     pen.moveTo(0, r * 1.35);
     pen.lineTo(r, r * 0.35);
@@ -40,7 +40,7 @@ const OUTLINES: Record<SceneItem['sign'], (pen: Pen, r: number) => void> = {
   },
 };
 
-/** `isDot`: there is no room for its number. `radiusPx`: of the circle that it flies. */
+/** `isDot`: no room for its number. `radiusPx`: radius of the circle that it flies. */
 export function drawItem(
   pen: Pen,
   theme: MapTheme,
@@ -106,7 +106,7 @@ export function drawItem(
   pen.restore();
 }
 
-/** A small sign at its corner: not by colour alone. */
+/** A small symbol at its corner, so that colour is not the only cue. */
 function drawFault(pen: Pen, theme: MapTheme): void {
   pen.translate(ITEM_RADIUS_PX - 1, -ITEM_RADIUS_PX + 1);
   pen.beginPath();
@@ -153,7 +153,7 @@ export function drawRally(
   pen.restore();
 }
 
-/** Where a breach of the fence leads to. */
+/** Where the drone flies after a fence breach. */
 export function drawReturn(pen: Pen, theme: MapTheme, { x, y }: Point): void {
   pen.save();
   pen.translate(x, y);

@@ -1,4 +1,7 @@
-/** The canvas on which a plan is drawn, below the drones': ways with their direction, numbered items, fence, rally points, what is being drawn. */
+/**
+ * The canvas of a plan, below the drones' canvas: legs with their direction, numbered items, fence, rally points, the
+ * current drawing.
+ */
 
 import type { Map as MapLibreMap } from 'maplibre-gl';
 
@@ -13,7 +16,7 @@ import { readTheme, type MapTheme } from './theme';
 
 const REACH_PX = 14;
 const TOUCH_REACH_PX = 24;
-/** Nearer to one that is drawn, an item is a dot: a number on a number says nothing. */
+/** Closer than this to a drawn item, an item is a dot: overlapping numbers are unreadable. */
 const CROWDED_PX = 19;
 const ARROW_FROM_PX = 44;
 
@@ -24,7 +27,7 @@ export class PlanOverlay {
   #pointer: Place | null = null;
 
   constructor(map: MapLibreMap) {
-    // Right above the ground: drones fly over plans.
+    // Directly above the ground: drones fly over plans.
     this.#canvas = new MapCanvas(map, { isLowest: true, testId: 'plan-canvas', paint: (sheet) => this.#draw(sheet) });
   }
 
@@ -33,7 +36,7 @@ export class PlanOverlay {
     this.#canvas.soon();
   }
 
-  /** Where the next corner would be; null: the pointer is elsewhere. */
+  /** Where the next corner would go; null: the pointer is elsewhere. */
   set pointer(place: Place | null) {
     if (!this.#pointer && !place) return;
     this.#pointer = place;
@@ -73,7 +76,7 @@ export class PlanOverlay {
     if (scene.home) drawHandle(pen, theme, at(scene.home), 'home', false);
     for (const point of scene.rally) drawRally(pen, theme, at(point.place), point);
 
-    // The chosen one and the current first: they have their number whatever stands near them.
+    // The selected and the current item first: they always show their number.
     const isAlone = scene.items.filter(({ isSelected }) => isSelected).length === 1;
     const weight = (one: (typeof scene.items)[number]): number => Number(one.isSelected) + 2 * Number(one.isCurrent);
     const taken: Point[] = [];
@@ -104,7 +107,7 @@ export class PlanOverlay {
     return Math.abs(at(north).y - at(place).y) / 1000;
   }
 
-  /** All of a kind in one stroke each: hundreds of strokes are what a map slows down by. */
+  /** One stroke for each kind: hundreds of strokes slow a map down. */
   #drawLegs(at: (place: Place) => Point, width: number, height: number): void {
     const [pen, theme, scene] = [this.#canvas.pen, this.#theme, this.#scene];
     const margin = 8;
@@ -144,7 +147,7 @@ export class PlanOverlay {
     }
   }
 
-  /** Past the middle, where the handle is. */
+  /** Past the middle, because the handle is there. */
   #drawArrow(a: Point, b: Point, colour: string): void {
     const length = Math.hypot(b.x - a.x, b.y - a.y);
     if (length < ARROW_FROM_PX) return;

@@ -1,4 +1,4 @@
-/** What the map shows of a plan, and what of it lies under the pointer. Pure: the canvas is plan_overlay.ts. */
+/** A plan as a map scene, and hit testing under the pointer. Pure: the canvas is plan_overlay.ts. */
 
 import type { Place } from '../link/messages';
 import { CMD, specOf } from '../plan/catalogue';
@@ -16,9 +16,9 @@ export interface SceneItem {
   readonly label: string;
   readonly place: Place;
   readonly sign: ItemSign;
-  /** Drawn so many pixels above its place: a take-off would cover home. */
+  /** Drawn this many pixels above its place: a take-off would cover home. */
   readonly liftPx: number;
-  /** Of the circle that it flies; 0: none. */
+  /** Radius of the circle that it flies; 0: none. */
   readonly radiusM: number;
   readonly isSelected: boolean;
   readonly isCurrent: boolean;
@@ -29,7 +29,7 @@ export interface SceneItem {
 export interface SceneLeg {
   readonly from: Place;
   readonly to: Place;
-  /** Where an item put in here would stand; null: none can be. */
+  /** The index of an item inserted here; null: not possible. */
   readonly at: number | null;
   readonly isJump: boolean;
   readonly isForbidden: boolean;
@@ -52,7 +52,7 @@ export interface SceneDraft {
   readonly isLine: boolean;
   readonly rim: Place | null;
   readonly radiusM: number;
-  /** The way that would be flown. */
+  /** The path that would be flown. */
   readonly preview: readonly Place[];
 }
 
@@ -70,7 +70,7 @@ export interface PlanScene {
   readonly returnPoint: Place | null;
   readonly draft: SceneDraft | null;
   readonly corner: { readonly of: CornerOwner; readonly at: number } | null;
-  /** Middles of ways can be taken hold of. */
+  /** Leg midpoints have handles to drag. */
   readonly showsHandles: boolean;
 }
 
@@ -126,13 +126,13 @@ export interface Shown {
   readonly preview: readonly WireItem[];
   /** Items with an error. */
   readonly faults: ReadonlySet<PartId>;
-  /** Ways that a fence forbids. */
+  /** Legs that cross the fence. */
   readonly forbidden: ReadonlySet<number>;
   readonly current: number | null;
   readonly reached: ReadonlySet<number>;
 }
 
-/** An item without a place of its own (a take-off "here") stands where the drone is then. */
+/** An item without its own place (a take-off "here") is drawn where the drone is at that point. */
 export function planScene({ plan, path, drawing, preview, faults, forbidden, current, reached }: Shown): PlanScene {
   const stands = new Map<number, Spot>();
   for (const leg of path.legs) if (!stands.has(leg.seq)) stands.set(leg.seq, leg.to);
@@ -182,7 +182,7 @@ export function planScene({ plan, path, drawing, preview, faults, forbidden, cur
   };
 }
 
-/** Each way once, however often a jump goes round it. */
+/** Each leg once, however often a jump repeats it. */
 function legsOf(plan: Plan, path: FlownPath, forbidden: ReadonlySet<number>): SceneLeg[] {
   const drawn = new Set<string>();
   const legs: SceneLeg[] = [];
@@ -209,7 +209,7 @@ function draftOf({ tool, draft, isWhole, radiusM }: Drawing, preview: readonly W
   return { points: draft.map(placeOf), isWhole, isLine: tool === 'corridor', rim, radiusM, preview: way };
 }
 
-// --- what is under the pointer ---
+// --- hit testing ---
 
 export interface Pointing {
   readonly at: (place: Place) => Point;
@@ -219,12 +219,12 @@ export interface Pointing {
   readonly reachPx: number;
 }
 
-/** Shorter ways have no handle in their middle: it would hide them. */
+/** Shorter legs have no handle in the middle: it would hide them. */
 export const HANDLE_FROM_PX = 64;
 
 const middleOf = (a: Point, b: Point): Point => ({ x: (a.x + b.x) / 2, y: (a.y + b.y) / 2 });
 
-/** Nearest first within a kind; kinds in the order of what one wants most. */
+/** Nearest first within a kind; kinds in order of priority. */
 export function hitAt(scene: PlanScene, { at, x, y, reachPx }: Pointing): Hit | null {
   const away = (point: Point): number => Math.hypot(point.x - x, point.y - y);
   const nearest = <T>(all: readonly T[], point: (one: T) => Point, reach = reachPx): T | null => {
@@ -284,7 +284,7 @@ function handleHit(shape: SceneShape, at: (place: Place) => Point, nearest: Near
   return nearest([shape.centre], at) ? { on: 'centre', id: shape.id } : null;
 }
 
-/** `edge` at n: a corner put in there would be number n. */
+/** `edge` n: a corner inserted there would be number n. */
 function ringHit(
   of: CornerOwner,
   ring: readonly Place[],
@@ -319,7 +319,7 @@ function isOnOutline(shape: SceneShape, at: (place: Place) => Point, { x, y }: P
   });
 }
 
-/** Everything that wants to be in sight when a plan is opened. */
+/** All places to show when a plan opens. */
 export const planPlaces = (plan: Plan): Place[] => [
   ...(plan.home ? [placeOf(plan.home.spot)] : []),
   ...plan.items

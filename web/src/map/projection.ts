@@ -1,6 +1,6 @@
 /**
- * From places to pixels of a map that looks straight down with north up. MapLibre's own projection does the same for
- * any camera, with matrices, and costs ten times as much: too much for the trails of 200 drones.
+ * Converts places to pixels of a map that looks straight down with north up. MapLibre's own projection does the same
+ * for any camera, with matrices, at ten times the cost: too much for the trails of 200 drones.
  */
 
 import type { Place } from '../link/messages';
@@ -40,7 +40,7 @@ export class Projection {
     this.#halfHeight = heightPx / 2;
   }
 
-  /** Of the copies of the world, the one nearest to the middle of the map. */
+  /** Uses the copy of the world nearest to the middle of the map. */
   at({ latDeg, lonDeg }: Place): Point {
     const east = mercatorX(lonDeg) - this.#x;
     return {

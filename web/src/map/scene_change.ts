@@ -1,4 +1,4 @@
-/** Whether a scene looks different from the one before: what stands still is not drawn again. Pure. */
+/** Whether a scene differs visibly from the previous one: an unchanged scene is not redrawn. Pure. */
 
 import type { Place } from '../link/messages';
 import type { NearLine } from '../link/separation';
@@ -8,7 +8,7 @@ import type { Scene, SceneDrone } from './overlay';
 const samePlace = (a: Place | null, b: Place | null): boolean =>
   a === b || (a !== null && b !== null && a.latDeg === b.latDeg && a.lonDeg === b.lonDeg);
 
-/** Points are only added at one end and dropped at the other. */
+/** Points are only appended at one end and dropped at the other. */
 const sameTrack = (a: readonly Place[], b: readonly Place[]): boolean =>
   a === b || (a.length === b.length && a[0] === b[0] && a.at(-1) === b.at(-1));
 

@@ -1,4 +1,7 @@
-/** The canvas on which the parts of a squad mission are drawn, right above the ground: the area, each drone's strip and way in a colour of its own, conflicts. */
+/**
+ * The canvas of a squad mission's parts, directly above the ground: the area, each drone's strip and path in its own
+ * colour, conflicts.
+ */
 
 import type { Map as MapLibreMap } from 'maplibre-gl';
 
@@ -8,7 +11,7 @@ import { MapCanvas, type Sheet } from './map_canvas';
 import type { Point } from './projection';
 import { readTheme, type MapTheme } from './theme';
 
-/** Told apart by people with any kind of colour vision, light and dark; each has its drone's name beside it too. */
+/** Distinguishable with any kind of colour vision, light and dark; each also has its drone's name beside it. */
 export const SQUAD_COLOURS = [
   '#e69f00',
   '#56b4e9',

@@ -1,13 +1,13 @@
 /**
- * What tiles add to the map's style: their source, and layers over the coastline. Images are drawn as they are. Vector
- * tiles get a plain style of our own in the theme's colours, without words (these would need fonts from elsewhere).
+ * Extends the map's style for tiles: their source, and layers over the coastline. Raster tiles are drawn as they are.
+ * Vector tiles get a plain style of our own in the theme's colours, without labels (these would need external fonts).
  */
 
 import type { LayerSpecification, SourceSpecification } from 'maplibre-gl';
 
 import type { MapTheme } from './theme';
 
-/** The tower's answer to `GET /map`, and for vector tiles the names of the layers that they have. */
+/** The tower's answer to `GET /map`, and for vector tiles the names of their layers. */
 export interface Tiles {
   readonly from: 'addresses' | 'file';
   readonly kind: 'raster' | 'vector';
@@ -29,7 +29,7 @@ interface Row {
   readonly widths?: readonly [zoom: number, px: number][];
 }
 
-/** From below to above. The names are those of the Protomaps and the OpenMapTiles schema; others are not drawn. */
+/** From bottom to top, by the layer names of the Protomaps and the OpenMapTiles schema; others are not drawn. */
 const ROWS: readonly Row[] = [
   { names: ['earth'], as: 'fill', colour: 'land' },
   { names: ['landcover', 'park'], as: 'fill', colour: 'green' },

@@ -1,11 +1,11 @@
-/** Which tiles this tower wants on the map. A file of them is read by ranges, with the library that belongs to its format. */
+/** Finds the tiles that this tower configures. A tile file is read by ranges, with the library for its format. */
 
 import { addProtocol } from 'maplibre-gl';
 
 import type { Rest } from '../link/rest';
 import type { Tiles } from './tile_layers';
 
-/** Null where the map is the coastline alone. Raises RestError, or whatever is wrong with the file. */
+/** Null if the map is the coastline alone. Raises RestError, or the error of the file. */
 export async function readTiles(rest: Rest): Promise<Tiles | null> {
   const said = await rest.call('GET', '/map');
   if (said.tiles === 'none' || said.kind === null) return null;
@@ -15,7 +15,7 @@ export async function readTiles(rest: Rest): Promise<Tiles | null> {
   return { from, kind, url, mostZoom, attribution, layers: await openFile(url, kind) };
 }
 
-/** Makes the file known to the map. Gives the names of its vector layers. */
+/** Registers the file with the map. Returns the names of its vector layers. */
 async function openFile(url: string, kind: 'raster' | 'vector'): Promise<readonly string[]> {
   const { PMTiles, Protocol } = await import('pmtiles');
   const protocol = new Protocol();

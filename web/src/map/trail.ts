@@ -1,8 +1,8 @@
-/** Trails as the screen can show them: points that fall on each other cost strokes and are not seen. Pure. */
+/** Thins trails for the screen: points that coincide cost strokes and are invisible. Pure. */
 
 import type { Point } from './projection';
 
-/** Nearer than this to the last one, a point says nothing. */
+/** A point closer than this to the last one is dropped. */
 export const TRAIL_STEP_PX = 3;
 
 /** The first and the last point are always kept. */

@@ -1,6 +1,6 @@
 /**
- * What a vehicle says about its own parameters: the file of type 1 of MAVLink's component metadata, and how it is laid over ours.
- * The file comes from a drone: whatever in it is not as it should be is passed over.
+ * A vehicle's own parameter facts: the type 1 file of MAVLink's component metadata, overlaid on ours. The file comes
+ * from a drone: anything invalid in it is skipped.
  */
 
 import { factOf, withOpenness, type Choice, type Fact, type Facts, type Numbers } from './facts';
@@ -8,7 +8,7 @@ import { factOf, withOpenness, type Choice, type Fact, type Facts, type Numbers 
 /** More than any autopilot has. */
 const MAX_PARAMETERS = 20_000;
 const MAX_TEXT = 1_000;
-/** Of numbered parameters the file writes `{n}` for the number. */
+/** The file writes `{n}` for the number in numbered parameters. */
 const NUMBER = '{n}';
 
 type Json = Readonly<Record<string, unknown>>;
@@ -29,7 +29,7 @@ function listOf(value: unknown, key: 'value' | 'index'): Choice[] {
   return [...found.values()].toSorted((a, b) => a.value - b.value);
 }
 
-/** Throws a RangeError where the file is none of parameters; never worse. */
+/** Throws only a RangeError, for a file that has no parameters. */
 export function factsOfComponent(json: unknown): Facts {
   if (!isObject(json) || json['version'] !== 1 || !Array.isArray(json['parameters'])) {
     throw new RangeError('This is no metadata of parameters, version 1.');
@@ -66,12 +66,12 @@ export function factsOfComponent(json: unknown): Facts {
   return { words, numbers, choices, bits };
 }
 
-/** Ours with the vehicle's numbers and lists, which are of its very firmware, and our words where we have some. */
+/** Ours with the vehicle's numbers and lists, which match its exact firmware, and our texts where available. */
 export function withVehicle(ours: Facts, vehicle: Facts): Facts {
   return { ...ours, overlay: (known, name) => laidOver(name, known, factOf(vehicle, name)) };
 }
 
-/** What is known of one parameter with what the vehicle says of it. */
+/** The fact about one parameter, overlaid with the vehicle's. */
 export const factWithVehicle = (ours: Facts, vehicle: Facts, name: string): Fact | null =>
   factOf(withVehicle(ours, vehicle), name);
 

@@ -1,4 +1,4 @@
-/** One table of parameters against another: a file's, the defaults', another drone's. */
+/** Compares one table of parameters with another: of a file, the defaults, or another drone. */
 
 import { factOf, type Facts } from './facts';
 import { isSame, type Table } from './kinds';
@@ -8,21 +8,21 @@ export interface Difference {
   readonly kind: number;
   readonly here: number;
   readonly there: number;
-  /** It tells of this very machine (a calibration, a serial number, a counter): another one's value would be wrong. */
+  /** Specific to this machine (a calibration, a serial number, a counter): another drone's value would be wrong. */
   readonly isOwn: boolean;
 }
 
 export interface Comparison {
   readonly differences: readonly Difference[];
-  /** How many are the same here and there. */
+  /** How many are the same in both. */
   readonly same: number;
   /** Names that this drone does not have. */
   readonly unknownHere: readonly string[];
-  /** How many of this drone's the other side says nothing of. */
+  /** How many of this drone's parameters the other side lacks. */
   readonly onlyHere: number;
 }
 
-/** Calibrations, identities, counters. Radio ranges and trims too: they are of the transmitter and of the airframe. */
+/** Calibrations, identities, counters. Also radio ranges and trims: they depend on the transmitter and the airframe. */
 const OWN: readonly RegExp[] = [
   /^COMPASS_(OFS|DIA|ODI|MOT|SCALE|DEV_ID|PRIO)/,
   /^INS\d?_.*(OFFS|SCAL|CALTEMP|_ID$|ACC\d?_ID|GYR\d?_ID|GYR_ID|ACC_ID)/,
@@ -57,7 +57,7 @@ export function compared(here: Table, there: Iterable<readonly [string, number]>
   return { differences, same, unknownHere, onlyHere: here.size - same - differences.length };
 }
 
-/** The defaults that are known of this drone's parameters. */
+/** The known defaults of this drone's parameters. */
 export function standards(here: Table, facts: Facts): [string, number][] {
   const found: [string, number][] = [];
   for (const name of here.keys()) {

@@ -1,17 +1,18 @@
 /**
- * What is known of parameters beside their values: what they do, units, usual ranges, choices, bits, defaults.
+ * Facts about parameters beside their values: what they do, units, usual ranges, choices, bits, defaults.
  *
- * Written by us, one parameter a line (facts/arducopter.ts, facts/px4.ts):
+ * Our own texts, one parameter per line (facts/arducopter.ts, facts/px4.ts):
  *
  *     NAME | title | unit | least..most | default | reboot | what it does
  *       = 0 first choice, 1 second choice
  *       & 0 first bit, 1 second bit
  *
- * or, where the table of metadata has the rest, `NAME | title | what it does`. A field that is not known is left empty. `#` in a name
- * stands for any number, in the text for that number; `*` at the end of a name for whatever follows, in the title for that. A choice
- * or a bit whose words have a comma in them writes it as `;`.
+ * or, if the table of metadata has the rest, `NAME | title | what it does`. An unknown field is empty. `#` in a name
+ * matches any number, and in the text it is that number; `*` at the end of a name matches any suffix, and in the title
+ * it is that suffix. A comma in the text of a choice or a bit is written as `;`.
  *
- * facts/*_metadata.json have units, ranges, defaults, choices and bits of nearly all (scripts/build_parameter_facts.py).
+ * facts/*_metadata.json have units, ranges, defaults, choices and bits of nearly all parameters
+ * (scripts/build_parameter_facts.py).
  */
 
 export interface Choice {
@@ -23,19 +24,19 @@ export interface Fact {
   readonly title: string;
   readonly text: string;
   readonly unit: string;
-  /** Of what is usual: an autopilot may take more. Null: not known. */
+  /** Of the usual range: an autopilot may accept more. Null: unknown. */
   readonly least: number | null;
   readonly most: number | null;
   readonly standard: number | null;
   readonly needsReboot: boolean;
   readonly choices: readonly Choice[];
-  /** Other values than the choices may be meant: they are some of a range, or names of a few. */
+  /** Values other than the choices are valid: the choices cover part of a range, or name a few values. */
   readonly isOpen: boolean;
   /** `value`: the number of the bit. */
   readonly bits: readonly Choice[];
 }
 
-/** Unit, least, most, default, whether it needs a restart: of far more parameters than there are words about. */
+/** Unit, least, most, default, whether it needs a restart: for far more parameters than have a text. */
 export type Numbers = readonly [string, number | null, number | null, number | null, boolean];
 
 type Lists = ReadonlyMap<string, readonly Choice[]>;
@@ -45,13 +46,13 @@ export interface Facts {
   readonly numbers: ReadonlyMap<string, Numbers>;
   readonly choices: Lists;
   readonly bits: Lists;
-  /** What somebody else knows better, laid over what is known here. */
+  /** Better knowledge from another source, laid over these facts. */
   readonly overlay?: (known: Fact | null, name: string) => Fact | null;
 }
 
 export const NO_FACTS: Facts = { words: new Map(), numbers: new Map(), choices: new Map(), bits: new Map() };
 
-/** A table as scripts/build_parameter_facts.py makes it; `choices` and `bits` name a line of `lists`. */
+/** A table made by scripts/build_parameter_facts.py; `choices` and `bits` refer to a line of `lists`. */
 export interface Metadata {
   readonly numbers: Readonly<Record<string, Numbers>>;
   readonly choices: Readonly<Record<string, number>>;
@@ -69,7 +70,7 @@ function readChoices(text: string): Choice[] {
   });
 }
 
-/** Throws a RangeError about a line that is not as described above. */
+/** Throws a RangeError for a line that does not match the format above. */
 export function readFacts(source: string): ReadonlyMap<string, Fact> {
   const facts = new Map<string, Fact>();
   let last = '';
@@ -108,7 +109,7 @@ export function readFacts(source: string): ReadonlyMap<string, Fact> {
   return facts;
 }
 
-/** `words`: the lines of readFacts. Throws a RangeError about one that is not as described. */
+/** `words`: the lines of readFacts. Throws a RangeError for a line that does not match the format. */
 export function factsOf(words: string, metadata: Metadata): Facts {
   const lists = metadata.lists.map(readChoices);
   const listed = (names: Readonly<Record<string, number>>): Lists =>
@@ -123,9 +124,9 @@ export function factsOf(words: string, metadata: Metadata): Facts {
 
 interface Found<T> {
   readonly it: T;
-  /** What `#` stands for. */
+  /** The digits that `#` matched. */
   readonly digits: string;
-  /** What `*` stands for. */
+  /** The text that `*` matched. */
   readonly rest: string;
 }
 
@@ -134,7 +135,9 @@ interface Shape {
   readonly digits: string;
 }
 
-/** The name with `#` for one of its numbers after the other, then for all: EK3_SRC1_YAW is EK3_SRC#_YAW before EK#_SRC#_YAW. */
+/**
+ * The name with `#` for each of its numbers in turn, then for all: EK3_SRC1_YAW gives EK3_SRC#_YAW before EK#_SRC#_YAW.
+ */
 function shapesOf(name: string): Shape[] {
   const numbers = [...name.matchAll(/\d+/g)];
   const shapes = numbers.map(({ index, 0: digits }) => ({
@@ -144,7 +147,7 @@ function shapesOf(name: string): Shape[] {
   return numbers.length < 2 ? shapes : [...shapes, { name: name.replace(/\d+/g, '#'), digits: numbers[0]![0] }];
 }
 
-/** Of this very name, or of the name with `#` for its numbers. */
+/** By the exact name, or by the name with `#` for its numbers. */
 function find<T>(table: ReadonlyMap<string, T>, name: string): Found<T> | null {
   for (const shape of [{ name, digits: '' }, ...shapesOf(name)]) {
     const it = table.get(shape.name);
@@ -153,7 +156,7 @@ function find<T>(table: ReadonlyMap<string, T>, name: string): Found<T> | null {
   return null;
 }
 
-/** Of the family that the name begins as, the longest first. */
+/** By the family whose prefix matches, the longest first. */
 function findFamily<T>(table: ReadonlyMap<string, T>, name: string): Found<T> | null {
   for (let end = name.lastIndexOf('_'); end > 0; end = name.lastIndexOf('_', end - 1)) {
     const found = find(table, `${name.slice(0, end)}_*`);
@@ -162,7 +165,7 @@ function findFamily<T>(table: ReadonlyMap<string, T>, name: string): Found<T> | 
   return null;
 }
 
-/** Words about the second of a kind are those about the first, which often has no number: BATT2_CAPACITY is BATT_CAPACITY. */
+/** A second instance uses the text of the first, which often has no number: BATT2_CAPACITY uses BATT_CAPACITY. */
 function findFirst(words: ReadonlyMap<string, Fact>, name: string): Found<Fact> | null {
   for (const { index, 0: digits } of name.matchAll(/\d+/g)) {
     const found = words.get(`${name.slice(0, index)}${name.slice(index + digits.length)}`);
@@ -184,7 +187,7 @@ const NOTHING: Fact = {
   bits: [],
 };
 
-/** Our words for a value where we have some, and the values that we have none for. */
+/** Our texts for values where available, then the published values without one. */
 function merged(ours: readonly Choice[], published: readonly Choice[] | undefined): readonly Choice[] {
   if (!published || ours.length === 0) return published ?? ours;
   const known = new Set(ours.map(({ value }) => value));
@@ -193,7 +196,7 @@ function merged(ours: readonly Choice[], published: readonly Choice[] | undefine
 
 const PIN = /_PIN\d*$/;
 
-/** Published choices are all that there are, unless they leave a part of the range out, or have a unit; pins differ by board. */
+/** Published choices are complete, unless they omit a part of the range, or have a unit; pins differ by board. */
 export function withOpenness(name: string, fact: Fact): Fact {
   const { choices, least, most, unit } = fact;
   if (choices.length === 0) return fact;
@@ -206,7 +209,7 @@ export function withOpenness(name: string, fact: Fact): Fact {
   return { ...fact, isOpen: PIN.test(name) || unit !== '' || choices.length < 2 || leavesOut };
 }
 
-/** What is known of it; null: nothing at all. */
+/** The fact about a parameter; null: none. */
 export function factOf(facts: Facts, name: string): Fact | null {
   const known = ownFactOf(facts, name);
   return facts.overlay ? facts.overlay(known, name) : known;
@@ -237,9 +240,9 @@ function ownFactOf(facts: Facts, name: string): Fact | null {
   });
 }
 
-/** Why a value that the kind holds is still not a usual one; empty when it is, or nothing is known. */
+/** Why a valid value is unusual; empty if it is usual, or nothing is known. */
 export function unusualWords(fact: Fact | null, value: number): string {
-  // Many defaults are an "off" outside of the range.
+  // Many defaults mean "off" and lie outside the range.
   if (!fact || value === fact.standard) return '';
   if (fact.choices.some((one) => one.value === value)) return '';
   if (fact.choices.length > 0 && !fact.isOpen) return 'This is none of the known choices.';
@@ -249,7 +252,7 @@ export function unusualWords(fact: Fact | null, value: number): string {
   return '';
 }
 
-/** `Usually 1 to 10 m`; empty where no range is known. */
+/** `Usually 1 to 10 m`; empty if no range is known. */
 export function rangeWords(fact: Fact | null): string {
   if (!fact || (fact.least === null && fact.most === null)) return '';
   const unit = fact.unit && ` ${fact.unit}`;
@@ -257,7 +260,7 @@ export function rangeWords(fact: Fact | null): string {
   return fact.least === null ? `Usually to ${fact.most}${unit}` : `Usually ${fact.least} to ${fact.most}${unit}`;
 }
 
-/** A value in words, where it has any: a choice, or the bits that are set. */
+/** A value in words, if available: a choice, or the bits that are set. */
 export function meaningOf(fact: Fact | null, value: number): string {
   const choice = fact?.choices.find((one) => one.value === value);
   if (choice) return choice.words;
@@ -266,7 +269,7 @@ export function meaningOf(fact: Fact | null, value: number): string {
   return set.length > 0 ? set.join(', ') : 'none';
 }
 
-/** Beyond 31 bits the operators of whole numbers would fail. */
+/** Bitwise operators fail beyond 31 bits. */
 export const hasBit = (value: number, bit: number): boolean => Math.floor(value / 2 ** bit) % 2 === 1;
 
 export const withBit = (value: number, bit: number, isSet: boolean): number =>

@@ -1,6 +1,6 @@
 /**
- * Parameter files in and out: Mission Planner's `.param` (NAME,VALUE a line) and QGroundControl's `.params` (vehicle,
- * component, name, value and kind a line). A text is known by what is in it, whatever its name says.
+ * Reads and writes parameter files: Mission Planner's `.param` (NAME,VALUE per line) and QGroundControl's `.params`
+ * (vehicle, component, name, value and kind per line). The content determines the format, not the file's name.
  */
 
 import { valueText, type Parameter } from './kinds';
@@ -10,7 +10,7 @@ export class NotAParameterFile extends Error {}
 export interface ParameterFile {
   readonly format: 'Mission Planner' | 'QGroundControl';
   readonly values: ReadonlyMap<string, number>;
-  /** In words, what of it could not be read. */
+  /** What could not be read, in words. */
   readonly dropped: readonly string[];
 }
 
@@ -19,7 +19,7 @@ const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
 const AUTOPILOT = '1';
 const MAX_LISTED = 5;
 
-/** Throws a NotAParameterFile with a sentence for people. */
+/** Throws NotAParameterFile with a message for people. */
 export function readParameterFile(text: string): ParameterFile {
   const values = new Map<string, number>();
   const strange: string[] = [];

@@ -1,4 +1,4 @@
-/** Parameters of an autopilot as people read and type them: their kinds, the text of a value, and what a text means. */
+/** Autopilot parameters as people read and type them: their kinds, the text of a value, and the value of a text. */
 
 export interface Parameter {
   readonly name: string;
@@ -15,7 +15,7 @@ export const tableOf = (parameters: Iterable<Parameter>): Table =>
 
 const FLOAT = 9;
 const DOUBLE = 10;
-/** What a kind of whole numbers holds. Of 64 bits: as far as a number of the wire is exact. */
+/** The range of each integer kind; for 64 bits, the range that a number on the wire represents exactly. */
 const WHOLE: Readonly<Record<number, readonly [number, number]>> = {
   1: [0, 0xff],
   2: [-0x80, 0x7f],
@@ -35,12 +35,12 @@ export function kindWords(kind: number): string {
   return `whole number, ${bounds[0]} to ${bounds[1]}`;
 }
 
-/** The number as the autopilot keeps it. */
+/** The number as the autopilot stores it. */
 export const kept = (value: number, kind: number): number => (kind === FLOAT ? Math.fround(value) : value) + 0;
 
 export const isSame = (one: number, other: number, kind: number): boolean => kept(one, kind) === kept(other, kind);
 
-/** The shortest text that means this value: 0.135, not 0.13500000536. */
+/** The shortest text for this value: 0.135, not 0.13500000536. */
 export function valueText(value: number, kind: number): string {
   if (kind !== FLOAT) return String(value);
   for (let digits = 6; digits <= 9; digits++) {
@@ -51,7 +51,7 @@ export function valueText(value: number, kind: number): string {
 }
 
 export interface Typed {
-  /** Null: it is none; `fault` says why. */
+  /** Null: no valid value; `fault` says why. */
   readonly value: number | null;
   readonly fault: string;
 }
@@ -59,7 +59,7 @@ export interface Typed {
 const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
 const HEXADECIMAL = /^0x[0-9a-f]+$/i;
 
-/** What somebody typed for a parameter of this kind. */
+/** Parses the text typed for a parameter of this kind. */
 export function readValue(text: string, kind: number): Typed {
   const typed = text.trim().replace('−', '-');
   const none = (fault: string): Typed => ({ value: null, fault });

@@ -1,11 +1,11 @@
-/** Which parameters a page shows, in which groups. */
+/** Selects and groups the parameters of a page. */
 
 import { factOf, type Facts } from './facts';
 import type { Parameter } from './kinds';
 
 const SINGLE = 'Others';
 
-/** The word before the first underscore, without the number of one of several: RC1_MIN is of RC, EK3_ENABLE of EK3. */
+/** The part before the first underscore, without an instance number: RC1_MIN is in RC, EK3_ENABLE in EK3. */
 export function groupsOf(parameters: readonly Parameter[]): ReadonlyMap<string, string> {
   const numbersOf = new Map<string, Set<string>>();
   const counts = new Map<string, number>();
@@ -36,7 +36,7 @@ export interface Group {
   readonly count: number;
 }
 
-/** In the order of the alphabet, those that stand alone at the end. */
+/** In alphabetical order, ungrouped parameters at the end. */
 export function groupList(groups: ReadonlyMap<string, string>): Group[] {
   const counts = new Map<string, number>();
   for (const group of groups.values()) counts.set(group, (counts.get(group) ?? 0) + 1);
@@ -46,14 +46,14 @@ export function groupList(groups: ReadonlyMap<string, string>): Group[] {
     .sort((a, b) => isLast(a.name) - isLast(b.name) || (a.name < b.name ? -1 : 1));
 }
 
-/** What is searched for a parameter, in small letters. */
+/** The searchable text of a parameter, in lower case. */
 export function searchText(name: string, facts: Facts): string {
   const fact = factOf(facts, name);
   const choices = fact ? [...fact.choices, ...fact.bits].map(({ words }) => words) : [];
   return [name, name.replaceAll('_', ' '), fact?.title ?? '', fact?.text ?? '', ...choices].join(' ').toLowerCase();
 }
 
-/** Whether each word of the search is there. */
+/** Whether the text contains each word of the search. */
 export function isFound(text: string, search: string): boolean {
   return search
     .toLowerCase()

@@ -1,4 +1,4 @@
-/** The facts about an autopilot's parameters, fetched when somebody looks at some. */
+/** The facts about an autopilot's parameters, loaded on demand. */
 
 import { factsOf, NO_FACTS, type Facts, type Metadata } from './facts';
 

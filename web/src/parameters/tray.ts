@@ -1,4 +1,4 @@
-/** What somebody wants to write and has not written yet: names and values, seen against what the drone has now. */
+/** Pending changes of parameters: names and values, compared with the drone's current ones. */
 
 import { isSame, type Table } from './kinds';
 
@@ -13,7 +13,7 @@ export interface Change {
 
 export const EMPTY_TRAY: Tray = new Map();
 
-/** A value that the drone has already is no change. */
+/** A value that the drone already has is no change. */
 export function put(tray: Tray, table: Table, name: string, value: number): Tray {
   const parameter = table.get(name);
   if (!parameter) return tray;
@@ -29,7 +29,7 @@ export function takenOut(tray: Tray, name: string): Tray {
   return next;
 }
 
-/** By name; without what the drone has by now, whoever wrote it. */
+/** By name; omits values that the drone has meanwhile, whoever wrote them. */
 export function changes(tray: Tray, table: Table): Change[] {
   const found: Change[] = [];
   for (const [name, after] of tray) {

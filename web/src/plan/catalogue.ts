@@ -1,8 +1,8 @@
 /**
- * The commands that the planner knows: what they are called, whether they have a place, what their parameters are, which
- * autopilots carry them out in a mission. Facts of MAVLink's common.xml, ArduPilot's mission list (Copter 4.6) and PX4's
- * parser and feasibility check. An item with another command is kept as it is: it has numbers instead of names.
- * What an autopilot makes of a value the tower says (wire/plan_keeping.py); the defaults here are kept by both as they are.
+ * The commands that the planner knows: names, whether they have a place, parameters, and which autopilots carry them
+ * out in a mission. Sources: MAVLink's common.xml, ArduPilot's mission list (Copter 4.6) and PX4's parser and
+ * feasibility check. An item with another command is kept unchanged, with numbers instead of names. The tower reports
+ * how an autopilot changes a value (wire/plan_keeping.py); both keep the defaults here unchanged.
  */
 
 export const CMD = {
@@ -61,17 +61,17 @@ export interface ParamSpec {
   readonly most?: number;
   readonly whole?: boolean;
   readonly choices?: readonly (readonly [number, string])[];
-  /** May be left open: the autopilot decides. */
+  /** May be unset: the autopilot decides. */
   readonly mayBeOpen?: boolean;
-  /** The autopilots that take it open; undefined: all. */
+  /** The autopilots that accept it unset; undefined: all. */
   readonly openTo?: readonly AutopilotKind[];
   readonly initial: number | null;
 }
 
 export type PlaceUse =
-  /** It cannot be without one. */
+  /** A place is required. */
   | 'needed'
-  /** 0, 0 stands for "where the drone is then". */
+  /** 0, 0 means "the drone's position at that time". */
   | 'here-if-none'
   | 'none';
 
@@ -79,15 +79,15 @@ export interface CommandSpec {
   readonly command: number;
   readonly label: string;
   readonly place: PlaceUse;
-  /** z is a height that it flies to or looks at. */
+  /** z is a height to fly to or look at. */
   readonly height: boolean;
   /** The drone flies to its place. */
   readonly flies: boolean;
   readonly params: readonly ParamSpec[];
   readonly knownTo: readonly AutopilotKind[];
-  /** Those for which a new one is offered, where these are not all that know it. */
+  /** The autopilots for which it is offered, if not all that support it. */
   readonly offeredTo?: readonly AutopilotKind[];
-  /** What x and z are where there is no place: more parameters. */
+  /** Meaning of x and z without a place: more parameters. */
   readonly raw?: { readonly x?: number; readonly z?: number };
 }
 
@@ -103,7 +103,7 @@ const param = (at: 0 | 1 | 2 | 3, name: string, unit: ParamUnit, rest: Partial<P
   ...rest,
 });
 
-/** Zero stands for the autopilot's own. */
+/** Zero means the autopilot's own value. */
 const HOLD = param(0, 'Wait there', 's', { least: 0, most: 65_535 });
 const REACHED = param(1, 'Reached within', 'm', { least: 0, most: 1_000 });
 const YAW = param(3, 'Heading', 'deg', { least: -360, most: 360, mayBeOpen: true, initial: null });
@@ -120,11 +120,11 @@ function spec(
   return { command, label, place, knownTo, params, height: false, flies: false, ...uses };
 }
 
-/** With a place PX4 does not take it. */
+/** PX4 does not accept it with a place. */
 const WITHOUT_PLACE_ON_PX4 = { height: true, offeredTo: ARDUPILOT };
 const OPEN_TO_PX4 = { mayBeOpen: true, openTo: PX4 };
 
-/** Jumps are checked against the plan that they are in; this is only what the number can hold. */
+/** Jumps are checked against their plan; this is only the range of the number. */
 const MAX_SEQ = 65_535;
 
 const GOES = { height: true, flies: true };
@@ -174,7 +174,7 @@ const SPECS: readonly CommandSpec[] = [
     'Loiter, turns',
     'here-if-none',
     ARDUPILOT,
-    // ArduPilot keeps turns and radius in a byte each.
+    // ArduPilot stores turns and radius in one byte each.
     [param(0, 'Turns', '', { least: 0.1, most: 255, initial: 1 }), RADIUS],
     GOES,
   ),
@@ -293,9 +293,9 @@ const SPECS: readonly CommandSpec[] = [
     }),
     param(3, 'Camera, 0: all', '', { least: 0, most: 255, whole: true, ...OPEN_TO_PX4 }),
   ]),
-  // x is the order to take one.
-  spec(CMD.CAMERA_SHOT, 'Camera, single picture', 'none', BOTH, [], { raw: { x: 1 } }),
-  spec(CMD.IMAGE_START, 'Camera, picture series', 'none', BOTH, [
+  // x triggers the picture.
+  spec(CMD.CAMERA_SHOT, 'Camera, one picture', 'none', BOTH, [], { raw: { x: 1 } }),
+  spec(CMD.IMAGE_START, 'Camera, pictures', 'none', BOTH, [
     param(0, 'Camera, 0: all', '', { least: 0, most: 255, whole: true }),
     param(1, 'Interval', 's', { least: 0, most: 65_535 }),
     param(2, 'Count, 0: until stopped', '', { least: 0, most: 65_535, whole: true, initial: 1 }),
@@ -368,15 +368,15 @@ export const CATALOGUE: ReadonlyMap<number, CommandSpec> = new Map(SPECS.map((on
 
 export const specOf = (command: number): CommandSpec | null => CATALOGUE.get(command) ?? null;
 
-/** Whether a new one of these is offered to somebody who plans for this autopilot. */
+/** Whether it is offered in a plan for this autopilot. */
 export const isOffered = ({ knownTo, offeredTo }: CommandSpec, autopilot: AutopilotKind): boolean =>
   (offeredTo ?? knownTo).includes(autopilot);
 
-/** Whether this autopilot takes the parameter open. */
+/** Whether this autopilot accepts the parameter unset. */
 export const isOpenTo = ({ mayBeOpen, openTo }: ParamSpec, autopilot: AutopilotKind): boolean =>
   mayBeOpen === true && (openTo ?? BOTH).includes(autopilot);
 
 export const commandWords = (command: number): string => specOf(command)?.label ?? `Command ${command}`;
 
-/** The drone flies somewhere or does something that takes its course: not a switch beside the way. */
+/** The drone flies somewhere or does something that takes time: not a side command. */
 export const isNavigation = (command: number): boolean => command < 95;

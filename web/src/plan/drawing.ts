@@ -1,6 +1,6 @@
 /**
- * Drawing a plan on a map, as a machine without one: what is pressed, dragged, clicked and typed goes in, the next state and the
- * edits of the plan come out. Where something is on the screen is the map's business; it says what was hit.
+ * Drawing a plan on a map, as a state machine without a map: presses, drags, clicks and keys go in, the next state and
+ * the edits of the plan come out. Screen positions are the map's concern; it passes what was hit.
  */
 
 import { CMD, specOf } from './catalogue';
@@ -33,28 +33,28 @@ import type { PartId, Plan, Spot, WireItem } from './plan_types';
 export type Tool =
   'select' | 'item' | 'home' | 'survey' | 'corridor' | 'orbit' | 'fence-polygon' | 'fence-circle' | 'rally';
 
-/** Of a shape of the fence by its id, or of what is being drawn. */
+/** A fence shape by its id, or the current drawing. */
 export type CornerOwner = PartId | 'draft';
 
 export type Hit =
   | { readonly on: 'item' | 'shape' | 'centre' | 'rim' | 'rally'; readonly id: PartId }
   | { readonly on: 'home' | 'return' | 'draft-centre' | 'draft-rim' }
-  /** The middle of the way to item number `at`. */
+  /** The middle of the leg to item number `at`. */
   | { readonly on: 'leg'; readonly at: number }
   | { readonly on: 'corner' | 'edge'; readonly of: CornerOwner; readonly at: number };
 
 export interface Drawing {
   readonly tool: Tool;
-  /** What tool `item` puts down. */
+  /** The command that tool `item` places. */
   readonly command: number;
-  /** Items, shapes of the fence and rally points: their ids are different. */
+  /** Items, fence shapes and rally points: their ids are distinct. */
   readonly selected: ReadonlySet<PartId>;
   readonly corner: { readonly of: CornerOwner; readonly at: number } | null;
-  /** The outline, line or middle that is being drawn. */
+  /** The outline, line or centre being drawn. */
   readonly draft: readonly Spot[];
-  /** It is whole: what follows are changes of it. */
+  /** The outline is complete: further input changes it. */
   readonly isWhole: boolean;
-  /** Of a circle that is being drawn. */
+  /** For a circle being drawn. */
   readonly radiusM: number;
   readonly drag: {
     readonly hit: Hit;
@@ -106,7 +106,7 @@ export const select = (drawing: Drawing, ids: Iterable<PartId>): Drawing => ({
   corner: null,
 });
 
-/** What is no longer in the plan cannot be selected. */
+/** Removes from the selection what is no longer in the plan. */
 export function pruned(drawing: Drawing, plan: Plan): Drawing {
   const here = new Set([...plan.items, ...plan.fence.shapes, ...plan.rally].map(({ id }) => id));
   const selected = [...drawing.selected].filter((id) => here.has(id));
@@ -116,16 +116,18 @@ export function pruned(drawing: Drawing, plan: Plan): Drawing {
   return { ...drawing, selected: new Set(selected), corner };
 }
 
-/** What has to be drawn for this tool, and is. */
+/** Whether the drawing has enough corners for this tool. */
 export const hasEnough = ({ tool, draft }: Drawing): boolean => draft.length >= (WANTED_CORNERS[tool] ?? 1);
 
-// --- where a new item goes ---
+// --- position of a new item ---
 
 const isEnd = (item: WireItem): boolean =>
   item.command === CMD.RETURN || item.command === CMD.LAND || item.command === CMD.VTOL_LAND;
 const isTakeOff = (item: WireItem): boolean => item.command === CMD.TAKEOFF || item.command === CMD.VTOL_TAKEOFF;
 
-/** After the last one that is selected; else at the end, before what ends the mission: nothing after that is flown. */
+/**
+ * After the last selected item; otherwise at the end, before the item that ends the mission: nothing after it is flown.
+ */
 export function placeForNew(plan: Plan, selected: ReadonlySet<PartId>): number {
   const last = plan.items.findLastIndex((item) => selected.has(item.id));
   const end = plan.items.at(-1);
@@ -134,7 +136,7 @@ export function placeForNew(plan: Plan, selected: ReadonlySet<PartId>): number {
   return end && isEnd(end) ? plan.items.length - 1 : plan.items.length;
 }
 
-/** A new item that flies as high as its neighbour; with a take-off before it in a mission that has none yet. */
+/** A new item at its neighbour's height; preceded by a take-off in a mission that has none. */
 export function seedsFor(plan: Plan, at: number, command: number, spot: Spot | null): WireItem[] {
   const fresh = newItem(plan.defaults, command, spot);
   const goes = (item: WireItem): boolean => specOf(item.command)?.flies === true && !isTakeOff(item) && !isEnd(item);
@@ -145,7 +147,7 @@ export function seedsFor(plan: Plan, at: number, command: number, spot: Spot | n
   return wantsTakeOff ? [newItem(plan.defaults, CMD.TAKEOFF, null), item] : [item];
 }
 
-/** Adds it where a new one goes, and selects it. */
+/** Adds it at the position for new items, and selects it. */
 export function addItem(drawing: Drawing, plan: Plan, command: number, spot: Spot | null): Step {
   const at = placeForNew(plan, drawing.selected);
   const seeds = seedsFor(plan, at, command, spot);
@@ -160,7 +162,7 @@ export function press(drawing: Drawing, plan: Plan, hit: Hit | null, spot: Spot)
   if (!hit) return null;
   const isDrawing = drawing.tool !== 'select';
   const isOfDraft = hit.on === 'draft-centre' || hit.on === 'draft-rim' || ('of' in hit && hit.of === 'draft');
-  // While something is drawn what lies below is no hindrance: a click there is a corner.
+  // During drawing, items below do not block: a click on them is a corner.
   if (isDrawing && !isOfDraft && !(drawing.tool === 'item' && (hit.on === 'item' || hit.on === 'leg'))) return null;
   const gesture = `drag ${drawing.gestures}`;
   const begun = { ...drawing, gestures: drawing.gestures + 1, drag: { hit, last: spot, gesture, hasMoved: false } };
@@ -186,7 +188,7 @@ export function drag(drawing: Drawing, plan: Plan, spot: Spot): Step {
     case 'rally':
     case 'shape':
     case 'centre': {
-      // One of several that are selected takes all of them along.
+      // Dragging one of several selected parts moves all of them.
       const isGroup = drawing.selected.has(hit.id) && drawing.selected.size > 1;
       if (isGroup || hit.on === 'shape') {
         const moved = isGroup ? drawing.selected : only(hit.id);
@@ -221,7 +223,7 @@ export function drag(drawing: Drawing, plan: Plan, spot: Spot): Step {
 
 const radiusTo = (centre: Spot, spot: Spot): number => Math.max(MIN_RADIUS_M, Math.round(distanceM(centre, spot)));
 
-/** The pointer is let go. `extend`: add to what is selected, or take away from it. */
+/** Pointer up. `extend`: add to the selection, or remove from it. */
 export function release(drawing: Drawing, extend: boolean): Step {
   const held = drawing.drag;
   if (!held) return still(drawing);
@@ -243,7 +245,7 @@ function chosen(drawing: Drawing, hit: Hit, extend: boolean): Drawing {
   return { ...drawing, selected, corner: null };
 }
 
-/** A click where nothing is. */
+/** A click on an empty place. */
 export function click(drawing: Drawing, plan: Plan, spot: Spot): Step {
   switch (drawing.tool) {
     case 'select':
@@ -272,13 +274,13 @@ export function click(drawing: Drawing, plan: Plan, spot: Spot): Step {
   }
 }
 
-/** What is being drawn is whole: by a double click, Enter, or a press on its first corner. */
+/** Completes the drawing: by a double click, Enter, or a press on its first corner. */
 export function finish(drawing: Drawing): Drawing {
   const isDrawn = drawing.draft.length > 0 && !drawing.isWhole && hasEnough(drawing);
   return isDrawn ? { ...drawing, isWhole: true, corner: null } : drawing;
 }
 
-/** A whole polygon of the fence is no draft any more. */
+/** Turns a complete fence polygon from a draft into a shape. */
 export function settled(drawing: Drawing, plan: Plan): Step {
   if (drawing.tool !== 'fence-polygon' || !drawing.isWhole) return still(drawing);
   const shape = { inclusion: true, group: 0, frame: FRAME.GLOBAL, corners: drawing.draft };
@@ -296,7 +298,7 @@ export function back(drawing: Drawing): Drawing {
   return select(drawing, []);
 }
 
-/** Delete: the corner that is chosen, or else what is selected. */
+/** Delete: the selected corner, otherwise the selection. */
 export function remove(drawing: Drawing, plan: Plan): Step {
   const { corner, draft } = drawing;
   if (corner?.of === 'draft') {
@@ -322,7 +324,7 @@ export function remove(drawing: Drawing, plan: Plan): Step {
   return withEdits(next, together(words, edits));
 }
 
-/** Moves what is selected by so many metres: arrows with a hand off the mouse. */
+/** Moves the selection by this many metres: for arrow keys. */
 export function nudge(drawing: Drawing, northM: number, eastM: number, plan: Plan): Step {
   const first = plan.items.find(({ id }) => drawing.selected.has(id));
   const latE7 = first ? first.x : (plan.home?.spot.latE7 ?? 0);
@@ -332,5 +334,5 @@ export function nudge(drawing: Drawing, northM: number, eastM: number, plan: Pla
   return withEdits(drawing, shiftParts(drawing.selected, lat, lon, `nudge ${[...drawing.selected].join(' ')}`));
 }
 
-/** A jump that the plan has lost the target of. */
+/** A jump whose target is no longer in the plan. */
 export const isLost = (item: WireItem): boolean => item.command === CMD.JUMP && item.params[0] === NOWHERE;

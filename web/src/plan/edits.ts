@@ -1,6 +1,7 @@
 /**
- * What can be done to a plan, as commands: each makes a new plan out of one and leaves the old alone. An edit that names what is
- * no longer there changes nothing. Jumps keep their item, wherever it moves; when it is taken out they go to what followed it.
+ * The edits of a plan, as commands: each derives a new plan and leaves the old one unchanged. An edit that refers to a
+ * missing part changes nothing. Jumps follow their target item when it moves; if it is removed, they go to the item
+ * after it.
  */
 
 import { CMD, commandWords, specOf } from './catalogue';
@@ -21,14 +22,14 @@ import type {
 import { planItems, wireItem } from './wire_items';
 
 export interface Edit {
-  /** "Move item 3": what undo and redo say. */
+  /** "Move item 3": the text for undo and redo. */
   readonly words: string;
-  /** Edits of one gesture (a drag, a number being typed) are one step of undo. */
+  /** Edits of one gesture (a drag, a number being typed) are one undo step. */
   readonly gesture?: string;
   readonly apply: (plan: Plan) => Plan;
 }
 
-/** A jump that goes nowhere: the checks refuse to send it. */
+/** A jump without a target: the checks refuse to send it. */
 export const NOWHERE = -1;
 
 type Seed = WireItem & { readonly jumpTo?: PartId };
@@ -64,7 +65,7 @@ export function insertItems(at: number, seeds: readonly Seed[]): Edit {
   });
 }
 
-/** Items from elsewhere, whose jumps count from the first of them. */
+/** Items from elsewhere, with jumps relative to the first of them. */
 export const appendItems = (wire: readonly WireItem[]): Edit =>
   edit(`Add ${wire.length} items`, (plan) => ({
     ...plan,
@@ -72,7 +73,7 @@ export const appendItems = (wire: readonly WireItem[]): Edit =>
     nextId: plan.nextId + wire.length,
   }));
 
-/** The jump after its item is gone. */
+/** The jump after its target is removed. */
 function followed(item: PlanItem, items: readonly PlanItem[], gone: ReadonlySet<PartId>): PlanItem {
   if (item.jumpTo === null || !gone.has(item.jumpTo)) return item;
   const from = items.findIndex((one) => one.id === item.jumpTo);
@@ -90,7 +91,7 @@ export function removeItems(ids: Iterable<PartId>): Edit {
   });
 }
 
-/** Puts these items, in their order, before another one, or at the end (`null`). */
+/** Moves these items, in their order, before another one, or to the end (`null`). */
 export function moveItems(ids: Iterable<PartId>, before: PartId | null): Edit {
   const moved = new Set(ids);
   return edit(moved.size === 1 ? 'Move an item in the list' : `Move ${moved.size} items in the list`, (plan) => {
@@ -119,7 +120,7 @@ function changedItem(words: string, id: PartId, change: (item: PlanItem) => Plan
 
 const rewired = (item: PlanItem, wire: WireItem): PlanItem => ({ ...wire, id: item.id, jumpTo: item.jumpTo });
 
-/** Drags an item: one step of undo for each `gesture`. */
+/** Drags an item: one undo step per `gesture`. */
 export const placeItem = (id: PartId, spot: Spot, gesture?: string): Edit =>
   changedItem('Move an item', id, (item) => ({ ...item, x: spot.latE7, y: spot.lonE7 }), gesture);
 
@@ -147,7 +148,7 @@ export const setHeight = (id: PartId, heightM: number, gesture?: string): Edit =
 export const setFrame = (id: PartId, frame: number): Edit =>
   changedItem('Change what a height is measured from', id, (item) => ({ ...item, frame }));
 
-/** Another command in its stead, with that command's own parameters, at the same place and height. */
+/** Replaces the command, with the new one's own parameters, at the same place and height. */
 export const setCommand = (id: PartId, command: number): Edit =>
   edit(`Make it ${commandWords(command)}`, (plan) => {
     const at = plan.items.findIndex((item) => item.id === id);
@@ -173,7 +174,9 @@ export const setHome = (home: PlannedHome | null, gesture?: string): Edit =>
 export const setDefaults = (defaults: PlanDefaults): Edit =>
   edit('Change what new items begin with', (plan) => ({ ...plan, defaults }));
 
-/** The whole plan, as from a file, the library or the drone. Ids go on from the old plan's: nothing takes up a dead one's. */
+/**
+ * Replaces the whole plan, as from a file, the library or the drone. Ids continue from the old plan's: none is reused.
+ */
 export const replacePlan = (words: string, other: Plan): Edit =>
   edit(words, (plan) => ({ ...other, nextId: Math.max(plan.nextId, other.nextId) }));
 
@@ -181,7 +184,7 @@ export const replacePlan = (words: string, other: Plan): Edit =>
 export const together = (words: string, edits: readonly Edit[], gesture?: string): Edit =>
   edit(words, (plan) => edits.reduce((before, one) => one.apply(before), plan), gesture);
 
-/** Drags parts of any kind by so many 1e-7 degrees. Items that have no place stay as they are. */
+/** Moves parts of any kind by this many 1e-7 degrees. Items without a place do not change. */
 export function shiftParts(ids: ReadonlySet<PartId>, latE7: number, lonE7: number, gesture?: string): Edit {
   const moved = (spot: Spot): Spot => ({ latE7: spot.latE7 + latE7, lonE7: spot.lonE7 + lonE7 });
   const movedItem = (item: PlanItem): PlanItem => {
@@ -260,7 +263,7 @@ export const insertCorner = (id: PartId, at: number, spot: Spot): Edit =>
     shape.shape === 'polygon' ? { ...shape, corners: shape.corners.toSpliced(at, 0, spot) } : shape,
   );
 
-/** Three are the fewest. */
+/** Keeps at least three corners. */
 export const removeCorner = (id: PartId, at: number): Edit =>
   changedShape('Remove a corner', id, (shape) =>
     shape.shape === 'polygon' && shape.corners.length > 3 && at >= 0 && at < shape.corners.length

@@ -1,4 +1,4 @@
-/** How far, how long, how much battery: from figures that the user gives, so no better than these. */
+/** Distance, time and battery: based on figures that the user enters, so no more accurate than these. */
 
 import { CMD } from './catalogue';
 import { flownPath, type Ending, type FlownPath, type Leg } from './flown_path';
@@ -8,13 +8,13 @@ import type { Plan } from './plan_types';
 export interface FlightFigures {
   readonly climbMS: number;
   readonly descentMS: number;
-  /** What turning back (180 degrees) costs; other turns in proportion. */
+  /** Time of a turn by 180 degrees; other turns in proportion. */
   readonly turnBackS: number;
-  /** Of a circle whose item does not say. */
+  /** For a circle whose item does not specify one. */
   readonly circleRadiusM: number;
-  /** Per cent of the battery a minute, as seen in other flights; null: not known. */
+  /** Battery per cent per minute, as seen in other flights; null: unknown. */
   readonly batteryPerMin: number | null;
-  /** How wide the strip is that one line of pictures adds; null: no camera. */
+  /** Width of the strip that one line of pictures adds; null: no camera. */
   readonly stripM: number | null;
 }
 
@@ -40,7 +40,7 @@ export interface Estimate {
   readonly notes: readonly string[];
 }
 
-/** Below this a turn is none: numbers wobble. */
+/** Smaller turns are numerical noise. */
 const STRAIGHT_DEG = 1;
 const SHORT_M = 0.1;
 
@@ -60,7 +60,7 @@ export function turnsS(legs: readonly Leg[], turnBackS: number): Map<number, num
 export function legS(leg: Leg, speedMS: number, figures: FlightFigures): number {
   const climb = leg.toHeightM - leg.fromHeightM;
   const vertical = climb >= 0 ? climb / figures.climbMS : -climb / figures.descentMS;
-  // A copter climbs while it flies: the slower of the two sets the time.
+  // A copter climbs while it flies: the slower of the two determines the time.
   return Math.max(leg.lengthM / speedMS, vertical);
 }
 
@@ -131,14 +131,14 @@ export function estimate(plan: Plan, figures: FlightFigures, path: FlownPath = f
 }
 
 export interface ProfilePoint {
-  /** Along the way. */
+  /** Distance along the path. */
   readonly alongM: number;
   readonly heightM: number;
-  /** The item that it is on its way to. */
+  /** The item that it flies to. */
   readonly seq: number;
 }
 
-/** As many samples as a drawing has use for; each corner is one of them, so that no peak is lost. */
+/** About as many samples as a drawing needs; includes each corner, so that no peak is lost. */
 export function heightProfile(path: FlownPath, samples = 200): ProfilePoint[] {
   const total = path.legs.reduce((sum, leg) => sum + leg.lengthM, 0);
   const points: ProfilePoint[] = [];

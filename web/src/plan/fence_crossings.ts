@@ -1,4 +1,6 @@
-/** Where a way leaves its fence: exact, not sampled. Each leg is cut at every border and asked in the middle of each piece. */
+/**
+ * Where a path leaves its fence: exact, not sampled. Cuts each leg at every border and tests the middle of each piece.
+ */
 
 import { booleanPointInPolygon } from '@turf/boolean-point-in-polygon';
 import type { Polygon } from 'geojson';
@@ -8,11 +10,11 @@ import { distanceM, Plane, type Point } from './ground';
 import type { FenceShape, Spot } from './plan_types';
 
 export type Breach =
-  /** In none of the areas that it must stay inside. */
+  /** Outside every inclusion area. */
   | 'outside'
-  /** Inside one of them, outside of another: some autopilots want all. */
+  /** Inside one inclusion area, outside another: some autopilots require all. */
   | 'outside-one'
-  /** Where it must not be. */
+  /** Inside an exclusion area. */
   | 'forbidden';
 
 interface FlatPolygon {
@@ -32,7 +34,7 @@ const holds = (shape: Flat, point: Point): boolean =>
     ? booleanPointInPolygon([...point], shape.area)
     : Math.hypot(point[0] - shape.centre[0], point[1] - shape.centre[1]) <= shape.radiusM;
 
-/** Parts of the way from `a` to `b` (0 to 1) where it meets the border. */
+/** Positions on the path from `a` to `b` (0 to 1) where it meets the border. */
 function meetings(shape: Flat, a: Point, b: Point): number[] {
   const [dx, dy] = [b[0] - a[0], b[1] - a[1]];
   if ('ring' in shape) {
@@ -71,7 +73,7 @@ export class FenceCheck {
   readonly #plane: Plane;
   readonly #shapes: readonly Flat[];
 
-  /** `middle`: near what is flown. */
+  /** `middle`: near the flown area. */
   constructor(shapes: readonly FenceShape[], middle: Spot) {
     this.#plane = new Plane(middle);
     const flat = (spot: Spot): Point => this.#plane.point(spot);
@@ -88,7 +90,7 @@ export class FenceCheck {
     return breachAt(this.#shapes, this.#plane.point(spot));
   }
 
-  /** The worst that happens on a leg. */
+  /** The worst breach on a leg. */
   on(leg: Pick<Leg, 'from' | 'to'>): Breach | null {
     if (this.#shapes.length === 0) return null;
     if (distanceM(leg.from, leg.to) === 0) return this.at(leg.to);

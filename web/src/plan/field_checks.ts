@@ -1,4 +1,4 @@
-/** What is wrong with one field of an item, in words: for the table, while somebody types. Whole plans: plan_checks.ts. */
+/** Faults of one field of an item, in words: for the table, during typing. Whole plans: plan_checks.ts. */
 
 import { CMD, specOf, type ParamSpec } from './catalogue';
 import { datumOf, FRAME } from './frames';
@@ -12,7 +12,7 @@ export interface Fault {
 }
 
 const PARAM_FIELDS = ['p1', 'p2', 'p3', 'p4'] as const;
-/** Deeper than the Dead Sea and higher than any of these aircraft. */
+/** Below the Dead Sea, and above the ceiling of any of these aircraft. */
 export const MIN_HEIGHT_M = -500;
 export const MAX_HEIGHT_M = 10_000;
 export const MAX_RADIUS_M = 100_000;
@@ -44,10 +44,10 @@ export function heightFault(heightM: number): string | null {
   return `Height: ${heightM} m is outside of ${MIN_HEIGHT_M} to ${MAX_HEIGHT_M} m.`;
 }
 
-/** 0, 0 is what autopilots take for "no place". */
+/** Autopilots take 0, 0 as "no place". */
 export const isNoPlace = (spot: Spot): boolean => spot.latE7 === 0 && spot.lonE7 === 0;
 
-/** Every fault of an item; `count` is how many items its plan has. */
+/** Every fault of an item; `count` is the number of items in its plan. */
 export function itemFaults(item: PlanItem, count: number): Fault[] {
   const faults: Fault[] = [];
   const add = (field: Field, words: string | null): void => {
@@ -66,7 +66,7 @@ export function itemFaults(item: PlanItem, count: number): Fault[] {
     return faults;
   }
   for (const one of spec.params) {
-    // Where a jump goes is a choice among items, whatever the number says.
+    // A jump's target is chosen among the items, whatever the number says.
     if (item.command === CMD.JUMP && one.at === 0) continue;
     add(PARAM_FIELDS[one.at], paramFault(one, item.params[one.at]));
   }

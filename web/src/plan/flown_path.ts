@@ -1,4 +1,4 @@
-/** The way that a mission flies, in order, jumps and all: what estimates and checks are made of. */
+/** The path that a mission flies, in order, including jumps: the basis of estimates and checks. */
 
 import { CMD, specOf } from './catalogue';
 import { isNoPlace } from './field_checks';
@@ -6,17 +6,20 @@ import { datumOf } from './frames';
 import { distanceM } from './ground';
 import type { Plan, PlanItem, Spot } from './plan_types';
 
-/** How it ends: `ends` at its last item or a return, `waits` for a word, `for-ever` round a jump, `too-long` to be followed. */
+/**
+ * How it ends: `ends` at its last item or a return, `waits` for a command, `for-ever` in a jump loop, `too-long` to
+ * follow.
+ */
 export type Ending = 'ends' | 'waits' | 'for-ever' | 'too-long';
 
-/** More than any battery lasts. */
+/** Longer than any battery lasts. */
 export const MAX_STEPS_FLOWN = 20_000;
 
 export interface Order {
-  /** Places in the plan's list, in the order that they come up in. */
+  /** Indices in the plan's list, in the order of flight. */
   readonly steps: readonly number[];
   readonly ending: Ending;
-  /** The item that it ends, waits or turns back for ever at. */
+  /** The item where it ends, waits or loops for ever. */
   readonly last: number | null;
 }
 
@@ -59,12 +62,12 @@ export interface Leg {
   readonly from: Spot;
   readonly to: Spot;
   readonly lengthM: number;
-  /** Above home; terrain is taken to be as high as home. */
+  /** Above home; terrain is assumed to be as high as home. */
   readonly fromHeightM: number;
   readonly toHeightM: number;
 }
 
-/** Metres above the planned home; null when nobody can say: a height above the sea and no home. */
+/** Metres above the planned home; null if unknown: a height above sea level without a home. */
 export function heightAboveHomeM(plan: Plan, item: PlanItem): number | null {
   if (datumOf(item.frame) !== 'sea') return item.z;
   return plan.home ? item.z - plan.home.altM : null;
@@ -77,7 +80,7 @@ export interface FlownPath {
 
 const isLanding = (command: number): boolean => command === CMD.LAND || command === CMD.VTOL_LAND;
 
-/** Begins at the planned home, where there is one, on the ground; else at the first place. */
+/** Begins at the planned home, if any, on the ground; otherwise at the first place. */
 export function flownPath(plan: Plan): FlownPath {
   const order = flownOrder(plan);
   const legs: Leg[] = [];
@@ -105,7 +108,7 @@ export function flownPath(plan: Plan): FlownPath {
       fly(seq, to, heightM);
       fly(seq, to, Math.min(target, heightM));
     } else if (item.command === CMD.TAKEOFF || item.command === CMD.VTOL_TAKEOFF) {
-      // It climbs where it is; only planes go to the place of a take-off.
+      // It climbs in place; only planes fly to the place of a take-off.
       fly(seq, here ?? to, target);
     } else {
       fly(seq, to, target);

@@ -1,4 +1,4 @@
-/** What a height is measured from: the coordinate frames (MAV_FRAME) of plans. */
+/** The coordinate frames (MAV_FRAME) of plans: the reference of a height. */
 
 export const FRAME = {
   GLOBAL: 0,
@@ -22,10 +22,10 @@ const DATUM: ReadonlyMap<number, Datum> = new Map([
   [FRAME.GLOBAL_TERRAIN_ALT_INT, 'terrain'],
 ] as const);
 
-/** `null`: not a frame of places on earth. */
+/** `null`: not a geographic frame. */
 export const datumOf = (frame: number): Datum | null => DATUM.get(frame) ?? null;
 
-/** The frames that people choose from; the _INT twins mean the same and are kept as they came. */
+/** The selectable frames; the _INT variants mean the same and are kept unchanged. */
 export const FRAME_CHOICES: readonly { readonly frame: number; readonly label: string }[] = [
   { frame: FRAME.GLOBAL_RELATIVE_ALT, label: 'above home' },
   { frame: FRAME.GLOBAL, label: 'above sea level' },

@@ -1,4 +1,4 @@
-/** Places on earth and a flat piece of it, in metres: what the planner measures with. By turf, on the sphere. */
+/** Places on earth and a local plane in metres: the planner's measurements. Uses turf, on the sphere. */
 
 import { bearing } from '@turf/bearing';
 import { destination } from '@turf/destination';
@@ -16,15 +16,15 @@ export const bearingDeg = (from: Spot, to: Spot): number => bearing(degrees(from
 
 export function spotAt(from: Spot, metres: number, bearing: number): Spot {
   const [lon, lat] = destination(degrees(from), metres, bearing, METRES).geometry.coordinates;
-  // Turf counts on beyond 180 degrees.
+  // Turf continues beyond 180 degrees.
   const wrapped = ((((lon! + 180) % 360) + 360) % 360) - 180;
   return { latE7: e7Of(lat!), lonE7: e7Of(wrapped) };
 }
 
-/** Metres east and north of a middle. */
+/** Metres east and north of a centre. */
 export type Point = readonly [number, number];
 
-/** Distances and bearings from its middle are true; a few kilometres away everything else nearly is. */
+/** Distances and bearings from its centre are exact; those between other points nearly, within a few kilometres. */
 export class Plane {
   readonly #middle: Spot;
 

@@ -1,4 +1,4 @@
-/** An item in a few words, for a line of the table: what is particular about it. Numbers in the units of whoever reads. */
+/** A summary of an item for a table row: its characteristic values. Numbers are in the reader's units. */
 
 import { CMD, specOf, type ParamSpec } from './catalogue';
 import type { Plan, PlanItem } from './plan_types';
@@ -22,7 +22,7 @@ function valueWords(spec: ParamSpec, value: number | null, units: InUnits): stri
   return spec.unit === '' ? number : `${number} ${spec.unit}`;
 }
 
-/** "2 turns" would do for one of them; the others are told with the name of their parameter. */
+/** Commands with a text of their own, such as "2 turns"; the others use the parameter's name. */
 const ALONE: ReadonlyMap<number, (item: PlanItem, units: InUnits) => string> = new Map([
   [
     CMD.CHANGE_SPEED,

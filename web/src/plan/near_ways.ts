@@ -1,20 +1,23 @@
-/** Geometry of two drones in the air, metres and seconds: when they are near each other, and where their ways are nearest. Pure. */
+/**
+ * Geometry of two flying drones, in metres and seconds: when they are near each other, and where their paths are
+ * nearest. Pure.
+ */
 
 import type { Point } from './ground';
 
 export type Solid = readonly [east: number, north: number, up: number];
 
-/** One as the other sees it. */
+/** One drone relative to the other. */
 export interface Moving {
   readonly place: Solid;
-  /** A second. */
+  /** Per second. */
   readonly speed: Solid;
 }
 
 export interface Near {
   readonly fromS: number;
   readonly toS: number;
-  /** When they are nearest over ground within that time, and how near they are then. */
+  /** When they are nearest horizontally within that time, and their distance then. */
   readonly closestS: number;
   readonly horizontalM: number;
   readonly verticalM: number;
@@ -22,7 +25,7 @@ export interface Near {
 
 const STILL = 1e-9;
 
-/** The times within the next `forS` seconds in which both distances are below the given ones; null: none. */
+/** The times within the next `forS` seconds when both distances are below the given ones; null: none. */
 export function whenNear({ place, speed }: Moving, horizontalM: number, verticalM: number, forS: number): Near | null {
   const [x, y, z] = place;
   const [u, v, w] = speed;
@@ -59,11 +62,11 @@ export interface Segment {
 }
 
 export interface Touch {
-  /** How far along each of the two, 0 to 1. */
+  /** The position along each of the two, 0 to 1. */
   readonly parts: readonly [number, number];
   readonly horizontalM: number;
   readonly verticalM: number;
-  /** Between the two places. */
+  /** Midway between the two places. */
   readonly at: Point;
 }
 
@@ -76,7 +79,7 @@ const along = ({ from, to }: Segment, part: number): Solid => [
   from[2] + (to[2] - from[2]) * part,
 ];
 
-/** Where two straight ways are nearest, a metre of height counted as `heightCounts` metres over ground. */
+/** Where two straight segments are nearest, with a metre of height weighted as `heightCounts` horizontal metres. */
 export function closestOfSegments(one: Segment, other: Segment, heightCounts: number): Touch {
   const scaled = ({ from, to }: Segment): Segment => ({
     from: [from[0], from[1], from[2] * heightCounts],
@@ -92,7 +95,7 @@ export function closestOfSegments(one: Segment, other: Segment, heightCounts: nu
   };
 }
 
-/** The distance is a quadratic of both parts: its least in the square is found along each edge and inside. */
+/** The distance is quadratic in both positions: finds the minimum along each edge of the unit square and inside it. */
 function partsOf(one: Segment, other: Segment): [number, number] {
   const [d1, d2, r] = [minus(one.to, one.from), minus(other.to, other.from), minus(one.from, other.from)];
   const [a, e, b, c, f] = [times(d1, d1), times(d2, d2), times(d1, d2), times(d1, r), times(d2, r)];

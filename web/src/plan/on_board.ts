@@ -1,13 +1,13 @@
-/** The plan on the screen against the one that a drone has, of each kind: by hash, so that it needs no download. */
+/** Compares the plan on the screen with the drone's, for each kind: by hash, so that it needs no download. */
 
 import { planHash } from './plan_hash';
 import type { Plan, PlanKind } from './plan_types';
 import { itemsOf } from './wire_items';
 
-/** What the drone's agent tells; undefined where it never has. */
+/** As the drone's agent reports; undefined if it never did. */
 export interface OnboardPlan {
   readonly hash: string | null;
-  /** What was sent, where the autopilot keeps some fields in its own way. */
+  /** The hash of what was sent, if the autopilot stores some fields differently. */
   readonly sent_hash: string | null;
   readonly count: number;
   readonly fit_to_fly: boolean;
@@ -20,9 +20,9 @@ export interface KindState {
   readonly standing: Standing;
   /** On the screen. */
   readonly here: number;
-  /** On the drone; null: nobody knows. */
+  /** On the drone; null: unknown. */
   readonly there: number | null;
-  /** False: half a plan may be on board. */
+  /** False: an incomplete plan may be on board. */
   readonly isFit: boolean;
 }
 
@@ -41,10 +41,13 @@ export function kindState(plan: Plan, kind: PlanKind, onboard: OnboardPlan | und
 export const kindStates = (plan: Plan, onboard: Readonly<Partial<Record<PlanKind, OnboardPlan>>>): KindState[] =>
   PLAN_KINDS.map((kind) => kindState(plan, kind, onboard[kind]));
 
-/** What an upload sends unless somebody chooses: what is here and not there. What is empty here is taken off by choice only. */
+/**
+ * The default selection of an upload: kinds that exist here and differ on board. Clearing a kind on board is the user's
+ * explicit choice.
+ */
 export const toSend = (states: readonly KindState[]): PlanKind[] =>
   states.filter(({ standing, here }) => standing !== 'on the drone' && here > 0).map(({ kind }) => kind);
 
-/** Of these, what lies under them on the drone, or may. */
+/** Those of these kinds whose plan on the drone is overwritten, or may be. */
 export const overwritten = (states: readonly KindState[], kinds: readonly PlanKind[]): KindState[] =>
   states.filter(({ kind, standing, there }) => kinds.includes(kind) && standing !== 'on the drone' && there !== 0);

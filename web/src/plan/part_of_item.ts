@@ -1,8 +1,10 @@
-/** Which part of a plan an item belongs to, of those that are sent to a drone: the corners of a fence are items too. */
+/**
+ * Maps the index of an uploaded item to the part of the plan that it belongs to: the corners of a fence are items too.
+ */
 
 import type { PartId, Plan, PlanKind } from './plan_types';
 
-/** `at`: from 0 among what is sent of that kind. Null: it belongs to none, as the return point of a fence. */
+/** `at`: from 0 among the uploaded items of that kind. Null: it belongs to no part, as the return point of a fence. */
 export function partOfItem(plan: Plan, kind: PlanKind, at: number): PartId | null {
   if (kind === 'mission') return plan.items[at]?.id ?? null;
   if (kind === 'rally') return plan.rally[at]?.id ?? null;

@@ -1,6 +1,6 @@
 /**
- * What to know before a plan is sent to a drone, each in words that name the item. An error would be refused by the drone or fly it
- * where it must not; a warning may be meant so.
+ * Checks before a plan is sent to a drone, each in words that name the item. An error would be refused by the drone or
+ * fly it into danger; a warning may be intended.
  */
 
 import { AUTOPILOT_WORDS, CMD, commandWords, isOpenTo, specOf, type AutopilotKind } from './catalogue';
@@ -15,7 +15,7 @@ import { itemsOf } from './wire_items';
 export interface Finding {
   readonly severity: 'error' | 'warning';
   readonly kind: PlanKind;
-  /** The item, shape or point that it is about; null: the whole. */
+  /** The item, shape or point concerned; null: the whole plan. */
   readonly part: PartId | null;
   readonly words: string;
 }
@@ -27,7 +27,7 @@ export interface CheckLimits {
   readonly farthestM: number | null;
 }
 
-/** Nearer than this two waypoints are one: a copter counts a waypoint as reached from 2 m away. */
+/** Waypoints closer than this are one: a copter counts a waypoint as reached from 2 m away. */
 const SAME_PLACE_M = 0.5;
 
 const BREACH_WORDS: Record<Breach, string> = {
@@ -92,7 +92,7 @@ type AddFinding = (severity: Finding['severity'], seq: number | null, words: str
 const isTakeOff = (command: number): boolean => command === CMD.TAKEOFF || command === CMD.VTOL_TAKEOFF;
 const isEnd = (command: number): boolean => command === CMD.RETURN || command === CMD.LAND || command === CMD.VTOL_LAND;
 
-/** Take-off, jumps, what is never reached, how it ends. */
+/** Checks take-off, jumps, unreachable items, and the ending. */
 function checkCourse(plan: Plan, path: FlownPath, addFinding: AddFinding): void {
   const { items } = plan;
   if (items.length === 0) return;
@@ -127,7 +127,7 @@ function checkCourse(plan: Plan, path: FlownPath, addFinding: AddFinding): void 
   }
 }
 
-/** Heights, distances, places that come twice. */
+/** Checks heights, distances and repeated places. */
 function checkPlaces(plan: Plan, limits: CheckLimits, path: FlownPath, addFinding: AddFinding): void {
   const { items, home } = plan;
   if (!home && items.length > 0) {

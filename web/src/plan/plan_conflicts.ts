@@ -1,7 +1,7 @@
 /**
- * Several plans flown at the same time: where drones would come near each other, by the times of the estimates, and where only
- * these times keep them apart. Each finding in words that name the drones. Wind, a late start, a pause: none of it is in the
- * estimates, so the times have a slack within which a crossing counts.
+ * Several plans flown at the same time: where drones come near each other, by their estimated times, and where only
+ * these times separate them. Each finding names the drones. Wind, a late start or a pause are not in the estimates, so
+ * a crossing counts within a slack of time.
  */
 
 import type { FlightFigures } from './estimates';
@@ -10,7 +10,7 @@ import { latDegOf, lonDegOf, type Plan, type Spot } from './plan_types';
 import { closestOfSegments, whenNear, type Moving } from './near_ways';
 import { timedPath, type TimedPath } from './timed_path';
 
-/** One drone with its plan. `startS`: how long after the first of all it starts. */
+/** One drone with its plan. `startS`: seconds after the first start. */
 export interface PlannedFlight {
   readonly name: string;
   readonly plan: Plan;
@@ -18,31 +18,36 @@ export interface PlannedFlight {
   readonly startS: number;
 }
 
-/** Two drones conflict while they are nearer than both. */
+/** Two drones conflict while both distances are below these. */
 export interface SeparationWanted {
   readonly horizontalM: number;
   readonly verticalM: number;
 }
 
 export interface PlanConflict {
-  /** `near`: by the estimates they are near each other at the same time. `crossing`: one after the other, with little time between. */
+  /**
+   * `near`: estimated to be near each other at the same time. `crossing`: one after the other, with little time
+   * between.
+   */
   readonly kind: 'near' | 'crossing';
   readonly severity: 'error' | 'warning';
-  /** Places in the list of flights. */
+  /** Indices in the list of flights. */
   readonly pair: readonly [number, number];
-  /** Since the first start; of a crossing when the first of the two is there. */
+  /** Since the first start; for a crossing, when the first of the two arrives. */
   readonly atS: number;
-  /** Of a crossing: how much later the other one is there. */
+  /** For a crossing: how much later the other one arrives. */
   readonly gapS: number;
   readonly spot: Spot;
   readonly horizontalM: number;
   readonly verticalM: number;
-  /** The items that they are on their way to. */
+  /** The items that they fly to. */
   readonly seqs: readonly [number, number];
   readonly words: string;
 }
 
-/** The nearest over ground that two come while they are not above each other by more than is wanted; null: never. */
+/**
+ * The smallest horizontal distance of two drones while their vertical distance is below the required one; null: never.
+ */
 export interface Closest {
   readonly pair: readonly [number, number];
   readonly atS: number;
@@ -51,7 +56,7 @@ export interface Closest {
 }
 
 export interface ConflictReport {
-  /** The first ones first; of one pair at most MAX_PER_PAIR, and the nearest of them is among them. */
+  /** Earliest first; at most MAX_PER_PAIR per pair, including its nearest one. */
   readonly conflicts: readonly PlanConflict[];
   readonly closest: readonly Closest[];
   /** What could not be checked, in words. */
@@ -59,10 +64,10 @@ export interface ConflictReport {
 }
 
 export const MAX_PER_PAIR = 5;
-/** Crossings that lie further apart in time than this, and a share of the flown time, are none. */
+/** Crossings separated by more time than this plus a share of the flown time do not count. */
 const SLACK_S = 20;
 const SLACK_SHARE = 0.1;
-/** Conflicts with less time between them are one. */
+/** Conflicts with less time between them are merged. */
 const SAME_EPISODE_S = 3;
 const GROUND_M = 0.3;
 
@@ -99,7 +104,7 @@ export function planConflicts(flights: readonly PlannedFlight[], wanted: Separat
   if (!middle) return { conflicts: [], closest: [], notes };
   const plane = new Plane(middle);
   const overS = Math.max(...paths.map(({ seconds }, at) => seconds + flights[at]!.startS));
-  // Heights above each one's own home compare only where it is known how high these are.
+  // Heights above different homes are comparable only if the homes' heights are known.
   const isAboveSea = flights.every(({ plan }) => plan.home !== null);
   const ways = flights.map((flight, at) => wayOf(flight, paths[at]!, plane, isAboveSea, overS));
   const conflicts: PlanConflict[] = [];
@@ -140,7 +145,7 @@ function wayOf(flight: PlannedFlight, path: TimedPath, plane: Plane, isAboveSea:
   const baseM = isAboveSea ? plan.home!.altM : 0;
   const pieces: Piece[] = [];
   for (const piece of path.pieces) {
-    // Whoever stands on the ground is in nobody's way.
+    // A drone on the ground conflicts with nobody.
     if (Math.max(piece.fromHeightM, piece.toHeightM) <= GROUND_M || piece.toS <= piece.fromS) continue;
     pieces.push({
       fromS: startS + piece.fromS,
@@ -178,7 +183,7 @@ function placeAt(piece: Piece, atS: number): { point: Point; heightM: number } {
   return { point: [x, y], heightM: between(piece.fromM, piece.toM, part) };
 }
 
-/** How the second moves as the first sees it, from `fromS` on. */
+/** The second drone's motion relative to the first, from `fromS` on. */
 function relative(one: Piece, other: Piece, fromS: number): Moving {
   const [a, b] = [placeAt(one, fromS), placeAt(other, fromS)];
   const speed = (piece: Piece) => {
@@ -196,7 +201,7 @@ function relative(one: Piece, other: Piece, fromS: number): Moving {
   };
 }
 
-/** Through both ways at once: every stretch of time in which both fly straight. */
+/** Walks both paths in parallel: yields each time span in which both fly straight. */
 function meetings(
   one: Way,
   other: Way,
@@ -265,7 +270,7 @@ function nearConflict(
   return { kind: 'near', severity: 'error', pair, atS, gapS: 0, spot, horizontalM, verticalM, seqs, words };
 }
 
-/** The first ones and the nearest. */
+/** The earliest and the nearest. */
 function mostRelevant(all: readonly PlanConflict[]): PlanConflict[] {
   if (all.length <= MAX_PER_PAIR) return [...all];
   const nearest = all.reduce((best, one) => (one.horizontalM < best.horizontalM ? one : best));
@@ -273,7 +278,7 @@ function mostRelevant(all: readonly PlanConflict[]): PlanConflict[] {
   return [...first, nearest];
 }
 
-/** Of two ways that touch without the drones meeting there: where the least time lies between. */
+/** For two paths that touch without a simultaneous encounter: the crossing with the least time between. */
 function worstCrossing(
   pair: readonly [number, number],
   ways: readonly Way[],

@@ -1,6 +1,6 @@
 /**
- * A plan as the tower's library keeps it: the wire's items of each kind, the planned home, the defaults. Nothing else is a plan
- * for the library; what cannot be read is told by a RangeError with words for people.
+ * A plan as the tower's library stores it: the wire's items of each kind, the planned home, the defaults. Invalid
+ * content raises a RangeError with a message for people.
  */
 
 import { datumOf } from './frames';

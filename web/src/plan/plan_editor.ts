@@ -1,9 +1,9 @@
-/** A plan under the hand: what it is now, and the way back and forth. */
+/** A plan being edited: its current state, with undo and redo. */
 
 import type { Edit } from './edits';
 import { EMPTY_PLAN, type Plan } from './plan_types';
 
-/** Plans share what did not change: a step costs a list of items at most, 700 times 200 of them a megabyte or so. */
+/** Plans share unchanged parts: a step costs a list of items at most; 200 lists of 700 are about a megabyte. */
 export const MAX_STEPS = 200;
 
 interface Step {
@@ -20,7 +20,7 @@ export class PlanEditor {
   #future: Step[] = [];
   readonly #changed: () => void;
 
-  /** `changed` is called after each change, with the new plan in place. `isSaved` false: nobody has saved it yet. */
+  /** `changed` is called after each change, with the new plan in place. `isSaved` false: not saved yet. */
   constructor(plan: Plan = EMPTY_PLAN, changed: () => void = () => undefined, isSaved = true) {
     this.#plan = plan;
     this.#saved = isSaved ? plan : { ...plan, items: [...plan.items] };
@@ -31,7 +31,7 @@ export class PlanEditor {
     return this.#plan;
   }
 
-  /** What undo would take back, in words. */
+  /** The text of the next undo. */
   get undoWords(): string | null {
     return this.#past.at(-1)?.words ?? null;
   }
@@ -40,7 +40,7 @@ export class PlanEditor {
     return this.#future.at(-1)?.words ?? null;
   }
 
-  /** Something is here that `markSaved` has not seen. */
+  /** The plan has changed since `markSaved`. */
   get hasUnsaved(): boolean {
     const parts = ['home', 'items', 'fence', 'rally', 'defaults'] as const;
     return parts.some((part) => this.#plan[part] !== this.#saved[part]);
@@ -50,7 +50,7 @@ export class PlanEditor {
     this.#saved = this.#plan;
   }
 
-  /** False when the edit changed nothing. */
+  /** Returns false if the edit changed nothing. */
   apply(edit: Edit): boolean {
     const after = edit.apply(this.#plan);
     if (after === this.#plan) return false;
@@ -77,9 +77,9 @@ export class PlanEditor {
   #cross(from: Step[], to: Step[]): boolean {
     const step = from.pop();
     if (!step) return false;
-    // Without its gesture: what comes after an undo is a step of its own.
+    // Without its gesture: an edit after an undo is a separate step.
     to.push({ words: step.words, gesture: undefined, plan: this.#plan });
-    // Ids are never used twice, not even by those who took something back.
+    // Ids are never reused, not even after an undo.
     const nextId = Math.max(step.plan.nextId, this.#plan.nextId);
     this.#plan = step.plan.nextId === nextId ? step.plan : { ...step.plan, nextId };
     this.#changed();

@@ -1,6 +1,6 @@
 /**
- * A plan's hash, the same that agent and tower compute (wire/plans.py): what is on the drone is compared with what is on
- * the screen by sixteen digits. Synchronous and without Web Crypto, which browsers keep from pages that came by plain HTTP.
+ * A plan's hash, the same as agent and tower compute (wire/plans.py): compares the plan on the drone with the one on
+ * the screen by sixteen digits. Synchronous and without Web Crypto, which browsers deny to pages over plain HTTP.
  */
 
 import { sha256 } from '@noble/hashes/sha2.js';
@@ -11,12 +11,12 @@ import type { PlanKind, WireItem } from './plan_types';
 const KIND_BYTE: Record<PlanKind, number> = { mission: 0, fence: 1, rally: 2 };
 const HEADER_BYTES = 3;
 const ITEM_BYTES = 32;
-/** The one NaN that stands for "not given"; engines may write others. */
+/** The one NaN for "not given"; engines may write others. */
 const QUIET_NAN = 0x7fc0_0000;
 
 /**
- * Negative zeros are packed as plain ones: JSON, which carries plans, does not tell them apart everywhere.
- * Little-endian: kind u8, count u16, then of each item command u16, frame u8, p1-p4 f32, x i32, y i32, z f32, autocontinue u8.
+ * Packs negative zeros as plain ones: JSON, which carries plans, does not always preserve the sign. Little-endian: kind
+ * u8, count u16, then for each item command u16, frame u8, p1-p4 f32, x i32, y i32, z f32, autocontinue u8.
  */
 export function packedPlan(kind: PlanKind, items: readonly WireItem[]): Uint8Array<ArrayBuffer> {
   if (items.length > 0xffff) throw new RangeError(`A plan of ${items.length} items cannot be packed.`);
@@ -47,6 +47,6 @@ export const planHash = (kind: PlanKind, items: readonly WireItem[]): string =>
 
 export type OnBoard = 'on the drone' | 'changed' | 'unknown';
 
-/** `onBoard` is the hash that the drone's agent told, null while nobody knows. */
+/** `onBoard` is the hash that the drone's agent reported, null if unknown. */
 export const comparedWith = (onBoard: string | null, kind: PlanKind, items: readonly WireItem[]): OnBoard =>
   onBoard === null ? 'unknown' : onBoard === planHash(kind, items) ? 'on the drone' : 'changed';

@@ -1,10 +1,13 @@
-/** Work that was not saved, kept in the browser: it survives a reload, a crash, an empty battery. Storage is given, as is the plan. */
+/**
+ * Keeps unsaved work in the browser: it survives a reload, a crash, an empty battery. The caller passes storage and
+ * plan.
+ */
 
 import { documentOf, planOfDocument, type PlanDocument } from './plan_document';
 import type { Plan, Spot } from './plan_types';
 import type { Pattern, PatternSettings } from './survey/patterns';
 
-/** A survey whose items are in the plan, one after another, as they came out of it. */
+/** A survey whose items are in the plan, consecutive and unchanged. */
 export interface KeptPattern {
   readonly pattern: Pattern;
   readonly drawn: readonly Spot[];
@@ -17,7 +20,7 @@ export interface KeptPattern {
 export interface KeptPlan {
   readonly plan: Plan;
   readonly name: string;
-  /** Where it is saved on the tower, and which version of it this follows. */
+  /** Its place in the tower's library, and the version it is based on. */
   readonly library: { readonly id: number; readonly version: number } | null;
   readonly isSaved: boolean;
   readonly patterns: readonly KeptPattern[];
@@ -32,7 +35,7 @@ type KeyStorage = Pick<Storage, 'getItem' | 'setItem' | 'removeItem'>;
 
 const keyOf = (userId: number): string => `tower.plan.${userId}`;
 
-/** False when the browser keeps nothing: full, or forbidden. */
+/** Returns false if the browser does not store it: full, or forbidden. */
 export function keepPlan(storage: KeyStorage, userId: number, kept: KeptPlan): boolean {
   const { plan, ...rest } = kept;
   const stored: Stored = { format: 1, ...rest, document: documentOf(plan) };
@@ -44,7 +47,7 @@ export function keepPlan(storage: KeyStorage, userId: number, kept: KeptPlan): b
   }
 }
 
-/** Null where there is none, or none that can be read. */
+/** Null if there is none, or an unreadable one. */
 export function keptPlan(storage: KeyStorage, userId: number): KeptPlan | null {
   try {
     const stored = JSON.parse(storage.getItem(keyOf(userId)) ?? 'null') as Partial<Stored> | null;

@@ -1,4 +1,4 @@
-/** How many items an autopilot has room for on its usual boards: the same as in wire/plan_room.py, where the sources are. */
+/** How many items an autopilot has room for on its usual boards: as in wire/plan_room.py, which has the sources. */
 
 import type { AutopilotKind } from './catalogue';
 import type { PlanKind } from './plan_types';

@@ -1,12 +1,12 @@
 /**
- * A plan as the planner holds it: mission, fence and rally points, unchangeable values that edits replace. Places are whole
- * numbers of 1e-7 degrees and heights are float32, as the wire carries them: what is drawn is what is flown.
- * Nothing of a framework, a map or a connection comes in here.
+ * A plan in the planner: mission, fence and rally points, immutable values that edits replace. Places are integers of
+ * 1e-7 degrees and heights are float32, as on the wire: the drone flies exactly what is drawn. Independent of any
+ * framework, map or connection.
  */
 
 export type PlanKind = 'mission' | 'fence' | 'rally';
 
-/** Stays with an item, a shape or a point while others are moved, put in and taken out; never used twice in a plan. */
+/** Identifies an item, a shape or a point across moves, insertions and removals; never reused in a plan. */
 export type PartId = number;
 
 /** In 1e-7 degrees. */
@@ -15,11 +15,11 @@ export interface Spot {
   readonly lonE7: number;
 }
 
-/** `null` is "not given": a NaN on the wire. */
+/** `null` means "not given": a NaN on the wire. */
 export type Param = number | null;
 export type Params = readonly [Param, Param, Param, Param];
 
-/** What MISSION_ITEM_INT carries of an item. `x` and `y` are 1e-7 degrees where the frame is global, raw numbers elsewhere. */
+/** The fields of a MISSION_ITEM_INT. `x` and `y` are 1e-7 degrees if the frame is global, raw numbers otherwise. */
 export interface WireItem {
   readonly command: number;
   readonly frame: number;
@@ -32,15 +32,15 @@ export interface WireItem {
 
 export interface PlanItem extends WireItem {
   readonly id: PartId;
-  /** Of a jump: the item that it goes to, wherever that moves. `null`: parameter 1 is a number that names no item here. */
+  /** For a jump: its target item, which it follows. `null`: parameter 1 is a number that names no item here. */
   readonly jumpTo: PartId | null;
 }
 
 export interface FencePolygon {
   readonly id: PartId;
-  /** The drone must stay inside; otherwise it must stay outside. */
+  /** True: an inclusion area; false: an exclusion area. */
   readonly inclusion: boolean;
-  /** Inclusion polygons of one group hold together (MAVLink: parameter 2). */
+  /** Inclusion polygons of one group belong together (MAVLink: parameter 2). */
   readonly group: number;
   readonly frame: number;
   readonly corners: readonly Spot[];
@@ -64,7 +64,7 @@ export interface FenceReturn {
 }
 
 export interface Fence {
-  /** In the order that they are sent in. */
+  /** In upload order. */
   readonly shapes: readonly FenceShape[];
   readonly returnPoint: FenceReturn | null;
 }
@@ -76,14 +76,14 @@ export interface RallyPoint {
   readonly heightM: number;
 }
 
-/** Where the plan takes it that the drone starts: heights above home and distances from home are measured from it. */
+/** The assumed start of the drone: heights above home and distances from home refer to it. */
 export interface PlannedHome {
   readonly spot: Spot;
   /** Above mean sea level. */
   readonly altM: number;
 }
 
-/** What new items begin with. */
+/** Defaults of new items. */
 export interface PlanDefaults {
   readonly heightM: number;
   readonly frame: number;
@@ -99,7 +99,7 @@ export interface Plan {
   readonly nextId: PartId;
 }
 
-/** The tower takes no more (MAX_ITEMS_ANY of wire/plans.py); what an autopilot has room for is in plan_room.ts. */
+/** The tower's limit (MAX_ITEMS_ANY of wire/plans.py); the autopilots' limits are in plan_room.ts. */
 export const MAX_ITEMS = 724;
 
 export const EMPTY_PLAN: Plan = {
@@ -117,7 +117,7 @@ export const spotOf = (latDeg: number, lonDeg: number): Spot => ({ latE7: e7Of(l
 export const latDegOf = (spot: Spot): number => degOf(spot.latE7);
 export const lonDegOf = (spot: Spot): number => degOf(spot.lonE7);
 
-/** A place on earth, to the last digit that the wire carries. */
+/** A valid place on earth, in the wire's resolution. */
 export const isOnEarth = (spot: Spot): boolean =>
   Number.isInteger(spot.latE7) &&
   Number.isInteger(spot.lonE7) &&

@@ -1,11 +1,11 @@
-/** When a drone that flies a plan is where: the flown path with the times of the estimates. */
+/** A drone's position over time on a plan: the flown path with the estimated times. */
 
 import { CMD } from './catalogue';
 import { legS, turnsS, type FlightFigures } from './estimates';
 import { flownPath, type Ending, type FlownPath } from './flown_path';
 import type { Plan, Spot } from './plan_types';
 
-/** A straight piece of the way at one speed, or a stay. Seconds since the start; metres above home. */
+/** A straight piece of the path at one speed, or a stay. Seconds since the start; metres above home. */
 export interface TimedPiece {
   readonly fromS: number;
   readonly toS: number;
@@ -13,9 +13,9 @@ export interface TimedPiece {
   readonly to: Spot;
   readonly fromHeightM: number;
   readonly toHeightM: number;
-  /** The item that it is on its way to, or carries out. */
+  /** The item that it flies to, or carries out. */
   readonly seq: number;
-  /** Of circles: how far from `from` it goes meanwhile. */
+  /** For circles: the distance from `from` meanwhile. */
   readonly reachM: number;
 }
 
@@ -23,14 +23,14 @@ export interface TimedPath {
   readonly pieces: readonly TimedPiece[];
   readonly seconds: number;
   readonly ending: Ending;
-  /** Whether it is in the air when the plan is over: then it stays where it is. */
+  /** Whether it is in the air at the end of the plan: then it stays there. */
   readonly staysUp: boolean;
 }
 
-/** Below this it stands on the ground. */
+/** Below this it is on the ground. */
 const GROUND_M = 0.3;
 
-/** Its `seconds` are those of `estimate` for the same plan and figures. */
+/** Its `seconds` equal those of `estimate` for the same plan and figures. */
 export function timedPath(plan: Plan, figures: FlightFigures, path: FlownPath = flownPath(plan)): TimedPath {
   const { legs, order } = path;
   const turns = turnsS(legs, figures.turnBackS);

@@ -1,9 +1,9 @@
-/** Between the planner's values and the items that a transfer carries: one list for each kind of plan, without home. */
+/** Converts between the planner's values and the items of a transfer: one list for each kind of plan, without home. */
 
 import { CMD } from './catalogue';
 import type { Fence, FenceShape, Param, Plan, PlanItem, PlanKind, RallyPoint, Spot, WireItem } from './plan_types';
 
-/** As in a file or a REST body: the order of the fields is the wire's. */
+/** As in a file or a REST body: fields in wire order. */
 export type ItemRow = readonly [number, number, readonly [Param, Param, Param, Param], number, number, number, number];
 
 export const rowOf = (item: WireItem): ItemRow => [
@@ -23,7 +23,7 @@ const MAX_FLOAT32 = 3.4028234663852886e38;
 const isFloat32 = (value: unknown): value is number =>
   typeof value === 'number' && Math.abs(value) <= MAX_FLOAT32 && !Number.isNaN(value);
 
-/** Throws a RangeError that says what is wrong, for `who` ("Item 3"). */
+/** Throws a RangeError that describes the fault, for `who` ("Item 3"). */
 export function itemOfRow(row: unknown, who: string): WireItem {
   if (!Array.isArray(row) || row.length !== 7) throw new RangeError(`${who} is not a list of seven fields.`);
   const [command, frame, params, x, y, z, autocontinue] = row as unknown[];
@@ -51,12 +51,12 @@ export function itemOfRow(row: unknown, who: string): WireItem {
   );
 }
 
-/** JSON has no negative zero: adding zero makes it the plain one, here as in every other part. */
+/** JSON has no reliable negative zero: adding zero makes it positive, as everywhere else. */
 export const float32 = (value: number): number => Math.fround(value) + 0;
 
 const rounded = (value: Param): Param => (value === null || Number.isNaN(value) ? null : float32(value));
 
-/** Rounds to what the wire carries, so that a comparison with what comes back is exact. */
+/** Rounds to the wire's resolution, so that comparisons with a downloaded plan are exact. */
 export function wireItem(
   command: number,
   frame: number,
@@ -78,7 +78,7 @@ export function wireItem(
   };
 }
 
-/** The mission of a plan; jumps name the number (from 0) that their item has now. */
+/** The mission of a plan; jumps refer to the current index (from 0) of their target. */
 export function missionItems(plan: Plan): WireItem[] {
   const seqOf = new Map(plan.items.map((item, seq) => [item.id, seq]));
   return plan.items.map(({ command, frame, params, x, y, z, autocontinue, jumpTo }) => {
@@ -88,7 +88,7 @@ export function missionItems(plan: Plan): WireItem[] {
   });
 }
 
-/** Gives each its id, from `nextId` on, and jumps their item. */
+/** Assigns ids from `nextId` on, and links jumps to their targets. */
 export function planItems(items: readonly WireItem[], nextId: number): PlanItem[] {
   return items.map((item, seq) => {
     const target = item.command === CMD.JUMP ? item.params[0] : null;
@@ -121,11 +121,11 @@ export function fenceItems(fence: Fence): WireItem[] {
 export interface ReadFence {
   readonly fence: Fence;
   readonly nextId: number;
-  /** In words, what could not be taken. */
+  /** What could not be read, in words. */
   readonly dropped: readonly string[];
 }
 
-/** Consecutive corners make a polygon: as many as each of them says. */
+/** Consecutive corners make a polygon: the number is in each of them. */
 export function fenceOfItems(items: readonly WireItem[], nextId: number): ReadFence {
   const shapes: FenceShape[] = [];
   const dropped: string[] = [];
@@ -191,7 +191,7 @@ export function rallyOfItems(items: readonly WireItem[], nextId: number): ReadRa
   return { rally, nextId: nextId + rally.length, dropped };
 }
 
-/** What would be sent of a plan. */
+/** The items that an upload of the plan would send. */
 export function itemsOf(plan: Plan, kind: PlanKind): WireItem[] {
   switch (kind) {
     case 'mission':

@@ -1,6 +1,6 @@
 /**
- * The place that a follower keeps beside its leader: metres north, east and above, which do not turn with the leader. The
- * tower and the agent refuse the same that is refused here (wire/following.py).
+ * A follower's place beside its leader: metres north, east and above, independent of the leader's heading. The tower
+ * and the agent refuse the same values (wire/following.py).
  */
 
 import { measured, type UnitSystem } from '../words/units';
@@ -11,7 +11,7 @@ export interface FollowPlace {
   readonly upM: number;
 }
 
-/** Over ground or in height, from the leader and from who else follows it. */
+/** Horizontally or vertically, from the leader and from its other followers. */
 export const APART_M = 8;
 /** North, east and above, each. */
 export const MAX_OFFSET_M = 100;
@@ -30,7 +30,7 @@ export const FOLLOW_SIDES: readonly { readonly value: FollowSide; readonly label
   { value: 'metres', label: 'North, east, above' },
 ];
 
-/** Clockwise from where the leader goes. */
+/** Clockwise from the leader's direction. */
 const TURNED_DEG: Record<Exclude<FollowSide, 'above' | 'metres'>, number> = {
   ahead: 0,
   right: 90,
@@ -40,14 +40,14 @@ const TURNED_DEG: Record<Exclude<FollowSide, 'above' | 'metres'>, number> = {
   left: 270,
 };
 
-/** What rounding could take from a distance that is the least: the tower compares exactly. */
+/** Compensates rounding of a minimum distance: the tower compares exactly. */
 const SLACK_M = 0.01;
 const rounded = (metres: number): number => Math.round(metres * 1000) / 1000 || 0;
-/** The slack takes nobody over the bound either. */
+/** The slack must not exceed the upper bound either. */
 const within = (metres: number): number =>
   Math.abs(metres) <= MAX_OFFSET_M + SLACK_M ? Math.max(-MAX_OFFSET_M, Math.min(MAX_OFFSET_M, metres)) : metres;
 
-/** So far over ground from the leader, on the side that is so much clockwise from `headingDeg`. */
+/** This far horizontally from the leader, on the side `turnedDeg` clockwise from `headingDeg`. */
 export function placeAround(headingDeg: number, turnedDeg: number, awayM: number, upM: number): FollowPlace {
   const bearing = ((headingDeg + turnedDeg) * Math.PI) / 180;
   const metres = awayM + SLACK_M;
@@ -58,7 +58,7 @@ export function placeAround(headingDeg: number, turnedDeg: number, awayM: number
   };
 }
 
-/** `headingDeg`: where the leader goes now. Right above it, nothing is over ground. */
+/** `headingDeg`: the leader's current direction. Directly above it, the horizontal offset is zero. */
 export function placeBeside(
   side: Exclude<FollowSide, 'metres'>,
   headingDeg: number,
@@ -73,11 +73,11 @@ export function placeBeside(
 const isApart = (northM: number, eastM: number, upM: number): boolean =>
   Math.hypot(northM, eastM) >= APART_M || Math.abs(upM) >= APART_M;
 
-/** Whether two places at the same leader are far enough from each other. */
+/** Whether two places at the same leader are far enough apart. */
 export const arePlacesApart = (one: FollowPlace, other: FollowPlace): boolean =>
   isApart(one.northM - other.northM, one.eastM - other.eastM, one.upM - other.upM);
 
-/** Why nobody is to keep this place, in words; empty when it can be kept. */
+/** Why this place is not allowed, in words; empty if it is. */
 export function placeFault({ northM, eastM, upM }: FollowPlace, units: UnitSystem): string {
   const far = [northM, eastM, upM].some((metres) => !(Math.abs(metres) <= MAX_OFFSET_M));
   if (far) return `${measured(units, 'distance', MAX_OFFSET_M)} to the north, to the east and in height are the most.`;
@@ -98,7 +98,7 @@ export function placeWords({ northM, eastM, upM }: FollowPlace, leader: string, 
   return `${measured(units, 'distance', awayM)} ${wind} of ${leader}${level && ` and ${level} it`}`;
 }
 
-/** What ends it, in words for a question and for who watches it. */
+/** What ends it, for the question and for watchers. */
 export const endWords = (leader: string, units: UnitSystem): string =>
   `It holds where it is when ${leader} lands or is lost, comes nearer than ${measured(units, 'distance', 5)}, is more than ` +
   `${measured(units, 'distance', 200)} away, or after ${FOLLOW_FOR_S / 60} minutes. Any other command ends it too.`;

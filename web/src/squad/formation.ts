@@ -1,6 +1,6 @@
 /**
- * Several drones that follow one: which place is whose, and whether any comes too near to another on its way there. The ways
- * are straight, and each sets off when the one before is in its place. Knows no connection.
+ * Several drones that follow one: assigns the places, and checks whether any drone comes too near to another on its
+ * way. The ways are straight, and each drone starts when the one before is in place. Independent of any connection.
  */
 
 import type { Place } from '../link/messages';
@@ -11,23 +11,23 @@ export type FormationShape = 'line' | 'v' | 'column';
 
 export interface FormationSettings {
   readonly shape: FormationShape;
-  /** From one place to the next, over ground. */
+  /** Horizontally, from one place to the next. */
   readonly spacingM: number;
-  /** Each place is so much higher than the one before; the first than the leader. */
+  /** Each place is higher than the one before by this; the first is higher than the leader. */
   readonly stepM: number;
-  /** Where the formation looks to: it does not turn with the leader. */
+  /** Orientation of the formation: it does not turn with the leader. */
   readonly headingDeg: number;
 }
 
 export const USUAL_FORMATION: FormationSettings = { shape: 'v', spacingM: 15, stepM: 2, headingDeg: 0 };
-/** So many find a place within the tower's bounds, and no screen of words is needed to name them. */
+/** This many fit within the tower's bounds, and their names fit on a screen. */
 export const MAX_FOLLOWERS = 6;
 
 export interface Flier {
   readonly id: number;
   readonly name: string;
   readonly place: Place;
-  /** Above the sea. */
+  /** Above sea level. */
   readonly altM: number;
 }
 
@@ -36,13 +36,13 @@ export interface Assigned {
   readonly place: FollowPlace;
 }
 
-/** In the order in which they set off. `faults`: why it must not be flown, for people. */
+/** In the order of departure. `faults`: why it must not be flown, for people. */
 export interface Formation {
   readonly assigned: readonly Assigned[];
   readonly faults: readonly string[];
 }
 
-/** The places of so many followers. A line is abreast of the leader, to its right and left in turn. */
+/** The places of this many followers. A line is abreast of the leader, alternately to its right and left. */
 export function formationPlaces(settings: FormationSettings, count: number): FollowPlace[] {
   const { shape, spacingM, stepM, headingDeg } = settings;
   return Array.from({ length: count }, (_, at) => {
@@ -54,7 +54,7 @@ export function formationPlaces(settings: FormationSettings, count: number): Fol
         : shape === 'line'
           ? [side * 90, spacingM * rank]
           : [side * 135, spacingM * rank];
-    // A little more with each: what is the least is not less by rounding.
+    // Slightly more with each, so that rounding does not go below the minimum.
     return placeAround(headingDeg, turnedDeg, awayM + 0.01 * rank, stepM * (at + 1));
   });
 }
@@ -80,7 +80,7 @@ function spotFrom(leader: Flier, { place, altM }: Flier): Spot {
 
 const spotOf = ({ northM, eastM, upM }: FollowPlace): Spot => ({ n: northM, e: eastM, u: upM });
 
-/** How near the straight way comes to somebody over ground, metres. */
+/** The smallest horizontal distance of the straight way to another drone, metres. */
 function nearestOverGroundM(from: Spot, to: Spot, other: Spot): number {
   const [n, e] = [to.n - from.n, to.e - from.e];
   const length = n * n + e * e;
@@ -89,7 +89,7 @@ function nearestOverGroundM(from: Spot, to: Spot, other: Spot): number {
   return Math.hypot(from.n + n * part - other.n, from.e + e * part - other.e);
 }
 
-/** At any height between both ends: nobody says whether it climbs first. */
+/** At any height between both ends: the climb may come first or last. */
 function passes(from: Spot, to: Spot, other: Spot): boolean {
   const clear = other.u >= Math.max(from.u, to.u) + APART_M || other.u <= Math.min(from.u, to.u) - APART_M;
   return !clear && nearestOverGroundM(from, to, other) < APART_M;
@@ -122,7 +122,7 @@ const wayM = (leader: Flier, { follower, place }: Assigned): number => {
   return Math.hypot(to.n - from.n, to.e - from.e, to.u - from.u);
 };
 
-/** Who takes which place: so that nobody comes too near to anybody, then so that the ways are short. */
+/** Assigns the places: first so that no drone comes too near to another, then so that the ways are short. */
 export function formationOf(
   leader: Flier,
   followers: readonly Flier[],

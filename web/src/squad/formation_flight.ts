@@ -1,6 +1,7 @@
 /**
- * Has drones take their places at a leader, one after the other: the next sets off when the one before is there. A drone follows
- * only while somebody has its controls, so what was taken up is kept. Knows no framework; `FormationTower` is its way to the tower.
+ * Sends drones to their places at a leader, one after the other: the next starts when the one before is in place. A
+ * drone follows only while it has a holder, so controls taken for this are kept. Independent of any framework;
+ * `FormationTower` is its interface to the tower.
  */
 
 import { isOver } from '../link/operations';
@@ -26,13 +27,13 @@ export const FORMATION_WORDS: Record<FormationState, string> = {
 };
 
 export interface FormationTower extends Omit<SquadTower, 'release'> {
-  /** Begins it. Raises errors with words for people. */
+  /** Begins it. Rejects with errors for people. */
   follow(droneId: number, place: FollowPlace): Promise<Operation>;
-  /** Each change of it from now on, until it is over. */
+  /** Reports each change from now on, until it is over. */
   watch(operationId: string, heard: (operation: Operation) => void): void;
-  /** Metres from where it should be; null: nobody knows. */
+  /** Metres from its place; null: unknown. */
   offPlaceM(droneId: number, place: FollowPlace): number | null;
-  /** A moment passes. */
+  /** Waits a moment. */
   wait(): Promise<void>;
   nowMs(): number;
 }
@@ -43,9 +44,9 @@ export interface FormationRun {
   readonly onanswer: (droneId: number, answer: FormationAnswer) => void;
 }
 
-/** Nearer to its place than this it is there. */
+/** Within this distance of its place, the drone counts as there. */
 export const THERE_M = 5;
-/** Whoever is not there by then is in the way of the others. */
+/** A drone that is not there by then is in the way of the others. */
 export const THERE_WITHIN_MS = 90_000;
 
 const answer = (state: FormationState, why = '', operationId: string | null = null): FormationAnswer => ({
@@ -55,7 +56,7 @@ const answer = (state: FormationState, why = '', operationId: string | null = nu
 });
 const wordsOf = (error: unknown): string => (error instanceof Error ? error.message : String(error));
 
-/** What is said of an operation of following. The agent tells how long it takes once it follows, not before. */
+/** The text for a follow operation. The agent reports a duration only once it follows. */
 export function followAnswer(operation: Operation, isThere: boolean): FormationAnswer {
   const { id, state, words, phase, total } = operation;
   if (!isOver(operation)) return answer(total > 0 && isThere ? 'following' : 'going', phase, id);
@@ -76,7 +77,7 @@ export async function formUp(tower: FormationTower, { ways, isStopped, onanswer 
   }
 }
 
-/** Until it is in its place. Answers why it is not; empty when it is. */
+/** Until it is in its place. Resolves to the reason why not; empty if it is. */
 async function sendOff(
   tower: FormationTower,
   droneId: number,

@@ -1,6 +1,6 @@
 /**
- * One action for several drones: who may be asked, and what became of it at each. An operator commands what they hold;
- * an admin may first take what others hold. Nobody is left without an answer.
+ * One action for several drones: which drones this user may command, and the outcome of each. An operator commands
+ * drones that they hold; an admin may first take drones from others. Every drone gets an answer.
  */
 
 import { outcomeWords, type Outcome } from '../link/outcome';
@@ -19,7 +19,7 @@ export type Answer =
   | { readonly kind: 'waiting'; readonly why: string }
   | { readonly kind: 'done'; readonly why: string }
   | { readonly kind: 'refused'; readonly why: string }
-  /** Accepted, but nothing shows that it does it. */
+  /** Accepted, but without evidence that the drone complies. */
   | { readonly kind: 'unconfirmed'; readonly why: string }
   | { readonly kind: 'no-answer'; readonly why: string };
 
@@ -31,7 +31,7 @@ export const ANSWER_WORDS: Record<Answer['kind'], string> = {
   'no-answer': 'No answer',
 };
 
-/** How this user gets the controls of a drone that they cannot command, or null when they cannot. */
+/** How this user gets the controls of a drone that they cannot command, or null if they cannot. */
 export function wayToControls(drone: Drone, user: User): ControlAction | null {
   if (user.role !== 'admin' || !drone.online) return null;
   if (drone.holder === null) return 'acquire';

@@ -1,7 +1,8 @@
 /**
- * Carries a job out at several drones, one after the other: whoever is no admin holds one drone at a time. So for each: take up its
- * controls if they are free, do it, give them back. A mission goes on without anybody at the controls; a drone on the ground stays
- * there. Nobody is left without an answer. Knows no framework and no connection: `SquadTower` is its way to the tower.
+ * Carries out a task at several drones, one after the other: a user who is no admin holds one drone at a time. For each
+ * drone: take its controls if they are free, act, give them back. A mission continues without a holder; a drone on the
+ * ground stays there. Every drone gets an answer. Independent of any framework and connection: `SquadTower` is its
+ * interface to the tower.
  */
 
 import type { Operation } from '../link/operation_types';
@@ -9,9 +10,9 @@ import type { Drone, User } from '../link/wire_types';
 
 export type SquadAnswer = {
   readonly kind: 'waiting' | 'working' | 'done' | 'refused' | 'not-reached';
-  /** What it does now, or what came of it, for people. */
+  /** The current activity, or the outcome, for people. */
   readonly why: string;
-  /** Of `total`; 0: nobody can say. */
+  /** Out of `total`; 0: unknown. */
   readonly done: number;
   readonly total: number;
 };
@@ -29,31 +30,34 @@ const answer = (kind: SquadAnswer['kind'], why = '', done = 0, total = 0): Squad
 export interface SquadTower {
   readonly user: User;
   drone(droneId: number): Drone | undefined;
-  /** These raise errors with words for people. */
+  /** These reject with errors for people. */
   acquire(droneId: number): Promise<void>;
   release(droneId: number): Promise<void>;
 }
 
-/** The steps of one drone. `tell`: how it goes on. Answers with the last operation; raises errors with words for people. */
+/**
+ * The steps of one drone. `report`: called with each progress. Resolves to the last operation; rejects with errors for
+ * people.
+ */
 export type SquadAction = (drone: Drone, report: (operation: Operation) => void) => Promise<Operation>;
 
 export interface SquadRun {
   readonly droneIds: readonly number[];
   readonly action: SquadAction;
-  /** Between one and the next, so that a start follows the plan. */
+  /** Time between two drones, so that starts follow the plan. */
   readonly everyS?: number;
   readonly onanswer: (droneId: number, answer: SquadAnswer) => void;
-  /** Asked before each drone: whether somebody has had enough. */
+  /** Checked before each drone: whether the user has stopped the run. */
   readonly isStopped?: () => boolean;
   readonly wait?: (seconds: number) => Promise<void>;
   readonly nowMs?: () => number;
-  /** What comes after one that failed is not begun. */
+  /** After a failure, the remaining drones are not started. */
   readonly stopsAtFailure?: boolean;
 }
 
 const wordsOf = (error: unknown): string => (error instanceof Error ? error.message : String(error));
 
-/** Answers how many were done. */
+/** Resolves to the number of successes. */
 export async function inTurn(tower: SquadTower, run: SquadRun): Promise<number> {
   const { droneIds, action, onanswer, everyS = 0, isStopped = () => false, stopsAtFailure = false } = run;
   const nowMs = run.nowMs ?? (() => performance.now());
@@ -105,7 +109,7 @@ async function one(
   return came;
 }
 
-/** Why it cannot be this drone's turn; empty when it can. */
+/** Why this drone cannot take part; empty if it can. */
 export function whyNot(drone: Drone, user: User): string {
   if (!drone.online) return `${drone.name} is offline.`;
   if (drone.offered || drone.taken_from)

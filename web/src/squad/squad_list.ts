@@ -1,4 +1,4 @@
-/** The squad list: what a row knows, and how the list is sorted, filtered and searched. Pure. */
+/** The squad list: the data of a row, and how the list is sorted, filtered and searched. Pure. */
 
 import { isUnattended } from '../link/conditions';
 import { eitherSays } from '../link/drone_view';
@@ -41,10 +41,10 @@ export interface Order {
 
 const ATTENTION: Record<DroneState, number> = { alert: 0, flying: 2, armed: 3, lost: 4, idle: 5 };
 
-/** Somebody is lost, and it acts by itself or will. */
+/** A person is lost, and the drone acts on its own or will. */
 const isCounted = ({ hold }: SquadEntry): boolean => hold !== null && hold.phase !== 'quiet';
 
-/** Small wants attention most: alerts, then what nobody flies, then what flies. */
+/** Smaller means more urgent: alerts, then drones without a holder, then drones in flight. */
 function attention(entry: SquadEntry): number {
   const { drone, values } = entry;
   return (isCounted(entry) || isUnattended(drone, values)) && values.state !== 'alert' ? 1 : ATTENTION[values.state];
@@ -74,7 +74,7 @@ function compare(a: string | number, b: string | number): number {
   return typeof a === 'string' ? collator.compare(a, String(b)) : a - Number(b);
 }
 
-/** What is not known comes last, whichever way the list is sorted; equals are sorted by name. */
+/** Unknown values come last in either direction; ties are sorted by name. */
 export function sorted(entries: readonly SquadEntry[], { key, isDescending }: Order): SquadEntry[] {
   const valueOf = VALUE_OF[key];
   const sign = isDescending ? -1 : 1;
@@ -113,7 +113,7 @@ export function passes(entry: SquadEntry, filter: Filter, user: Pick<User, 'id'>
   }
 }
 
-/** Every word must be found in a name, an owner, the holder or the mode. */
+/** Every word must occur in a name, an owner, the holder or the mode. */
 export function matches({ drone, values }: SquadEntry, search: string): boolean {
   const owners = drone.owners.map(({ name }) => name);
   const text = [drone.name, ...owners, drone.holder?.name ?? 'free', values.mode ?? ''].join(' ').toLowerCase();
@@ -123,7 +123,7 @@ export function matches({ drone, values }: SquadEntry, search: string): boolean 
     .every((word) => text.includes(word));
 }
 
-/** The part of a long list of equally high rows that can be seen, with some more on both sides. */
+/** The visible part of a long list of rows of equal height, with some more on both sides. */
 export function windowOf(
   count: number,
   rowPx: number,

@@ -1,6 +1,6 @@
 /**
- * One job for several drones: an area split among them, or the same plan above each other. Answers a plan for each, estimates, and
- * what of it conflicts. Pure: computed again with each change of what is drawn and set.
+ * One task for several drones: an area split among them, or the same plan at different heights. Returns a plan for
+ * each, estimates, and conflicts. Pure: recomputed with each change of the drawing or the settings.
  */
 
 import { CMD, specOf } from '../plan/catalogue';
@@ -19,18 +19,18 @@ import { planItems, wireItem } from '../plan/wire_items';
 export interface Member {
   readonly id: number;
   readonly name: string;
-  /** Where it stands, or its home in flight; null: it has not told. */
+  /** Its position on the ground, or its home in flight; null: not reported. */
   readonly home: PlannedHome | null;
   readonly autopilot: CheckLimits['autopilot'];
 }
 
-/** `split`: an area in strips, one for each. `stack`: all fly the same, each so much higher than the one before. */
+/** `split`: an area in strips, one for each. `stack`: all fly the same plan, each higher than the one before. */
 export type SquadMode = 'split' | 'stack';
 
 export interface SquadSettings {
   readonly mode: SquadMode;
   readonly heightM: number;
-  /** By how much each flies higher than the one before. */
+  /** Height difference from one drone to the next. */
   readonly stepM: number;
   readonly speedMS: number;
   readonly spacingM: number;
@@ -56,26 +56,26 @@ export const USUAL_SQUAD: SquadSettings = {
   wanted: { horizontalM: 15, verticalM: 10 },
 };
 
-/** What is flown: an area, or (stacked) a plan from elsewhere. */
+/** The task: an area, or (stacked) an existing plan. */
 export type SquadJob = { readonly area: readonly Spot[] } | { readonly plan: Plan };
 
 export interface SquadPart {
   readonly member: Member;
-  /** Its place among those who were chosen: what it is drawn in stays the same whoever starts first. */
+  /** Its index among the selected drones: its colour is independent of the order of starts. */
   readonly number: number;
   readonly plan: Plan;
-  /** What of the area is its; empty where it is not split. */
+  /** Its part of the area; empty if the area is not split. */
   readonly area: readonly Spot[];
   readonly estimate: Estimate;
   readonly startS: number;
-  /** Of its plan alone. */
+  /** For its plan alone. */
   readonly findings: readonly Finding[];
 }
 
 export interface SquadPlan {
   readonly parts: readonly SquadPart[];
   readonly report: ConflictReport;
-  /** Why there are no parts, for people; empty where something is only missing yet. */
+  /** Why there are no parts, for people; empty while input is only missing. */
   readonly fault: string;
 }
 
@@ -112,7 +112,7 @@ interface Drawn {
   readonly area: readonly Spot[];
 }
 
-/** `chosen`: in their own order, where they start in another one. */
+/** `chosen`: in their own order, if the order of starts differs. */
 function whole(
   members: readonly Member[],
   drawn: readonly Drawn[],
@@ -142,14 +142,17 @@ function whole(
   return { parts, report: planConflicts(flights, settings.wanted), fault: '' };
 }
 
-/** So many pairs of ways are looked at in search of a sharing without conflicts: as long as one waits for a key that one typed. */
+/**
+ * Limits the search for a split without conflicts to this many pairs of paths: as long as a user waits after a key
+ * press.
+ */
 const MAX_PAIRS_CHECKED = 75;
 
 /**
- * Strips side by side, flown from the same corner, so that two neighbours stay a strip apart, and given out in the order in which
- * the drones stand, so that their ways there do not cross. Where that conflicts all the same (one climbs where another flies
- * over it), other corners, the other order of starting and neighbours exchanged are tried: the fewest conflicts win, then the
- * shortest flights.
+ * Strips side by side, flown from the same corner, so that neighbours stay a strip apart. The drones' positions
+ * determine the assignment, so that their ways there do not cross. If that still conflicts (one climbs where another
+ * flies over it), this tries other corners, the reverse order of starts and exchanged neighbours: the fewest conflicts
+ * win, then the shortest flights.
  */
 function split(members: readonly Member[], area: readonly Spot[], settings: SquadSettings): SquadPlan {
   const strips = splitArea(area, members.length, settings.angleDeg);
@@ -186,7 +189,7 @@ const costOf = ({ parts, report }: SquadPlan): number =>
   report.conflicts.length * COST.conflict +
   parts.reduce((sum, part) => sum + part.estimate.seconds, 0);
 
-/** As they stand, then with two of them exchanged, those nearest to each other first. */
+/** In their original order, then with two of them exchanged, nearest pairs first. */
 function* exchanged(standing: readonly Member[]): Generator<readonly Member[]> {
   yield standing;
   for (let gap = 1; gap < standing.length; gap += 1) {
@@ -198,7 +201,7 @@ function* exchanged(standing: readonly Member[]): Generator<readonly Member[]> {
 
 function stacked(members: readonly Member[], area: readonly Spot[], settings: SquadSettings): SquadPlan {
   const homes = members.map(({ home }) => home!.spot);
-  // The corner that is nearest for all: they fly the same lines.
+  // The nearest corner for all: they fly the same lines.
   const entry = ENTRIES.reduce((best, next) =>
     toBegin(homes, area, settings, next) < toBegin(homes, area, settings, best) ? next : best,
   );
@@ -228,7 +231,7 @@ function toBegin(
   return first ? homes.reduce((sum, home) => sum + distanceM(home, first.from), 0) : 0;
 }
 
-/** Up, over the area, and home again. */
+/** Climb, survey the area, and return home. */
 function survey(
   member: Member,
   area: readonly Spot[],
@@ -247,7 +250,7 @@ function survey(
   return { ...EMPTY_PLAN, home: member.home, items: planItems(items, 1), defaults, nextId: items.length + 1 };
 }
 
-/** Where a plan goes in the air, so much higher; where it lands, as it is. It is flown from this drone's own home. */
+/** Raises a plan's places in flight, but not its landing. It is flown from this drone's own home. */
 function raised(plan: Plan, member: Member, byM: number): Drawn {
   const items = plan.items.map((item) => {
     const isLanding = item.command === CMD.LAND || item.command === CMD.VTOL_LAND;

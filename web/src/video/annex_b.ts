@@ -1,8 +1,8 @@
-/** What a decoder wants to be told of an H.264 stream in Annex B before it begins: read from its parameter sets. */
+/** What a decoder must know about an H.264 stream in Annex B before it begins: read from its parameter sets. */
 
 const SPS = 7;
 
-/** `avc1.PPCCLL`: profile, constraints and level of the first sequence parameter set; null where there is none. */
+/** `avc1.PPCCLL`: profile, constraints and level of the first sequence parameter set; null without one. */
 export function codecString(accessUnit: Uint8Array): string | null {
   for (let at = 0; at + 6 < accessUnit.length; at++) {
     if (accessUnit[at] !== 0 || accessUnit[at + 1] !== 0 || accessUnit[at + 2] !== 1) continue;

@@ -1,13 +1,13 @@
 /**
- * The planes of a picture that the browser has decoded, copied out of it.
+ * Copies the planes out of a picture that the browser has decoded.
  *
- * A worker could draw the frame itself, but Chromium asks the page's thread for each: while the page is busy nothing
- * would be drawn. The copy asks nobody, and costs less than a millisecond for what drones send.
+ * A worker could draw the frame itself, but Chromium involves the page's thread for each frame: while the page is busy
+ * nothing would be drawn. The copy does not, and costs less than a millisecond for what drones send.
  */
 
 import type { Planes } from './screen';
 
-/** Null for a frame of another kind, which has to be drawn as it is. The frame stays the caller's. */
+/** Null for a frame of another kind, which must be drawn directly. The caller keeps ownership of the frame. */
 export async function planesOf(frame: VideoFrame): Promise<Planes | null> {
   const { format, displayWidth: width, displayHeight: height } = frame;
   const isSemiPlanar = format === 'NV12';

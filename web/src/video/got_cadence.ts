@@ -1,32 +1,32 @@
 /**
- * When a viewer tells the tower what it has drawn (`got`). While all is well it does so now and then, and that is a
- * promise: it speaks up as soon as something is late or does not come. What it then says often is what the tower bounds
- * by what is on its way (server/live/video/pacing.py). For many viewers of a stream, answers are a good part of what they
- * cost the tower.
+ * Decides when a viewer reports drawn pictures to the tower (`got`). While the stream is calm it reports only now and
+ * then, which is a promise: it reports at once when a picture is late or missing. Otherwise it reports often, and the
+ * tower bounds the data in flight by these reports (server/live/video/pacing.py). With many viewers of a stream, these
+ * reports are a substantial part of their cost to the tower.
  *
  * The benchmarks' viewers do the same (bench/video/got_cadence.py).
  */
 
 import type { Unit } from './unit';
 
-/** While it is not calm: for the first picture so long after it last said something ... */
+/** While it is not calm: reports the first picture this long after the last report ... */
 const EVERY_MS = 75;
-/** ... and then at the latest. */
+/** ... and at the latest after this. */
 const AT_LAST_MS = 120;
 const CALM_EVERY_MS = 2_000;
-/** Without anything late or missing. */
+/** Without any late or missing picture. */
 const CALM_AFTER_MS = 500;
-/** Later than at its best. */
+/** Compared with its best delay. */
 const LATE_MS = 40;
-/** After the time at which the next picture should have come. */
+/** After the due time of the next picture. */
 const OVERDUE_MS = 50;
 const BEST_FOR_MS = 30_000;
 
 export type Done = Pick<Unit, 'sequence' | 'captureUs' | 'rateHz'>;
 
 /**
- * `calm`: it will say at once when something is late or missing. `overdue`: the next one should have come. `held_ms`: it
- * was drawn so long before this is said.
+ * `calm`: it will report at once when a picture is late or missing. `overdue`: the next picture should have arrived.
+ * `held_ms`: time between drawing and this report.
  */
 export interface Got {
   readonly sequence: number;
@@ -37,28 +37,28 @@ export interface Got {
 
 export class GotCadence {
   #saidAtMs = -Infinity;
-  /** It last said that it is calm. */
+  /** The last report said calm. */
   #promised = false;
-  /** It last said that something should have come. */
+  /** The last report said overdue. */
   #wasOverdue = false;
   #newest: number | null = null;
   #isUnsaid = false;
   #doneAtMs = 0;
   #uneasyAtMs: number | null = null;
-  /** The sequence that comes next. */
+  /** The next expected sequence number. */
   #next = 0;
   #expectedAtMs = Infinity;
   #bestMs = Infinity;
   #bestBeforeMs = Infinity;
   #bestSinceMs = -Infinity;
 
-  /** A unit has come, and is about to be drawn. */
+  /** A unit has arrived, and is about to be drawn. */
   came(sequence: number, nowMs: number): void {
     if (sequence !== this.#next) this.#uneasyAtMs = nowMs;
     this.#next = (sequence + 1) >>> 0;
   }
 
-  /** This one is done with, and all before it: what is to be said of it now, if anything. */
+  /** This unit and all before it are done: returns the report to send now, if any. */
   done({ sequence, captureUs, rateHz }: Done, nowMs: number): Got | null {
     if (this.#uneasyAtMs === null || captureUs === null || this.#isLate(nowMs - captureUs / 1000, nowMs)) {
       this.#uneasyAtMs = nowMs;
@@ -74,13 +74,13 @@ export class GotCadence {
     return this.#say(isCalm ? { sequence, calm: true } : { sequence }, nowMs);
   }
 
-  /** When `look` has something to say, if nothing is done with before. It may be later, then. */
+  /** When `look` is due, unless a unit is done before. It may be later then. */
   get lookAtMs(): number {
     if (this.#promised) return this.#expectedAtMs;
     return this.#isUnsaid ? this.#saidAtMs + AT_LAST_MS : Infinity;
   }
 
-  /** The time has come: what is to be said, if anything. */
+  /** Called at that time: returns the report to send, if any. */
   look(nowMs: number): Got | null {
     const sequence = this.#newest;
     if (sequence === null || nowMs < this.lookAtMs) return null;

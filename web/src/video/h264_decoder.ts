@@ -1,4 +1,4 @@
-/** H.264 by the browser's own decoder (WebCodecs), told to keep nothing back. */
+/** H.264 by the browser's own decoder (WebCodecs), configured to hold nothing back. */
 
 import { codecString } from './annex_b';
 import { planesOf } from './frame_planes';
@@ -6,7 +6,7 @@ import type { Planes } from './screen';
 import type { Unit } from './unit';
 
 const LOW_DELAY = { optimizeForLatency: true } as const;
-/** Baseline, level 3.1: what every browser with H.264 at all can do. */
+/** Baseline, level 3.1: every browser with H.264 supports it. */
 const SIMPLEST = 'avc1.42C01F';
 
 export async function hasH264(): Promise<boolean> {
@@ -24,10 +24,13 @@ export class H264Decoder {
   #decoder: VideoDecoder | null = null;
   #codec = '';
   #count = 0;
-  /** By the number that we give each as its time. */
+  /** By the number that we pass as each unit's timestamp. */
   readonly #inside = new Map<number, Unit>();
 
-  /** `onPicture` owns the picture, and closes it if it is a frame. `onFault`: nothing comes any more before the next key picture. */
+  /**
+   * `onPicture` owns the picture, and closes it if it is a frame. `onFault`: no more pictures before the next key
+   * picture.
+   */
   constructor(onPicture: (picture: Planes | VideoFrame, unit: Unit) => void, onFault: (words: string) => void) {
     this.#onPicture = onPicture;
     this.#onFault = onFault;
@@ -75,7 +78,7 @@ export class H264Decoder {
 
   #decoded(frame: VideoFrame): void {
     const unit = this.#inside.get(frame.timestamp);
-    // What the decoder left out will not come.
+    // A picture that the decoder skipped will not come.
     for (const number of this.#inside.keys()) if (number <= frame.timestamp) this.#inside.delete(number);
     if (unit) void this.#handOn(frame, unit);
     else frame.close();

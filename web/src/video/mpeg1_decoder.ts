@@ -1,8 +1,9 @@
 /**
- * Drives the MPEG-1 decoder of JSMpeg (WebAssembly): elementary stream of one picture in, its planes out, at once.
+ * Drives the MPEG-1 decoder of JSMpeg (WebAssembly): takes the elementary stream of one picture, returns its planes at
+ * once.
  *
- * The decoder reads a sequence header once in its life, and a second one in the same memory begins with what the first
- * left behind. So each has a memory of its own, and a stream of another size gets a new one.
+ * The decoder reads a sequence header only once, and a second decoder in the same memory starts with leftovers of the
+ * first. So each has its own memory, and a stream of another size gets a new one.
  */
 
 import type { Planes } from './screen';
@@ -12,13 +13,13 @@ const FIRST_PAGES = 256;
 /** As the binary was built; its stack follows its own data. */
 const STACK_BYTES = 5 * 1024 * 1024;
 const ALIGN_BYTES = 16;
-/** More than the largest unit; older pictures are thrown out when it is full. */
+/** Larger than the largest unit; drops older pictures when it is full. */
 const BUFFER_BYTES = 512 * 1024;
 const EVICT = 1;
 const HEADER_CODE = 0xb3;
-/** Ends the last slice: without it the decoder would look for the next start code among older bytes. */
+/** Ends the last slice: without it the decoder would search older bytes for the next start code. */
 const SEQUENCE_END = Uint8Array.of(0, 0, 1, 0xb7);
-/** A decoder that wants more than this was fed nonsense. */
+/** A decoder that needs more than this received invalid data. */
 const MAX_BYTES = 64 * 1024 * 1024;
 
 interface Exports {
@@ -35,7 +36,7 @@ interface Exports {
   _mpeg1_decoder_get_cb_ptr(decoder: number): number;
 }
 
-/** One decoder in a memory of its own. */
+/** One decoder in its own memory. */
 class Instance {
   readonly #memory = new WebAssembly.Memory({ initial: FIRST_PAGES });
   readonly #call: Exports;
@@ -59,7 +60,7 @@ class Instance {
     this.#decoder = this.#call._mpeg1_decoder_create(BUFFER_BYTES, EVICT);
   }
 
-  /** Null where the bytes were no picture. Throws WebAssembly.RuntimeError for some nonsense. */
+  /** Null if the bytes are not a picture. Throws WebAssembly.RuntimeError for some invalid data. */
   decode(pieces: readonly Uint8Array[]): Planes | null {
     const bytes = pieces.reduce((sum, piece) => sum + piece.length, SEQUENCE_END.length);
     let at = this.#call._mpeg1_decoder_get_write_ptr(this.#decoder, bytes);
@@ -112,8 +113,8 @@ export class Mpeg1Decoder {
   }
 
   /**
-   * `pieces`: the elementary stream of one picture; the first one begins with a sequence header. The planes are the
-   * decoder's own memory: they hold till the next call. Null where the bytes were no picture.
+   * `pieces`: the elementary stream of one picture; the first one begins with a sequence header. The planes are in the
+   * decoder's own memory: valid until the next call. Null if the bytes are not a picture.
    */
   decode(pieces: readonly Uint8Array[]): Planes | null {
     const [first] = pieces;
@@ -127,7 +128,7 @@ export class Mpeg1Decoder {
     try {
       return this.#instance.decode(pieces);
     } catch {
-      // Its memory is not to be trusted any more.
+      // Its memory can no longer be trusted.
       this.#instance = null;
       this.#shape = '';
       return null;
@@ -135,7 +136,7 @@ export class Mpeg1Decoder {
   }
 }
 
-/** What a sequence header says that a decoder cannot change its mind about: size and matrices. Null: there is none. */
+/** The values of a sequence header that a decoder cannot change: size and matrices. Null: no header. */
 function shapeOf(piece: Uint8Array): string | null {
   const [a, b, c, code] = piece;
   if (a !== 0 || b !== 0 || c !== 1 || code !== HEADER_CODE || piece.length < 12) return null;
@@ -143,7 +144,7 @@ function shapeOf(piece: Uint8Array): string | null {
   return [...piece.subarray(4, 7), hasMatrices, ...(hasMatrices ? piece.subarray(12, 140) : [])].join();
 }
 
-/** Where the binary's own data ends. */
+/** The end of the binary's own data. */
 function staticBytes(module: WebAssembly.Module): number {
   const [section] = WebAssembly.Module.customSections(module, 'dylink');
   if (!section) throw new Error('the MPEG-1 decoder is not built as expected');

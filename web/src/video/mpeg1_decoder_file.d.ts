@@ -1,7 +1,7 @@
-/** What scripts/mpeg1_decoder_file.ts makes, and what it makes it of. */
+/** The module that scripts/mpeg1_decoder_file.ts generates, and its source. */
 
 declare module 'virtual:mpeg1-decoder' {
-  /** Its address. */
+  /** The URL of the decoder. */
   const address: string;
   export default address;
 }

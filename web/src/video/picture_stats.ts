@@ -1,8 +1,8 @@
-/** Counts what comes and what is drawn, and says twice a second how the last moments were. Times are monotonic. */
+/** Counts pictures received and drawn, and reports twice a second on the last moments. Times are monotonic. */
 
 import type { VideoStats } from './video_types';
 
-/** Rates are of so long: short enough to follow, long enough to stand still. */
+/** Window of the rates: short enough to follow, long enough to be stable. */
 const WINDOW_MS = 2_000;
 
 interface Came {
@@ -20,14 +20,14 @@ export class PictureStats {
   #lastDrawnMs: number | null = null;
   #width = 0;
   #height = 0;
-  /** What the tower left out for us, since the view began. */
+  /** Skipped by the tower for us, since the view began. */
   skipped = 0;
 
   constructor(nowMs: number) {
     this.#beganMs = nowMs;
   }
 
-  /** Rates begin again; what was lost stays counted. */
+  /** Rates start again; losses stay counted. */
   restart(nowMs: number): void {
     this.#beganMs = nowMs;
     this.#came = [];
@@ -44,7 +44,7 @@ export class PictureStats {
     this.#decodingMs.push(tookMs);
   }
 
-  /** `delayMs`: from the camera till now; null where it is not known. */
+  /** `delayMs`: from the camera until now; null if unknown. */
   drawn(nowMs: number, delayMs: number | null, width: number, height: number): void {
     this.#drawnMs.push(nowMs);
     this.#lastDrawnMs = nowMs;

@@ -1,8 +1,8 @@
-/** Draws pictures where there is no WebGL: the colours are reckoned here. */
+/** Draws pictures without WebGL: computes the colours here. */
 
 import type { AnyCanvas, Planes, Screen } from './screen';
 
-/** Null where there is no canvas to draw on at all. */
+/** Null without any canvas to draw on. */
 export function plainScreen(canvas: AnyCanvas): Screen | null {
   const context = canvas.getContext('2d', { alpha: false }) as
     CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D | null;
@@ -25,11 +25,11 @@ export function plainScreen(canvas: AnyCanvas): Screen | null {
       fit(picture.displayWidth, picture.displayHeight);
       context.drawImage(picture, 0, 0);
     },
-    again: () => undefined, // this kind of canvas keeps what was drawn
+    again: () => undefined, // this kind of canvas keeps its content
   };
 }
 
-/** ITU-R BT.601 with luma 16 to 235, in whole numbers; `into` holds four bytes for each pixel. */
+/** ITU-R BT.601 with luma 16 to 235, in integers; `into` holds four bytes per pixel. */
 export function colours({ width, height, codedWidth, y, cb, cr }: Planes, into: Uint8ClampedArray): void {
   const halfWidth = codedWidth >> 1;
   let out = 0;

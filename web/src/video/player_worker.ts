@@ -19,7 +19,7 @@ interface Scope {
 const scope = globalThis as unknown as Scope;
 const emit = (message: FromPlayer): void => scope.postMessage(message);
 
-// Behind what has come already, and before anything that a timer would wait for.
+// After events that have already arrived, and before anything on a timer.
 const turns: (() => void)[] = [];
 const { port1, port2 } = new MessageChannel();
 port1.onmessage = () => turns.shift()?.();
@@ -30,7 +30,7 @@ const afterWaiting = (callback: () => void): void => {
 
 type Opening = Extract<ToPlayer, { type: 'open' }>;
 
-/** What was said while the decoder was fetched. */
+/** Messages that arrived while the decoder was loading. */
 const waiting: ToPlayer[] = [];
 let canvas: OffscreenCanvas | null = null;
 let player: VideoPlayer | null = null;

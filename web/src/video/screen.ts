@@ -1,4 +1,4 @@
-/** Where pictures are drawn. A picture is drawn at once: nothing here waits for a clock or keeps a second one. */
+/** The drawing surface. Draws a picture at once: it waits for no clock and buffers no second picture. */
 
 /** A decoded picture in its three planes; `codedWidth` and `codedHeight` are those of the luma plane. */
 export interface Planes {
@@ -13,9 +13,9 @@ export interface Planes {
 
 export interface Screen {
   planes(picture: Planes): void;
-  /** It stays the caller's, who closes it. */
+  /** The caller keeps ownership and closes it. */
   frame(picture: VideoFrame): void;
-  /** The picture in sight once more, for whoever reads the canvas right after. */
+  /** Draws the visible picture once more, for a caller that reads the canvas right after. */
   again(): void;
 }
 

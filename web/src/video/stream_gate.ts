@@ -1,8 +1,8 @@
-/** Lets through what can be decoded: after a gap, a break or another stream nothing before the next key picture. */
+/** Passes only what can be decoded: after a gap, a break or a new stream nothing before the next key picture. */
 
 import type { Unit } from './unit';
 
-/** A leap beyond this is no loss: the stream began again. Some half a minute. */
+/** A larger jump is no loss: the stream restarted. About half a minute. */
 const MAX_LOSS = 1000;
 
 type Head = Pick<Unit, 'quality' | 'codec' | 'sequence' | 'isKey' | 'isBreak'>;
@@ -10,16 +10,16 @@ type Head = Pick<Unit, 'quality' | 'codec' | 'sequence' | 'isKey' | 'isBreak'>;
 export class StreamGate {
   #last: Head | null = null;
   #isOpen = false;
-  /** Units that never came, since the view began. */
+  /** Units that never arrived, since the view began. */
   lost = 0;
 
-  /** What comes next does not follow what came before: another connection. */
+  /** The next unit does not continue the previous one: another connection. */
   restart(): void {
     this.#last = null;
     this.#isOpen = false;
   }
 
-  /** What was let through could not be decoded. */
+  /** A unit that passed could not be decoded. */
   shut(): void {
     this.#isOpen = false;
   }

@@ -1,6 +1,6 @@
 /**
- * How the tower's clock stands to ours, from questions and answers: the answer that came back fastest says it best, as
- * whatever delayed the others did so on one way only. A window, as the two clocks do not run equally fast.
+ * The offset between the tower's clock and ours, from requests and responses: the fastest response is the most
+ * accurate, because any extra delay is on one direction only. Uses a window, because the two clocks drift.
  */
 
 const WINDOW_MS = 30_000;
@@ -16,13 +16,13 @@ export class TowerClock {
   #answers: Answer[] = [];
   #best: Answer | null = null;
 
-  /** Of another connection, that perhaps leads to another tower. */
+  /** A new connection may lead to another tower. */
   forget(): void {
     this.#answers = [];
     this.#best = null;
   }
 
-  /** `sentMs`, `receivedMs`: by our monotonic clock; `towerUs`: what the tower's said in between. */
+  /** `sentMs`, `receivedMs`: our monotonic clock; `towerUs`: the tower's clock in between. */
   answered(sentMs: number, receivedMs: number, towerUs: number): void {
     const roundTripMs = receivedMs - sentMs;
     if (!(roundTripMs >= 0) || !Number.isFinite(towerUs)) return;
@@ -33,7 +33,7 @@ export class TowerClock {
     this.#best = this.#answers.reduce((best, one) => (one.roundTripMs <= best.roundTripMs ? one : best));
   }
 
-  /** How old at `nowMs` of our clock is what happened at `atUs` of the tower's; null before the first answer. */
+  /** The age, at `nowMs` of our clock, of an event at `atUs` of the tower's; null before the first response. */
   ageMs(atUs: number, nowMs: number): number | null {
     return this.#best && nowMs + this.#best.offsetMs - atUs / 1000;
   }

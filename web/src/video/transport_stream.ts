@@ -1,6 +1,6 @@
 /**
- * Takes the video out of MPEG-TS: the packets of one unit, which is one whole picture. So there is nothing to remember
- * from unit to unit but which packets are the video's.
+ * Extracts the video from MPEG-TS: the packets of one unit, which is one whole picture. So only the video's packet id
+ * carries over from unit to unit.
  */
 
 const PACKET_BYTES = 188;
@@ -12,7 +12,7 @@ const isVideo = (streamId: number): boolean => streamId >= 0xe0 && streamId <= 0
 export class TransportStream {
   #pid = NO_STREAM;
 
-  /** Views of the pieces of the elementary stream, in order. What is no packet, or broken, is left out. */
+  /** Views of the pieces of the elementary stream, in order. Skips invalid and broken packets. */
   pieces(unit: Uint8Array): Uint8Array[] {
     const found: Uint8Array[] = [];
     for (let at = 0; at + PACKET_BYTES <= unit.length; at += PACKET_BYTES) {
@@ -35,7 +35,7 @@ export class TransportStream {
     return this.#afterHeader(pid, payload);
   }
 
-  /** Of a packet with which something begins: a PES packet of the video, or a table that does not matter here. */
+  /** For a packet that begins something: a PES packet of the video, or a table that is irrelevant here. */
   #afterHeader(pid: number, payload: Uint8Array): Uint8Array | null {
     const isPes = payload.length >= 9 && payload[0] === 0 && payload[1] === 0 && payload[2] === 1;
     if (!isPes || !isVideo(payload[3] ?? 0)) return null;

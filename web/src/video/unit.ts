@@ -1,4 +1,4 @@
-/** The unit of live video, as it comes from the tower: one encoded picture with a fixed header (wire/video.py). */
+/** The unit of live video from the tower: one encoded picture with a fixed header (wire/video.py). */
 
 import type { CodecName, QualityName } from './video_types';
 
@@ -17,19 +17,19 @@ export interface Unit {
   readonly sequence: number;
   /** Decoding can begin here. */
   readonly isKey: boolean;
-  /** What came before does not lead up to this. */
+  /** It does not continue the previous unit. */
   readonly isBreak: boolean;
-  /** When the camera took it, by the tower's clock, in microseconds; null where that is not known. */
+  /** Time of capture, by the tower's clock, in microseconds; null if unknown. */
   readonly captureUs: number | null;
   readonly width: number;
   readonly height: number;
-  /** Pictures a second, now. */
+  /** Current pictures per second. */
   readonly rateHz: number;
   /** A view of the message, not a copy. */
   readonly payload: Uint8Array;
 }
 
-/** Null for what is no unit that we understand. */
+/** Null for an unknown unit. */
 export function readUnit(message: ArrayBuffer): Unit | null {
   if (message.byteLength <= HEADER_BYTES) return null;
   const view = new DataView(message);
@@ -41,7 +41,7 @@ export function readUnit(message: ArrayBuffer): Unit | null {
   const rateHz = view.getUint16(20, true) / 100;
   const isOurs = view.getUint8(0) === VERSION && !(flags & ~(KEY | BREAK));
   if (!isOurs || !quality || !codec || !width || !height || !rateHz) return null;
-  // Microseconds since the tower's machine began: exact in a double for 285 years.
+  // Microseconds since the boot of the tower's machine: exact in a double for 285 years.
   const captureUs = view.getUint32(8, true) + view.getUint32(12, true) * 2 ** 32;
   return {
     quality,

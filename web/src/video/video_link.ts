@@ -1,7 +1,7 @@
 /**
- * The WebSocket of one drone's video: opens, reconnects with back-off as the live link does, asks the tower's clock,
- * and tells it what was decoded. Knows nothing of pictures. It runs in the worker, so that no picture and no answer
- * ever waits for the page.
+ * The WebSocket of one drone's video: opens, reconnects with back-off as the live link does, queries the tower's clock,
+ * and reports what was decoded. Independent of pictures. It runs in the worker, so that no picture and no answer waits
+ * for the page.
  */
 
 import { backoffMs } from '../link/backoff';
@@ -14,14 +14,14 @@ import { TOWER_STATES, type CodecName, type QualityName, type TowerState } from 
 
 export const SUBPROTOCOL = 'tower-video.v1';
 
-/** The tower said no. That changes when somebody gives the view back, or signs in again: no hurry. */
+/** The tower refused. That changes when a user gives the view back, or signs in again: no hurry. */
 const REFUSED_RETRY_MS = 5_000;
-/** The tower answers each question for its clock, so that silence means a dead socket. */
+/** The tower answers each clock request, so silence means a dead socket. */
 const SILENCE_LIMIT_MS = 6_000;
 const CLOCK_FIRST_MS = 100;
 const CLOCK_FIRST_QUESTIONS = 5;
 const CLOCK_EVERY_MS = 2_000;
-/** While pictures come, which show as well as an answer that the connection is alive. */
+/** Interval while pictures arrive, which prove just as well that the connection is alive. */
 const CLOCK_AT_LAST_MS = 10_000;
 
 const REFUSALS = new Set([4400, 4401, 4403, 4404, 4430]);
@@ -31,9 +31,9 @@ export type LinkPhase = 'stopped' | 'connecting' | 'open' | 'waiting' | 'refused
 export interface LinkState {
   readonly phase: LinkPhase;
   readonly failures: number;
-  /** By the link's clock; null where no attempt is planned. */
+  /** By the link's clock; null if no attempt is planned. */
   readonly retryAtMs: number | null;
-  /** Of `refused`: the tower's reason, for people. */
+  /** For `refused`: the tower's reason, for people. */
   readonly why: string;
 }
 
@@ -46,7 +46,7 @@ export interface TowerSays {
 export interface StreamRequest {
   readonly quality: QualityName;
   readonly codec: CodecName;
-  /** Rather this one, if the drone has it: known to the tower before it is to us. */
+  /** Preferred codec if the drone has it: the tower knows that before we do. */
   readonly rather?: CodecName;
 }
 
@@ -99,14 +99,14 @@ export class VideoLink {
     this.#become({ phase: 'stopped', failures: 0, retryAtMs: null, why: '' });
   }
 
-  /** Another stream, over the same connection. */
+  /** Requests another stream over the same connection. */
   want(request: StreamRequest): void {
     const isOther = request.quality !== this.#request.quality || request.codec !== this.#request.codec;
     this.#request = request;
     if (isOther) this.#say({ type: 'want', quality: request.quality, codec: request.codec });
   }
 
-  /** All up to this unit was decoded or is not needed. The tower is told when it is time to (GotCadence). */
+  /** All units up to this one were decoded or are not needed. GotCadence decides when to report it to the tower. */
   got(done: Done): void {
     if (this.#state.phase !== 'open') return;
     this.#sayGot(this.#cadence.done(done, this.#options.clock.monotonicMs()));
@@ -167,7 +167,7 @@ export class VideoLink {
     }
   }
 
-  /** By the tower's first word: before that nobody knows whether it lets us in. */
+  /** Called at the tower's first message: before it, access is not confirmed. */
   #opened(asked: StreamRequest): void {
     this.#become({ phase: 'open', failures: 0, retryAtMs: null, why: '' });
     const { quality, codec } = this.#request;

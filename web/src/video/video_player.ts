@@ -1,8 +1,8 @@
 /**
- * Puts the parts together: link, gate, decoders, screen, figures. Runs in the worker (player_worker.ts).
+ * Connects the parts: link, gate, decoders, screen, figures. Runs in the worker (player_worker.ts).
  *
- * A picture is drawn as soon as it is decoded. Where several wait, all are decoded, as each needs the one before it,
- * and the newest is drawn: a delay is never kept.
+ * Draws a picture as soon as it is decoded. If several wait, it decodes all, because each needs the one before it, and
+ * draws the newest: a delay never persists.
  */
 
 import type { Clock } from '../link/clock';
@@ -18,7 +18,7 @@ import type { Unit } from './unit';
 import { VideoLink, type LinkState, type TowerSays, type StreamRequest } from './video_link';
 import type { CodecChoice, CodecName, FromPlayer, QualityName, VideoState, VideoStatus } from './video_types';
 
-/** The part of the browser's decoder that is used. */
+/** The part of the browser's decoder in use. */
 export type FrameDecoder = Pick<H264Decoder, 'decode' | 'close'>;
 
 export interface VideoPlayerOptions {
@@ -27,7 +27,7 @@ export interface VideoPlayerOptions {
   readonly codec: CodecChoice;
   readonly screen: Screen;
   readonly mpeg1: Pick<Mpeg1Decoder, 'decode'>;
-  /** Null where the browser has none. */
+  /** Null if the browser has none. */
   readonly openH264:
     | ((
         onPicture: (picture: Planes | VideoFrame, unit: Unit) => void,
@@ -36,12 +36,12 @@ export interface VideoPlayerOptions {
     | null;
   readonly openSocket: (request: StreamRequest) => SocketLike;
   readonly emit: (message: FromPlayer) => void;
-  /** Calls back after everything that waits already. */
+  /** Calls back after all pending events. */
   readonly afterWaiting: (callback: () => void) => void;
 }
 
 const REPORT_MS = 500;
-/** So many times the browser may give up on H.264 before MPEG-1 is taken instead. */
+/** After this many H.264 failures of the browser, switches to MPEG-1. */
 const H264_FAULTS = 3;
 
 interface Decoded {
@@ -61,7 +61,7 @@ export class VideoPlayer {
   #choice: { readonly quality: QualityName; readonly codec: CodecChoice };
   #h264Faults = 0;
   #newest: Decoded | null = null;
-  /** The newest unit that is decoded or not needed, which the link does not know of yet. */
+  /** The newest unit decoded or not needed that was not yet passed to the link. */
   #done: Done | null = null;
   #isTurnDue = false;
   #isDrawn = false;
@@ -107,7 +107,7 @@ export class VideoPlayer {
     this.#link.start();
   }
 
-  /** The picture in sight once more, for whoever reads the canvas right after. False where there is none. */
+  /** Draws the visible picture once more, for a caller that reads the canvas right after. Returns false without one. */
   drawAgain(): boolean {
     if (this.#isDrawn) this.#options.screen.again();
     return this.#isDrawn;
@@ -131,7 +131,7 @@ export class VideoPlayer {
     this.#keep(null);
   }
 
-  // --- what is asked for ---
+  // --- requests ---
 
   #request(offered: readonly CodecName[]): StreamRequest {
     const { quality, codec } = this.#choice;
@@ -193,7 +193,7 @@ export class VideoPlayer {
     this.#takeTurn();
   }
 
-  /** Once for all that waits now: one picture is drawn, and the tower told once. */
+  /** Once for all pending units: draws one picture, and reports to the tower once. */
   #takeTurn(): void {
     if (this.#isTurnDue) return;
     this.#isTurnDue = true;
@@ -205,7 +205,7 @@ export class VideoPlayer {
     });
   }
 
-  /** Frames of the browser are few, and given back at once. */
+  /** The browser has few frames, so they are released at once. */
   #keep(decoded: Decoded | null): void {
     const before = this.#newest?.picture;
     this.#newest = decoded;
@@ -226,7 +226,7 @@ export class VideoPlayer {
     this.#stats.drawn(nowMs, delayMs, unit.width, unit.height);
   }
 
-  // --- how it goes ---
+  // --- state ---
 
   #linkChanged(state: LinkState): void {
     if (state.phase !== 'open') this.#says = null;

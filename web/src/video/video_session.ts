@@ -1,17 +1,17 @@
 /**
- * The page's end of a video: gives the canvas away to the worker that fills it, tells it what is wanted, and hears how
- * it goes. Nothing of a picture ever passes through the page.
+ * The page's side of a video: transfers the canvas to the worker, sends it requests, and receives its state. No picture
+ * passes through the page.
  */
 
 import type { Clock } from '../link/clock';
 import { Store, type Readable } from '../link/store';
 import type { CodecChoice, FromPlayer, QualityName, ToPlayer, VideoStats, VideoStatus } from './video_types';
 
-/** Twice a second the player says how it goes. After so many looks without a word it is taken for dead. */
+/** The player reports twice a second. After several checks without a report it counts as dead. */
 const LOOK_MS = 1_000;
 const SILENT_LOOKS = 8;
 
-/** The part of Worker that is used; a page without workers that draw brings something of the same kind. */
+/** The part of Worker in use; a page without workers that draw brings an equivalent. */
 export interface PlayerPort {
   onmessage: ((event: { data: FromPlayer }) => void) | null;
   postMessage(message: ToPlayer, transfer?: Transferable[]): void;
@@ -26,7 +26,7 @@ export interface VideoSessionOptions {
   readonly droneId: number;
   readonly quality: QualityName;
   readonly codec: CodecChoice;
-  /** The player does not answer any more; its canvas is lost with it. */
+  /** The player no longer answers; its canvas is lost with it. */
   readonly onDead: () => void;
 }
 
@@ -72,14 +72,14 @@ export class VideoSession {
     this.#options.player.postMessage({ type: 'want', quality, codec });
   }
 
-  /** Nothing is asked for while nobody looks. */
+  /** Requests nothing while the video is not visible. */
   watch(isWatched: boolean): void {
     if (isWatched === this.#isWatched) return;
     this.#isWatched = isWatched;
     this.#options.player.postMessage({ type: 'watch', isWatched });
   }
 
-  /** The picture in sight as PNG; null where there is none. */
+  /** The visible picture as PNG; null without one. */
   snapshot(): Promise<Blob | null> {
     const key = ++this.#keys;
     const taken = new Promise<Blob | null>((resolve) => this.#snapshots.set(key, resolve));

@@ -1,11 +1,13 @@
-/** What the parts of the video player say to one another, and to the page (docs/video.md). No code that runs. */
+/**
+ * Messages between the parts of the video player, and to the page (docs/video.md). Types only, apart from constants.
+ */
 
 export type QualityName = 'low' | 'medium' | 'high';
 export type CodecName = 'mpeg1' | 'h264';
-/** `auto`: H.264 where both the drone's agent and this browser have it, else MPEG-1. */
+/** `auto`: H.264 if both the drone's agent and this browser support it, else MPEG-1. */
 export type CodecChoice = 'auto' | CodecName;
 
-/** How it is with the drone's video, as the tower says it (server/live/video/situation.py). */
+/** The state of the drone's video, as the tower reports it (server/live/video/situation.py). */
 export const TOWER_STATES = [
   'waiting',
   'live',
@@ -18,44 +20,46 @@ export const TOWER_STATES = [
 export type TowerState = (typeof TOWER_STATES)[number];
 
 /**
- * The same as a viewer has it. Ours: `connecting` (no word of the tower yet), `cut-off` (the connection to the tower is
- * down and is tried again), `refused` (the tower does not give it to us), `paused` (nobody looks), `unplayable` (this
- * browser cannot show it).
+ * The state for a viewer. Adds `connecting` (no message from the tower yet), `cut-off` (the connection to the tower is
+ * down and is retried), `refused` (the tower denies access), `paused` (not visible), `unplayable` (this browser cannot
+ * show it).
  */
 export type VideoState = TowerState | 'connecting' | 'cut-off' | 'refused' | 'paused' | 'unplayable';
 
 export interface VideoStatus {
   readonly state: VideoState;
-  /** For people: what is wrong; empty where nothing is, or where `state` says it all. */
+  /** The problem, for people; empty if there is none, or if `state` says it all. */
   readonly words: string;
-  /** What the drone's agent can send; empty until the tower has said. */
+  /** What the drone's agent can send; empty until the tower has reported it. */
   readonly codecs: readonly CodecName[];
-  /** What is asked for now. */
+  /** What is requested now. */
   readonly quality: QualityName;
   readonly codec: CodecName;
-  /** When it came to be so, by the computer's clock. */
+  /** When this state began, by the computer's clock. */
   readonly sinceMs: number;
-  /** When the connection is tried again, by the computer's clock; null where none is planned. */
+  /** When the connection is retried, by the computer's clock; null if no attempt is planned. */
   readonly retryAtMs: number | null;
 }
 
-/** Of the last moments, told twice a second. Null: not known. */
+/** For the last moments, reported twice a second. Null: unknown. */
 export interface VideoStats {
-  /** From the camera to the screen, of the pictures drawn since the last report, else of the last: the middle one, and
-   * the worst. */
+  /**
+   * From the camera to the screen, of the pictures drawn since the last report, else of the last one: the median and
+   * the maximum.
+   */
   readonly delayMs: number | null;
   readonly worstDelayMs: number | null;
-  /** How long nothing new was drawn. Null before the first picture. */
+  /** Time since the last new picture. Null before the first one. */
   readonly stillMs: number | null;
-  /** Pictures drawn a second. */
+  /** Pictures drawn per second. */
   readonly rateHz: number;
   readonly bitsPerS: number;
-  /** Pictures since the view began that never came, and those that the tower left out because we were too slow. */
+  /** Pictures that never arrived since the view began, and those that the tower skipped because we were too slow. */
   readonly lost: number;
   readonly skipped: number;
-  /** What decoding one picture takes. */
+  /** Time to decode one picture. */
   readonly decodeMs: number | null;
-  /** Of the picture in sight, in pixels; 0 before there is one. */
+  /** Of the visible picture, in pixels; 0 before the first. */
   readonly width: number;
   readonly height: number;
 }
@@ -64,7 +68,7 @@ export type ToPlayer =
   | {
       readonly type: 'open';
       readonly canvas: OffscreenCanvas;
-      /** Of the page: a worker's own address is that of its script. */
+      /** The page's location: a worker's own address is that of its script. */
       readonly page: { readonly protocol: string; readonly host: string };
       readonly droneId: number;
       readonly quality: QualityName;

@@ -1,4 +1,4 @@
-/** Draws pictures with WebGL: the planes go to the graphics card as they are, which makes colours of them. */
+/** Draws pictures with WebGL: uploads the planes unchanged, and the graphics card computes the colours. */
 
 import type { AnyCanvas, Planes, Screen } from './screen';
 
@@ -11,7 +11,7 @@ void main() {
   gl_Position = vec4(corner.x * 2.0 - 1.0, 1.0 - corner.y * 2.0, 0.0, 1.0);
 }`;
 
-// ITU-R BT.601 with luma 16 to 235, which is what MPEG-1 has.
+// ITU-R BT.601 with luma 16 to 235, as in MPEG-1.
 const FROM_PLANES = `
 precision mediump float;
 uniform sampler2D y;
@@ -39,7 +39,7 @@ interface Drawing {
   readonly textures: readonly WebGLTexture[];
 }
 
-/** Null where there is no WebGL. */
+/** Null without WebGL. */
 export function webglScreen(canvas: AnyCanvas): Screen | null {
   const gl = canvas.getContext('webgl', {
     alpha: false,
@@ -62,7 +62,7 @@ class WebglScreen implements Screen {
     this.#canvas = canvas;
     this.#gl = gl;
     [this.#planes, this.#frame] = this.#begin();
-    // The graphics card may be taken away for a while (a driver that starts again, a tablet that sleeps).
+    // The graphics card may disappear for a while (a driver restart, a tablet that sleeps).
     canvas.addEventListener('webglcontextlost', (event) => {
       event.preventDefault();
       this.#last = null;
@@ -138,12 +138,12 @@ class WebglScreen implements Screen {
       [gl.FRAGMENT_SHADER, source],
     ] as const) {
       const shader = gl.createShader(type);
-      if (!shader) continue; // the context was lost: there is another beginning
+      if (!shader) continue; // the context was lost: it will be set up again
       gl.shaderSource(shader, text);
       gl.compileShader(shader);
       gl.attachShader(program, shader);
     }
-    // The same place in both programs, so that neither needs to be told again.
+    // The same location in both programs, so that it is bound only once.
     gl.bindAttribLocation(program, 0, 'corner');
     gl.linkProgram(program);
     gl.useProgram(program);

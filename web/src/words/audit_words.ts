@@ -1,10 +1,10 @@
-/** What an event of the audit trail adds to who, what and which drone. */
+/** Details of an audit trail event beyond user, action and drone. */
 
 import { dateMinute } from './dates';
 
 const MOMENT = /^\d{4}-\d\d-\d\dT\d\d:\d\d/;
 
-/** `name: value` pairs; an id is left out where its name stands beside it, and so is what has no value. */
+/** `name: value` pairs; omits an id beside its name, and pairs without a value. */
 export function detailWords(detail: Readonly<Record<string, unknown>>): string {
   return Object.entries(detail)
     .filter(([name, value]) => value !== null && !(name.endsWith('_id') && name.slice(0, -'_id'.length) in detail))

@@ -1,4 +1,4 @@
-/** Why nothing can be commanded now, in words; empty when it can. */
+/** Why commands are disabled now, in words; empty if they are enabled. */
 
 import { mayCommand } from '../link/drone_view';
 import type { Drone, User, UserRef } from '../link/wire_types';
@@ -26,7 +26,7 @@ export function blockedWords({ drone, user, isConnected, isHeard, waitsFor }: Si
   return isHeard ? '' : 'No heartbeat from the autopilot yet.';
 }
 
-/** Who flies, for somebody who may. */
+/** Who flies, for a user who may command the drone. */
 export function flyingWords(drone: Drone, user: User): string {
   if (drone.holder?.id === user.id) {
     return drone.assistant ? `You fly ${drone.name}, ${drone.assistant.name} assists` : `You fly ${drone.name}`;

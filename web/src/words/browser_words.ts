@@ -1,4 +1,4 @@
-/** What a browser says of itself, in words that help to recognise it: "Firefox on Windows". */
+/** A browser's own identification in recognisable words: "Firefox on Windows". */
 
 const BROWSERS: readonly (readonly [RegExp, string])[] = [
   [/\bEdg\//, 'Edge'],

@@ -1,4 +1,4 @@
-/** Moments and spans of accounts and records: dates in UTC, as all times of the console are. */
+/** Moments and spans of accounts and records: dates in UTC, as all times of the console. */
 
 import { UNKNOWN } from './format';
 
@@ -13,10 +13,10 @@ export function dateTime(iso: string | null): string {
   return Number.isNaN(at.getTime()) ? UNKNOWN : at.toISOString().slice(0, 19).replace('T', ' ');
 }
 
-/** `2026-03-04 05:06`, in UTC, where seconds say nothing. */
+/** `2026-03-04 05:06`, in UTC, without seconds. */
 export const dateMinute = (iso: string | null): string => dateTime(iso).slice(0, 'YYYY-MM-DD HH:MM'.length);
 
-/** `3 min`, `2 h 5 min`, `5 d 1 h`: as exact as a reader needs it. */
+/** `3 min`, `2 h 5 min`, `5 d 1 h`: as precise as a reader needs. */
 export function span(seconds: number): string {
   const whole = Math.max(0, seconds);
   if (whole < MINUTE_S) return `${Math.floor(whole)} s`;
@@ -51,7 +51,7 @@ export function bytes(count: number | null): string {
   return `${at === 0 ? value : value.toFixed(value < 10 ? 1 : 0)} ${units[at]}`;
 }
 
-/** What a `datetime-local` field holds is taken as UTC, as the field's label says. Empty for what is no date. */
+/** Takes the value of a `datetime-local` field as UTC, as the field's label says. Empty for an invalid date. */
 export function isoOfField(local: string): string {
   const at = new Date(`${local}Z`);
   return local && !Number.isNaN(at.getTime()) ? at.toISOString() : '';

@@ -1,4 +1,4 @@
-/** How far an enrolment has come, in words. */
+/** The progress of an enrolment, in words. */
 
 import type { Enrolment } from '../link/admin_types';
 import { fromNow } from './dates';

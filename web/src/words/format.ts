@@ -1,4 +1,4 @@
-/** Numbers as text of a constant width, and a dash for what is not known. */
+/** Numbers as text of constant width, and a dash for unknown values. */
 
 import type { Place } from '../link/messages';
 
@@ -7,7 +7,7 @@ export const UNKNOWN = '–';
 export function fixed(value: number | null, decimals = 0): string {
   if (value === null || !Number.isFinite(value)) return UNKNOWN;
   const text = value.toFixed(decimals);
-  // -0.0 reads as a movement that is not there.
+  // -0.0 would suggest a movement that does not exist.
   return Number(text) === 0 ? (0).toFixed(decimals) : text.replace('-', '−');
 }
 

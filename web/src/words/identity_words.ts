@@ -1,9 +1,9 @@
-/** By what the tower knows a drone's agent, in words. */
+/** How the tower identifies a drone's agent, in words. */
 
 import type { DroneIdentity } from '../link/wire_types';
 import { dateMinute } from './dates';
 
-/** `SHA256:` and so many characters are enough to compare by eye; the whole is shown besides. */
+/** `SHA256:` and 12 characters are enough to compare by eye; the whole fingerprint is shown as well. */
 const SHOWN = 'SHA256:'.length + 12;
 
 export function identityWords(identity: DroneIdentity | undefined): string {

@@ -1,11 +1,11 @@
-/** The tower's rules for passwords. The lengths are said here at once; how guessable one is, the tower judges alone. */
+/** The tower's rules for passwords. Checks lengths here at once; only the tower judges how guessable a password is. */
 
 const SHORTEST = 12;
 const LONGEST = 256;
 
 export const PASSWORD_RULE = `${SHORTEST} to ${LONGEST} characters of any kind, and not easy to guess. Length counts more than signs: four words are good.`;
 
-/** What is wrong with it, or nothing. `old` is the password it takes the place of, where there is one. */
+/** What is wrong with it; empty if nothing. `old`: the password that it replaces, if any. */
 export function passwordFault(password: string, old = ''): string {
   const length = [...password].length;
   if (length < SHORTEST) return `Too short: ${SHORTEST - length} more.`;
@@ -16,7 +16,7 @@ export function passwordFault(password: string, old = ''): string {
 
 const LETTERS = 'abcdefghijkmnpqrstuvwxyz23456789'; // 32, without letters that look alike
 
-/** A first password for somebody else: 100 random bits, to be read out without mistakes. */
+/** A first password for another user: 100 random bits, readable aloud without mistakes. */
 export function newPassword(
   fill: (bytes: Uint8Array<ArrayBuffer>) => unknown = (bytes) => crypto.getRandomValues(bytes),
 ): string {

@@ -2,7 +2,7 @@
 
 import type { Drone, StreamProfile } from '../link/wire_types';
 
-/** What there is to choose, as the settings show it. */
+/** The choices, as the settings show them. */
 export const PROFILE_CHOICES: Record<StreamProfile | 'auto', string> = {
   auto: 'As much as its link carries',
   full: 'Everything',
@@ -10,7 +10,7 @@ export const PROFILE_CHOICES: Record<StreamProfile | 'auto', string> = {
   minimal: 'Least: place, height, battery, mode',
 };
 
-/** One line on a drone that sends less than all; empty while it sends everything, or nothing is known. */
+/** One line on a drone that sends reduced telemetry; empty while it sends everything, or if unknown. */
 export function thinnedWords(drone: Pick<Drone, 'profile' | 'profile_why'>): string {
   if (drone.profile === null || drone.profile === 'full') return '';
   const name = drone.profile === 'thin' ? 'Thin' : 'Minimal';

@@ -1,4 +1,4 @@
-/** Flying without a radio receiver: what is set for it, and why it cannot be set now. */
+/** Flying without a radio receiver: the required parameters, and why they cannot be set now. */
 
 import { mayCommand } from '../link/drone_view';
 import type { ReceiverSetupRow } from '../link/safety_types';
@@ -8,7 +8,7 @@ import { UNKNOWN } from './format';
 /** Parameters are float32: 0.1 comes back as 0.10000000149. */
 const figure = (value: number): string => String(Number(value.toPrecision(6)));
 
-/** "0 → 1", or that it is right as it is. */
+/** "0 → 1", or that the value is right already. */
 export function rowWords({ now, wanted, ok }: ReceiverSetupRow): string {
   if (ok) return `${figure(now ?? wanted)}, stays`;
   return `${now === null ? UNKNOWN : figure(now)} → ${figure(wanted)}`;
@@ -19,11 +19,11 @@ export interface SetupSituation {
   readonly user: Pick<User, 'id'>;
   readonly armed: boolean | null;
   readonly isConnected: boolean;
-  /** Every one of the parameters was read. */
+  /** All of the parameters were read. */
   readonly isKnown: boolean;
 }
 
-/** Why the parameters cannot be written now; empty when they can. */
+/** Why the parameters cannot be written now; empty if they can. */
 export function setupBlockedWords({ drone, user, armed, isConnected, isKnown }: SetupSituation): string {
   if (!isConnected) return 'The connection to the tower is down.';
   if (!drone.online) return `${drone.name} is offline.`;

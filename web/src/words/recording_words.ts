@@ -23,25 +23,25 @@ export function playTime(seconds: number | null): string {
   return hours > 0 ? `${hours}:${two(minutes)}:${two(whole % 60)}` : `${minutes}:${two(whole % 60)}`;
 }
 
-/** How long it has gone on, or how long the file plays. */
+/** How long it has been running, or the duration of the file. */
 export function lengthWords({ state, began_at, duration_s }: Recording, nowMs: number): string {
   return state === 'recording' ? playTime((nowMs - Date.parse(began_at)) / 1000) : playTime(duration_s);
 }
 
-/** With the reason, where there is one. */
+/** With the reason, if there is one. */
 export function recordingState({ state, words }: Recording): string {
   const said = STATE_WORDS[state] ?? state;
   return words ? `${said}: ${words}` : said;
 }
 
-/** Which flights are in it. */
+/** The flights that it contains. */
 export function flightWords({ flights }: Recording): string {
   const [first, ...more] = flights;
   if (first === undefined) return UNKNOWN;
   return more.length === 0 ? dateTime(first) : `${dateTime(first)} and ${more.length} more`;
 }
 
-/** Why this user may not begin or end a recording now; empty where they may. */
+/** Why this user may not start or stop a recording now; empty if they may. */
 export function recordingBlocked(drone: Drone, user: User, isConnected: boolean): string {
   if (!isConnected) return 'The connection to the tower is down.';
   if (!drone.may_watch_video) return `An admin has taken the video of ${drone.name} with its controls.`;

@@ -1,4 +1,4 @@
-/** What people read about the role of an account, and what goes with it. */
+/** Texts about the role of an account and its rights. */
 
 import type { Role, Scope } from '../link/admin_types';
 
@@ -14,12 +14,12 @@ const SCOPES_OF: Record<Role, readonly Scope[]> = {
   admin: ['watch', 'fly', 'admin', 'metrics'],
 };
 
-/** The roles that an account may be given in place of the one it has, from the strongest to the weakest. */
+/** The roles that an account may change to, from the strongest to the weakest. */
 export const otherRoles = (role: Role): Role[] =>
   (['admin', 'operator', 'observer'] as const).filter((other) => other !== role);
 
-/** Whether an API token of such an account may be for this. */
+/** Whether an API token of such an account may have this scope. */
 export const mayHaveScope = (role: Role, scope: Scope): boolean => SCOPES_OF[role].includes(scope);
 
-/** What stands beside the name; empty for operators, whom most people are. */
+/** The label beside the name; empty for operators, the most common role. */
 export const roleChip = (role: Role): string => (role === 'operator' ? '' : role);

@@ -1,10 +1,10 @@
-/** What the squad list says about a drone besides its numbers. */
+/** Texts of the squad list about a drone, besides its numbers. */
 
 import type { FlightValues } from '../link/flight_values';
 import type { Drone, User } from '../link/wire_types';
 import { duration, UNKNOWN } from './format';
 
-/** A position may be this old and still be the present one: thin streams and drones off the map come once a second. */
+/** A position may be this old and still be current: reduced streams and drones off the map arrive once a second. */
 export const STALE_MS = 5_000;
 
 export function holderWords({ holder }: Drone, user: Pick<User, 'id'>): string {
@@ -20,7 +20,7 @@ export function statusWords(drone: Drone, { state, mode, heartbeatAgeMs }: Fligh
   return heartbeatAgeMs === null ? 'Autopilot not heard' : 'Silent';
 }
 
-/** How old its numbers are, once they are old; empty while they are fresh or there are none. */
+/** The age of its numbers, once they are old; empty while they are fresh or missing. */
 export function ageWords({ positionAgeMs, heartbeatAgeMs }: FlightValues): string {
   const ages = [positionAgeMs, heartbeatAgeMs].filter((age) => age !== null);
   const youngestMs = Math.min(...ages);

@@ -26,7 +26,7 @@ const MOVES: Record<Slot, string> = {
   rightY: 'Move the right stick all the way up',
 };
 
-/** `waits`: a stick is to be let go first. */
+/** `waits`: a stick must be released first. */
 export function calibrationWords(step: CalibrationStep, waits: boolean): string {
   switch (step.name) {
     case 'rest':

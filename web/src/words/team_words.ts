@@ -1,4 +1,4 @@
-/** What people read about teams. */
+/** Texts about teams. */
 
 import type { NamedRef } from '../link/admin_types';
 import type { TeamRole } from '../link/team_types';
@@ -10,7 +10,7 @@ export const ROLE_WORDS: Record<TeamRole, { readonly label: string; readonly doe
   admin: { label: 'Team admin', does: 'flies, takes controls, looks after the team' },
 };
 
-/** What becomes of the drones that somebody flies, when they may not any more. */
+/** What happens to the drones that a user flies when they lose access. */
 export function flownThen(drones: readonly Drone[], userIds: readonly number[] | null): string {
   const flown = drones.filter(({ holder }) => holder && (userIds === null || userIds.includes(holder.id)));
   return flown
@@ -18,6 +18,6 @@ export function flownThen(drones: readonly Drone[], userIds: readonly number[] |
     .join(' ');
 }
 
-/** The drones that this user may put into a team. */
+/** The drones that this user may add to a team. */
 export const freeToJoin = (drones: readonly Drone[], user: NamedRef, isAdmin: boolean): Drone[] =>
   drones.filter(({ owners, team }) => !team && (isAdmin || owners.some(({ id }) => id === user.id)));

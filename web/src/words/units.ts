@@ -1,4 +1,4 @@
-/** Quantities in the units that people chose. Everything inside is metric (SI); only words and input fields are not. */
+/** Quantities in the user's units. Everything internal is metric (SI); only texts and input fields are not. */
 
 export type UnitSystem = 'metric' | 'imperial' | 'aviation';
 export type Quantity = 'height' | 'distance' | 'speed' | 'climb';
@@ -50,7 +50,7 @@ const UNITS: Record<UnitSystem, Record<Quantity, Unit>> = {
   },
 };
 
-/** What distances grow into, and from how many metres on. */
+/** The unit for long distances, and from how many metres it applies. */
 const FAR: Record<UnitSystem, Unit & { readonly fromM: number }> = {
   metric: { symbol: 'km', inMetric: 1000, decimals: 2, fromM: 1000 },
   imperial: { symbol: 'mi', inMetric: STATUTE_MILE_M, decimals: 2, fromM: STATUTE_MILE_M / 2 },
@@ -67,31 +67,31 @@ export function measure(system: UnitSystem, quantity: Quantity, value: number | 
   const unit = isFar ? FAR[system] : UNITS[system][quantity];
   if (value === null || !Number.isFinite(value)) return { text: UNKNOWN, unit: unit.symbol };
   const text = (value / unit.inMetric).toFixed(decimals ?? unit.decimals);
-  // -0.0 reads as a movement that is not there.
+  // -0.0 would suggest a movement that does not exist.
   return { text: Number(text) === 0 ? text.replace('-', '') : text.replace('-', '−'), unit: unit.symbol };
 }
 
-/** The same as one piece of text. */
+/** The same as one string. */
 export function measured(system: UnitSystem, quantity: Quantity, value: number | null, decimals?: number): string {
   const { text, unit } = measure(system, quantity, value, decimals);
   return text === UNKNOWN ? text : `${text} ${unit}`;
 }
 
-/** What was typed into a field in the user's unit, as metres or metres per second. */
+/** The input of a field in the user's unit, as metres or metres per second. */
 export const toMetric = (system: UnitSystem, quantity: Quantity, value: number): number =>
   value * UNITS[system][quantity].inMetric;
 
-/** The other way, rounded as a field shows it. */
+/** The reverse, rounded as a field shows it. */
 export function fromMetric(system: UnitSystem, quantity: Quantity, value: number): number {
   const { inMetric, decimals } = UNITS[system][quantity];
   return Number((value / inMetric).toFixed(decimals));
 }
 
-/** What a field that began at `initial` means: that very value while nobody has typed another, however it is rounded. */
+/** The value of a field that began at `initial`: exactly that until the user types another, despite the rounding. */
 export const meantBy = (system: UnitSystem, quantity: Quantity, typed: number, initial: number): number =>
   typed === fromMetric(system, quantity, initial) ? initial : toMetric(system, quantity, typed);
 
-/** The least and the most that a field takes, rounded inwards: neither end is ever outside of what is allowed. */
+/** A field's limits, rounded inwards: neither limit is ever outside the allowed range. */
 export function fieldBounds(system: UnitSystem, quantity: Quantity, least: number, most: number): [number, number] {
   const { inMetric, decimals } = UNITS[system][quantity];
   const step = 10 ** decimals;

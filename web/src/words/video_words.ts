@@ -1,4 +1,4 @@
-/** The video of a drone in words: what is wrong and with whom, and the figures of the picture. */
+/** The video of a drone in words: what is wrong and who is affected, and the figures of the picture. */
 
 import type { Drone } from '../link/wire_types';
 import type { QualityName, VideoStats, VideoStatus } from '../video/video_types';
@@ -6,7 +6,7 @@ import { clockTime, fixed, UNKNOWN } from './format';
 
 /** A picture older than this is not what the drone sees now. */
 export const LATE_MS = 500;
-/** So long nothing new, and the picture is called old. */
+/** Without a new picture for this long, the picture counts as old. */
 export const STILL_MS = 1_000;
 
 export const QUALITY_WORDS: Record<QualityName, string> = { low: 'Low', medium: 'Medium', high: 'High' };
@@ -14,13 +14,13 @@ export const QUALITY_WORDS: Record<QualityName, string> = { low: 'Low', medium: 
 export interface VideoSays {
   readonly title: string;
   readonly detail: string;
-  /** Whether it is worth a look: something that should be there is not. */
+  /** Whether it needs attention: something expected is missing. */
   readonly isFault: boolean;
 }
 
 const says = (title: string, detail = '', isFault = true): VideoSays => ({ title, detail, isFault });
 
-/** Null while the picture is live and says enough by itself. */
+/** Null while the picture is live and self-explanatory. */
 export function videoWords(
   drone: string,
   status: VideoStatus,
@@ -68,20 +68,22 @@ export function videoWords(
   }
 }
 
-/** For whom an admin shut out of the video too, with TAKE. */
+/** For a user whom an admin also locked out of the video, with TAKE. */
 export const videoTaken = (drone: Pick<Drone, 'name' | 'holder'>): VideoSays =>
   says(
     `The video of ${drone.name} was taken too.`,
     `${drone.holder?.name ?? 'An admin'} took the controls without letting you watch the video. It comes back with them.`,
   );
 
-/** Nothing new was drawn for so long that what is shown is not what the drone sees. */
+/** No new picture for so long that the visible one is not what the drone sees. */
 export const isStill = (stats: VideoStats | null): boolean =>
   stats !== null && stats.stillMs !== null && stats.stillMs > STILL_MS;
 
 export const isLate = (stats: VideoStats | null): boolean => isStill(stats) || (stats?.delayMs ?? 0) > LATE_MS;
 
-/** How old the picture in sight is. The clocks are compared by estimate: a picture of no age may seem younger than that. */
+/**
+ * The age of the visible picture. The clock offset is an estimate: the computed age of a fresh picture may be negative.
+ */
 export function delayWords(stats: VideoStats): string {
   const { stillMs, delayMs } = stats;
   if (stillMs === null) return UNKNOWN;
@@ -92,11 +94,11 @@ export function delayWords(stats: VideoStats): string {
 export const rateWords = (bitsPerS: number): string =>
   bitsPerS < 1_000_000 ? `${fixed(bitsPerS / 1000)} kbit/s` : `${fixed(bitsPerS / 1_000_000, 1)} Mbit/s`;
 
-/** Pictures that were not shown, and whose fault it was: the way to us, or our own slowness. */
+/** Pictures that were not shown, and why: lost on the way, or skipped because this browser was slow. */
 export function missedWords({ lost, skipped }: VideoStats): string {
   return skipped > 0 ? `lost ${lost}, skipped ${skipped}` : `lost ${lost}`;
 }
 
-/** Of a picture that is saved: sorts by time, and says in which clock. */
+/** The name of a saved picture: sorts by time, and states the clock. */
 export const snapshotWords = (drone: string, atMs: number): string =>
   `${drone} ${new Date(atMs).toISOString().slice(0, 19).replace(/:/g, '-')}Z`;

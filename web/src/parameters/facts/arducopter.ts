@@ -1,4 +1,4 @@
-/** ArduCopter 4.6, the parameters that people change most. The format is that of ../facts.ts; the words are our own. */
+/** ArduCopter 4.6, the parameters that people change most. The format is that of ../facts.ts; the texts are our own. */
 
 const MODES =
   '0 Stabilize, 1 Acro, 2 Altitude hold, 3 Auto, 4 Guided, 5 Loiter, 6 Return, 7 Circle, 9 Land, 11 Drift, 13 Sport, 14 Flip, 15 Autotune, 16 Position hold, 17 Brake, 18 Throw, 19 Avoid ADS-B, 20 Guided without GPS, 21 Return the way it came, 22 Flow hold, 23 Follow, 24 Zigzag, 25 System identification, 26 Helicopter autorotation, 27 Auto return';

@@ -1,11 +1,11 @@
-/** ArduCopter 4.5 to 4.7: loops, motors and flight modes. The format is that of ../facts.ts; the words are our own. */
+/** ArduCopter 4.5 to 4.7: loops, motors and flight modes. The format is that of ../facts.ts; the texts are our own. */
 
 interface Loop {
   readonly prefix: string;
   readonly of: string;
 }
 
-/** What every loop has beside P, I and D; those that a line above knows are left out there. */
+/** What every loop has beside P, I and D; omits those that a line above describes. */
 const REST: readonly (readonly [string, string, string])[] = [
   ['D_FF', 'feed forward of change', 'Adds output while the target changes.'],
   ['FF', 'feed forward', 'Output for the target itself, before there is an error.'],
@@ -43,7 +43,7 @@ const RATE_LOOPS: readonly Loop[] = [
 const CLIMB: Loop = { prefix: 'PSC_ACCZ', of: 'Vertical acceleration' };
 const CLIMB_RATE: Loop = { prefix: 'PSC_VELZ', of: 'Climb rate' };
 const SPEED: Loop = { prefix: 'PSC_VELXY', of: 'Speed over ground' };
-/** As 4.7 calls them. */
+/** Names in 4.7. */
 const NEW_LOOPS: readonly Loop[] = [
   { prefix: 'PSC_D_ACC', of: 'Vertical acceleration' },
   { prefix: 'PSC_D_VEL', of: 'Climb rate' },

@@ -1,6 +1,6 @@
 /**
- * ArduCopter 4.5 to 4.7: the names that 4.7 brought, what is attached, and families of parameters that appear when something is
- * switched on: one line says what all of them are about. The format is that of ../facts.ts; the words are our own.
+ * ArduCopter 4.5 to 4.7: the names that 4.7 introduced, peripherals, and families of parameters that appear when a
+ * feature is switched on: one line describes a whole family. The format is that of ../facts.ts; the texts are our own.
  */
 
 export const ARDUCOPTER_FAMILIES = `

@@ -1,9 +1,9 @@
-/** ArduCopter 4.5 to 4.7: estimator and sensors. The format is that of ../facts.ts; the words are our own. */
+/** ArduCopter 4.5 to 4.7: estimator and sensors. The format is that of ../facts.ts; the texts are our own. */
 
 const AXES = ['X', 'Y', 'Z'] as const;
 const WHERE = { X: 'forward', Y: 'to the right', Z: 'down' } as const;
 
-/** One line for each axis; `@` is the axis, `~` where it points. */
+/** One line for each axis; `@` is the axis, `~` its direction. */
 const axes = (line: string): string =>
   AXES.map((axis) => line.replaceAll('@', axis).replaceAll('~', WHERE[axis])).join('\n');
 

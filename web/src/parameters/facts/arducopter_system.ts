@@ -1,6 +1,9 @@
-/** ArduCopter 4.5 to 4.7: the board, links, logs and what is attached. The format is that of ../facts.ts; the words are our own. */
+/**
+ * ArduCopter 4.5 to 4.7: the board, links, logs and peripherals. The format is that of ../facts.ts; the texts are our
+ * own.
+ */
 
-/** Each link's messages a second, as 4.7 names them (MAV) and before (SR). */
+/** Each link's message rates in Hz, by the names of 4.7 (MAV) and before (SR). */
 const streams = (prefix: string): string =>
   (
     [

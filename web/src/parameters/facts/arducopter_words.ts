@@ -1,4 +1,4 @@
-/** All that is said about ArduCopter's parameters. */
+/** All texts about ArduCopter's parameters. */
 
 import { ARDUCOPTER } from './arducopter';
 import { ARDUCOPTER_CONTROL } from './arducopter_control';

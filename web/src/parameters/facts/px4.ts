@@ -1,4 +1,4 @@
-/** PX4 1.15, the parameters that people change most. The format is that of ../facts.ts; the words are our own. */
+/** PX4 1.15, the parameters that people change most. The format is that of ../facts.ts; the texts are our own. */
 
 const LOSS_ACTIONS = '0 Nothing, 1 Hold, 2 Return, 3 Land, 5 Terminate, 6 Stop the motors';
 const CHANNELS =

@@ -1,6 +1,6 @@
 /**
- * PX4 1.14 to 1.16: families of parameters. One line says what all of them are about; units, ranges, choices and bits are in the
- * table of metadata. The format is that of ../facts.ts; the words are our own.
+ * PX4 1.14 to 1.16: families of parameters. One line describes a whole family; units, ranges, choices and bits are in
+ * the table of metadata. The format is that of ../facts.ts; the texts are our own.
  */
 
 export const PX4_FAMILIES = `

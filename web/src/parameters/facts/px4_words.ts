@@ -1,4 +1,4 @@
-/** All that is said about PX4's parameters. */
+/** All texts about PX4's parameters. */
 
 import { PX4 } from './px4';
 import { PX4_FAMILIES } from './px4_families';

@@ -1,4 +1,4 @@
-/** To whom a drone may still be given or lent, as options of a Combobox. */
+/** The users to whom a drone may be given or lent, as options of a Combobox. */
 
 import type { Account } from '../../link/admin_types';
 import type { Drone } from '../../link/wire_types';

@@ -1,9 +1,9 @@
-/** What it means for somebody, and for the drone, when they own it or have it on loan no longer. */
+/** The consequences for a user, and for the drone, when they lose ownership or a loan. */
 
 import type { Account, NamedRef } from '../../link/admin_types';
 import type { Drone } from '../../link/wire_types';
 
-/** The question's text, before ownership of `drone` or a loan of it is taken from `user`. */
+/** The question's text before `user` loses ownership of `drone`, or a loan of it. */
 export function lossOfAccess(drone: Drone, user: NamedRef, users: readonly Account[]): string {
   if (users.find(({ id }) => id === user.id)?.role === 'admin')
     return `${user.name} is an admin, and can still see and fly ${drone.name}.`;

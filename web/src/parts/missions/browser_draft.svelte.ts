@@ -1,4 +1,4 @@
-/** The draft of a plan, kept in this browser a moment after each change and restored when the page opens. */
+/** A draft in this browser, saved shortly after each change and restored when the page opens. */
 
 import { onMount } from 'svelte';
 
@@ -7,12 +7,12 @@ import type { PlanWorkspace } from './plan_workspace.svelte';
 
 const SAVE_AFTER_MS = 400;
 
-/** Made while a component is initialised: it saves once more when that component goes. */
+/** Created while a component initialises: saves once more when the component is destroyed. */
 export class BrowserDraft {
   readonly #workspace: PlanWorkspace;
   readonly #userId: number;
   #timer: ReturnType<typeof setTimeout> | undefined;
-  /** The browser stores nothing for us. */
+  /** The browser refuses to store. */
   isLost = $state(false);
 
   constructor(workspace: PlanWorkspace, userId: number) {

@@ -1,4 +1,4 @@
-/** The commands in the groups that people look for them in. */
+/** The commands, grouped as people look for them. */
 
 import { AUTOPILOT_WORDS, CATALOGUE, CMD, type AutopilotKind, type CommandSpec } from '../../plan/catalogue';
 
@@ -44,6 +44,6 @@ export const COMMAND_GROUPS: readonly CommandGroup[] = [
   },
 ];
 
-/** With a word where this autopilot does not carry it out. */
+/** With a note if this autopilot does not carry it out. */
 export const choiceWords = ({ label, knownTo }: CommandSpec, autopilot: AutopilotKind): string =>
   knownTo.includes(autopilot) ? label : `${label} (not ${AUTOPILOT_WORDS[autopilot]})`;

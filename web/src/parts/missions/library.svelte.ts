@@ -1,4 +1,4 @@
-/** Saving a plan in the tower's library, and what to do when somebody else saved it meanwhile. */
+/** Saves a plan to the tower's library, and handles a conflict with another user's version. */
 
 import type { MissionRest, SavedMission } from '../../link/mission_rest';
 import { RestError } from '../../link/rest';
@@ -10,9 +10,9 @@ const PRECONDITION_FAILED = 412;
 
 export class Library {
   readonly request = new Request();
-  /** Somebody saved another version of the plan on the screen. */
+  /** Another user saved a new version of the plan on the screen. */
   hasConflict = $state(false);
-  /** What an opened plan could not keep. */
+  /** What an opened plan could not represent. */
   dropped = $state.raw<readonly string[]>([]);
   readonly #workspace: PlanWorkspace;
   readonly #rest: MissionRest;
@@ -26,13 +26,13 @@ export class Library {
     return this.#rest.missions();
   }
 
-  /** Over the one that it follows. True when it was saved. */
+  /** Replaces the version that it is based on. Returns true if it was saved. */
   save(): Promise<boolean> {
     const { library } = this.#workspace;
     return library ? this.#over(library.id, library.version) : Promise.resolve(false);
   }
 
-  /** Whatever anybody saved meanwhile. */
+  /** Overwrites any version saved meanwhile. */
   async saveAllTheSame(): Promise<boolean> {
     const { library } = this.#workspace;
     if (!library) return false;
@@ -62,7 +62,7 @@ export class Library {
     return this.request.run(async () => {
       const { name, document, version } = await this.#rest.mission(one.id);
       const saved = await this.#rest.saveMission(one.id, version, { name, document, shared });
-      // What is on the screen follows the version that was seen: only where nobody came between.
+      // Records the new version as seen only if no other user saved in between.
       const { library } = this.#workspace;
       if (library?.id === one.id && library.version === version)
         this.#workspace.library = { id: one.id, version: saved.version };

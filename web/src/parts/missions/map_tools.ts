@@ -1,8 +1,8 @@
-/** What a press on the map of the planner can do: the tools, their keys and words. */
+/** The map tools of the planner, with their keys and texts. */
 
 import type { Tool } from '../../plan/drawing';
 
-/** In the order of the tool bar. `key`: presses it from anywhere on the page. */
+/** In the order of the tool bar. `key`: selects it anywhere on the page. */
 export const TOOLS = [
   { tool: 'select', key: 'v', label: 'Select', words: 'Select and drag', icon: 'pointer' },
   { tool: 'item', key: 'w', label: 'Waypoint', words: 'Waypoints, one with each click', icon: 'waypoint' },

@@ -1,4 +1,7 @@
-/** Flying the mission that is on board: start, pause, resume, jump, return. Each question names the drone and says what it will do. */
+/**
+ * Flies the mission on board: start, pause, resume, jump, return. Each question names the drone and says what it will
+ * do.
+ */
 
 import { agreeToArm } from '../../arming';
 import { ask } from '../../confirmation.svelte';
@@ -25,7 +28,7 @@ export class MissionActions {
     return this.#vehicle.drone.get().name;
   }
 
-  /** Null: the pilot thought better of it. `items`: of the mission on board. */
+  /** Null: the pilot cancelled. `items`: number of items of the mission on board. */
   async start(items: number): Promise<CommandReport | null> {
     const name = this.#name;
     const { airborne, armed } = this.#values();
@@ -44,7 +47,7 @@ export class MissionActions {
       confirmLabel: 'Arm and start',
     });
     if (!acknowledge) return null;
-    // The tower arms it as one of the steps.
+    // The tower arms the drone as one of the steps.
     return this.#begun(() => this.#perform('Arm and start the mission', { command: 'start' }, acknowledge));
   }
 
@@ -54,7 +57,7 @@ export class MissionActions {
     return reported;
   }
 
-  /** Never asks: it is what one does when something is in the way. */
+  /** Never asks: it is urgent when an obstacle is ahead. */
   pause(): Promise<CommandReport> {
     return this.#perform('Pause', { command: 'pause' });
   }

@@ -1,4 +1,4 @@
-/** The keys of the planner: undo, tools, what is drawn, what is chosen. Not those that are meant for a field or a dialog. */
+/** The keys of the planner: undo, tools, drawing, selection. Excludes keys for a field or a dialog. */
 
 import { isTyping } from '../../is_typing';
 import { back, finish, nudge, remove } from '../../plan/drawing';
@@ -9,7 +9,7 @@ const NUDGE_M = 1;
 const NUDGE_FAR_M = 10;
 
 export interface PlanKeysPage {
-  /** The map with the plan; undefined before it is there. */
+  /** The map with the plan; undefined until it is loaded. */
   map(): { ends(): boolean; showPlan(): void } | undefined;
   save(): void;
   upload(): void;
@@ -18,9 +18,9 @@ export interface PlanKeysPage {
 const isOnMap = (event: KeyboardEvent): boolean =>
   event.target instanceof HTMLElement && event.target.classList.contains('maplibregl-canvas');
 
-/** To be asked in the capture phase: the map would move itself by the arrows that are ours. */
+/** To call in the capture phase: the map would handle arrow keys that belong to the plan. */
 export function planKeys(workspace: PlanWorkspace, page: PlanKeysPage): (event: KeyboardEvent) => void {
-  /** Arrows move the map while it has the focus; with Shift, what is chosen on it. */
+  /** Arrow keys move the focused map; with Shift, the selection on it. */
   function shift(event: KeyboardEvent, north: number, east: number): boolean {
     if (!event.shiftKey || !isOnMap(event) || workspace.drawing.selected.size === 0) return false;
     const far = event.repeat ? NUDGE_FAR_M : NUDGE_M;
@@ -29,7 +29,7 @@ export function planKeys(workspace: PlanWorkspace, page: PlanKeysPage): (event: 
     return true;
   }
 
-  /** True when the key was for it. */
+  /** Returns true if it handled the key. */
   const actions: Record<string, (event: KeyboardEvent) => boolean> = {
     escape: () => {
       workspace.drawing = back(workspace.drawing);
@@ -80,7 +80,7 @@ export function planKeys(workspace: PlanWorkspace, page: PlanKeysPage): (event: 
       if (!workspace.isEmpty) page.save();
       return;
     }
-    // A field that is being typed in has an undo of its own.
+    // A field in use has its own undo.
     if (isCtrl && !isInField && (key === 'z' || key === 'y')) {
       event.preventDefault();
       if (key === 'y' || event.shiftKey) workspace.redo();

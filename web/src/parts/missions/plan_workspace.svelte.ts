@@ -1,4 +1,4 @@
-/** The plan that somebody works on, with what is drawn and chosen of it: what the parts of the Missions page share. */
+/** The plan in progress with its drawing and selection: the shared state of the Missions page. */
 
 import type { AutopilotKind } from '../../plan/catalogue';
 import { specOf } from '../../plan/catalogue';
@@ -33,7 +33,7 @@ import {
   type PatternSettings,
 } from '../../plan/survey/patterns';
 
-/** A survey whose items are in the plan: it can be taken up again while they are as they came. */
+/** A survey whose items are in the plan: it can be edited again as long as they are unchanged. */
 interface PlacedPattern extends Omit<KeptPattern, 'from' | 'count'> {
   readonly ids: readonly PartId[];
 }
@@ -58,9 +58,9 @@ export class PlanWorkspace {
   redoWords = $state<string | null>(null);
   isUnsaved = $state(false);
   patterns = $state.raw<readonly PlacedPattern[]>([]);
-  /** The survey that is taken up again. */
+  /** The survey being edited again. */
   retaken = $state.raw<PlacedPattern | null>(null);
-  /** Grows when the map should show the whole plan. */
+  /** Increases when the map should show the whole plan. */
   shows = $state(0);
   #editor = new PlanEditor(EMPTY_PLAN, () => this.#changed());
 
@@ -76,7 +76,7 @@ export class PlanWorkspace {
     if (tool === 'corridor' && draft.length < 2) return null;
     return patternPreview(tool, draft, radiusM, this.settings, this.plan.defaults.frame);
   });
-  /** The ways that the fence forbids, by the item that they lead to. */
+  /** The legs that cross the fence, by the item that they lead to. */
   readonly forbidden = $derived.by((): ReadonlySet<number> => {
     const { shapes } = this.plan.fence;
     const middle = this.plan.home?.spot ?? this.path.legs[0]?.to;
@@ -101,7 +101,7 @@ export class PlanWorkspace {
     this.#editor.apply(edit);
   }
 
-  /** Of the drawing machine: its edits, and then its next state. */
+  /** Applies a step of the drawing machine: its edits, and then its next state. */
   take({ drawing, edits }: Step): void {
     for (const edit of edits) this.#editor.apply(edit);
     const whole = settled(drawing, this.plan);
@@ -128,13 +128,13 @@ export class PlanWorkspace {
     this.isUnsaved = false;
   }
 
-  /** What the plan begins with, while nothing was done to it: no step of undo, and whoever draws goes on drawing. */
+  /** The initial plan, while it is untouched: no undo step, and a drawing in progress continues. */
   beginWith(plan: Plan): void {
     this.#editor = new PlanEditor(plan, () => this.#changed());
     this.#changed();
   }
 
-  /** Another plan in its stead, with a history of its own. */
+  /** Replaces the plan by another, with its own history. */
   open(plan: Plan, name: string, library: LibraryPlace | null, isSaved: boolean): void {
     this.#editor = new PlanEditor(plan, () => this.#changed(), isSaved);
     this.drawing = NOTHING_DRAWN;
@@ -157,13 +157,13 @@ export class PlanWorkspace {
     if (isPattern(tool)) this.settings = { ...this.settings, heightM };
   }
 
-  /** From the list of commands: at once where it needs no place, else with the next click on the map. */
+  /** From the list of commands: at once if it needs no place, otherwise with the next click on the map. */
   add(command: number): void {
     if (specOf(command)?.place === 'needed') this.tool('item', command);
     else this.take(addItem(chooseTool(this.drawing, 'select'), this.plan, command, null));
   }
 
-  /** The items of the survey go into the plan, in the place of those of the one that was taken up again. */
+  /** Inserts the survey's items into the plan, replacing those of the one being edited again. */
   place(): void {
     const { tool, draft, radiusM } = this.drawing;
     const { preview, retaken, plan } = this;
@@ -184,7 +184,7 @@ export class PlanWorkspace {
     this.drawing = select(chooseTool(this.drawing, 'select'), ids);
   }
 
-  /** The survey that these items came from, all of them still one after another. */
+  /** The survey that these items came from, if all are still consecutive. */
   patternOf(ids: ReadonlySet<PartId>): PlacedPattern | null {
     const found = this.patterns.find((one) => one.ids.some((id) => ids.has(id)));
     if (!found) return null;

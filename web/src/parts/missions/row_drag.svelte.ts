@@ -1,23 +1,23 @@
-/** Rows of a list dragged by a pointer: where they would drop, and the drop. Which rows move is the caller's choice. */
+/** Drags rows of a list with a pointer: the drop position, and the drop. The caller chooses which rows move. */
 
 import type { PartId } from '../../plan/plan_types';
 import { rowBefore } from '../../plan/row_drag';
 
-/** Smaller movements are a click by an unsteady hand. */
+/** Smaller movements count as a click. */
 const DRAG_FROM_PX = 5;
-/** So near to its top or bottom edge, the list scrolls. */
+/** The list scrolls within this distance of its top or bottom edge. */
 const EDGE_PX = 24;
 const SCROLL_STEP_PX = 12;
 
 interface DragTarget {
-  /** Holds the rows: elements with `data-row`. */
+  /** The list with the rows: elements with `data-row`. */
   list: () => HTMLElement | undefined;
   drop: (moved: ReadonlySet<PartId>, dropAt: number) => void;
 }
 
 export class RowDrag {
   readonly #target: DragTarget;
-  /** The row before which the dragged rows would drop; null: nothing is being dragged. */
+  /** The row before which the dragged rows would drop; null: no drag. */
   dropAt = $state<number | null>(null);
 
   constructor(target: DragTarget) {
@@ -50,7 +50,7 @@ export class RowDrag {
       handle.removeEventListener('pointercancel', cancel);
       if (isDragging && isDropped && this.dropAt !== null) {
         this.#target.drop(moved, this.dropAt);
-        // The click that follows ends the drag and chooses nothing.
+        // The click that follows ends the drag and selects nothing.
         const swallow = (click: Event): void => click.stopImmediatePropagation();
         handle.addEventListener('click', swallow, { capture: true, once: true });
         setTimeout(() => handle.removeEventListener('click', swallow, true));

@@ -1,4 +1,4 @@
-/** Plans on their way to a drone and back: one kind after another, each an operation of the tower, with what came of it. */
+/** Transfers plans to and from a drone: one kind after another, each an operation of the tower, with its outcome. */
 
 import type { MissionRest, PlanForeseen } from '../../link/mission_rest';
 import type { Operation } from '../../link/operation_types';
@@ -12,7 +12,7 @@ import type { PlanWorkspace } from './plan_workspace.svelte';
 
 export const KIND_WORDS: Record<PlanKind, string> = { mission: 'mission', fence: 'fence', rally: 'rally points' };
 
-/** `verified`: the plan on board is, or is not, the one on the screen. */
+/** `verified`: whether the plan on board is the one on the screen. */
 export type Came =
   | { readonly as: 'done'; readonly words: string }
   | { readonly as: 'failed'; readonly words: string; readonly kind: PlanKind; readonly item: number | null };
@@ -27,7 +27,7 @@ export interface Ways {
 }
 
 export class Transfer {
-  /** What is being done, for people; empty: nothing. */
+  /** The current activity, in words; empty: none. */
   doing = $state('');
   operation = $state.raw<Operation | null>(null);
   came = $state.raw<Came | null>(null);
@@ -52,7 +52,7 @@ export class Transfer {
     );
   }
 
-  /** What the drone's autopilot would not keep of these. Of a kind that nobody can say it of there is nothing. */
+  /** What the drone's autopilot would change in these. Omits kinds for which that is unknown. */
   async foresee(kinds: readonly PlanKind[]): Promise<Foreseen[]> {
     const { plan } = this.#workspace;
     const { rest, droneId } = this.#ways;
@@ -60,7 +60,7 @@ export class Transfer {
       try {
         return [{ kind, ...(await rest.foresee(droneId, kind, itemsOf(plan, kind).map(rowOf))) }];
       } catch {
-        return []; // no heartbeat yet, or an older tower: the upload itself says what becomes of it
+        return []; // no heartbeat yet, or an older tower: the upload itself reports changes
       }
     });
     return (await Promise.all(asked)).flat();
@@ -79,7 +79,7 @@ export class Transfer {
     return this.#each(kinds, `taken off ${name}`, (kind) => rest.clear(droneId, kind, whileFlying));
   }
 
-  /** The plan on the screen becomes that on the drone, as one step of undo. */
+  /** Replaces the plan on the screen by the drone's, as one undo step. */
   async download(kinds: readonly PlanKind[]): Promise<void> {
     if (this.isBusy) return;
     this.came = null;
@@ -117,7 +117,7 @@ export class Transfer {
     }
   }
 
-  /** The answer still comes: what was being written is put back first. */
+  /** The answer still arrives: a plan that was being written is restored first. */
   async cancel(): Promise<void> {
     if (!this.operation || this.isCancelling) return;
     this.isCancelling = true;
@@ -129,7 +129,7 @@ export class Transfer {
     }
   }
 
-  /** Stops at the first that does not end well. */
+  /** Stops at the first failure. */
   async #each(
     kinds: readonly PlanKind[],
     whither: string,

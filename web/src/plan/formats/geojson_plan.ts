@@ -1,6 +1,7 @@
 /**
- * GeoJSON (RFC 7946), in and out. Our own files carry each part of the plan in the property `control_tower` and come back whole. Of
- * other people's files points and lines become waypoints at the plan's usual height; what their outlines mean the user says.
+ * Reads and writes GeoJSON (RFC 7946). Our own files carry each part of the plan in the property `control_tower` and
+ * return unchanged. In other files, points and lines become waypoints at the plan's default height; the user decides
+ * what outlines mean.
  */
 
 import { CMD, commandWords } from '../catalogue';
@@ -30,7 +31,7 @@ import {
   type WrittenFile,
 } from './plan_file';
 
-/** Where a file keeps what only we understand. */
+/** The property for what only this console understands. */
 export const OWN = 'control_tower';
 
 const GEOMETRIES = [
@@ -82,7 +83,7 @@ function takePolygon(rings: unknown, found: Shapes): void {
 
 const listOf = (value: unknown): unknown[] => (Array.isArray(value) ? value : []);
 
-/** GeometryCollections hold geometries; nobody means them to go deeper than this. */
+/** GeometryCollections nest; real files do not go deeper than this. */
 const DEEPEST = 8;
 
 function takeGeometry(geometry: unknown, found: Shapes, depth = 0): void {
@@ -126,14 +127,14 @@ const firstPlace = (geometry: unknown): Spot | null => {
   return Array.isArray(at) ? placeOf(at[1], at[0]) : null;
 };
 
-/** False when it is no part of a plan after all. */
+/** Returns false if it is not a valid part of a plan. */
 function takeOwn(own: JsonObject, geometry: unknown, into: Own): boolean {
   const spot = firstPlace(geometry);
   const frame = Number.isInteger(own['frame']) ? (own['frame'] as number) : null;
   const heightM = float32Of(own['height_m']);
   if (own['part'] === 'item') {
     const item = itemOfRow(own['item'], `Item ${into.items.length + 1}`);
-    // Somebody may have moved the point elsewhere; the rest of the item is not in the drawing.
+    // The point may have been moved in another program; the rest of the item is in the property.
     const isPlaced = spot && isScaled(item.command, item.frame);
     into.items.push(isPlaced ? { ...item, x: spot.latE7, y: spot.lonE7 } : item);
     return true;
@@ -196,7 +197,7 @@ function dropWords(found: Shapes, heightM: number): string[] {
 
 export function readGeoJson(json: unknown, settings: ReadSettings, format: 'GeoJSON' | 'KML' = 'GeoJSON'): ReadFile {
   if (!looksLikeGeoJson(json)) throw new NotAPlanFile('This is not GeoJSON: it has no features and no shapes.');
-  // Degrees are the rule; older files may name another system, and would lie elsewhere on earth.
+  // Degrees are the rule; older files may name another system, and would be misplaced.
   const crs = json['crs'] === undefined ? '' : JSON.stringify(json['crs']);
   if (crs !== '' && !/CRS84|4326/.test(crs)) {
     throw new NotAPlanFile('This GeoJSON is not in degrees (WGS 84): save it again in that coordinate system.');
@@ -268,7 +269,7 @@ function shapeFeature(shape: FenceShape): PartFeature {
   return feature(name, { type: 'Polygon', coordinates: [ring] }, { part: 'fence-polygon', ...own });
 }
 
-/** The parts of a plan as features, in the order that they are read back in. */
+/** The parts of a plan as features, in the order of reading. */
 export function planFeatures(plan: Plan): PartFeature[] {
   const items = missionItems(plan);
   const path = items

@@ -1,4 +1,4 @@
-/** Looking into JSON from elsewhere without trusting it. */
+/** Reads untrusted JSON. */
 
 import { isOnEarth, spotOf, type Spot } from '../plan_types';
 

@@ -1,4 +1,6 @@
-/** KML, as Google Earth reads and writes it. Reading goes through GeoJSON (@tmcw/togeojson); the little that is written, is written here. */
+/**
+ * KML, as Google Earth reads and writes it. Reads through GeoJSON (@tmcw/togeojson); writes the small subset itself.
+ */
 
 import { kml } from '@tmcw/togeojson';
 
@@ -6,7 +8,7 @@ import type { Plan } from '../plan_types';
 import { OWN, planFeatures, readGeoJson, type PartGeometry } from './geojson_plan';
 import { NotAPlanFile, type ReadFile, type ReadSettings, type WrittenFile } from './plan_file';
 
-/** The browser's DOMParser, or one like it. Throws, or makes a `parsererror`, when the text is no XML. */
+/** The browser's DOMParser, or an equivalent. Throws, or makes a `parsererror`, if the text is not XML. */
 export type ParseXml = (text: string) => Document;
 
 export const looksLikeXml = (text: string): boolean => text.startsWith('<');
@@ -34,7 +36,7 @@ export function readKml(text: string, settings: ReadSettings, parseXml: ParseXml
   return { ...read, dropped };
 }
 
-/** Pictures and links come as outlines of what they cover. */
+/** Overlays and links arrive as outlines of their coverage. */
 const COVERS: ReadonlySet<unknown> = new Set(['groundoverlay', 'networklink']);
 
 const withoutOverlays = (collection: ReturnType<typeof kml>): ReturnType<typeof kml> => ({

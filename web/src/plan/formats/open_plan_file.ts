@@ -1,4 +1,4 @@
-/** A file that somebody chose, whatever it is: known by what is in it, not by its name. */
+/** Opens a plan file of any format: recognised by its content, not its name. */
 
 import { planOfDocument } from '../plan_document';
 import { looksLikeGeoJson, readGeoJson } from './geojson_plan';
@@ -9,7 +9,7 @@ import { looksLikePoints, readPoints } from './point_file';
 import { looksLikeQgcPlan, readQgcPlan } from './qgc_plan';
 import { looksLikeWaypoints, readWaypoints } from './waypoint_file';
 
-/** A plan of 700 items is 300 kB in the most talkative of these; maps that were drawn by hand stay far below this. */
+/** A plan of 700 items is 300 kB in the most verbose format; hand-drawn maps stay far below this. */
 export const MAX_LENGTH = 8_000_000;
 
 const KINDS =
@@ -34,7 +34,7 @@ function readJson(text: string, settings: ReadSettings): ReadFile {
   throw new NotAPlanFile(`This JSON is no plan. ${KINDS}`);
 }
 
-/** Throws NotAPlanFile with words for people; nothing else, whatever the file. */
+/** Throws only NotAPlanFile, with a message for people, whatever the file. */
 export function openPlanFile(text: string, settings: ReadSettings, parseXml: ParseXml): ReadFile {
   if (text.length > MAX_LENGTH) throw new NotAPlanFile('This file is too large to be a plan.');
   const body = text.replace(/^\uFEFF/, '').trimStart();

@@ -1,4 +1,4 @@
-/** What reading and writing of plan files have in common: what comes of a file, what it could not keep, how numbers are written. */
+/** What all plan file formats share: the result of reading, what was dropped, how numbers are written. */
 
 import { datumOf, FRAME } from '../frames';
 import { MAX_ITEMS, type Plan, type PlanDefaults, type Spot } from '../plan_types';
@@ -17,9 +17,9 @@ export type PlanFormat =
 export interface ReadFile {
   readonly format: PlanFormat;
   readonly plan: Plan;
-  /** Outlines that the file does not say the meaning of: a field to survey, a fence. */
+  /** Outlines without a stated meaning: a field to survey, or a fence. */
   readonly areas: readonly (readonly Spot[])[];
-  /** What was not taken, in words, one sentence each. */
+  /** What was not read, one sentence each. */
   readonly dropped: readonly string[];
 }
 
@@ -29,25 +29,25 @@ export interface WrittenFile {
   readonly dropped: readonly string[];
 }
 
-/** The file is not what it should be; the message is for people and says what to do. */
+/** The file is invalid; the message is for people and says what to do. */
 export class NotAPlanFile extends Error {
   override readonly name = 'NotAPlanFile';
 }
 
 export interface ReadSettings {
-  /** For what the file leaves open. */
+  /** For values missing in the file. */
   readonly defaults: PlanDefaults;
-  /** What the file is called: fences and outlines of fields can look alike. */
+  /** The file's name: fences and outlines of fields can look alike. */
   readonly fileName?: string;
 }
 
 const MAX_FLOAT32 = 3.4028234663852886e38;
 
-/** What of a file's number is a float32; null where it is none. */
+/** A file's number as float32; null if it is not a number. */
 export const float32Of = (value: unknown): number | null =>
   typeof value === 'number' && Math.abs(value) <= MAX_FLOAT32 ? float32(value) : null;
 
-/** The shortest digits that mean this float32: 30.1, not 30.100000381469727. */
+/** The shortest digits for this float32: 30.1, not 30.100000381469727. */
 export function shortFloat(value: number): number {
   for (let digits = 1; digits < 9; digits += 1) {
     const short = Number(value.toPrecision(digits));
@@ -56,14 +56,14 @@ export function shortFloat(value: number): number {
   return Number(value.toPrecision(9));
 }
 
-/** The commands whose fifth and sixth parameter are numbers in any frame: camera, gimbal, scripts. */
+/** The commands whose fifth and sixth parameters are plain numbers in any frame: camera, gimbal, scripts. */
 const NUMBERS_ONLY: ReadonlySet<number> = new Set([202, 203, 204, 205, 42_702, 42_703]);
 
-/** Whether x and y of such an item are 1e-7 degrees in a transfer, degrees in a file. */
+/** Whether x and y of such an item are 1e-7 degrees in a transfer, and degrees in a file. */
 export const isScaled = (command: number, frame: number): boolean =>
   frame !== FRAME.MISSION && datumOf(frame) !== null && !NUMBERS_ONLY.has(command);
 
-/** From a file's degrees (or plain number) to the wire's whole number; null when it does not fit. */
+/** From a file's degrees (or plain number) to the wire's integer; null if out of range. */
 export function axisOf(value: number, scaled: boolean): number | null {
   const whole = Math.round(scaled ? value * 1e7 : value);
   return Math.abs(whole) <= 0x7fff_ffff ? whole + 0 : null;

@@ -1,7 +1,7 @@
 /**
- * The text files of places of Mission Planner and MAVProxy: a fence (`.fen`, `.txt`: the first line is the return point, the border
- * follows and ends where it began), outlines of fields (`.poly`: the border alone; several have a "Name:" each) and rally points
- * (`.ral`: "RALLY", latitude, longitude, height, height to break off at, direction to land in, flags).
+ * The text files of places of Mission Planner and MAVProxy: a fence (`.fen`, `.txt`: the return point, then the border,
+ * which ends where it began), outlines of fields (`.poly`: only the border; several have a "Name:" each) and rally
+ * points (`.ral`: "RALLY", latitude, longitude, height, break altitude, landing direction, flags).
  */
 
 import { FRAME } from '../frames';
@@ -19,7 +19,7 @@ import {
 import { linesOf, numberOf, wholeOf, type TextLine } from './text_lines';
 
 const RALLY = /^rally$/i;
-/** What Mission Planner writes before each of several outlines. */
+/** The title lines of Mission Planner before each of several outlines. */
 const TITLE = /^(name|color):/i;
 const NUMBER = /^[-+]?(\d|\.\d)/;
 
@@ -40,7 +40,7 @@ function spotOfLine(latitude: string, longitude: string, line: number): Spot {
 
 const isSame = (a: Spot | undefined, b: Spot | undefined): boolean => a?.latE7 === b?.latE7 && a?.lonE7 === b?.lonE7;
 
-/** The corners, without the first one a second time at the end. */
+/** The corners, without the repeated first one at the end. */
 function cornersOf(border: readonly Spot[], what: string): readonly Spot[] {
   const corners = border.length > 1 && isSame(border[0], border.at(-1)) ? border.slice(0, -1) : border;
   if (corners.length < 3) {
@@ -50,7 +50,7 @@ function cornersOf(border: readonly Spot[], what: string): readonly Spot[] {
   return corners;
 }
 
-/** Flags: bit 2 says that bits 3 and 4 name what the height is measured from. */
+/** Flags: bit 2 means that bits 3 and 4 give the reference of the height. */
 const HEIGHT_FRAMES: readonly (number | null)[] = [
   FRAME.GLOBAL,
   FRAME.GLOBAL_RELATIVE_ALT,
@@ -91,7 +91,10 @@ function readOutlines(borders: readonly (readonly Spot[])[], settings: ReadSetti
   return { format: 'polygon file', plan: { ...EMPTY_PLAN, defaults: settings.defaults }, areas, dropped: [] };
 }
 
-/** A border that ends where the file began has no return point: it is an outline. Where it is open, the file's name tells. */
+/**
+ * A border that ends at the first point of the file has no return point: it is an outline. If it is open, the file's
+ * name decides.
+ */
 function isOutline(spots: readonly Spot[], settings: ReadSettings): boolean {
   if (isSame(spots[1], spots.at(-1))) return false;
   return isSame(spots[0], spots.at(-1)) || /\.poly$/i.test(settings.fileName ?? '');
@@ -120,7 +123,7 @@ export function readPoints(text: string, settings: ReadSettings): ReadFile {
   const corners = cornersOf(border, 'The border of this fence, behind its first line, the return point,');
   const isGiven = home && (home.latE7 !== 0 || home.lonE7 !== 0);
   const returnPoint: FenceReturn | null = isGiven ? { frame: FRAME.GLOBAL_RELATIVE_ALT, spot: home, heightM: 0 } : null;
-  // Fences of that time know nothing but one border, inside of which one stays.
+  // Fences of that time have only one border, an inclusion area.
   const shapes = [{ shape: 'polygon', id: 1, inclusion: true, group: 0, frame: FRAME.GLOBAL, corners } as const];
   const plan = { ...EMPTY_PLAN, defaults: settings.defaults, fence: { shapes, returnPoint }, nextId: 2 };
   return { format: 'fence file', plan, areas: [], dropped: [] };

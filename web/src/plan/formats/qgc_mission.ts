@@ -1,7 +1,7 @@
 /**
- * The mission in QGroundControl's JSON, of every version since 2015: the items of a `.plan` with seven parameters, those before with
- * four and a "coordinate", and those of the first `.mission` with "param1" to "param4". Of surveys and corridors the items are taken
- * that they were turned into; where the file has none (surveys before 2018, structure scans) their outline.
+ * The mission in QGroundControl's JSON, of every version since 2015: the items of a `.plan` with seven parameters,
+ * earlier ones with four and a "coordinate", and those of the first `.mission` with "param1" to "param4". For surveys
+ * and corridors, reads the generated items; if the file has none (surveys before 2018, structure scans), the outline.
  */
 
 import { CMD } from '../catalogue';
@@ -18,25 +18,25 @@ const COMPLEX_WORDS: Readonly<Record<string, string>> = {
   vtolLandingPattern: 'landing pattern of a VTOL',
 };
 
-/** QGroundControl computed such a height from the ground under the item. */
+/** QGroundControl computed such a height from the terrain under the item. */
 const ABOVE_TERRAIN_COMPUTED = 3;
 
 interface Read {
   readonly item: WireItem;
-  /** By what jumps name it. */
+  /** The id that jumps refer to. */
   readonly jumpId: number | null;
 }
 
 export interface ReadMission {
   readonly items: readonly PlanItem[];
   readonly home: PlannedHome | null;
-  /** Outlines of what the file does not have the items of. */
+  /** Outlines of patterns whose items the file lacks. */
   readonly areas: readonly (readonly Spot[])[];
 }
 
 const NUMBERED = ['param1', 'param2', 'param3', 'param4'] as const;
 
-/** Seven, wherever this version has them. */
+/** Seven, wherever this version stores them. */
 function parametersOf(json: JsonObject, who: string): unknown[] {
   const { params, coordinate } = json;
   const first = Array.isArray(params) ? params : NUMBERED.map((name) => json[name]);
@@ -78,7 +78,7 @@ function simpleItem(json: JsonObject, who: string): Read {
   return { item, jumpId: isNumber(jumpId) ? jumpId : null };
 }
 
-/** What an item had that a plan here does not. */
+/** Properties of an item that a plan here cannot hold. */
 function lostOf(json: JsonObject, who: string): string[] {
   if (json['AltitudeMode'] !== ABOVE_TERRAIN_COMPUTED) return [];
   return [`${who}: its height was computed from the ground there; it is kept as a height above the sea.`];
@@ -124,7 +124,7 @@ const isSimple = (json: JsonObject): boolean =>
   /^(simpleItem|missionItem)$/i.test(`${json['type']}`) ||
   ((json['type'] === undefined || json['type'] === null) && 'command' in json);
 
-/** The first `.mission` has its surveys in a list of their own, each with the number of its place. */
+/** The first `.mission` has its surveys in a separate list, each with its index. */
 function listOf(mission: JsonObject): unknown[] {
   if (!Array.isArray(mission['items'])) throw new NotAPlanFile('The mission of this plan has no list of items.');
   const list = [...(mission['items'] as unknown[])];
@@ -138,7 +138,10 @@ function listOf(mission: JsonObject): unknown[] {
   return list;
 }
 
-/** The item that parameter 1 of a jump names. Mission Planner gives its items no numbers: it counts them, home being 0. */
+/**
+ * Maps the ids in parameter 1 of jumps to items. Mission Planner gives its items no ids: it counts them, with home as
+ * 0.
+ */
 function seqByJumpId(reads: readonly Read[]): ReadonlyMap<number, number> {
   const seqOf = new Map<number, number>();
   const hasIds = reads.some(({ jumpId }) => jumpId !== null);
@@ -156,7 +159,7 @@ function homeOf(json: unknown): PlannedHome | null {
   return { spot, altM: Array.isArray(place) ? (float32Of(place[2]) ?? 0) : 0 };
 }
 
-/** Adds to `dropped` what was not taken; the ids begin at `nextId`. Throws NotAPlanFile. */
+/** Adds what was not read to `dropped`; ids begin at `nextId`. Throws NotAPlanFile. */
 export function readMission(mission: JsonObject, dropped: string[], nextId: number): ReadMission {
   const areas: Spot[][] = [];
   const reads = listOf(mission).flatMap((json: unknown, at: number): Read[] => {

@@ -1,7 +1,7 @@
 /**
- * QGroundControl's files: JSON with mission (qgc_mission.ts), geoFence and rallyPoints in a `.plan`, and in a file each before 2017
- * (`.mission`, `.fence`, `.rally`). Mission Planner writes the first form of `.mission` as well. Jumps name an item's `doJumpId`, not
- * its place in the list.
+ * QGroundControl's files: JSON with mission (qgc_mission.ts), geoFence and rallyPoints in a `.plan`, and in separate
+ * files before 2017 (`.mission`, `.fence`, `.rally`). Mission Planner also writes the first form of `.mission`. Jumps
+ * refer to an item's `doJumpId`, not its index.
  */
 
 import { FRAME } from '../frames';
@@ -28,7 +28,7 @@ import {
 } from './plan_file';
 import { readMission } from './qgc_mission';
 
-/** MAV_AUTOPILOT and MAV_TYPE of the file's head: QGroundControl wants them; the items are the same for all. */
+/** MAV_AUTOPILOT and MAV_TYPE of the file's header: QGroundControl requires them; the items are the same for all. */
 const FIRMWARE = { ardupilot: 3, px4: 12 } as const;
 const QUADROTOR = 2;
 const FENCE_VERSION = 2;
@@ -39,7 +39,7 @@ interface Parts {
   readonly rallyPoints: unknown;
 }
 
-/** The three parts, whichever of the files it is; null when it is none of them. */
+/** The three parts, from any of the file types; null if it is none of them. */
 function partsOf(json: unknown): Parts | null {
   if (!isObject(json)) return null;
   const { fileType, mission, geoFence, rallyPoints } = json;
@@ -56,7 +56,7 @@ function partsOf(json: unknown): Parts | null {
 
 export const looksLikeQgcPlan = (json: unknown): json is JsonObject => partsOf(json) !== null;
 
-/** Before 2017 there was one border, which ArduPilot took as one to stay inside of; the rest was parameters. */
+/** Before 2017 there was one border, which ArduPilot treated as an inclusion area; the rest was parameters. */
 function firstFenceOf(geoFence: JsonObject, dropped: string[], id: number): FenceShape[] {
   if (objectsIn(geoFence['parameters']).length > 0) {
     dropped.push('The parameters of the fence (circle, heights, what happens) are left out: set them on the drone.');
@@ -172,7 +172,7 @@ function itemJson(item: PlanItem, seq: number, jumpIdOf: ReadonlyMap<number, num
   };
 }
 
-/** `autopilot`: for which one QGroundControl shall take the plan. */
+/** `autopilot`: the one that QGroundControl assumes for the plan. */
 export function writeQgcPlan(plan: Plan, autopilot: keyof typeof FIRMWARE = 'ardupilot'): WrittenFile {
   const dropped: string[] = [];
   const { shapes, returnPoint } = plan.fence;

@@ -1,4 +1,4 @@
-/** The files that a plan can be written as: names, endings, and what each leaves out, in words. */
+/** The file formats of a plan: names, extensions, and what each omits, in words. */
 
 import { documentOf } from '../plan_document';
 import type { Plan } from '../plan_types';
@@ -22,7 +22,7 @@ export interface NamedFile extends WrittenFile {
   readonly name: string;
 }
 
-/** What people type, as a file's name. */
+/** A valid file name from what people type. */
 const fileName = (name: string): string => name.replaceAll(/[^\p{L}\p{N}._-]+/gu, ' ').trim() || 'plan';
 
 export function savePlan(plan: Plan, name: string, format: SaveFormat, autopilot: 'ardupilot' | 'px4'): NamedFile {
@@ -41,5 +41,5 @@ export function savePlan(plan: Plan, name: string, format: SaveFormat, autopilot
   }
 }
 
-/** The name of a file without its ending. */
+/** The name of a file without its extension. */
 export const planName = (file: string): string => file.replace(/\.[^.]{1,12}$/, '');

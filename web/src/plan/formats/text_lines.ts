@@ -1,16 +1,19 @@
-/** Lines of numbers, as the text files of ground stations have them: fields apart by tabs, blanks or commas, `#` before comments. */
+/**
+ * Lines of numbers in the text files of ground stations: fields separated by tabs, blanks or commas, `#` before
+ * comments.
+ */
 
 import { NotAPlanFile } from './plan_file';
 
 export interface TextLine {
-  /** Counted from 1, as editors do. */
+  /** Counted from 1, as in editors. */
   readonly number: number;
   readonly fields: readonly string[];
 }
 
 const DECIMAL_COMMA = /^[-+]?\d+,\d+$/;
 
-/** A comma stands between fields, or, where blanks do that, in a number of a computer set to German or French. */
+/** A comma separates fields; if blanks do that, it is the decimal comma of a computer set to German or French. */
 function fieldsOf(line: string): string[] {
   const fields = line.trim().split(/\s+/);
   if (fields.length === 1 || fields.some((one) => one.split(',').length > 2 || one.endsWith(','))) {
@@ -27,7 +30,7 @@ export function linesOf(text: string): TextLine[] {
   });
 }
 
-/** `null` is "not given" (NaN). Throws NotAPlanFile with the number of the line. */
+/** `null` means "not given" (NaN). Throws NotAPlanFile with the line number. */
 export function numberOf(text: string, line: number): number | null {
   if (text.toLowerCase() === 'nan') return null;
   const value = text === '' ? NaN : Number(text);
@@ -35,7 +38,7 @@ export function numberOf(text: string, line: number): number | null {
   return value;
 }
 
-/** Throws NotAPlanFile; some programs write whole numbers as `16.000000`. */
+/** Throws NotAPlanFile; some programs write integers as `16.000000`. */
 export function wholeOf(text: string, line: number, what: string, most: number): number {
   const value = numberOf(text, line);
   if (value !== null && Number.isInteger(value) && value >= 0 && value <= most) return value;

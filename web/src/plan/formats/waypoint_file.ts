@@ -1,9 +1,11 @@
 /**
- * The text files of Mission Planner, MAVProxy and QGroundControl (`.waypoints`, `.txt`): "QGC WPL" and a version, then one item a line.
+ * The text files of Mission Planner, MAVProxy and QGroundControl (`.waypoints`, `.txt`): "QGC WPL" and a version, then
+ * one item per line.
  *
- * 110: index, current, frame, command, four parameters, latitude, longitude, height, autocontinue. Line 0 is home, and jumps count it.
- * 120: the same without home. 100, of 2010: index, frame, action, two parameters of turning, two of waiting, current, longitude,
- * latitude, height, yaw, autocontinue. Fence and rally points come in files of the same form; MAVProxy writes these without home.
+ * 110: index, current, frame, command, four parameters, latitude, longitude, height, autocontinue. Line 0 is home, and
+ * jumps count it. 120: the same without home. 100, of 2010: index, frame, action, two parameters for turning, two for
+ * waiting, current, longitude, latitude, height, yaw, autocontinue. Fence and rally points use the same file format;
+ * MAVProxy writes these without home.
  */
 
 import { CMD } from '../catalogue';
@@ -28,7 +30,7 @@ import { linesOf, numberOf, wholeOf, type TextLine } from './text_lines';
 const HEAD = /^QGC\s+WPL\b\s*(.*)$/;
 const VERSION = 110;
 
-/** Where the fields of a line are, by the version of the file. */
+/** Field positions in a line, by file version. */
 interface Layout {
   readonly fields: number;
   readonly frame: number;
@@ -71,7 +73,7 @@ const LAYOUTS: ReadonlyMap<string, Layout> = new Map([
   ['120', { ...LAYOUT_110, hasHome: false }],
 ]);
 
-/** What version 100 called its actions. */
+/** The actions of version 100. */
 const ACTIONS: ReadonlyMap<number, number> = new Map([
   [2, CMD.TAKEOFF],
   [3, CMD.RETURN],
@@ -141,7 +143,7 @@ const isHome = (item: WireItem | undefined): item is WireItem => item?.command =
 export function readWaypoints(text: string, settings: ReadSettings): ReadFile {
   const [head = '', ...rest] = text.split(/\r\n|\r|\n/);
   const layout = layoutOf(head);
-  // An empty line in the place of the head keeps the numbers of the lines.
+  // An empty line in place of the header preserves the line numbers.
   const lines = linesOf(`\n${rest.join('\n')}`);
   const all = lines.map((line) => itemOfLine(line, layout));
   const indexes = lines.map((line) => wholeOf(line.fields[0]!, line.number, 'the index', 0xffff));
@@ -162,7 +164,7 @@ export function readWaypoints(text: string, settings: ReadSettings): ReadFile {
   } else if (!home && layout.hasHome && of('mission').length > 0) {
     dropped.push(`Line ${lines[0]!.number} is no home, as such files begin with: it was taken for the first item.`);
   }
-  // Jumps count from the file's first line, which is home; one that begins at 1 has left home out.
+  // Jumps count from the file's first line, which is home; a file that begins at 1 has omitted home.
   const first0 = home || (layout.hasHome && firstIndex === 1) ? 1 : 0;
   const flown = of('mission');
   const mission = flown.map((item, seq): WireItem => {
@@ -203,7 +205,7 @@ const line = (index: number, item: WireItem): string => {
 
 const NO_HOME: Spot = { latE7: 0, lonE7: 0 };
 
-/** One kind of a plan: such a file has room for one. */
+/** One kind of a plan: such a file holds only one. */
 export function writeWaypoints(plan: Plan, kind: PlanKind = 'mission'): WrittenFile {
   const dropped: string[] = [];
   const { shapes, returnPoint } = plan.fence;

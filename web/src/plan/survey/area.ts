@@ -1,4 +1,4 @@
-/** Areas that are surveyed: whether they can be, how large they are, and a flat drawing of them with lines along one axis. */
+/** Survey areas: whether they are valid, their size, and a plane with an axis along the lines. */
 
 import { area } from '@turf/area';
 import { kinks } from '@turf/kinks';
@@ -7,15 +7,15 @@ import type { Polygon } from 'geojson';
 import { Plane, type Point } from '../ground';
 import { isOnEarth, latDegOf, lonDegOf, type Spot } from '../plan_types';
 
-/** The area, or what is asked of it, cannot be; the message is for people and says what to do. */
+/** The area or a setting is impossible; the message is for people and says what to do. */
 export class SurveyFault extends Error {
   override readonly name = 'SurveyFault';
 }
 
-/** Near the poles meridians run together and maps lie. */
+/** Near the poles meridians converge and maps distort. */
 const MAX_LAT_DEG = 85;
 
-/** Throws where places lie on both sides of the 180th meridian, too near a pole, or nowhere. */
+/** Throws if places lie on both sides of the 180th meridian, too near a pole, or if there are none. */
 export function heldToOneSide(spots: readonly Spot[], what: string): void {
   if (!spots.every(isOnEarth)) throw new SurveyFault(`${what} is not on earth.`);
   const lons = spots.map(lonDegOf);
@@ -34,7 +34,7 @@ function polygonOf(corners: readonly Spot[]): Polygon {
 
 export const areaM2 = (corners: readonly Spot[]): number => (corners.length < 3 ? 0 : area(polygonOf(corners)));
 
-/** Throws a SurveyFault unless it is a plain outline on one side of the world. */
+/** Throws a SurveyFault unless it is a simple outline on one side of the 180th meridian. */
 export function heldToOutline(corners: readonly Spot[]): void {
   if (corners.length < 3) throw new SurveyFault('An area has three corners at least.');
   heldToOneSide(corners, 'The area');
@@ -44,13 +44,13 @@ export function heldToOutline(corners: readonly Spot[]): void {
   if (areaM2(corners) < 1) throw new SurveyFault('The area is smaller than a square metre.');
 }
 
-/** A flat drawing whose first axis runs along the lines of a survey, the second to the right of it. In metres. */
+/** A plane whose first axis runs along the lines of a survey, the second to the right of it. In metres. */
 export class Drawing {
   readonly #plane: Plane;
   readonly #sin: number;
   readonly #cos: number;
 
-  /** `angleDeg`: where lines lead to, clockwise from north. */
+  /** `angleDeg`: direction of the lines, clockwise from north. */
   constructor(corners: readonly Spot[], angleDeg: number) {
     const middle = (pick: (spot: Spot) => number): number =>
       Math.round(corners.reduce((sum, corner) => sum + pick(corner), 0) / corners.length);

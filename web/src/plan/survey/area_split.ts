@@ -1,4 +1,4 @@
-/** An area for several drones: strips beside each other along the lines of the survey, all of the same size. */
+/** Splits an area for several drones: parallel strips along the survey's lines, all of the same size. */
 
 import { bboxClip } from '@turf/bbox-clip';
 
@@ -24,7 +24,7 @@ interface Box {
   readonly north: number;
 }
 
-/** What of the outline lies between two heights. Pieces apart from each other hang together by a line along the cut. */
+/** The part of the outline between two heights. Separate pieces are joined by a line along the cut. */
 function strip(ring: readonly Point[], box: Box, from: number, to: number): Point[] {
   const coordinates = [[...ring, ring[0]!].map((corner) => [...corner])];
   const clipped = bboxClip({ type: 'Polygon', coordinates }, [box.west - 1, from, box.east + 1, to]);
@@ -35,7 +35,7 @@ function strip(ring: readonly Point[], box: Box, from: number, to: number): Poin
 /** Fine enough for a hundredth of a square metre in a square of a hundred kilometres. */
 const HALVINGS = 60;
 
-/** `angleDeg`: that of the lines; strips run along it, so that no line is cut. */
+/** `angleDeg`: angle of the lines; strips run along it, so that no line is cut. */
 export function splitArea(area: readonly Spot[], parts: number, angleDeg: number): Spot[][] {
   heldToOutline(area);
   if (!Number.isInteger(parts) || parts < 1 || parts > MAX_PARTS) {

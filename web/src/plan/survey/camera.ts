@@ -1,4 +1,4 @@
-/** What a camera that looks straight down sees, and how far apart pictures and lines may be for it. */
+/** The footprint of a camera that looks straight down, and the resulting distances of pictures and lines. */
 
 import { SurveyFault } from './area';
 
@@ -8,14 +8,14 @@ export interface Camera {
   readonly focalMm: number;
   readonly widthPx: number;
   readonly heightPx: number;
-  /** The longer side lies across the line of flight. */
+  /** The longer side is across the line of flight. */
   readonly isAcross: boolean;
 }
 
 export interface Footprint {
   readonly acrossM: number;
   readonly alongM: number;
-  /** Of the ground, in one pixel. */
+  /** Ground size of one pixel. */
   readonly pixelCm: number;
 }
 

@@ -1,4 +1,4 @@
-/** Lanes along a line (a road, a power line), and a circle round a point that the camera looks at. */
+/** Lanes along a line (a road, a power line), and a circle around a point that the camera looks at. */
 
 import { CMD } from '../catalogue';
 import { FRAME } from '../frames';
@@ -15,7 +15,7 @@ export interface CorridorSettings extends Flown {
   readonly fromEnd: boolean;
 }
 
-/** A lane does not run farther out at a sharp bend than this many times its distance. */
+/** At a sharp bend a lane extends at most this many times its distance. */
 const MAX_MITRE = 3;
 
 function direction(from: Point, to: Point): Point {
@@ -24,7 +24,7 @@ function direction(from: Point, to: Point): Point {
   return [x / length, y / length];
 }
 
-/** The line moved to its right by so many metres; at bends lanes stay that far from both sides of it. */
+/** The line offset to its right by this many metres; at bends lanes keep that distance from both sides. */
 function beside(line: readonly Point[], metres: number): Point[] {
   return line.map((corner, at) => {
     const into = at > 0 ? direction(line[at - 1]!, corner) : null;
@@ -32,7 +32,7 @@ function beside(line: readonly Point[], metres: number): Point[] {
     const one = into ?? out!;
     const other = out ?? into!;
     const [x, y] = [one[0] + other[0], one[1] + other[1]];
-    // Twice the cosine of half the bend: zero where it turns straight back.
+    // Twice the cosine of half the bend: zero for a full reversal.
     const length = Math.hypot(x, y);
     const [alongX, alongY] = length < 1e-9 ? one : [x / length, y / length];
     const stretch = Math.min(MAX_MITRE, length < 1e-9 ? 1 : 2 / length);
@@ -40,7 +40,7 @@ function beside(line: readonly Point[], metres: number): Point[] {
   });
 }
 
-/** Lanes in the order and direction that they are flown in. */
+/** Lanes in the order and direction of flight. */
 export function corridorLanes(line: readonly Spot[], settings: CorridorSettings): Spot[][] {
   const { widthM, spacingM, fromEnd } = settings;
   const places = line.filter((spot, at) => {
@@ -53,7 +53,7 @@ export function corridorLanes(line: readonly Spot[], settings: CorridorSettings)
   if (!(spacingM > 0)) throw new SurveyFault('The distance between lanes must be above 0.');
   const count = lineCount(widthM, spacingM);
   if (count > MAX_LINES) throw new SurveyFault(`That is ${count} lanes, ${MAX_LINES} are the most.`);
-  // The drawing's second axis points right of its first, so that "to the right" is the same in it as on the ground.
+  // The plane's second axis points right of its first, so that "to the right" is the same as on the ground.
   const drawing = new Drawing(places, 0);
   const points = places.map((spot) => drawing.point(spot));
   return Array.from({ length: count }, (_, lane) => {
@@ -75,12 +75,12 @@ export interface OrbitSettings {
   readonly heightM: number;
   readonly frame: number;
   readonly turns: number;
-  /** Waypoints of one turn. */
+  /** Waypoints per turn. */
   readonly points: number;
   readonly isClockwise: boolean;
-  /** Where it begins, as seen from the middle, clockwise from north. */
+  /** Where it begins, seen from the centre, clockwise from north. */
   readonly fromDeg: number;
-  /** The camera looks at the middle, at this height above the same level; null: ahead. */
+  /** The camera looks at the centre, at this height above the same reference; null: ahead. */
   readonly lookAtM: number | null;
 }
 

@@ -1,4 +1,7 @@
-/** What is drawn and set of a survey, a corridor or a circle, and the items that it stands for: computed again with each change, as a preview. */
+/**
+ * The drawing and settings of a survey, a corridor or a circle, and the resulting items: recomputed with each change,
+ * as a preview.
+ */
 
 import { flownPath } from '../flown_path';
 import { distanceM } from '../ground';
@@ -15,7 +18,7 @@ export type Pattern = 'survey' | 'corridor' | 'orbit';
 export interface CameraChoice {
   readonly key: string;
   readonly label: string;
-  /** Null: distances are typed. */
+  /** Null: the user types the distances. */
   readonly camera: Camera | null;
 }
 
@@ -28,7 +31,7 @@ const camera = (width: number, height: number, focal: number, widthPx: number, h
   isAcross: true,
 });
 
-/** Sensor sizes, focal lengths and pictures as their makers give them. */
+/** Sensor sizes, focal lengths and pictures as the makers specify them. */
 export const CAMERAS: readonly CameraChoice[] = [
   { key: 'none', label: 'No camera, or typed distances', camera: null },
   { key: 'a6000-16', label: 'Sony α6000, 16 mm', camera: camera(23.5, 15.6, 16, 6000, 4000) },
@@ -85,7 +88,7 @@ export const USUAL_SETTINGS: PatternSettings = {
 
 export interface Preview {
   readonly items: readonly WireItem[];
-  /** Why there is none, for people. */
+  /** Why there is no result, for people. */
   readonly fault: string;
   readonly spacingM: number;
   readonly triggerM: number | null;
@@ -112,7 +115,7 @@ const NONE: Preview = {
   pictures: 0,
 };
 
-/** `frame`: what heights of the plan are measured from. Never throws about what can be drawn or set. */
+/** `frame`: the height reference of the plan. Never throws for anything that can be drawn or set. */
 export function patternPreview(
   pattern: Pattern,
   drawn: readonly Spot[],
@@ -192,7 +195,7 @@ function picturesOf(items: readonly WireItem[]): number {
   return count;
 }
 
-/** Along the longest side: the fewest turns. Of an area, clockwise from north, 0 to 180. */
+/** Along the longest side: the fewest turns. For an area, clockwise from north, 0 to 180. */
 export function longestSideDeg(area: readonly Spot[], bearing: (from: Spot, to: Spot) => number): number {
   let [longest, angle] = [0, 0];
   for (const [at, corner] of area.entries()) {

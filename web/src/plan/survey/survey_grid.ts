@@ -1,4 +1,7 @@
-/** Lines to and fro over an area, at any angle, over concave areas too: where a line leaves the area no pictures are taken. */
+/**
+ * Parallel lines over an area, at any angle, over concave areas too: no pictures are taken where a line leaves the
+ * area.
+ */
 
 import { CMD } from '../catalogue';
 import { FRAME } from '../frames';
@@ -9,39 +12,39 @@ import { Drawing, heldToOutline, SurveyFault } from './area';
 export interface Flown {
   readonly heightM: number;
   readonly frame: number;
-  /** Between pictures; null: none are taken. */
+  /** Between pictures; null: none. */
   readonly triggerM: number | null;
 }
 
 export interface GridSettings extends Flown {
   readonly spacingM: number;
-  /** Where the first line leads to, clockwise from north. */
+  /** Direction of the first line, clockwise from north. */
   readonly angleDeg: number;
   /** How far it flies beyond the area before it turns. */
   readonly turnaroundM: number;
-  /** The corner that it begins at: 1 turns the lines round, 2 begins on the other side, 3 both. */
+  /** The corner where it begins: 1 reverses the lines, 2 begins on the other side, 3 both. */
   readonly entry: 0 | 1 | 2 | 3;
 }
 
-/** One line: the pieces of it that lie in the area, and where it begins and ends. */
+/** One line: its pieces inside the area, and its ends. */
 export interface Line {
   readonly from: Spot;
   readonly to: Spot;
   readonly pieces: readonly (readonly [Spot, Spot])[];
 }
 
-/** More lines than that are no survey but a slip of the finger. */
+/** More lines than this are a mistake. */
 export const MAX_LINES = 2_000;
 
-/** So many lines cover a width; a hundredth of a line more than that is no reason for another one. */
+/** The number of lines to cover a width; an excess of a hundredth of a line adds no line. */
 export const lineCount = (widthM: number, spacingM: number): number => Math.max(1, Math.ceil(widthM / spacingM - 0.01));
 
-/** Where a line at `across` meets the outline: in pairs, it goes in and comes out again. */
+/** Where a line at `across` meets the outline: in pairs of entry and exit. */
 function meetings(ring: readonly (readonly [number, number])[], across: number): number[] {
   const alongs: number[] = [];
   for (const [at, [x1, y1]] of ring.entries()) {
     const [x2, y2] = ring[(at + 1) % ring.length]!;
-    // Half open: a corner counts for one of its two edges only.
+    // Half-open: a corner counts for only one of its two edges.
     if (y1 > across !== y2 > across) alongs.push(x1 + ((across - y1) / (y2 - y1)) * (x2 - x1));
   }
   return alongs.sort((one, other) => one - other);
@@ -83,7 +86,7 @@ export const isSame = (one: Spot, other: Spot): boolean => one.latE7 === other.l
 export const waypointAt = (spot: Spot, { frame, heightM }: Pick<Flown, 'frame' | 'heightM'>): WireItem =>
   wireItem(CMD.WAYPOINT, frame, [0, 0, 0, null], spot.latE7, spot.lonE7, heightM);
 
-/** What begins the pictures and what ends them; nothing where none are taken. */
+/** The items that start and stop the pictures; none without pictures. */
 export function pictureItems(triggerM: number | null): { readonly begin: WireItem[]; readonly end: WireItem[] } {
   if (triggerM === null) return { begin: [], end: [] };
   if (!(triggerM > 0)) throw new SurveyFault('The distance between pictures must be above 0.');
@@ -92,7 +95,7 @@ export function pictureItems(triggerM: number | null): { readonly begin: WireIte
   return { begin: [every(triggerM, 1)], end: [every(0, 0)] };
 }
 
-/** As a mission flies them. Pictures begin at the border of the area and stop at it. */
+/** As mission items. Pictures start and stop at the border of the area. */
 export function lineItems(lines: readonly Line[], flown: Flown): WireItem[] {
   const to = (spot: Spot): WireItem => waypointAt(spot, flown);
   const { begin, end } = pictureItems(flown.triggerM);
