@@ -294,8 +294,8 @@ const SPECS: readonly CommandSpec[] = [
     param(3, 'Camera, 0: all', '', { least: 0, most: 255, whole: true, ...OPEN_TO_PX4 }),
   ]),
   // x triggers the picture.
-  spec(CMD.CAMERA_SHOT, 'Camera, one picture', 'none', BOTH, [], { raw: { x: 1 } }),
-  spec(CMD.IMAGE_START, 'Camera, pictures', 'none', BOTH, [
+  spec(CMD.CAMERA_SHOT, 'Camera, single picture', 'none', BOTH, [], { raw: { x: 1 } }),
+  spec(CMD.IMAGE_START, 'Camera, picture series', 'none', BOTH, [
     param(0, 'Camera, 0: all', '', { least: 0, most: 255, whole: true }),
     param(1, 'Interval', 's', { least: 0, most: 65_535 }),
     param(2, 'Count, 0: until stopped', '', { least: 0, most: 65_535, whole: true, initial: 1 }),
