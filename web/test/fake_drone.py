@@ -1,4 +1,4 @@
-"""One invented drone of the fake tower: flies straight lines, obeys the commands that the console sends."""
+"""One simulated drone of the fake tower: flies straight lines, obeys the commands of the console."""
 
 import math
 import struct
@@ -24,7 +24,7 @@ HOLDS: dict[str, dict[str, Any]] = {
     "done": {"open": False, "stage": "none", "mode": "RTL", "lost": "person", "phase": "done", "action": "return"},
     "tower-done": {"open": False, "stage": "none", "mode": "RTL", "lost": "tower", "phase": "done", "action": "return"},
 }
-"""What an agent tells of an open hold, by the name of the situation: what differs from a hold that stays by itself."""
+"""What an agent reports of an open hold, by situation: the differences from a hold that stays in place."""
 
 
 class FakeDrone:
@@ -73,7 +73,7 @@ class FakeDrone:
         self.put(dialect.MAVLink_statustext_message(severity, text.encode(), chunk_id, chunk))
 
     def circle(self) -> None:
-        """Keeps one drone busy, so that the map has something to show."""
+        """Keeps one drone moving, so that the map has something to show."""
         self.circle_s += STEP_S
         angle = self.circle_s / 12
         here = (
@@ -210,7 +210,7 @@ class FakeDrone:
         }
 
     def hold_as(self, situation: str) -> None:
-        """An open hold from now on; a countdown is of 24 s."""
+        """Opens a hold; a countdown takes 24 s."""
         now = datetime.now(UTC)
         changes = HOLDS[situation]
         counts = changes.get("phase") == "counting"

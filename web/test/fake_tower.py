@@ -1,6 +1,6 @@
-"""A fake tower for looking at the console while developing: three invented drones over the real /live protocol.
+"""A fake tower for the console's development: three simulated drones over the real /live protocol.
 
-It is no simulator (straight lines, no physics), checks no password, and keeps nothing. Any name signs in as an
+It has no physics (straight lines), checks no password, and stores nothing. Any name signs in as an
 operator who owns all drones; `admin` signs in as an admin. Run it after `npm run build`:
 
     .venv/bin/python web/test/fake_tower.py [PORT]
@@ -58,7 +58,7 @@ class FakeTower:
                 await socket.send_text(json.dumps({"type": "drone", "drone": drone.as_json(user)}))
 
     async def turn(self, drone: FakeDrone, user: dict[str, Any]) -> None:
-        """The assistant's turn begins or goes on; it ends a second later."""
+        """The assistant's turn begins or continues; it ends a second later."""
         if drone.assisted_s <= 0:
             await self.tell({"type": "turn", "drone_id": drone.id, "user": user})
         drone.assisted_s = 1.0
@@ -165,7 +165,7 @@ class FakeTower:
         await self.tell({"type": "control", **event, "by": by, "reason": reason})
 
     async def play(self, what: str, drone: FakeDrone) -> None:
-        """What a real tower does by itself, on demand: `GET /fake/WHAT/DRONE`."""
+        """Triggers what a real tower does on its own: `GET /fake/WHAT/DRONE`."""
         if what == "revoke":
             drone.holder = None
             drone.epoch += 1

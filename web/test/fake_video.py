@@ -1,7 +1,7 @@
-"""The video of the fake tower: an invented camera, the agent's own encoders, and the tower's words, all in one process.
+"""The video of the fake tower: a simulated camera, the agent's encoders and the tower's messages, all in one process.
 
-On the picture is the simulator camera's strip of time (docs/video.md), so that a page can be asked what it shows. Each
-viewer has an encoder of its own, and nothing here is held back for a slow one: the tower's part is not played.
+The picture carries the simulator camera's time strip (docs/video.md), so that a test can read what a page shows. Each
+viewer has its own encoder, and nothing is held back for a slow viewer: the tower's pacing is not simulated.
 """
 
 import asyncio
@@ -27,17 +27,17 @@ router = APIRouter()
 
 
 class FakeCamera:
-    """What `GET /fake/video/...` turns."""
+    """The controls behind `GET /fake/video/...`."""
 
     def __init__(self) -> None:
         self.state = "live"
         self.codecs = list(OFFERED)
         self.left_out = 0
-        """So many units never come."""
+        """Units still to drop."""
         self.close_with = 0
         self.viewers: set[FakeViewer] = set()
         self.drawn = 0
-        """The newest unit that a viewer said it has drawn."""
+        """The newest unit that a viewer reported as drawn."""
 
 
 camera = FakeCamera()
@@ -151,7 +151,7 @@ async def video(socket: WebSocket, drone_id: int) -> None:
 
 @router.get("/fake/video/{what}/{value}")
 async def turn(what: str, value: str) -> dict[str, Any]:
-    """`state/camera-lost`, `left_out/3`, `close_with/4404` (0: no more), `codecs/mpeg1`. Answers who watches what."""
+    """`state/camera-lost`, `left_out/3`, `close_with/4404` (0: no more), `codecs/mpeg1`. Returns who watches what."""
     if what == "state":
         camera.state = value
     elif what == "codecs":

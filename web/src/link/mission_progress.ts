@@ -30,7 +30,7 @@ export class MissionProgress {
     this.#hash = hash;
   }
 
-  /** The mission starts from the beginning. */
+  /** A new start of the mission: no item has been reached. */
   begun(): void {
     this.now.update(({ current }) => ({ current, reached: new Set() }));
   }

@@ -18,7 +18,7 @@ let board: OnboardPlans;
 const reported = (kind: PlanKind, hash: string | null): { [kind in PlanKind]?: PlanOnBoard } => ({
   [kind]: { kind, state: hash ? 'known' : 'unknown', hash, sent_hash: null, count: 1, fit_to_fly: true },
 });
-/** Until what waits for an answer has gone on. */
+/** Waits until pending answers are processed. */
 const settled = (): Promise<void> => new Promise((resolve) => setTimeout(resolve, 0));
 
 beforeEach(() => {

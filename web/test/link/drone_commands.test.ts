@@ -8,7 +8,7 @@ import { Rest } from '../../src/link/rest';
 
 const OVER = { id: '1', drone_id: 7, work: 'command', state: 'done', words: 'Kestrel accepted, now pausing.' };
 
-/** What a tower that gives this answer makes of a pause, and what it was asked. */
+/** The outcome of a pause at a tower that gives this answer, and the requests that it received. */
 async function paused(status: number, body: object) {
   const asked: unknown[] = [];
   const rest = new Rest((path, init) => {

@@ -1,4 +1,4 @@
-/** A clock that tests turn by hand, and sockets that tests play the tower on. */
+/** A clock that tests control, and sockets on which tests act as the tower. */
 
 import type { Clock } from '../../src/link/clock';
 import { encode } from '../../src/link/mavlink';
@@ -15,12 +15,12 @@ export class FakeClock implements Clock {
     return this.#now + this.#setAheadMs;
   }
 
-  /** Somebody sets the computer's clock. */
+  /** The computer's clock is changed. */
   set(aheadMs: number): void {
     this.#setAheadMs += aheadMs;
   }
 
-  /** Fractions, as performance.now() has them. */
+  /** With fractions, as in performance.now(). */
   monotonicMs(): number {
     return this.#now - 999_000 + 0.25;
   }
@@ -33,7 +33,7 @@ export class FakeClock implements Clock {
     };
   }
 
-  /** Lets time pass; what falls due runs in order, promises in between. */
+  /** Advances the time; due timers run in order, promises in between. */
   async pass(ms: number): Promise<void> {
     const end = this.#now + ms;
     for (;;) {
@@ -53,7 +53,7 @@ export class FakeClock implements Clock {
   }
 }
 
-/** Lets promises that can go on do so. */
+/** Lets resolved promises continue. */
 export async function settled(): Promise<void> {
   for (let turn = 0; turn < 20; turn++) await Promise.resolve();
 }
@@ -142,7 +142,7 @@ export const A_DRONE: Drone = {
   profile_why: '',
 };
 
-/** Stage two of a hold, confirmed. Nobody flies it, and it returns in 24 s by a tower whose clock is ours. */
+/** Stage two of a hold, confirmed. Without a holder, it returns in 24 s, by a tower with our clock. */
 export const A_HOLD: HoldView = {
   open: true,
   stage: 'stay',

@@ -18,7 +18,7 @@ describe('attitude between two messages', () => {
       expect(rollDeg).toBeGreaterThan(last);
       last = rollDeg;
     }
-    expect(motion.at(rolling, 1_500, SMOOTH)?.rollDeg).toBeCloseTo(8.59, 1); // 150 ms of it, and no more
+    expect(motion.at(rolling, 1_500, SMOOTH)?.rollDeg).toBeCloseTo(8.59, 1); // only 150 ms of it
     expect(motion.at(rolling, OLD_AFTER_MS + 1, SMOOTH)).toBeNull();
     expect(motion.at(null, 0, SMOOTH)).toBeNull();
   });
@@ -47,7 +47,7 @@ describe('how long the battery lasts', () => {
     meter.inAir(true);
     return meter;
   };
-  /** Down by one each ten seconds, from `percent`, for so long. */
+  /** Falls by one each ten seconds, from `percent`, for this long. */
   function drain(meter: BatteryMeter, percent: number, fromMs: number, forMs: number): void {
     for (let ms = 0; ms <= forMs; ms += 1000) meter.percentage(percent - Math.floor(ms / 10_000), fromMs + ms);
   }
@@ -78,7 +78,7 @@ describe('how long the battery lasts', () => {
     drain(meter, 77, 130_000, 0);
     expect(meter.left(130_000)).toEqual({ leftMs: 770_000, isEstimate: true });
     expect(meter.left(135_000)?.leftMs).toBe(765_000);
-    expect(meter.left(170_000)).toBeNull(); // it goes down no more
+    expect(meter.left(170_000)).toBeNull(); // it has stopped falling
   });
 
   it('goes by what was drawn lately', () => {

@@ -77,10 +77,10 @@ describe('a hold', () => {
   it('is believed when answer and heartbeat agree', async () => {
     hears(heartbeat(4));
     const seen = watch(vehicle.sendHold());
-    hears(heartbeat(BRAKE, true)); // somebody else's doing: it has not answered yet
+    hears(heartbeat(BRAKE, true)); // another sender's command: ours is still unanswered
     ack();
     hears(heartbeat(4, true));
-    hears(heartbeat(BRAKE, false, { sysid: 7, compid: 154 })); // a gimbal says so: not enough
+    hears(heartbeat(BRAKE, false, { sysid: 7, compid: 154 })); // from a gimbal: not enough
     await settled();
     expect(seen.outcome).toEqual({ kind: 'accepted' }); // the newest heartbeat showed it when the answer came
     expect(clock.waiting).toBe(0);

@@ -71,7 +71,7 @@ describe('the words of a lost link', () => {
     expect(text({ ...by, hold })).toBe(`Heron held in BRAKE; its agent will return it in about 4 s ${ALIVE}.`);
     expect(text({ ...by, hold: { ...hold, action: 'land' } })).toContain('will land it in about 4 s');
     expect(text({ ...by, hold: { ...hold, stage: 'altitude' } })).toContain('held its height only');
-    // "Stay" was said of the person: it does not hold against a lost tower.
+    // "Stay" applies to the lost person: it does not apply to a lost tower.
     expect(text({ ...by, hold: { ...hold, phase: 'stayed', due_at: null } })).toContain('will return it in about 11 s');
     expect(text({ hold: { ...hold, phase: 'done', open: false, due_at: null } })).toBe(
       'Heron was returning; it should go on with that.',

@@ -54,7 +54,7 @@ describe('losing the controls', () => {
     log.drone(MINE, FREE, OLGA, 200);
     log.control(event('released', { by: OLGA }), 'Heron', OLGA, 201);
     expect(loss()).toBeUndefined();
-    // and what befalls the next holder is not ours
+    // and events of the next holder do not concern us
     log.control(event('revoked', { epoch: 7 }), 'Heron', OLGA, 300);
     expect(loss()).toBeUndefined();
   });

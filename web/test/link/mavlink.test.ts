@@ -98,7 +98,7 @@ describe('bytes from outside', () => {
     for (let round = 0; round < 20_000; round++) {
       const bytes = Uint8Array.from({ length: random(300) }, () => random(256));
       if (round % 2 && bytes.length) bytes[0] = round % 4 === 1 ? 0xfd : 0xfe;
-      // Called as they are: what they throw fails the test, and an assertion on each of so many is slow.
+      // Called directly: an exception fails the test, and an assertion on each of so many is slow.
       frameLengthAt(bytes, random(10));
       if (decode(bytes)) decoded++;
     }

@@ -22,7 +22,7 @@ describe('what a drone does in a mode', () => {
     [PX4, px4(4, 9), 'landing'],
     [PX4, px4(3), 'by-hand'],
     [PX4, px4(4, 3), 'by-itself'],
-    // The number of ArduCopter's AUTO and of nothing of PX4's.
+    // The number of ArduCopter's AUTO and of no mode of PX4.
     [PX4, COPTER_MODE.AUTO, null],
     [INVALID, COPTER_MODE.RTL, null],
   ])('of autopilot %i, %i: %s', (autopilot, customMode, task) => {

@@ -4,7 +4,7 @@ import { join } from 'node:path';
 import { expect, test } from 'vitest';
 
 const SRC = join(import.meta.dirname, '../../src');
-/** The heartbeat's own reader, the profiles, and the head of a file of QGroundControl. */
+/** The heartbeat parser, the profiles, and the header of a QGroundControl file. */
 const MAY_KNOW = new Set(['link/telemetry.ts', 'link/modes.ts', 'plan/formats/qgc_plan.ts']);
 
 test('autopilots are told apart by their profiles alone', () => {

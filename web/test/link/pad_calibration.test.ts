@@ -6,7 +6,7 @@ import { DEFAULT_PAD, DEFAULT_SETTINGS, withPad } from '../../src/link/stick_set
 import { CENTRED } from '../../src/link/sticks';
 import { pad } from './pads';
 
-/** A transmitter: axes in an order of its own, the right stick's Y upside down, a trigger at rest at -1. */
+/** A transmitter: its own order of axes, the right stick's Y inverted, a trigger at rest at -1. */
 const REST = [0.02, -0.03, 0, 0.01, -1, 0];
 const at = (changes: Record<number, number>): number[] => REST.map((value, axis) => changes[axis] ?? value);
 const [LEFT_X, LEFT_Y, RIGHT_X, RIGHT_Y, TRIGGER] = [3, 2, 0, 1, 4];
@@ -76,7 +76,7 @@ describe('calibration', () => {
   it('does not end before every stick was at all its ends', () => {
     const calibration = found();
     feed(calibration, at({ [LEFT_X]: 1, [LEFT_Y]: 1, [RIGHT_X]: 1, [RIGHT_Y]: 1 }));
-    expect(calibration.progress).toBe(0.25); // the one that was found last has been down already
+    expect(calibration.progress).toBe(0.25); // the stick found last has been down already
     expect(calibration.finish()).toBe(false);
     expect(calibration.result(DEFAULT_PAD)).toBeNull();
     feed(calibration, at({ [LEFT_X]: -1, [LEFT_Y]: -1 }));

@@ -33,7 +33,7 @@ describe('settings', () => {
     };
     const settings = withPad({ ...DEFAULT_SETTINGS, mode: 2 }, 'P', own);
     expect(padAxes(pad([0, 1, 0, -0.5, 0, 0.25]), settings)).toEqual({ ...CENTRED, throttle: 0.5, pitch: 0.125 });
-    expect(padAxes(pad([0, 1, 0, -0.5]), settings)).toBeNull(); // it has no such axis any more
+    expect(padAxes(pad([0, 1, 0, -0.5]), settings)).toBeNull(); // it no longer has that axis
     const mode1 = padAxes(pad([0, 1, 0, -0.5, 0, 0.25]), { ...settings, mode: 1 })!;
     expect(mode1.pitch).toBeCloseTo(0.125);
     expect(mode1.throttle).toBeCloseTo(0.5);

@@ -10,7 +10,7 @@ const CREDENTIAL: PasskeyCredential = {
   response: { authenticatorData: '', clientDataJSON: '', signature: '' },
 };
 
-/** A browser whose person has not picked anything yet, and a clock that goes on by being told. */
+/** A browser whose user has not picked anything yet, and a clock that the test advances. */
 class Scene {
   nowMs = 0;
   questions: { answer: (credential: PasskeyCredential) => void; fail: (error: Error) => void; signal: AbortSignal }[] =

@@ -12,9 +12,9 @@ export const SWIFT = { ...A_DRONE, id: 2, name: 'Swift' };
 export interface SignedIn {
   readonly clock: FakeClock;
   readonly tower: Tower;
-  /** All that were opened, the newest last. */
+  /** All opened sockets, the newest last. */
   readonly sockets: FakeSocket[];
-  /** Status and body of each path of REST; any other is not found. */
+  /** Status and body of each REST path; all others are not found. */
   readonly answers: Record<string, [number, unknown]>;
   readonly socket: () => FakeSocket;
   readonly texts: () => string[];

@@ -1,4 +1,4 @@
-/** The console's tower while somebody flies: commands, controls, and work at a drone. */
+/** The console's tower in flight: commands, controls, and operations at a drone. */
 
 import { beforeEach, describe, expect, it } from 'vitest';
 
@@ -245,7 +245,7 @@ describe('who may fly', () => {
     await clock.pass(100);
     expect(manual.state.get()).toMatchObject({ phase: 'off' });
     expect(manual.state.get().ended).toContain('put on hold');
-    expect(clock.waiting).toBeLessThan(5); // no beat goes on
+    expect(clock.waiting).toBeLessThan(5); // no stick stream continues
   });
 
   it('remembers since when a drone is silent, and whether it was in the air', async () => {
@@ -254,7 +254,7 @@ describe('who may fly', () => {
     const atMs = clock.nowMs();
     socket().says({ type: 'drone', drone: { ...mine, airborne: null, online: false, epoch: 2 } });
     expect(vehicle(1)).toMatchObject({ silentSinceMs: atMs, wasAirborne: true });
-    // Back, but its autopilot is silent: what was known last stays true as far as anybody knows.
+    // Back, but its autopilot is silent: the last known state stays.
     socket().says({ type: 'drone', drone: { ...mine, armed: null, airborne: null, epoch: 2 } });
     expect(vehicle(1).wasAirborne).toBe(true);
     socket().says({ type: 'drone', drone: { ...mine, epoch: 2 } });

@@ -198,13 +198,13 @@ describe('the values', () => {
       hears(fromAutopilot('EXTENDED_SYS_STATE', { landed_state: 2 }));
     };
     vehicle.put({ ...A_DRONE, airborne: true, airborne_since: reported(60_000) }, clock.nowMs());
-    expect(vehicle.values(clock.nowMs()).airborneMs).toBeNull(); // its autopilot has not said that it flies
+    expect(vehicle.values(clock.nowMs()).airborneMs).toBeNull(); // its autopilot has not reported flight
     flies();
     expect(vehicle.values(clock.nowMs()).airborneMs).toBe(60_000);
     // A tower whose clock is ten seconds behind ours.
     vehicle.put({ ...A_DRONE, airborne: true, airborne_since: reported(70_000) }, clock.nowMs(), 10_000);
     expect(vehicle.values(clock.nowMs()).airborneMs).toBe(60_000);
-    // One that does not know, or is wrong about the future, cannot make it shorter than what we saw.
+    // A tower without a time, or with one in the future, cannot make it shorter than what we saw.
     await clock.pass(4_000);
     flies();
     for (const airborne_since of [null, reported(-60_000), 'nonsense']) {
@@ -227,7 +227,7 @@ describe('the values', () => {
 describe('texts of the autopilot', () => {
   const says = (text: string, id = 0, chunk_seq = 0, from = AUTOPILOT): void =>
     hears(fromAutopilot('STATUSTEXT', { severity: 4, text, id, chunk_seq }, from));
-  /** As the journal shows them: the last with a key wins. */
+  /** As the journal shows them: the last entry of a key wins. */
   const shown = (): string[] => [...new Map(journal.map(({ key, text }) => [key, text])).values()];
 
   it('come whole when they come in chunks', () => {

@@ -1,4 +1,4 @@
-/** What the tower is told of the map: a little more than it shows, in degrees that exist. */
+/** The map area reported to the tower: slightly more than visible, in valid degrees. */
 
 import { describe, expect, it } from 'vitest';
 

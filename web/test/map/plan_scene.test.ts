@@ -13,7 +13,7 @@ const HOME = spotOf(47, 8);
 const at = (north: number, east: number): Spot => spotAt(spotAt(HOME, north, 0), east, 90);
 const item = (command: number, spot: Spot | null) => newItem(EMPTY_PLAN.defaults, command, spot);
 
-/** Home, take-off here, two waypoints, a circle and a square of the fence, a rally point. */
+/** Home, take-off in place, two waypoints, a circle and a square of the fence, a rally point. */
 const PLAN: Plan = [
   setHome({ spot: HOME, altM: 400 }),
   insertItems(0, [item(CMD.TAKEOFF, null), item(CMD.WAYPOINT, at(0, 200)), item(CMD.WAYPOINT, at(200, 200))]),

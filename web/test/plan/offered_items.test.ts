@@ -1,4 +1,4 @@
-/** What the console offers, against the file by which Python's tests hold it against each autopilot (wire/plan_keeping.py). */
+/** Compares the items that the console offers with the file that Python's tests check (wire/plan_keeping.py). */
 
 import { readFileSync } from 'node:fs';
 
@@ -15,7 +15,7 @@ const GOLDEN = new URL('../../../tests/unit/wire/golden/offered_items.json', imp
 const ROOMS = new URL('../../../tests/unit/wire/golden/plan_room.json', import.meta.url);
 const HERE = spotOf(47.39, 8.54);
 
-/** A new one of each kind, with the plan's defaults and a place where it has one. */
+/** A new item of each kind, with the plan's defaults and a place if it has one. */
 const offered = (autopilot: AutopilotKind): unknown[] =>
   [...CATALOGUE.values()]
     .filter((spec) => isOffered(spec, autopilot))

@@ -1,4 +1,4 @@
-/** Files of QGroundControl of the last ten years that nobody writes any more. */
+/** QGroundControl file formats of the last ten years that are no longer written. */
 
 import { describe, expect, it } from 'vitest';
 

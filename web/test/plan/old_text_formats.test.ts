@@ -175,7 +175,7 @@ describe('a text file of places', () => {
 it('what was opened from an old file is kept by the files that are written today', () => {
   fc.assert(
     fc.property(drawnPlan, (plan) => {
-      // As version 120 had it: no home, jumps from 0.
+      // As in version 120: no home, jumps from 0.
       const lines = writeWaypoints(plan).text.split('\n').slice(2, -1);
       const old = lines.map((text, at) => {
         const fields = text.split('\t');

@@ -1,4 +1,4 @@
-/** Plan files opened as the console opens them, and what came of them in rows. */
+/** Opens plan files as the console does, and returns the result as rows. */
 
 import { openPlanFile } from '../../src/plan/formats/open_plan_file';
 import type { ReadFile } from '../../src/plan/formats/plan_file';

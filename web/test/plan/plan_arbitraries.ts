@@ -1,4 +1,4 @@
-/** Random plans for the property tests: whatever the wire can carry, not only what makes sense to fly. */
+/** Random plans for the property tests: everything that the wire can carry, even if it makes no sense to fly. */
 
 import fc from 'fast-check';
 
@@ -76,7 +76,7 @@ const shape = fc.oneof(
     .map((one) => ({ shape: 'circle' as const, group: 0, frame: 0, id: 0, ...one })),
 );
 
-/** A plan of items that the planner knows, such as people draw. */
+/** A plan of items that the planner knows, as people draw them. */
 export const drawnPlan: fc.Arbitrary<Plan> = fc
   .record({
     items: missionOf(12),

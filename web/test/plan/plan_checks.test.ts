@@ -84,7 +84,7 @@ describe('an estimate', () => {
     const wait = to(north(200), { params: [5, 0, 0, null] });
     const result = estimate(planOf([up, to(north(100)), speed, wait, back]), figures);
     expect(result.lengthM).toBeCloseTo(400, 0);
-    // Up 10, out 20, on 10 and 5 of waiting, round 4, back 20, down 16.7.
+    // Climb 10, out 20, on 10 and 5 of waiting, turn 4, back 20, descent 16.7.
     expect(result.seconds).toBeCloseTo(10 + 20 + 10 + 5 + 4 + 20 + 25 / 1.5, 0);
     expect(result.batteryPercent).toBeCloseTo(result.seconds / 10, 6);
     expect(result).toMatchObject({ highestM: 25, ending: 'ends', notes: [], coveredM2: null });

@@ -66,7 +66,7 @@ const anyPlan = (offsetM: number): fc.Arbitrary<Plan> =>
       return planOf(at(0, offsetM), [up(), ...flown, ...ending]);
     });
 
-/** Where it is after so many seconds, metres above home; null on the ground. Written apart from the code under test. */
+/** Its position after this many seconds, metres above home; null on the ground. Independent of the code under test. */
 function whereAt(path: TimedPath, atS: number): { spot: Spot; heightM: number } | null {
   if (atS < 0) return null;
   const piece = path.pieces.find(({ fromS, toS }) => atS >= fromS && atS < toS);
@@ -118,8 +118,8 @@ describe('plans flown at the same time', () => {
         const near = conflicts.filter(({ kind }) => kind === 'near');
         const paths = [timedPath(one, USUAL_FIGURES), timedPath(other, USUAL_FIGURES)] as const;
         const overS = Math.max(paths[0].seconds, paths[1].seconds + startS);
-        // Between two moments of the simulation they may come a metre nearer, over ground and in height: 0.1 s at 10 m/s.
-        // And of heights that differ by just so much nobody can say on which side of the limit they are.
+        // Between two simulation steps they may come a metre nearer, horizontally and vertically: 0.1 s at 10 m/s.
+        // Height differences right at the limit may fall on either side of it.
         let [surely, perhaps] = [Infinity, Infinity];
         for (let nowS = 0; nowS < overS; nowS += 0.1) {
           const [a, b] = [whereAt(paths[0], nowS), whereAt(paths[1], nowS - startS)];
@@ -149,7 +149,7 @@ describe('plans flown at the same time', () => {
     const [conflict, ...others] = planConflicts(flights, WANTED).conflicts.filter(({ kind }) => kind === 'near');
     expect(others).toEqual([]);
     expect(conflict).toMatchObject({ kind: 'near', severity: 'error', pair: [0, 1], seqs: [1, 1] });
-    // Up 8 s and 8.8 s, then 100 m at 5 m/s each, which meet in the middle.
+    // Climbs of 8 s and 8.8 s, then 100 m at 5 m/s each, which meet in the middle.
     expect(conflict!.atS).toBeCloseTo(8.4 + 20, 0);
     expect(conflict!.verticalM).toBeCloseTo(2, 1);
     expect(distanceM(conflict!.spot, at(0, 100))).toBeLessThan(5);
@@ -164,7 +164,7 @@ describe('plans flown at the same time', () => {
     const kinds = (...flights: PlannedFlight[]) => planConflicts(flights, WANTED).conflicts.map(({ kind }) => kind);
     expect(kinds(flight('A', east(20)), flight('B', west(20)))).toContain('near');
     expect(kinds(flight('A', east(20)), flight('B', planOf(at(60, 400), [up(), to(60, 5), land(60, 5)])))).toEqual([]);
-    // Each flies the other's way down at the ends: 15 m in height alone is not enough there.
+    // At the ends each crosses the other's descent: a height difference of 15 m is not enough there.
     const high = planOf(at(80, 395), [up(45), to(80, 200, 45), to(0, 200, 45), to(80, 5, 45), land(80, 5)]);
     expect(kinds(flight('A', east(20)), flight('B', high))).toEqual([]);
     expect(kinds(flight('A', east(20)), flight('B', west(20), 400))).toEqual([]);
@@ -265,7 +265,7 @@ describe('two ways', () => {
   it('without an end are near only as long as both distances are', () => {
     const moving = { place: [0, 100, 30], speed: [0, -10, -2] } as const;
     const near = whenNear(moving, 20, 10, 60);
-    // Over ground from 8 s to 12 s, in height from 10 s to 20 s.
+    // Horizontally from 8 s to 12 s, vertically from 10 s to 20 s.
     expect(near).toMatchObject({ fromS: 10, toS: 12, closestS: 10, horizontalM: 0, verticalM: 10 });
     expect(whenNear(moving, 20, 10, 9)).toBeNull();
     expect(whenNear({ place: [0, 5, 0], speed: [0, 0, 0] }, 20, 10, 9)).toMatchObject({ fromS: 0, toS: 9 });

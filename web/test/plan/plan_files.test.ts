@@ -27,7 +27,7 @@ const open = (text: string): ReadFile => openPlanFile(text, { defaults: DEFAULTS
 const sample = (name: string): string => readFileSync(new URL(`files/${name}`, import.meta.url), 'utf8');
 const KINDS: readonly PlanKind[] = ['mission', 'fence', 'rally'];
 
-/** As sent, polygons of the fence before its circles: that order means nothing, and `.plan` does not keep it. */
+/** As sent, polygons of the fence before its circles: the order has no meaning, and `.plan` does not preserve it. */
 function sent(plan: Plan): unknown {
   const shapes = plan.fence.shapes.toSorted((a, b) => b.shape.localeCompare(a.shape));
   const sorted = { ...plan, fence: { ...plan.fence, shapes } };
@@ -55,7 +55,7 @@ describe('a plan of QGroundControl', () => {
 
   it('has its jumps by their ids, and numbers that are no degrees as numbers', () => {
     const items = missionItems(read.plan);
-    // "doJumpId" 5 is the fourth item, 3 when one counts from 0.
+    // "doJumpId" 5 is the fourth item, 3 counted from 0.
     expect(items[5]!.params).toEqual([3, 2, 0, 0]);
     expect(items[6]).toMatchObject({ x: 1, y: 0 });
   });

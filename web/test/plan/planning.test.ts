@@ -1,4 +1,4 @@
-/** What stands between the plan and its page: on board or not, surveys as they are set, kept work, words of an item, rows that move. */
+/** The layer between the plan and its page: plan on board, survey settings, saved work, item texts, dragged rows. */
 
 import { describe, expect, it } from 'vitest';
 

@@ -1,6 +1,6 @@
 /**
- * Files as QGroundControl and Mission Planner write them, made by their documented formats: what we support comes in whole, goes out
- * whole, and what does not is told.
+ * Files as QGroundControl and Mission Planner write them, made from their documented formats: supported content is read
+ * and written completely, the rest is reported.
  */
 
 import { readFileSync } from 'node:fs';

@@ -21,7 +21,7 @@ const GRID: GridSettings = {
   triggerM: null,
 };
 
-/** A corner so many metres east and north of a place. */
+/** A corner this many metres east and north of a place. */
 function off(from: Spot, east: number, north: number): Spot {
   const angle = (Math.atan2(east, north) * 180) / Math.PI;
   return spotAt(from, Math.hypot(east, north), angle);
@@ -38,11 +38,11 @@ const middles = [spotOf(0.5, 8), spotOf(47.4, 8.5), spotOf(60, 25), spotOf(-60, 
 
 interface Outline {
   readonly area: Spot[];
-  /** The same, a metre or more larger on every side: what is flat and what is round differ by centimetres. */
+  /** The same, a metre or more larger on every side: plane and sphere differ by centimetres. */
   readonly grown: Spot[];
 }
 
-/** Outlines with bays and capes, anywhere but at the poles and the 180th meridian. */
+/** Outlines with bays and capes, anywhere except at the poles and the 180th meridian. */
 const outline: fc.Arbitrary<Outline> = fc
   .tuple(
     fc.integer({ min: -80, max: 80 }),

@@ -105,7 +105,7 @@ describe('who takes which place', () => {
   });
 
   it('and who stands in the way sets off first', () => {
-    // Both come from the south to places to the north of each other: the front one must be gone first.
+    // Both come from the south, to places one north of the other: the drone in front must leave first.
     const [front, back] = [flier(1, -80, 0), flier(2, -120, 0)];
     const { assigned, faults } = formationOf(
       LEADER,

@@ -11,7 +11,7 @@ const PLACE: FollowPlace = { northM: -15, eastM: 0, upM: 2 };
 
 const RUNNING = { work: 'follow', state: 'running', phase: 'following Merlin: 15 m away', total: 600, words: '' };
 
-/** `waits[n]`: what happens in the nth moment that passes. */
+/** `waits[n]`: what happens during the nth wait. */
 class World implements FormationTower {
   readonly user = ADA;
   readonly log: string[] = [];

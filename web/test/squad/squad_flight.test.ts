@@ -31,7 +31,7 @@ const operation = (changes: Partial<Operation> = {}): Operation => ({
   ...changes,
 });
 
-/** A tower as the rules have it: an operator holds one drone at a time. */
+/** A tower that enforces the rule: an operator holds one drone at a time. */
 class World {
   readonly user = OLGA;
   readonly drones = new Map<number, Drone>();

@@ -23,7 +23,7 @@ const member = (id: number, spot: Spot | null = at(0, 20 * id), name = `Drone ${
   home: spot && { spot, altM: 400 },
   autopilot: 'ardupilot',
 });
-/** 300 m wide, 200 m high, 60 m north of where they stand. */
+/** 300 m wide, 200 m high, 60 m north of the drones. */
 const FIELD = [at(60, -100), at(260, -100), at(260, 200), at(60, 200)];
 const settings = (changes: Partial<SquadSettings> = {}): SquadSettings => ({ ...USUAL_SQUAD, ...changes });
 const THREE = [member(1), member(2), member(3)];
@@ -47,7 +47,7 @@ describe('an area split among drones', () => {
   it('covers the whole of it', () => {
     const { parts } = squadPlan(THREE, { area: FIELD }, settings());
     const lines = parts.flatMap(({ plan }) => waypoints(plan.items));
-    // Wherever in the field: a line is no further away than half their distance (and a little of the edge).
+    // Anywhere in the field, a line is at most half the line distance away (plus a little at the edge).
     for (let north = 75; north < 260; north += 20) {
       for (let east = -90; east < 200; east += 20) {
         const near = lines.some((spot, index) => {
@@ -82,7 +82,7 @@ describe('an area split among drones', () => {
   });
 
   it('is shared another way where one would climb under another', () => {
-    // One behind the other, and the field ahead of both: whoever starts behind flies over the one ahead.
+    // One behind the other, and the field ahead of both: the rear drone flies over the front one.
     const row = [member(1, at(0, 0)), member(2, at(20, 0)), member(3, at(10, 17))];
     const field = [at(60, -60), at(145, -60), at(145, 155), at(60, 155)];
     const fast = settings({ heightM: 25, spacingM: 40, speedMS: 10, startEveryS: 2 });

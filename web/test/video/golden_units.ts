@@ -1,4 +1,4 @@
-/** Units as the agent makes them, with what FFmpeg's decoders make of them (scripts/generate_video_units.py). */
+/** Units as the agent encodes them, with the output of FFmpeg's decoders (scripts/generate_video_units.py). */
 
 import golden from '../golden/video_units.json';
 import { readUnit, type Unit } from '../../src/video/unit';
@@ -6,7 +6,7 @@ import { readUnit, type Unit } from '../../src/video/unit';
 export interface GoldenUnit {
   readonly unit: Unit;
   readonly message: ArrayBuffer;
-  /** Luma, Cb, Cr of the shown part; empty where nothing is compared. */
+  /** Luma, Cb, Cr of the visible part; empty if nothing is compared. */
   readonly planes: Uint8Array;
 }
 

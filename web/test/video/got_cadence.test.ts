@@ -14,7 +14,7 @@ const hear = (got: Got | null): void => {
   if (got) said.push({ atMs: nowMs, got });
 };
 
-/** Time passes, as it does for whoever looks when it is asked to. */
+/** Advances the time, calling `look` whenever it is due. */
 const until = (atMs: number): void => {
   while (cadence.lookAtMs <= atMs) {
     nowMs = Math.max(nowMs, cadence.lookAtMs);
@@ -23,7 +23,7 @@ const until = (atMs: number): void => {
   nowMs = atMs;
 };
 
-/** Pictures of 20 ms on the way, and `lateMs` more. */
+/** Pictures that take 20 ms to arrive, plus `lateMs`. */
 const draw = (count: number, { lateMs = 0, clockKnown = true } = {}): void => {
   for (let one = 0; one < count; one++) {
     const takenMs = sequence * PICTURE_MS;

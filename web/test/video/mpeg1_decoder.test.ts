@@ -10,7 +10,7 @@ import { goldenUnits, type GoldenUnit } from './golden_units';
 const module = new WebAssembly.Module(Buffer.from(JSMpeg.WASM_BINARY_INLINED, 'base64'));
 const open = (): Mpeg1Decoder => new Mpeg1Decoder(module);
 
-/** The shown part of the planes, one after another, as FFmpeg gives them. */
+/** The visible part of the planes, one after another, as FFmpeg outputs them. */
 function shown({ width, height, codedWidth, y, cb, cr }: Planes): Uint8Array {
   const rows = (plane: Uint8Array, wide: number, line: number, high: number): number[] =>
     Array.from({ length: high }, (_, row) => [...plane.subarray(row * line, row * line + wide)]).flat();

@@ -4,7 +4,7 @@ import { TowerClock } from '../../src/video/tower_clock';
 
 const OFFSET_MS = 5_000_000;
 
-/** Asks at `sentMs`; the way there takes `thereMs`, the way back `backMs`. */
+/** A request at `sentMs`; it takes `thereMs`, the response `backMs`. */
 function ask(clock: TowerClock, sentMs: number, thereMs: number, backMs: number, offsetMs = OFFSET_MS): void {
   clock.answered(sentMs, sentMs + thereMs + backMs, (sentMs + thereMs + offsetMs) * 1000);
 }

@@ -5,7 +5,7 @@ import { goldenUnits } from './golden_units';
 
 const PES = [0, 0, 1, 0xe0, 0, 0, 0x80, 0x80, 5, 1, 2, 3, 4, 5];
 
-/** One packet, its end filled up by an adaptation field as a multiplexer does. */
+/** One packet, padded with an adaptation field as a multiplexer does. */
 function packet(pid: number, payload: readonly number[], { begins = false, flags = 0x10, sync = 0x47 } = {}): number[] {
   const head = [sync, (begins ? 0x40 : 0) | (pid >> 8), pid & 0xff];
   const stuffing = 184 - payload.length;

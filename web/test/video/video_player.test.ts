@@ -56,7 +56,7 @@ function send(stream: 'mpeg1' | 'h264', ...numbers: number[]): void {
   for (const number of numbers) last().saysBytes(new Uint8Array(units[number]!.message));
 }
 
-/** The browser's decoder gives back all that it was given. */
+/** The browser's decoder outputs everything that it received. */
 function giveAll(): void {
   for (const unit of inside.splice(0)) {
     const frame = new FakeFrame(unit.sequence);
