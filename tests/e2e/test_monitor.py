@@ -113,7 +113,7 @@ def test_a_hold_of_several_drones_is_asked_once_and_answered_by_each(somebody: S
     admin.wait("the autopilot", lambda: admin.word("mode") != "")
     admin.open("/#/")
     admin.part("choose-all").check()
-    expect(admin.part("chosen-count")).to_have_text("3 chosen")
+    expect(admin.part("chosen-count")).to_have_text("3 selected")
     row_of(admin, 3).get_by_test_id("choose-drone").uncheck()
     admin.part("squad-hold").click()
     dialog = admin.page.get_by_role("dialog", name="Hold 2 drones?")
