@@ -41,7 +41,7 @@ from wire.video import VIDEO, VideoWanted
 _log = logging.getLogger(__name__)
 
 TICK_S: Final = 0.025
-"""Half the interval of the centred sticks, the fastest thing the agent does by itself."""
+"""Half the interval of the centred sticks, the fastest thing the agent sends by itself."""
 
 SUMMARY_S: Final = 60.0
 
@@ -58,7 +58,7 @@ class AgentSettings:
     camera: str = NO_CAMERA
     """As on the command line (onboard_agent.video.sources.schemes)."""
     log_level: str = "info"
-    """Of the video process, which has a log of its own."""
+    """Of the video process, which has its own log."""
     state: Path | None = None
     """Where this drone's agent keeps what must outlast it. None: nowhere, and no plan is written."""
 

@@ -21,7 +21,7 @@ from wire.frame_stream import FrameStream
 from wire.ids import DroneId
 
 LISTEN_S: Final = 5.0
-"""An autopilot says something at least once a second."""
+"""An autopilot sends something at least once a second."""
 
 
 async def check_all(
@@ -81,7 +81,7 @@ async def _listen(port: AutopilotPort) -> str | None:
 
 
 async def _greet(port: AutopilotPort, onboard: Onboard) -> None:
-    """An autopilot that waits for the first packet gets our heartbeat, and nothing else is asked of it."""
+    """An autopilot that waits for the first packet gets our heartbeat, and no other request."""
     loop = asyncio.get_running_loop()
     while not onboard.autopilot.heard:
         onboard.tick(loop.time())

@@ -74,7 +74,7 @@ def run(
     camera: Camera = NO_CAMERA,
     log_level: LogLevel = "info",
 ) -> None:
-    """Link an autopilot with the tower, until told to stop."""
+    """Link an autopilot with the tower, until stopped."""
     try:
         _set_up_logging(log_level)
         address, port = parse_tower_url(tower), make_port(autopilot)
@@ -130,7 +130,7 @@ def enrol(
     camera: Camera = NO_CAMERA,
     log_level: LogLevel = "info",
 ) -> None:
-    """Make this drone's key, show the tower its public half with a one-time token, and start or say how to."""
+    """Create this drone's key, send the tower its public half with a one-time token, and start the agent or say how."""
     try:
         address = parse_tower_url(tower)
         if autopilot:

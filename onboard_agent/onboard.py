@@ -61,17 +61,17 @@ _READ: Final = (
         mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE,
     }
 )
-"""The only messages whose payload we look at; everything else goes by unread."""
+"""The only messages whose payload the agent reads; everything else passes unread."""
 
 FLIES: Final = (CommandWork, FollowWork)
 """Work that must not be begun late, nor after a hold that came later than the wish for it."""
 
 
 class Onboard:
-    """One drone. `speaks_first`: the autopilot hears of us only when we have spoken. `narrow_line`: no room to spare
-    on the way to it. `steps_reported`: where the numbers of the steps of holds begin (Hold). `journal`: without one
-    no plan is written. `holds`: without it a process that is started again knows of no hold. `make_handlers`: of the
-    work at the drone that needs more than is here."""
+    """One drone. `speaks_first`: the autopilot learns our address from our first packet. `narrow_line`: the line to it
+    has no spare capacity. `steps_reported`: start of the numbers of hold steps (Hold). `journal`: without one no plan
+    is written. `holds`: without it a restarted process knows of no hold. `make_handlers`: creates transaction handlers
+    that need more than what is here."""
 
     def __init__(
         self,
@@ -245,12 +245,12 @@ class Onboard:
         self._work.epoch(self.downlink.epoch, now)
 
     def resumed(self) -> None:
-        """The link goes on with another control channel: what was told on the last may be lost."""
+        """The link continues with another control channel: reports on the last one may be lost."""
         self._news.resumed()
         self._work.resumed()
 
     def link_broken(self, now: float) -> None:
-        """The link is down, whoever ended it."""
+        """The link ended, by either side."""
         self._news.link_down()
         self._work.link_down()
         self._holder_present = False
@@ -349,8 +349,7 @@ class Onboard:
 
     @property
     def hands_on(self) -> bool:
-        """Whether somebody has the controls and is there, or centred sticks stand in for theirs: a silence of the tower
-        counts then."""
+        """Whether a holder is present, or centred sticks replace theirs: then a silence of the tower counts."""
         ours = self.hold.sticks_on or self._holder.keeper.on
         return self._holder_present or ours or self._watch.hand_on_sticks
 
@@ -389,8 +388,6 @@ class Onboard:
         return [*self._work.pop_answers(), *self.stream.due(now)]
 
     def messages_to_tower(self, now: float, room: int = ROOM) -> list[ToTower]:
-        """Messages for the control channel, in order; nothing while there is no link, but progress is kept for it.
-
-        `room`: so many of those that can wait for another time.
-        """
+        """Messages for the control channel, in order; none without a link, but progress is kept for it. `room`: maximum
+        number of those that can wait."""
         return self._news.take(now, room)

@@ -20,9 +20,9 @@ def state_directory(given: Path | None, drone_id: DroneId) -> Path:
 
 
 def claim(directory: Path) -> str | None:
-    """Makes the folder and takes it for this process, until it ends, however it ends. Why not, in one line, or None.
+    """Creates the folder and locks it for this process, until it ends. Returns why not, in one line, or None.
 
-    Two agents of one drone would remove each other's journal. A disk that can be read only is usable: nobody writes.
+    Two agents of one drone would remove each other's journal. A read-only disk is usable, because nobody writes.
     """
     try:
         directory.mkdir(mode=0o700, parents=True, exist_ok=True)

@@ -34,7 +34,7 @@ class Systemd:
             self._notify("WATCHDOG=1")
 
     def status(self, text: str) -> None:
-        """One line for `systemctl status`; told on change only."""
+        """One line for `systemctl status`, sent on change only."""
         if text != self._status:
             self._status = text
             self._notify(f"STATUS={text}")

@@ -30,10 +30,11 @@ from wire.transactions import TRANSACTIONS, CancelTransaction, Outcome, Transact
 _log = logging.getLogger(__name__)
 
 STATION_READS_S: Final = 30.0
-"""So long after a ground station asked for parameters all values go up to it, though we may be reading them as well."""
+"""For this long after a ground station requested parameters all values go up to it, even while the agent reads them
+too."""
 
 STATION_FILES_S: Final = 5.0
-"""So long after a ground station asked for files the agent reads none that nobody waits for."""
+"""For this long after a ground station requested files the agent reads no background files."""
 
 _ASKS_FOR_PARAMETERS: Final = frozenset(
     {
@@ -44,7 +45,7 @@ _ASKS_FOR_PARAMETERS: Final = frozenset(
 )
 
 MakeHandlers = Callable[[FrameMaker], Sequence[TransactionHandler]]
-"""Makes the handlers that need more than the time and the frames (a disk, say), with whatever makes frames."""
+"""Creates the handlers that need more than time and frames (a disk, say), from a frame maker."""
 
 
 class WorkAtDrone:
@@ -78,9 +79,9 @@ class WorkAtDrone:
         self._answers: list[bytes] = []
         self._takes: tuple[str, ...] = ()
         self._station_asked_at = float("-inf")
-        """When a ground station asked the autopilot for parameters."""
+        """When a ground station requested parameters from the autopilot."""
         self._station_files_at = float("-inf")
-        """When one asked it for files."""
+        """When one requested files."""
         self.hears: Final = self._transactions.hears
         """Ids of the autopilot's messages for `heard`."""
 
@@ -113,8 +114,8 @@ class WorkAtDrone:
         return "a plan is being written" if self._plans.keeps_out(frame, now) else None
 
     def ahead_of(self, frame: bytes, now: float) -> list[bytes]:
-        """What goes to the autopilot before this frame of the tower's: where a ground station asks for files, a file
-        that nobody waits for is closed first. Autopilots open one at a time."""
+        """Frames for the autopilot before this frame of the tower's: if a ground station requests files, a background
+        file is closed first. Autopilots open one at a time."""
         if message_id(frame) != mavlink.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL:
             return []
         self._station_files_at = now
@@ -132,11 +133,11 @@ class WorkAtDrone:
         return answers
 
     def refuse(self, transaction: Transaction, words: str) -> None:
-        """The tower wants something that is not even begun."""
+        """The tower requests something that is not even begun."""
         self._transactions.refuse(transaction.id, Outcome.REFUSED, words)
 
     def message(self, message: Transaction | CancelTransaction | MetadataWanted, now: float) -> None:
-        """The tower wants something, or wants it no more."""
+        """The tower requests something, or cancels it."""
         if isinstance(message, Transaction):
             self._transactions.begin(message, self._around(now), now)
         elif isinstance(message, MetadataWanted):
@@ -146,7 +147,7 @@ class WorkAtDrone:
             self._transactions.cancel(message.id, now)
 
     def leader(self, position: LeaderPosition, late_s: float, now: float) -> None:
-        """Where the drone is that this one follows. `late_s`: by so much it was held up on its way."""
+        """Position of the drone that this one follows. `late_s`: its delay on the way."""
         self._follow.leader(position, late_s, now)
 
     def epoch(self, epoch: int, now: float) -> None:
@@ -160,7 +161,7 @@ class WorkAtDrone:
     # The autopilot.
 
     def autopilot_came(self, now: float) -> None:
-        """It is heard, or has rebooted."""
+        """The autopilot is heard, or has rebooted."""
         around = self._around(now)
         if around is not None:
             self._transactions.autopilot_came(around, now)
@@ -181,7 +182,7 @@ class WorkAtDrone:
         return out
 
     def sent(self, frames: Sequence[bytes], now: float) -> None:
-        """Frames that the agent sends by itself: the mission may be resumed by one."""
+        """Frames that the agent sends by itself, such as to resume the mission."""
         for frame in frames:
             if self._starts_mission(frame):
                 self._latest_start.passed(frame, now)

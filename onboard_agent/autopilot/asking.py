@@ -11,7 +11,7 @@ Question = TypeVar("Question")
 
 
 class Asking(Generic[Question]):
-    """Give it questions with `ask`; say what `due` hands out; tell it of the answer with `answered`."""
+    """Call `ask` with a request, send what `due` returns, and report the answer with `answered`."""
 
     def __init__(self, *, timeout_s: float, tries: int) -> None:
         self._timeout_s = timeout_s
@@ -27,11 +27,11 @@ class Asking(Generic[Question]):
 
     @property
     def current(self) -> Question | None:
-        """The question that waits for its answer or for being asked; None when all is said."""
+        """The request that waits to be sent or answered; None when all are answered."""
         return self._open[0] if self._open else None
 
     def due(self, now: float) -> tuple[Question, int] | None:
-        """A question to ask now, and how often it was asked before."""
+        """A request to send now, and how often it was sent before."""
         if self._asked and now < self._again_at:
             return None
         if self._asked >= self._tries:

@@ -11,7 +11,7 @@ from wire.dialect import mavlink
 from wire.ids import SystemId
 
 HEARD_WITHIN_S: Final = 3.0
-"""Silence after which the autopilot counts as not heard: three heartbeats."""
+"""After this silence the autopilot counts as lost: three heartbeats."""
 
 FORGOTTEN_AFTER_S: Final = 5.0
 """Silence after which it is taken for rebooted, and another sysid may be it."""
@@ -46,7 +46,7 @@ class AutopilotView:
         self.custom_mode = 0
         self.heard = False
         self.outside_fence = False
-        """It says that it is beyond its fence."""
+        """The autopilot reports a breach of its fence."""
         self._heard_at = 0.0
         self._boot_ms = 0
         self._landed_state = 0
@@ -59,7 +59,7 @@ class AutopilotView:
         return component_id == mavlink.MAV_COMP_ID_AUTOPILOT1 and system_id == self.system_id
 
     def anything_heard(self, now: float) -> None:
-        """A frame of the autopilot came, whatever it says."""
+        """Any frame of the autopilot arrived."""
         if self.heard:
             self._heard_at = now
 
@@ -118,7 +118,7 @@ class AutopilotView:
         return None
 
     def airborne(self, now: float) -> bool:
-        """Armed, and off the ground as the autopilot says, or by its height where it does not say."""
+        """Armed and off the ground, by the autopilot's report, or by its height if it does not report."""
         if not self.armed:
             return False
         if (
@@ -130,7 +130,7 @@ class AutopilotView:
         return self._alt_rel_m > AIRBORNE_ABOVE_M
 
     def changed(self, now: float) -> AutopilotState | None:
-        """What to tell the tower, where it differs from what was told last."""
+        """The state for the tower, if it differs from the last report."""
         state = AutopilotState(
             heard=self.heard, armed=self.heard and self.armed, airborne=self.heard and self.airborne(now)
         )

@@ -1,13 +1,14 @@
-"""Whether the autopilot does what the holder has just commanded: to fly without sticks. No I/O; takes `now`.
+"""Whether the autopilot obeys the holder's last command to fly without sticks. No I/O; takes `now`.
 
-A command is a wish until the autopilot shows otherwise. One that has no position refuses to brake, to return, to go
-somewhere, and flies on with the sticks that it has. Who lets go of them at the mere command leaves the drone with its
-last deflection, and some seconds later with the radio's values, perhaps at the bottom.
+A command is only a request until the autopilot confirms it. An autopilot without a position refuses to brake, return or
+go somewhere, and flies on with its present sticks. If the sticks stopped at the mere command, the drone would keep its
+last deflection, and some seconds later use the radio's values, perhaps with the throttle at the bottom.
 
-Laws, each with a test:
-- Granted when a heartbeat after the command shows a mode that needs no sticks, and not the one that it was given in.
-- Refused when COMMAND_ACK says so, or when nothing was shown within PATIENCE_S of the first command that is open.
-- The heartbeat is asked for: PX4 beats once a second only.
+Rules, each tested:
+
+- Granted when a heartbeat after the command shows a mode without sticks that differs from the one before.
+- Refused when COMMAND_ACK says so, or when nothing was shown within PATIENCE_S of the first open command.
+- The heartbeat is requested, because PX4 sends only one a second.
 """
 
 from typing import Any, Final

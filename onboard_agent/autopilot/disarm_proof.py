@@ -1,7 +1,7 @@
-"""Whether a drone that is said to be disarmed really is, when a hold is ordered. No I/O; takes `now`.
+"""Whether a drone that was reported disarmed really is, when a hold is ordered. No I/O; takes `now`.
 
-Heartbeats come once a second, so that the last one may be from before an arming. Only one that is younger than the
-order proves anything, and it is asked for; and an arming may have been on its way when the order came.
+Heartbeats arrive once a second, so the last one may be older than an arming. Only one that is younger than the order is
+a proof, and the agent requests it; an arming may also have been on its way when the order arrived.
 """
 
 from typing import Final
@@ -12,7 +12,7 @@ from wire.dialect import mavlink
 WATCH_S: Final = 5.0
 """An arming that was on its way when the hold was ordered has shown up by then."""
 PROOF_WITHIN_S: Final = 1.5
-"""An autopilot that beats once a second has said by then whether it is armed."""
+"""By then an autopilot with one heartbeat a second has reported whether it is armed."""
 ASK_BEAT_S: Final = 0.05
 
 
@@ -21,7 +21,7 @@ class DisarmProof:
 
     def __init__(self, maker: FrameMaker) -> None:
         self.proved = False
-        """A heartbeat younger than the order has said that it is disarmed."""
+        """A heartbeat younger than the order reported it disarmed."""
         self._maker = maker
         self._began_at = 0.0
         self._next_at = 0.0

@@ -7,7 +7,7 @@ from wire.autopilots.profile import FailsafeModes, FlightMode
 
 
 def modes_of(autopilot_kind: int, vehicle_type: int) -> FailsafeModes | None:
-    """The modes of a multicopter, or None for a vehicle of which we know none (a plane, a rover)."""
+    """The modes of a multicopter, or None for a vehicle without known modes (a plane, a rover)."""
     profile = registry.of(autopilot_kind, vehicle_type)
     return None if profile is None else profile.failsafe
 
@@ -25,7 +25,7 @@ def hold_rungs(modes: FailsafeModes | None, names: Sequence[str]) -> tuple[Fligh
 
 
 def flies_without_sticks(autopilot_kind: int, custom_mode: int) -> bool:
-    """Whether nobody needs to hold the sticks in this mode. An unknown mode counts as one that needs them."""
+    """Whether the mode needs no pilot at the sticks. An unknown mode counts as one that does."""
     return registry.multicopter(autopilot_kind).flies_without_sticks(custom_mode)
 
 

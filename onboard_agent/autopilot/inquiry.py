@@ -25,7 +25,7 @@ READ: Final = frozenset(
         mavlink.MAVLINK_MSG_ID_RC_CHANNELS,
     }
 )
-"""Messages of the autopilot that `answer` wants to see."""
+"""Messages of the autopilot that `answer` needs."""
 
 
 class Inquiry:
@@ -68,7 +68,7 @@ class Inquiry:
         return after_sticks(autopilot_kind, custom_mode, values=values, has_radio=has_radio)
 
     def arms_with_sticks_at_rest(self, autopilot_kind: int) -> bool:
-        """Whether the autopilot wants to see a throttle at the bottom before it arms, and nobody else shows it one."""
+        """Whether the autopilot requires a low throttle before arming, and nobody else sends one."""
         family = registry.FAMILIES.get(autopilot_kind)
         return family is not None and family.arms_with_throttle_down and self._radio.has_radio is False
 
@@ -81,7 +81,7 @@ class Inquiry:
         self._radio.asked(now)
 
     def follow(self, profile: StreamProfile) -> None:
-        """The stream profile in force: on a narrow line no more is asked for than goes up."""
+        """The present stream profile: on a narrow line the agent requests no more than it forwards."""
         self._rates.follow(profile)
 
     def heard(self, message_id: int, now: float) -> None:
@@ -103,7 +103,7 @@ class Inquiry:
         self._rates.acknowledged(ack, now)
 
     def sticks_sent(self, now: float) -> None:
-        """Sticks, the holder's or our own, went to the autopilot: what it says of the radio may be them."""
+        """Sticks, the holder's or our own, were sent to the autopilot: its report about the radio may show them."""
         self._radio.sticks_sent(now)
 
     def due(self, now: float, *, vehicle_system_id: SystemId) -> list[bytes]:
@@ -117,7 +117,7 @@ class Inquiry:
         return [request for request in requests if request is not None]
 
     def loss_report(self, autopilot_kind: int) -> LossParameters | None:
-        """What decides on a loss, where it differs from what was told last."""
+        """The loss parameters for the tower, if they differ from the last report."""
         return self._report.changed(self._parameters, autopilot_kind=autopilot_kind, has_radio=self._radio.has_radio)
 
     def resend(self) -> None:

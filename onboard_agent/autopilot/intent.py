@@ -1,6 +1,6 @@
-"""What a frame from the tower wants of the machine, as far as the failsafe must know: sticks, or a command. No I/O.
+"""What a frame from the tower requests, as far as the failsafe must know: sticks, or a command. No I/O.
 
-Read straight from the payload, because sticks come fifty times a second.
+Read directly from the payload, because sticks arrive fifty times a second.
 """
 
 from struct import Struct
@@ -49,7 +49,7 @@ _GUIDED_COMMANDS: Final = frozenset(
 INTERESTING: Final = (
     frozenset({_ID_SET_MODE, _ID_MANUAL_CONTROL, _ID_OVERRIDE, _ID_COMMAND_INT, _ID_COMMAND_LONG}) | _GUIDED_MESSAGES
 )
-"""Message ids for which `read_intent` can say anything at all."""
+"""Message ids that `read_intent` understands."""
 
 
 class Sticks(NamedTuple):
@@ -59,7 +59,7 @@ class Sticks(NamedTuple):
 
 
 class Command(NamedTuple):
-    """Somebody says how the drone is to fly. `needs_sticks`: in the new mode a hand must be on them."""
+    """A flight command. `needs_sticks`: the new mode needs a pilot at the sticks."""
 
     needs_sticks: bool
     command: int | None = None
@@ -69,7 +69,7 @@ class Command(NamedTuple):
 
 
 class Target(NamedTuple):
-    """Somebody says where to, or how fast. An autopilot in a mode of sticks does not listen to it."""
+    """A target or a speed. An autopilot in a mode flown with sticks ignores it."""
 
 
 Intent = Sticks | Command | Target

@@ -7,10 +7,10 @@ from wire.autopilots import registry
 
 
 def mode_name(autopilot_kind: int, vehicle_type: int, custom_mode: int) -> str:
-    """As ground stations call it; "mode 99" where nobody has a name."""
+    """The ground stations' name for it; "mode 99" for an unknown one."""
     return registry.nearest(autopilot_kind, vehicle_type).mode_name(custom_mode)
 
 
 def mission_modes(autopilot_kind: int, vehicle_type: int) -> frozenset[int]:
-    """The custom_mode of each mode in which the autopilot flies, drives or dives what stands in its mission."""
+    """The custom_mode of each mode in which the autopilot follows its mission."""
     return registry.nearest(autopilot_kind, vehicle_type).mission_numbers

@@ -1,4 +1,4 @@
-"""How the machine moves, as the autopilot says: tilt, height, climb, whether it knows its place. No I/O."""
+"""Motion as the autopilot reports it: tilt, height, climb, and whether it has a position. No I/O."""
 
 from math import cos, hypot, radians
 from typing import Any, Final
@@ -25,7 +25,7 @@ READ: Final = _ESTIMATES | {
     mavlink.MAVLINK_MSG_ID_HOME_POSITION,
     mavlink.MAVLINK_MSG_ID_SYS_STATUS,
 }
-"""Messages of the autopilot that `read` wants to see."""
+"""Messages of the autopilot that `read` needs."""
 
 _POSITION: Final = mavlink.EKF_POS_HORIZ_ABS
 _NO_POSITION: Final = mavlink.EKF_CONST_POS_MODE
@@ -93,11 +93,11 @@ class Motion:
         self.battery_percent = None if percent in _UNKNOWN_PERCENT else float(percent)
 
     def level(self, now: float) -> bool | None:
-        """Whether it is nearly level; None where nothing fresh says so."""
+        """Whether it is nearly level; None without a fresh report."""
         return self._tilt_deg <= LEVEL_WITHIN_DEG if now - self._tilt_at <= FRESH_S else None
 
     def has_position(self, now: float) -> bool | None:
-        """Whether the estimator knows its place; None where it does not say."""
+        """Whether the estimator has a position; None if it does not report."""
         if now - self._flags_at > ESTIMATE_FRESH_S:
             return None
         return bool(self._flags & _POSITION) and not self._flags & _NO_POSITION

@@ -1,4 +1,4 @@
-"""Frames that the agent itself says: who says them, and the builders of every message. Pure; nothing is sent here."""
+"""Frames that the agent itself sends: their senders, and the builders of every message. Pure; sends nothing."""
 
 from collections import Counter
 from typing import Any, Final, NamedTuple
@@ -15,7 +15,7 @@ _AUTOPILOT_COMPONENT: Final = 1
 
 
 class Sender(NamedTuple):
-    """Under which ids a frame is said."""
+    """The ids of a frame's sender."""
 
     system_id: int
     component_id: int
@@ -27,17 +27,17 @@ def agent_sender(vehicle_system_id: int) -> Sender:
 
 
 def ground_station_sender(ground_station_system_id: int) -> Sender:
-    """The agent in place of the ground station: only sticks and presence, which nobody else may say."""
+    """The agent as the ground station: only for sticks and presence, which nobody else may send."""
     return Sender(ground_station_system_id, GROUND_STATION_COMPONENT)
 
 
 def may_answer_agent(ack: Any, vehicle_system_id: int | None) -> bool:
-    """Whether a COMMAND_ACK answers the agent, or does not say whom it answers."""
+    """Whether a COMMAND_ACK is for the agent, or names no target."""
     return ack.target_system in (0, vehicle_system_id) and ack.target_component in (0, AGENT_COMPONENT)
 
 
 def answers_agent_alone(ack: Any, vehicle_system_id: int | None) -> bool:
-    """Whether a COMMAND_ACK says that it answers the agent."""
+    """Whether a COMMAND_ACK names the agent as its target."""
     return (ack.target_system, ack.target_component) == (vehicle_system_id, AGENT_COMPONENT)
 
 
@@ -91,7 +91,7 @@ def climbing_sticks(target_system: int) -> Any:
 
 
 def resting_sticks(target_system: int) -> Any:
-    """The same with the throttle at the bottom, as autopilots want it for arming."""
+    """The same with a low throttle, as autopilots require it for arming."""
     return mavlink.MAVLink_manual_control_message(target_system, 0, 0, 0, 0, 0)
 
 
@@ -108,7 +108,7 @@ def agent_heartbeat() -> Any:
 
 
 def ground_station_heartbeat() -> Any:
-    """A ground station's heartbeat: "somebody is at the controls"."""
+    """A ground station's heartbeat: "a person is at the controls"."""
     return mavlink.MAVLink_heartbeat_message(
         mavlink.MAV_TYPE_GCS, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, mavlink.MAV_STATE_ACTIVE, 3
     )

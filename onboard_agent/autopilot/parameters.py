@@ -1,8 +1,8 @@
-"""The parameters of the autopilot that the failsafe and the check before flight need, read one by one. No I/O.
+"""Reads the parameters that failsafe and loss check need, one by one. No I/O.
 
-ArduPilot takes sticks only from the sysid that it is told is the ground station, and the middle of the throttle
-channel is between its ends, not where its trim is. The others say what the autopilot does when somebody is lost. They
-are read, never written.
+ArduPilot accepts sticks only from the sysid of its configured ground station, and the centre of the throttle channel is
+the middle of its range, not its trim. The other parameters say what the autopilot does on a loss. They are read, never
+written.
 """
 
 from collections.abc import Mapping
@@ -24,12 +24,12 @@ LOSS_NAMES: Final = {autopilot: family.loss_parameters for autopilot, family in 
 """By autopilot, the parameters that decide what happens on a loss, and by which a simulated one is known."""
 
 DECIDING: Final = {autopilot: family.deciding_parameters for autopilot, family in FAMILIES.items()}
-"""Those of them that every autopilot has and without which nobody knows what it does: a few, read once, can be lost on
-the way, three times too."""
+"""Those that every autopilot has, and without which its behaviour is unknown. They are few and read once; three
+attempts can be lost."""
 
 ASK_AGAIN_AFTER_S: Final = 30.0
 MAX_REPEATED: Final = 20
-"""Ten minutes: a plane, say, has other names for them."""
+"""Ten minutes: planes, for example, have other names for them."""
 
 NAMES: Final = {
     autopilot: tuple(dict.fromkeys((*family.station_parameters, *family.stick_parameters, *family.loss_parameters)))
@@ -112,7 +112,7 @@ class Parameters:
             self._asking.ask(name for name in NAMES[self._kind] if name not in self._values)
 
     def value(self, frame: bytes) -> None:
-        """A PARAM_VALUE of the autopilot, whoever asked for it: somebody may have just set it."""
+        """A PARAM_VALUE of the autopilot, whoever requested it: another program may have just set it."""
         read = read_value(frame, self._kind)
         if read is not None and read[0] in NAMES.get(self._kind, ()):
             self._values[read[0]] = read[1]

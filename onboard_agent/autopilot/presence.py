@@ -17,7 +17,7 @@ from onboard_agent.autopilot.own_frames import (
 BEAT_S: Final = 1.0
 
 TOWER_IS_THERE_S: Final = 2.0
-"""How long ago the tower may have been heard for a ground-station heartbeat to be true."""
+"""Ground-station heartbeats stop when the tower has been silent for this long."""
 
 _SYSTEM_ID_UNTIL_HEARD: Final = 1
 
@@ -42,8 +42,8 @@ class Presence:
     ) -> list[bytes]:
         """Heartbeats to send to the autopilot now.
 
-        Before the autopilot is heard there is nobody to name ourselves after, so nothing is said, except where the
-        autopilot cannot find us otherwise.
+        Before the first heartbeat of the autopilot there is no system id to use, so nothing is sent, unless the
+        autopilot finds us only by a packet from us.
         """
         frames: list[bytes] = []
         system_id = vehicle_system_id

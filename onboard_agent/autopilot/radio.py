@@ -1,7 +1,7 @@
-"""Whether the drone has a radio receiver that hears a transmitter. No I/O.
+"""Whether the drone has a radio receiver with an active transmitter. No I/O.
 
-Sticks that we send look to the autopilot like a receiver, so nothing is learned from the values while it goes by them,
-nor from the receiver's health. Only the number of channels tells at any time: 0 where there is no receiver (measured on
+To the autopilot our sticks look like a receiver, so while they are in force neither its channel values nor the
+receiver's health tell anything. Only the number of channels does at any time: 0 without a receiver (measured on
 ArduCopter, docs/control.md).
 """
 
@@ -10,10 +10,10 @@ from typing import Any, Final
 from wire.dialect import mavlink
 
 SILENT_S: Final = 6.0
-"""RC_CHANNELS is asked for at 2 Hz. PX4 sends none where there is no receiver."""
+"""RC_CHANNELS is requested at 2 Hz. PX4 sends none without a receiver."""
 
 LAPSE_S: Final = 2.0
-"""After our sticks have lapsed: until then the autopilot may not have said so yet."""
+"""Counted from the end of our sticks: until then the autopilot may not have reported it."""
 
 _RECEIVER: Final = mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
 _NO_VALUES: Final = (0, 65535)
@@ -30,7 +30,7 @@ class Radio:
         self._channels_at: float | None = None
 
     def asked(self, now: float) -> None:
-        """RC_CHANNELS was asked for, of an autopilot that has just come."""
+        """RC_CHANNELS was requested from an autopilot that has just connected."""
         self._channels_at = now
 
     def check(self, now: float) -> None:

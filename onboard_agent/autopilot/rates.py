@@ -1,7 +1,7 @@
-"""Which messages we want from the autopilot and how often, and the asking for them. No I/O.
+"""Which messages the agent requests from the autopilot, and at which rates. No I/O.
 
-ArduPilot sends little but its heartbeat until it is asked, and forgets what it was asked when it reboots. On a narrow
-line (serial) no more is asked for than the stream profile lets go up, but the thinning does not rely on being obeyed.
+ArduPilot sends little but its heartbeat until it is asked, and forgets requests when it reboots. On a narrow line
+(serial) the agent requests no more than the stream profile forwards, but thinning does not depend on that.
 """
 
 from typing import Any, Final, NamedTuple
@@ -16,7 +16,8 @@ TRIES: Final = 3
 IN_PROGRESS_WAIT_S: Final = 2.0
 
 MISSED_FOR_S: Final = 5.0
-"""The autopilot is there, but the fastest message that it granted is not: it was told otherwise, or has rebooted."""
+"""The autopilot is alive, but the fastest message that it granted is missing: another program changed the rate, or it
+rebooted."""
 
 ASK_AGAIN_AFTER_S: Final = 30.0
 """At most this often for that reason, so that two who disagree do not fight."""
@@ -56,7 +57,7 @@ _READ_HERE: Final = frozenset(
         mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT,
     }
 )
-"""What the agent itself lives on, whatever goes up: never asked for less often."""
+"""What the agent itself needs, whatever goes up: never requested at lower rates."""
 
 WATCHED: Final = mavlink.MAVLINK_MSG_ID_ATTITUDE
 
@@ -81,7 +82,7 @@ class Rates:
 
     @property
     def unsupported(self) -> frozenset[int]:
-        """Messages that this autopilot has refused; they are not asked for again."""
+        """Messages that this autopilot has refused; they are not requested again."""
         return frozenset(self._unsupported)
 
     def ask_all(self, now: float) -> None:
@@ -93,7 +94,7 @@ class Rates:
         self._ask_what_differs()
 
     def follow(self, profile: StreamProfile) -> None:
-        """The stream profile in force. What is in force already at the autopilot is not asked for again."""
+        """The present stream profile. Rates already granted are not requested again."""
         if self._narrow_line and profile is not self._profile:
             self._profile = profile
             self._ask_what_differs()
@@ -107,7 +108,7 @@ class Rates:
         )
 
     def _wanted_hz(self, request: RateRequest) -> float:
-        """Never below what a pilot needs: whoever takes the sticks must not wait for the autopilot to be asked."""
+        """Never below what a pilot needs: a pilot who takes the sticks must not wait for new rates."""
         if request.message_id in _READ_HERE:
             return request.rate_hz
         return min(request.rate_hz, rate_hz(self._profile, request.message_id, by_hand=True))
@@ -144,8 +145,8 @@ class Rates:
         return self._maker.make(message, agent_sender(vehicle_system_id))
 
     def _missing(self, now: float) -> list[RateRequest]:
-        """What does not come although nobody refused it: an answer says for which command it is, but not for which
-        message, so that a late one may have stood for the next; and a busy autopilot may have answered nothing."""
+        """Messages that do not arrive although none was refused. An answer names its command but not the message, so a
+        late one may have been taken for the next; and a busy autopilot may not have answered at all."""
         missing = []
         for request in RATE_REQUESTS:
             period_s = 1.0 / self._wanted_hz(request) if request.rate_hz else float("inf")

@@ -1,6 +1,6 @@
-"""Whether the autopilot has accepted, just now, what starts the motors. No I/O; takes `now`.
+"""Whether the autopilot has just accepted a command that starts the motors. No I/O; takes `now`.
 
-ArduPilot beats once a second: for so long its heartbeat may still say "disarmed" of a drone that climbs.
+ArduPilot sends one heartbeat a second: until the next one it may still report "disarmed" for a drone that climbs.
 """
 
 from typing import Any, Final
@@ -31,5 +31,5 @@ class RecentStart:
             self._at = now
 
     def accepted_lately(self, now: float) -> bool:
-        """Whether the drone counts as armed, whatever the last heartbeat said."""
+        """Whether the drone counts as armed, whatever the last heartbeat reported."""
         return now - self._at <= LATELY_S

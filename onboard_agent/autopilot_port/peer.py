@@ -23,7 +23,7 @@ class PeerChoice:
         self._heard_at = 0.0
 
     def accepts(self, sender: Address, packet: bytes, now: float) -> bool:
-        """Whether the packet is the autopilot's. Learns the peer where there is none, or the old one is silent."""
+        """Whether the packet is the autopilot's. Learns a new peer if there is none, or the old one is silent."""
         if sender == self.address:
             self._heard_at = now
             return True

@@ -18,7 +18,7 @@ class AutopilotPort(ABC):
     speaks_first: bool = False
     """Whether the autopilot cannot know of us until we have sent something."""
     narrow: bool = False
-    """Whether there is no room to spare on the way, so that less is better asked for than thrown away."""
+    """Whether the line has no spare capacity, so that it is better to request less than to discard more."""
 
     def __init__(self, name: str) -> None:
         self.name = name

@@ -14,7 +14,7 @@ from onboard_agent.link.backoff import STEADY_S, Backoff
 _log = logging.getLogger(__name__)
 
 DEFAULT_BAUD: Final = 57_600
-"""The speed at which MAVLink autopilots talk on a telemetry port unless told otherwise."""
+"""Default speed of MAVLink telemetry ports."""
 
 
 class SerialLine(AutopilotPort):
@@ -33,7 +33,7 @@ class SerialLine(AutopilotPort):
 
     @property
     def is_open(self) -> bool:
-        """Whether the device is there and ours."""
+        """Whether the device exists and is open."""
         return self._line is not None
 
     @property

@@ -48,7 +48,7 @@ class _TcpPort(AutopilotPort):
         self._transport: asyncio.Transport | None = None
 
     def stream_opened(self, stream: _Stream, transport: asyncio.Transport) -> None:
-        """A connection is there: it becomes the autopilot's, unless another one is alive."""
+        """A new connection becomes the autopilot's, unless another one is alive."""
         if self._stream is not None and self._transport is not None:
             if asyncio.get_running_loop().time() - self._stream.heard_at < FAITHFUL_FOR_S:
                 self.counts["second connection refused"] += 1
@@ -60,7 +60,7 @@ class _TcpPort(AutopilotPort):
         _log.info("%s: connected", self.name)
 
     def stream_closed(self, stream: _Stream) -> None:
-        """A connection is gone."""
+        """A connection was lost."""
         if self._stream is stream:
             self._stream = self._transport = None
             _log.warning("%s: connection closed", self.name)

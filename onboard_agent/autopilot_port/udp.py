@@ -122,7 +122,7 @@ class UdpIn(AutopilotPort):
 
 
 class UdpOut(AutopilotPort):
-    """Connected to the autopilot's address; hears nobody else. The first packet tells it where we are."""
+    """Connected to the autopilot's address; hears only that address. The first packet tells it where we are."""
 
     speaks_first = True
 

@@ -1,9 +1,10 @@
-"""A process that was started again while the drone held, or was flown by hand. No I/O; takes `now`.
+"""A process that restarted while the drone held, or was flown by hand. No I/O; takes `now`.
 
-Laws, each with a test:
-- Where sticks were in force they go on, centred, before anything is known: the autopilot forgets them within seconds.
-- No mode is asked for before a heartbeat: what returns or lands by itself by then goes on with it.
-- Any other drone that is armed is held. One that is disarmed is not.
+Rules, each tested:
+
+- If sticks were in force they continue, centred, before anything is known: the autopilot drops them within seconds.
+- No mode is requested before a heartbeat: a drone that returns or lands by itself by then continues.
+- Any other armed drone is held. A disarmed one is not.
 """
 
 import logging
@@ -20,7 +21,7 @@ _log = logging.getLogger(__name__)
 
 ASK_EVERY_S: Final = 0.1
 GIVE_UP_AFTER_S: Final = 30.0
-"""An autopilot that is silent for so long is not there; its sticks have been forgotten long ago."""
+"""After this silence the autopilot counts as gone; it has long dropped its sticks."""
 
 
 class AfterRestart:

@@ -1,8 +1,8 @@
-"""What the autopilot does by itself when sticks stop, by flight mode, receiver and parameters. Pure.
+"""What the autopilot does when sticks stop, by flight mode, receiver and parameters. Pure.
 
 Measured on ArduCopter (docs/control.md). Without a receiver the end of our sticks is a radio failsafe, about 1 s after
-the last one, whatever the mode, but for what the options except: that rule is the profile's. With a receiver its own
-values come back: they matter only in modes that use sticks, and there a resting throttle makes the machine sink.
+the last one, in every mode, except for what the options exclude: the profile has that rule. With a receiver its own
+values return: they matter only in modes that use sticks, where a resting throttle makes the machine sink.
 """
 
 from collections.abc import Callable, Mapping

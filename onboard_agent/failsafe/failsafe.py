@@ -1,6 +1,7 @@
-"""When the drone holds, and what is done when tower or person stay away: joins watches, hold and lost action. No I/O.
+"""When the drone holds, and what happens when tower or person stay away: combines watches, hold and lost action. No
+I/O.
 
-Takes `now`. Each part has its own laws in its own file; here is only who is told what, and in which order.
+Takes `now`. Each part has its own rules in its own file; this file only passes events between them, in a fixed order.
 """
 
 import logging
@@ -59,7 +60,7 @@ class Failsafe:
         self.settings = SafetySettings()
         """The last that a tower has sent, over a lost link too."""
         self.held_at = float("-inf")
-        """When the last hold began, whoever wanted it."""
+        """When the last hold began, for any cause."""
         self.lost = LostActing(maker)
         self.start = RecentStart()
         self._autopilot = autopilot
@@ -77,7 +78,7 @@ class Failsafe:
 
     @property
     def needed_percent(self) -> float:
-        """Of the battery, for the way home."""
+        """Battery needed for the way home."""
         return self._way_home.needed_percent(home_m=self._motion.home_m, alt_rel_m=self._motion.alt_rel_m)
 
     def control_changed(self, now: float) -> None:
@@ -110,14 +111,14 @@ class Failsafe:
 
     @property
     def what_it_does(self) -> str:
-        """Of a drone that goes home: "returns" or "lands"."""
+        """For a drone on its way home: "returns" or "lands"."""
         modes = self._modes()
         lands = modes is not None and self._autopilot.custom_mode == modes.land.custom_mode
         return "lands" if lands else "returns"
 
     @property
     def keeps_sticks(self) -> bool:
-        """Whether the agent's centred sticks stand in for somebody's, outside a hold."""
+        """Whether the agent's centred sticks replace a person's, outside a hold."""
         return self._holder.keeper.on
 
     def hold_now(
@@ -130,10 +131,8 @@ class Failsafe:
         interrupts: bool = True,
         without_sticks: bool = False,
     ) -> None:
-        """Holds. `order_id`: of the tower's order. `why`: for a person, where nobody ordered it.
-
-        `interrupts`: also a return or a landing that the autopilot flies. `without_sticks`: it was in stage two.
-        """
+        """Begins a hold. `order_id`: the tower's order. `why`: for people, without an order. `interrupts`: also a
+        return or a landing by the autopilot. `without_sticks`: it was in stage two."""
         view = self._autopilot
         self.held_at = now
         epoch = self._downlink.epoch
@@ -176,11 +175,11 @@ class Failsafe:
         )
 
     def _hands_changed(self, now: float) -> bool:
-        """Whether an order that comes now belongs to a change of hands; else it says again what was said."""
+        """Whether an order that arrives now belongs to a change of hands; otherwise it repeats an earlier one."""
         return self._control_changed_at is not None and now - self._control_changed_at <= SAME_CHANGE_S
 
     def _flies_without_sticks(self, now: float) -> bool:
-        """High enough, sure of its place, and nobody's sticks are in force: none need to be begun."""
+        """High enough, with a position, and no sticks in force: the hold need not begin any."""
         return (
             self._autopilot.heard
             and not self._holder.by_hand
@@ -192,10 +191,8 @@ class Failsafe:
         )
 
     def check(self, now: float, *, may_start: bool) -> None:
-        """What the agent notices by itself: a pilot who is gone, a tower or a person that stays away.
-
-        `may_start`: whether the mission on board may be flown.
-        """
+        """What the agent notices by itself: a lost pilot, a tower or a person that stays away. `may_start`: whether the
+        mission on board may be flown."""
         by_hand = self._holder.by_hand
         self._holder.update(now)
         if self._hold.open and self._person.gone_s(now) is None and self._hold.open_s(now) >= self._patience_s:
@@ -245,7 +242,8 @@ class Failsafe:
             self.hold_now(alarm.cause, now, why=alarm.why)
 
     def _check_position(self, now: float) -> None:
-        """A hold in a mode that needs a position is over with it: ArduCopter lands 1 s after it has told so."""
+        """The position is lost, and with it any hold in a mode that needs one: ArduCopter lands 1 s after reporting
+        it."""
         view, modes = self._autopilot, self._modes()
         if modes is None or not self._hold.open or self._motion.has_position(now) is not False:
             return
@@ -253,7 +251,7 @@ class Failsafe:
             self._hold.back_to_altitude(modes.altitude_hold, now)
 
     def _check_foreign_mode(self, now: float) -> None:
-        """A mode that nobody here asked for: a radio pilot's switch, another ground station, or a failsafe."""
+        """A mode that nobody here requested: a radio pilot's switch, another ground station, or a failsafe."""
         if self._hold.foreign_mode(now) is None or self.lost.phase is LostPhase.ASKING:
             return
         why = f"the autopilot went to {self._mode_name} by itself, or by another hand"
@@ -333,7 +331,7 @@ class Failsafe:
         return rungs[-1:] if self._motion.has_position(now) is False else rungs
 
     def _stays(self, *, stays_already: bool = False) -> tuple[FlightMode, ...]:
-        """Modes for stage two: the one that there is, if it is stage two's; then those that need nobody's sticks."""
+        """Modes for stage two: the present one, if it qualifies; then those that need no sticks."""
         modes, view = self._modes(), self._autopilot
         if modes is None:
             return ()

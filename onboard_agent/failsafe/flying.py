@@ -12,7 +12,7 @@ def _unknown(custom_mode: int) -> AfterSticks:
 
 @dataclass(frozen=True)
 class Flying:
-    """`level`, `has_position`: None where the autopilot does not say."""
+    """`level`, `has_position`: None if the autopilot does not report them."""
 
     vehicle_system_id: int = 1
     ground_station_system_id: int = 255

@@ -1,9 +1,9 @@
-"""A mode that nobody here asked for: a radio pilot's switch, another ground station, a failsafe. No I/O."""
+"""A mode that nobody here requested: a radio pilot's switch, another ground station, a failsafe. No I/O."""
 
 from typing import Final
 
 FOREIGN_FOR_S: Final = 0.6
-"""Shown for so long, it is no heartbeat that was overtaken."""
+"""A mode shown for this long is not a delayed heartbeat."""
 
 
 class ForeignMode:
@@ -14,7 +14,7 @@ class ForeignMode:
         self._since = 0.0
 
     def forget(self) -> None:
-        """Somebody here has asked for something else."""
+        """Another mode was requested here."""
         self._mode = None
 
     def shown(self, custom_mode: int, *, ours: int | None, now: float) -> None:

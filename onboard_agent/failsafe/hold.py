@@ -1,14 +1,15 @@
-"""The hold: the machine stays in the air, and where it is, while nobody flies it. No I/O; takes `now`.
+"""The hold: the machine stays in the air and in place while nobody flies it. No I/O; takes `now`.
 
-Laws, each with a test:
-- From the order on, sticks from the tower pass only once the holder has centred them (`StickGate` holds the rule).
+Rules, each tested:
+
+- After the order, sticks from the tower pass only once the holder has centred them (rule in `StickGate`).
 - Stage one, at once: centred sticks at 20 Hz, and the modes of the drone's ladder in order until one is confirmed
-  (`ModeLadder` holds the rules). Near the ground and sinking the stick climbs first.
-- Stage two, as soon as it can be: a mode that stays put and uses nobody's sticks (`StayStage`). Only when that is
-  confirmed, and the autopilot does not mind, do the sticks stop. They never stop in a mode that uses them.
-- No end by time: it is open until somebody flies, the lost action is done, or a heartbeat younger than the order says
-  that the drone is disarmed (`DisarmProof`), and for some seconds after it an arming is held at once.
-- What the holder of the new epoch commands wins over the hold, when the autopilot shows that it obeys.
+  (rules in `ModeLadder`). Near the ground and sinking, the stick climbs first.
+- Stage two, as soon as possible: a mode that stays in place without sticks (`StayStage`). Only when it is confirmed,
+  and the autopilot does not need them, do the sticks stop. They never stop in a mode that uses them.
+- No end by time: it is open until somebody flies, the lost action is done, or a heartbeat younger than the order
+  reports the drone disarmed (`DisarmProof`). For some seconds after that an arming is held at once.
+- A command of the new epoch's holder overrides the hold, when the autopilot shows that it obeys.
 - Each step is reported when it is done, not when it is planned.
 """
 
@@ -31,22 +32,22 @@ from wire.open_holds import AfterSticks, HoldStage
 RUNG_PATIENCE_S: Final = 0.75
 """Three requests. The longest ladder has come to altitude hold before DEADLINE_S."""
 DEADLINE_S: Final = FAST_FOR_S
-"""By then the tower is told that the hold is unconfirmed."""
+"""After this the tower gets a report that the hold is unconfirmed."""
 
 _EVENTS: Final = {LadderStep.ACCEPTED: HoldEvent.ACCEPTED, LadderStep.CONFIRMED: HoldEvent.MODE_SHOWN}
 
 
 class Hold:
-    """One at a time. `begin`, then `tick`; feed it heartbeats, acknowledgements and what the holder commands.
+    """One at a time. Call `begin`, then `tick`; feed it heartbeats, acknowledgements and the holder's commands.
 
-    `steps_reported`: where the numbers of the steps begin; each process wants another beginning (HoldProgress).
+    `steps_reported`: start of the step numbers; each process needs another start (HoldProgress).
     """
 
     def __init__(self, maker: FrameMaker, steps_reported: int = 0) -> None:
         self.phase = HoldPhase.IDLE
         self.why = ""
         self.outside_fence = False
-        """The autopilot says that it is beyond its fence: ArduCopter then leaves its mode for no other."""
+        """The autopilot reports a breach of its fence: ArduCopter then refuses other modes."""
         self._sticks = HeldSticks(maker)
         self._sticks_reported = False
         self._ladder = ModeLadder(maker)
@@ -76,7 +77,7 @@ class Hold:
 
     @property
     def acting(self) -> bool:
-        """Whether a mode is being asked for, or a hold keeps the sticks centred."""
+        """Whether a mode is being requested, or a hold keeps the sticks centred."""
         return self.phase in WANTS_MODE or self._stay.asking or (self._sticks.on and self.phase in OPEN)
 
     @property
@@ -85,7 +86,7 @@ class Hold:
         return not self._flown and (self._sticks.on or self.phase in OPEN)
 
     def open_s(self, now: float) -> float:
-        """Seconds since it was begun, or sticks were kept centred for somebody."""
+        """Seconds since the hold began, or since sticks were kept centred for a person."""
         return now - self._began_at
 
     @property
@@ -119,10 +120,10 @@ class Hold:
         why: str = "",
         sticks: bool = True,
     ) -> None:
-        """Holds now. No rungs, no stays: the vehicle has no such modes. `armed`: or not known to be disarmed.
+        """Holds now. Without rungs or stays the vehicle has no such modes. `armed`: or not known to be disarmed.
 
-        `sticks`: false where the drone flies by nobody's sticks: then the modes `first`, else `stays`, are tried first.
-        `why`: the reason for a person, of a hold that nobody ordered.
+        `sticks`: false if the drone flies without sticks: then the modes `first`, else `stays`, are tried first. `why`:
+        the reason for people, of a hold without an order.
         """
         self._name(cause, order_id, epoch, now, why)
         self._rungs, self._stays = tuple(rungs), tuple(stays)
@@ -206,7 +207,7 @@ class Hold:
         return frames
 
     def _gives_up(self, now: float, flying: Flying) -> bool:
-        """Whether a mode for a pilot's own sticks is asked for no more: it takes too long, or they have stopped."""
+        """Whether to stop requesting a mode for the pilot's own sticks: it takes too long, or they have stopped."""
         stopped = self.phase is HoldPhase.HANDING and not flying.pilot_fresh
         if not stopped and now - self._flown_at < DEADLINE_S:
             return False
@@ -292,7 +293,7 @@ class Hold:
         self._fire(HoldEvent.DISARMED, now, "the drone is disarmed")
 
     def foreign_mode(self, now: float) -> int | None:
-        """A mode that nobody here asked for, in which the autopilot has been for a while; None if there is none."""
+        """A mode that nobody here requested and that has lasted for a while; None if there is none."""
         return self._foreign.mode(now)
 
     def _check_foreign(self, custom_mode: int, now: float) -> None:
@@ -317,7 +318,7 @@ class Hold:
             self.phase = HoldPhase.IDLE
 
     def wait(self) -> None:
-        """The holder has commanded to fly without sticks: until it is seen what comes of it, no mode is asked for."""
+        """The holder has commanded a mode without sticks: no mode is requested until the result shows."""
         self._waits = True
 
     def go_on(self) -> None:
@@ -325,7 +326,7 @@ class Hold:
         self._waits = False
 
     def overruled(self, *, needs_sticks: bool, now: float, why: str = "the holder has commanded otherwise") -> None:
-        """Somebody says how to fly instead. Where that needs sticks, ours are centred until theirs come."""
+        """A flight command overrides the hold. If it needs sticks, ours are centred until the pilot's arrive."""
         was_open = self.open
         self._foreign.forget()
         self._fire(HoldEvent.OVERRULED, now, why)
@@ -338,7 +339,7 @@ class Hold:
             self.keep_centred(now)
 
     def keep_centred(self, now: float) -> None:
-        """Sticks are needed and nobody's come: ours are centred until the holder's do."""
+        """Sticks are needed and none arrive: ours are centred until the holder's do."""
         self.why = "the mode needs sticks, and nobody's come"
         self._flown = self._waits = False
         self._began_at = now
@@ -346,7 +347,7 @@ class Hold:
             self._sticks.begin(now)
 
     def yield_mode(self) -> None:
-        """Another mode is being asked for: none of the hold's is any more. Sticks stay as they are."""
+        """Another mode is being requested: the hold stops requesting its own. Sticks stay as they are."""
         self._ladder.stop()
         self._stay.end()
         if self.phase is not HoldPhase.IDLE:

@@ -13,9 +13,9 @@ from wire.open_holds import HoldStage, HoldState, LostPhase
 
 EVERY_S: Final = 5.0
 SAME_COUNT_S: Final = 0.5
-"""A count that runs as it was told is no news."""
+"""A countdown that runs as reported needs no new report."""
 SAME_PERCENT: Final = 5.0
-"""A battery is told in whole percent, and what a flight uses is learnt from that."""
+"""The battery is reported in whole percent, and the flight's consumption is learnt from that."""
 MAX_TEXT_LENGTH: Final = 300
 
 
@@ -37,7 +37,7 @@ class HoldNews:
         self._sent = None
 
     def changed(self, now: float) -> HoldState | None:
-        """What to tell the tower, where it differs from what was told last, or that is long ago."""
+        """The report for the tower, if it differs from the last one, or that one is old."""
         state = self._state()
         sent = self._sent
         if sent is not None:

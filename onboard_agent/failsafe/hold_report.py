@@ -1,12 +1,12 @@
-"""The steps of holds, as they are told to the tower: numbered, each with the order that it belongs to. No I/O."""
+"""The steps of holds as reported to the tower: numbered, each with its order. No I/O."""
 
 from wire.control_messages import HoldCause, HoldProgress, HoldStep
 
 
 class HoldReport:
-    """`begin` with each hold, `add` with each step that was done; `take` hands them out.
+    """Call `begin` with each hold and `add` with each completed step; `take` returns them.
 
-    `steps_reported`: where the numbers begin; each process wants another beginning (HoldProgress).
+    `steps_reported`: start of the numbers; each process needs another start (HoldProgress).
     """
 
     def __init__(self, steps_reported: int) -> None:

@@ -11,7 +11,7 @@ class HoldPhase(StrEnum):
 
     IDLE = "idle"
     WATCHING = "watching"
-    """The drone is disarmed, or is said to be: a heartbeat must prove it, and an arming that shows up is held."""
+    """The drone is disarmed, or reported so: a heartbeat must prove it, and an arming that shows up is held."""
     REQUESTING = "requesting"
     """No mode of the ladder has been accepted."""
     ACKNOWLEDGED = "acknowledged"
@@ -19,21 +19,21 @@ class HoldPhase(StrEnum):
     CONFIRMED = "confirmed"
     UNCONFIRMED = "unconfirmed"
     HANDING = "handing over"
-    """The pilot's sticks have come in a mode that does not use them: one that does is asked for."""
+    """The pilot's sticks arrived in a mode that does not use them: one that does is requested."""
 
 
 class HoldEvent(StrEnum):
     """What can happen to a hold."""
 
     ARMED = "armed"
-    """A heartbeat younger than the order says so, or none came in time to say otherwise."""
+    """A heartbeat younger than the order reported it, or none came in time to contradict."""
     ACCEPTED = "accepted"
-    """COMMAND_ACK says so, of a rung that was not accepted before."""
+    """COMMAND_ACK reported it, for a rung that was not accepted before."""
     MODE_SHOWN = "mode shown"
     """A heartbeat after the order shows an accepted rung, armed."""
     DEADLINE_PASSED = "deadline passed"
     DISARMED = "disarmed"
-    """A heartbeat younger than the order says so."""
+    """A heartbeat younger than the order reported it."""
     WATCHED = "watched"
     """The order has been open for long enough."""
     OVERRULED = "overruled"

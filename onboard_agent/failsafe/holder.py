@@ -1,7 +1,7 @@
-"""What the holder does with the drone, by sticks and by command, and what hold and watches make of it. No I/O.
+"""What the holder does with the drone, by sticks and by command, and the consequences for hold and watches. No I/O.
 
-Each frame of the holder that says how the drone is to fly goes through here, whichever way it came. Joins `StickGate`,
-`CommandRequest` and `StickKeeper`; takes `now`.
+Every flight frame of the holder passes here, whichever way it arrived. Combines `StickGate`, `CommandRequest` and
+`StickKeeper`; takes `now`.
 """
 
 from typing import Any, Final
@@ -47,7 +47,7 @@ class Holder:
         self.mission_before_hold = False
         """A trigger, not a change of hands, has stopped a mission, and nobody has flown since."""
         self.commanded = 0
-        """How often somebody has said how to fly: commands and targets that have passed, and holds."""
+        """Count of flight commands and targets that passed, and of holds."""
         self.moved = 0
         """How often sticks have passed that were not centred."""
         self._autopilot = autopilot
@@ -57,13 +57,13 @@ class Holder:
         self._inquiry = inquiry
         self._stream = stream
         self._called_away_at = float("-inf")
-        """When somebody last said how to fly, other than home."""
+        """Time of the last flight command, except home."""
         self._hand_mode: int | None = None
-        """The mode in which somebody flew by hand last, if it holds when the sticks are centred."""
+        """The mode of the last flight by hand, if it holds with centred sticks."""
 
     @property
     def by_hand(self) -> bool:
-        """Whether a hand is needed on the sticks, whoever's."""
+        """Whether the drone needs a pilot at the sticks, whoever it is."""
         view = self._autopilot
         return view.armed and not flies_without_sticks(view.kind, view.custom_mode)
 
@@ -184,7 +184,7 @@ class Holder:
         self._watch.nobody_needed()
 
     def sticks_to_keep(self, now: float, *, somebody_may_arm: bool) -> list[bytes]:
-        """Sticks to send in place of somebody's."""
+        """Sticks to send in place of a person's."""
         view = self._autopilot
         ids = {
             "vehicle_system_id": view.system_id or 1,
@@ -209,7 +209,7 @@ class Holder:
 
     @property
     def _release_for_request(self) -> bool:
-        """A command is open, and the hand that was on the sticks may have gone already."""
+        """A command is open, and the pilot may have let go of the sticks already."""
         return self.mode_request.open and self._autopilot.armed and self._watch.hand_on_sticks
 
     def _minds_end_of_sticks(self, now: float) -> bool:

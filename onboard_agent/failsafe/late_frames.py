@@ -38,7 +38,7 @@ COMMANDS: Final = frozenset(
 
 
 def too_late(message_id: int, late_s: float, settings: SafetySettings) -> str | None:
-    """The reason for which a frame that is late by so much is discarded, or None."""
+    """Why a frame that is late by this much is discarded, or None."""
     if message_id in STICKS:
         return "sticks too late" if late_s > settings.sticks_late_s else None
     if message_id in COMMANDS:

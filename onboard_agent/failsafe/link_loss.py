@@ -1,7 +1,8 @@
-"""Whether the pilot was lost while flying by hand: then the agent itself must hold. And for how long the tower is gone.
+"""Whether the pilot was lost while flying by hand, so that the agent must hold. Also how long the tower has been gone.
+No I/O.
 
-No I/O. A link that breaks and is back within the time-out is not yet safe: the pilot's sticks must be back as well. So
-once the link has broken, only sticks, or a command to fly without them, call the alarm off.
+A link that breaks and returns within the timeout is not yet safe: the pilot's sticks must return too. Once the link has
+broken, only sticks, or a command to fly without them, call off the alarm.
 """
 
 from typing import Final
@@ -10,7 +11,8 @@ BY_HAND_WITHIN_S: Final = 1.0
 """Sticks that came this shortly before the loss mean that a hand was on them."""
 
 HALF_OPEN_S: Final = 8.0
-"""A control channel whose other end has vanished is noticed within this: the tower was gone when its datagrams were."""
+"""A control channel whose other end vanished is noticed within this time: the tower was gone when its datagrams
+were."""
 
 
 class LinkLoss:
@@ -32,7 +34,7 @@ class LinkLoss:
         self.tower_heard(now)
 
     def link_down(self, now: float) -> None:
-        """The link ended, whoever ended it."""
+        """The link ended, by either side."""
         if self._gone_at is None:
             self._gone_at = self._heard_at if now - self._heard_at < HALF_OPEN_S else now
         self.pilot_cut_off(now)
@@ -48,12 +50,12 @@ class LinkLoss:
         self._broken_at = None
 
     def pilot_cut_off(self, now: float) -> None:
-        """The link ended, or the tower says that the holder's own connection to it has."""
+        """The link ended, or the tower reports that the holder's own connection did."""
         if self._broken_at is None and self._sticks_at is not None:
             self._broken_at = min(now, self._heard_at)
 
     def silent_s(self, now: float) -> float:
-        """Seconds since a datagram of the tower was heard."""
+        """Seconds since the last datagram of the tower."""
         return now - self._heard_at
 
     def tower_gone_s(self, now: float) -> float:

@@ -12,7 +12,7 @@ class LossReport:
         self._sent: LossParameters | None = None
 
     def changed(self, parameters: Parameters, *, autopilot_kind: int, has_radio: bool | None) -> LossParameters | None:
-        """What to tell the tower, where it differs from what was told last; nothing while they are being read."""
+        """The report for the tower, if it differs from the last one; none while parameters are being read."""
         if not parameters.all_read:
             return None
         family = registry.FAMILIES.get(autopilot_kind)

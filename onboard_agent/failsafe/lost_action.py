@@ -1,13 +1,14 @@
 """What the agent does when the tower, or the person, stays away while the drone is in the air. No I/O.
 
-Laws, each with a test:
-- It counts from the loss, aloud: at ten-second steps, then 5, 4, 3, 2, 1.
-- When the time is up, the tables say what to do. Return that is refused becomes land. Silence is no refusal: return is
-  asked for RUNG_PATIENCE_S before landing is, because where it is there may be water.
-- It is asked for until COMMAND_ACK and HEARTBEAT confirm it, or somebody flies, or the drone is down.
-- "Stay" ends the count for a person, not for the tower. A battery that the way home needs ends either, after
+Rules, each tested:
+
+- It counts down from the loss, with reports: at ten-second steps, then 5, 4, 3, 2, 1.
+- When the time is up, the tables decide. If return is refused, the drone lands. Silence is not a refusal: return is
+  requested for RUNG_PATIENCE_S before landing is, because there may be water below.
+- The action is requested until COMMAND_ACK and HEARTBEAT confirm it, somebody flies, or the drone is down.
+- "Stay" ends the countdown for a person, not for the tower. A battery needed for the way home ends either, after
   BATTERY_NOTICE_S.
-- Once for each loss. When the tower is back nothing is changed by itself.
+- Once for each loss. When the tower returns, nothing changes by itself.
 """
 
 from dataclasses import dataclass, replace
@@ -29,7 +30,7 @@ from wire.open_holds import Lost, LostAction, LostPhase
 
 RUNG_PATIENCE_S: Final = 5.0
 BATTERY_NOTICE_S: Final = 10.0
-"""Nobody is surprised: whoever is there has so long to fly it home."""
+"""Notice before the action: people have this long to fly it home themselves."""
 
 _LAST_SECONDS: Final = 5
 _WAITING: Final = frozenset({LostPhase.COUNTING, LostPhase.STAYED})
@@ -46,7 +47,7 @@ class Loss:
     person_gone_s: float | None = None
     """None while somebody flies, or need not."""
     stayed: bool = False
-    """Somebody said "stay", of the person's loss."""
+    """A person said "stay" about the person's loss."""
     ours: bool = True
     """Armed, in the air, and not flown by a radio pilot alone."""
     custom_mode: int = 0
@@ -59,7 +60,7 @@ class Loss:
 
 
 class LostActing:
-    """`tick` it; it says once which response begins. Then `due` hands out the requests for the mode."""
+    """Call `tick`; it returns once which response begins. Then `due` returns the requests for the mode."""
 
     def __init__(self, maker: FrameMaker) -> None:
         self.phase = LostPhase.QUIET
@@ -69,7 +70,7 @@ class LostActing:
         self.action: LostAction | None = None
         """What will be done, is being done, or was done."""
         self.detail = ""
-        """The last thing that was said."""
+        """The last report."""
         self._ladder = ModeLadder(maker)
         self._announced_s = 0
         self._left_alone = False
@@ -137,7 +138,7 @@ class LostActing:
         return LossResponse.LAND if loss.drifts or response is LossResponse.LAND else LossResponse.RETURN
 
     def _leave_alone(self) -> None:
-        """Its mission is to go on: nothing is counted, and what comes after it may be."""
+        """Its mission continues: nothing is counted, and the action afterwards is allowed."""
         if not self._left_alone:
             self._left_alone = True
             self._say(f"the {self.lost} is lost: {LossResponse.LEAVE}")
@@ -162,7 +163,7 @@ class LostActing:
             self._fire(LostEvent.COUNT)
 
     def _remaining_s(self, now: float, loss: Loss, settings: SafetySettings) -> float:
-        """Of the loss that is older, as far as it counts; less where the battery does not wait."""
+        """Seconds of the older loss, as far as it counts; less if the battery does not wait."""
         gone = [loss.tower_gone_s] if loss.tower_gone_s >= settings.lost_hold_s else []
         if loss.person_gone_s is not None and not loss.stayed:
             gone.append(loss.person_gone_s)

@@ -28,7 +28,7 @@ class LossResponse(StrEnum):
     STAY = "stay"
     """As it is, until the battery is needed for the way home."""
     STOP_STICKS = "leave it to the autopilot's own failsafe"
-    """Of a vehicle of which no mode is known."""
+    """For a vehicle without known modes."""
     LEAVE = "leave it as it is"
 
 
@@ -78,9 +78,9 @@ class LostEvent(StrEnum):
     CALLED_OFF = "called off"
     """On the ground, disarmed, or flown by a radio pilot alone."""
     STAY = "stay"
-    """Somebody said so, or it is the action; only the battery counts now."""
+    """A person said "stay", or it is the action; only the battery counts now."""
     COUNT = "count"
-    """The tower is gone as well: "stay" does not hold against that."""
+    """The tower is gone too: "stay" does not apply to that."""
     DUE_MODE = "due, by a mode"
     DUE_NOTHING = "due, nothing to ask for"
     CONFIRMED = "confirmed"

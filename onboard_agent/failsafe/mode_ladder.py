@@ -1,13 +1,14 @@
-"""Asks the autopilot for flight modes in order of preference, until it is in one of them. No I/O.
+"""Requests flight modes from the autopilot in order of preference, until one is confirmed. No I/O.
 
-Laws, each with a test:
-- A mode is believed only when a COMMAND_ACK has accepted it *and* a heartbeat after the request shows it.
-- A rung is asked for again every RETRY_S. It is left for the next one at once when the autopilot refuses it, or when it
-  is not confirmed within the ladder's patience. The last rung is never left, but in time asked for more slowly.
-- COMMAND_ACK does not say which mode it is about, so answers are matched with requests in their order. Where several
-  rungs wait for an answer, an acceptance may be any of theirs, and the next heartbeat tells whose it was.
-- What is accepted but not shown is asked to be shown: ArduPilot beats at once when its mode changes, PX4 waits for the
-  next second, and neither beats where there was nothing to change.
+Rules, each tested:
+
+- A mode is confirmed only when a COMMAND_ACK has accepted it *and* a heartbeat after the request shows it.
+- A rung is requested again every RETRY_S. It is left for the next one at once when the autopilot refuses it, or when it
+  is not confirmed within the ladder's patience. The last rung is never left, but requested more slowly after a while.
+- COMMAND_ACK does not name the mode, so answers are matched with requests in their order. If several rungs wait for an
+  answer, an acceptance may be any one's, and the next heartbeat decides.
+- After an acceptance the agent requests a heartbeat: ArduPilot sends one at once when its mode changes, PX4 at the next
+  second, and neither if nothing changed.
 """
 
 from collections.abc import Sequence
@@ -25,7 +26,8 @@ LATE_RETRY_S: Final = 1.0
 FAST_FOR_S: Final = 3.0
 IN_PROGRESS_WAIT_S: Final = 1.0
 SHOW_RETRY_S: Final = 0.05
-"""It may be asked for before the mode has changed. Within the patience for a rung only, then with each request."""
+"""A heartbeat may be requested before the mode has changed: within the patience for a rung only, then with each
+request."""
 
 
 class LadderStep(StrEnum):
@@ -79,10 +81,10 @@ class ModeLadder:
         """The rung that was confirmed last."""
 
     def climb(self, modes: Sequence[FlightMode], *, patience_s: float, now: float, keeps_shown: bool = False) -> None:
-        """From the first rung on. Whatever was asked for before is forgotten.
+        """Starts at the first rung and forgets earlier requests.
 
-        `keeps_shown`: a rung that heartbeats show is not left for want of an answer. Only where the machine was in none
-        of these modes before.
+        `keeps_shown`: a rung that heartbeats show is not left for lack of an answer. Only if the machine was in none of
+        these modes before.
         """
         self._keeps_shown = keeps_shown
         self._rungs = [_Rung(mode) for mode in modes]
@@ -105,7 +107,7 @@ class ModeLadder:
 
     @property
     def current(self) -> FlightMode | None:
-        """The mode that is asked for now."""
+        """The requested mode."""
         return self._rungs[self._current].mode if self._asking else None
 
     @property

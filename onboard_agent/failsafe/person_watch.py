@@ -1,10 +1,11 @@
-"""For how long nobody has flown a drone that is made to hold, or whose holder is gone. No I/O; takes `now`.
+"""For how long nobody has flown a drone that holds, or whose holder is gone. No I/O; takes `now`.
 
-Laws, each with a test:
-- A hold begins the count again: whoever made it hold was there.
-- Whoever flies, by sticks or by a command that the autopilot shows, ends it.
-- A holder who is gone begins it; one who is back ends it, unless the drone holds: then they must fly or say "stay".
-- A lease that ends while the holder is gone changes nothing. One that is released is no loss.
+Rules, each tested:
+
+- A hold restarts the count: the person who ordered it was there.
+- Flying, by sticks or by a command that the autopilot confirms, ends it.
+- A missing holder begins it; a returning one ends it, unless the drone holds: then they must fly or say "stay".
+- A lease that ends while the holder is gone changes nothing. A released lease is no loss.
 - "Stay" lasts until the next hold, or until somebody flies.
 """
 
@@ -20,7 +21,7 @@ class PersonWatch:
         self._since: float | None = None
 
     def hold_began(self, now: float) -> None:
-        """The drone holds, whoever wanted it."""
+        """The drone holds, for any cause."""
         self._since = now
         self.holding = True
         self.stayed = False
@@ -36,12 +37,12 @@ class PersonWatch:
         self.holding = self.stayed = False
 
     def stay(self, by: str) -> None:
-        """Somebody said so. Without a count it says nothing."""
+        """A person said "stay". Without a count it is ignored."""
         if self._since is not None:
             self.stayed, self.stayed_by = True, by
 
     def holder(self, *, held: bool, present: bool, now: float) -> None:
-        """The tower says who has the controls."""
+        """The tower reports who has the controls."""
         if present and not self.holding:
             self.flown()
         elif held and not present and self._since is None:

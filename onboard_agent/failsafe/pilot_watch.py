@@ -1,6 +1,7 @@
-"""What the agent sees of the pilot by itself: are the sticks fresh, is the tower there, had it a part in this flight.
+"""What the agent knows of the pilot by itself: fresh sticks, a connected tower, and the tower's part in this flight. No
+I/O.
 
-No I/O. Joins `StickWatch`, `StickAge`, `LinkLoss` and `TowerUse`, and says when to hold and why.
+Combines `StickWatch`, `StickAge`, `LinkLoss` and `TowerUse`, and decides when to hold and why.
 """
 
 from typing import NamedTuple
@@ -13,7 +14,7 @@ from wire.control_messages import HoldCause, SafetySettings
 
 
 class Alarm(NamedTuple):
-    """A reason to hold that nobody ordered."""
+    """A reason to hold without an order."""
 
     cause: HoldCause
     why: str
@@ -40,7 +41,7 @@ class PilotWatch:
             self._sticks.over()
 
     def used(self, now: float) -> None:
-        """The tower, or somebody through it, has a part in this flight."""
+        """The tower, or a person through it, has a part in this flight."""
         self._use.used(now)
 
     def sticks_passed(self, now: float) -> None:
@@ -55,7 +56,7 @@ class PilotWatch:
         return self._sticks.hand_on
 
     def stood_in(self, now: float) -> None:
-        """Our own centred sticks stand in for the assistant's: nothing goes stale, and nobody's hand was there."""
+        """Our centred sticks replace the assistant's: nothing goes stale, and there was no pilot at the sticks."""
         self._sticks.passed(now)
 
     def nobody_needed(self) -> None:
@@ -65,10 +66,8 @@ class PilotWatch:
         self._sticks.over()
 
     def alarm(self, now: float, *, settings: SafetySettings, flown_by_hand: bool, kept_centred: bool) -> Alarm | None:
-        """What has just happened to the pilot, once.
-
-        `kept_centred`: the agent keeps the sticks centred for somebody who only commands, outside a hold.
-        """
+        """What has just happened to the pilot, once. `kept_centred`: the agent keeps the sticks centred for a person
+        who only commands, outside a hold."""
         if self.stick_age.too_old(now, settings) and flown_by_hand and self._sticks.hand_on:
             why = f"the sticks come {self.stick_age.age_s * 1000:.0f} ms late while flying by hand"
             return Alarm(HoldCause.STICKS_STALE, why)

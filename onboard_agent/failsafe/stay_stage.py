@@ -1,11 +1,12 @@
-"""Stage two of a hold: a mode that stays put and uses nobody's sticks. No I/O; takes `now`.
+"""Stage two of a hold: a mode that stays in place without sticks. No I/O; takes `now`.
 
-Laws, each with a test:
-- It is asked for as soon as the machine is in the air, level, sinks no more and has a position; where the autopilot
-  does not say, after UNKNOWN_WAIT_S. Altitude hold arrests a descent within 2.2 m; braking needs 3.8 m.
-- Believed when COMMAND_ACK and HEARTBEAT agree, as every mode (`ModeLadder`).
-- Refused by all: asked again each TRY_AGAIN_S, and stage one goes on.
-- A mode in which the autopilot does not mind that sticks stop is preferred, once the machine is still.
+Rules, each tested:
+
+- Requested as soon as the machine is in the air, level, no longer sinking, and has a position; if the autopilot does
+  not report these, after UNKNOWN_WAIT_S. Altitude hold stops a descent within 2.2 m; braking needs 3.8 m.
+- Confirmed when COMMAND_ACK and HEARTBEAT agree, like every mode (`ModeLadder`).
+- Refused by all: requested again each TRY_AGAIN_S, and stage one continues.
+- Once the machine is still, a mode is preferred in which sticks may stop.
 """
 
 from collections.abc import Sequence
@@ -59,7 +60,7 @@ class StayStage:
 
     @property
     def asking(self) -> bool:
-        """Whether a mode is asked for, and none is confirmed."""
+        """Whether a mode is being requested, and none is confirmed."""
         return self._ladder.asking
 
     @property

@@ -1,7 +1,7 @@
-"""Whether the battery is at the level that the way home needs. No I/O; takes `now`.
+"""Whether the battery is at the level needed for the way home. No I/O; takes `now`.
 
-What this flight has used so far a second, times the way home, times a margin, over a reserve. Too early rather than too
-late: whoever stays in the air for nobody must not be brought down by the battery.
+This flight's consumption per second, times the way home, times a margin, plus a reserve. Rather too early than too
+late: a drone that waits for nobody must not be brought down by its battery.
 """
 
 from typing import Final
@@ -14,7 +14,7 @@ MARGIN: Final = 1.5
 RESERVE_PERCENT: Final = 20.0
 
 USUAL_PERCENT_S: Final = 0.1
-"""17 minutes of flight, until this flight has told better."""
+"""17 minutes of flight, until this flight has shown its own figure."""
 LEARNT_AFTER_PERCENT: Final = 5.0
 
 
@@ -26,7 +26,7 @@ class WayHome:
         self._rate = USUAL_PERCENT_S
 
     def seen(self, now: float, *, airborne: bool, percent: float | None) -> None:
-        """What the autopilot says of the battery now."""
+        """The autopilot's present battery report."""
         if not airborne or percent is None:
             self._began = None
             return

@@ -26,13 +26,13 @@ class Downlink:
         """Frames not passed on, by reason."""
 
     def new_link(self, drone_id: DroneId, epoch: Epoch) -> None:
-        """A welcome came. Its epoch stands even if it is lower: keys are new, so nothing old can come through,
-        and a tower whose database was restored must still be able to fly its drones."""
+        """A welcome arrived. Its epoch counts even if it is lower: keys are new, so no old frame can pass, and a tower
+        with a restored database must still be able to fly its drones."""
         self.drone_id = drone_id
         self.epoch = epoch
 
     def raise_epoch(self, epoch: int) -> None:
-        """The tower says who has the controls: everything older is refused from here on."""
+        """The tower reports who has the controls: everything older is refused from now on."""
         self.epoch = Epoch(max(self.epoch, epoch))
 
     def admit(self, content: Frames) -> list[bytes]:

@@ -1,9 +1,9 @@
-"""`tower-agent enrol`: makes the drone's key, and gives the tower its public half with a one-time token.
+"""`tower-agent enrol`: creates the drone's key, and sends the tower its public half with a one-time token.
 
-The key is on the disk before the tower hears of it, and the tower answers the same key twice: an answer that is lost,
-or an agent that is killed meanwhile, costs nothing but another try.
+The key is on disk before the tower learns it, and the tower accepts the same key twice: after a lost answer or a killed
+agent, simply try again.
 
-Why urllib and not httpx: httpx is no dependency of the agent. `httpx.Client` would add 8 MB and 0.12 s of CPU to a
+Why urllib and not httpx: httpx is not a dependency of the agent. `httpx.Client` would add 8 MB and 0.12 s of CPU to a
 start of 40 MB and 0.41 s (one x86-64 core); websockets loads urllib.request anyway.
 """
 
@@ -40,7 +40,7 @@ class NotReached(Unusable):
 
 
 class _NoRedirects(urllib.request.HTTPRedirectHandler):
-    """The token is for the tower that was named, and for nobody it points to."""
+    """The token is for the named tower only: redirects are not followed."""
 
     def redirect_request(self, *_: Any, **__: Any) -> None:
         return None

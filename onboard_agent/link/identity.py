@@ -19,7 +19,7 @@ TOWER_KEY: Final = "twp_"
 
 
 class MalformedIdentity(ValueError):
-    """The text is nobody's identity. The text itself is never part of the message."""
+    """The text is not an identity. The message never contains the text."""
 
 
 class NotKept(Exception):
@@ -85,7 +85,7 @@ class Identity:
 
     @property
     def credential(self) -> Credential | None:
-        """None: there is none, or none any more."""
+        """None: there is none, or it was replaced."""
         return self._kept.credential
 
     @property
@@ -94,8 +94,8 @@ class Identity:
         return self._kept.tower_key
 
     def make_key(self) -> DroneKey:
-        """The key that the credential is exchanged for: the same one until that has come to its end. Raises NotKept,
-        and then there is none: a key that is lost with the process must not be shown to the tower."""
+        """The key that replaces the credential: the same one until the exchange is complete. Raises NotKept, and then
+        there is none: a key that would be lost with the process must not be shown to the tower."""
         if self._kept.key is None:
             made = DroneKey(self.drone_id, secrets.token_bytes(KEY_BYTES))
             self._change(replace(self._kept, key=made))

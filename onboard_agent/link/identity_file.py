@@ -24,10 +24,10 @@ _log = logging.getLogger("onboard_agent")
 
 
 def read_identity(path: Path, state_of: Callable[[DroneId], Path] | None = None) -> Identity:
-    """Who the file at `path` says that this drone is. Raises Unusable with the reason in one line.
+    """The drone's identity from the file at `path`. Raises Unusable with the reason in one line.
 
-    `state_of`: the folder for what must outlast the agent of a drone. The key is kept there where the file is not ours
-    to change, as under systemd, which hands us a copy.
+    `state_of`: the state directory of a drone's agent. The key is stored there if the file is read-only, as under
+    systemd, which passes a copy.
     """
     found = _parse(path, _read(path))
     if found.key is not None:

@@ -24,7 +24,7 @@ class NotOurTower(Exception):
 
 
 class KeySignIn:
-    """`tower`: its name as we know it. `tower_key`: of the only one that we obey, or None: we have met none yet.
+    """`tower`: its name as we know it. `tower_key`: of the only tower that we obey, or None before the first one.
     `certificate`: of the TLS channel, in DER; None: there is none. Raises NotOurTower."""
 
     def __init__(
@@ -59,7 +59,7 @@ class KeySignIn:
         self._private_key = private_key
         self._tower_public_key = challenge.public_key
         self.tower_key = challenge.tower_key
-        """Of the tower at the other end; proven by its welcome."""
+        """Key of the tower at the other end, proven by its welcome."""
         try:
             self._transcript = Transcript(
                 purpose=purpose,

@@ -26,7 +26,7 @@ FIRST_CHECK_AFTER_S: Final = 2.0
 """A control channel that was opened just now is not given up for another one. One that has ended is."""
 
 BROKEN_OFF: Final = (None, 1005, 1006, 1011)
-"""Codes of a connection that ended without anybody's wish; 1011 is what a side says that got no answer to its pings."""
+"""Close codes of unintended ends; a side that got no answer to its pings sends 1011."""
 
 
 class Need(Enum):
@@ -57,7 +57,8 @@ class Succession:
         self._next_try = now + self._backoff.next_delay_s()
 
     def need(self, *, silent_s: float, over_udp: bool, uplink_silent: bool, now: float) -> Need:
-        """`silent_s`: since the tower was heard. `uplink_silent`: the uplink of the control channel is, another not."""
+        """`silent_s`: since the tower was last heard. `uplink_silent`: the control channel's uplink is silent, another
+        one is not."""
         if self._ended_at is None:
             return Need.ANOTHER if uplink_silent and now >= self._next_try else Need.NOTHING
         if self._intended or not over_udp or silent_s > SILENT_S or now - self._ended_at > SEEK_S:

@@ -1,6 +1,6 @@
-"""What is due to the tower on the control channel: each thing when it has changed, all again on a new link. No I/O.
+"""Reports due to the tower on the control channel: each after a change, all again on a new link. No I/O.
 
-The steps of a hold are kept while there is no link; everything else is told as it is when there is one.
+The steps of a hold are kept while there is no link; everything else is reported as it is at the next link.
 """
 
 import logging
@@ -55,7 +55,7 @@ class TowerNews:
         self.resumed()
 
     def resumed(self) -> None:
-        """The link goes on with another control channel: what was told on the last may be lost."""
+        """The link continues with another control channel: reports on the last one may be lost."""
         self._linked = True
         self._hold_news.resend()
         self._autopilot.resend()
@@ -67,7 +67,7 @@ class TowerNews:
         self._linked = False
 
     def take(self, now: float, room: int) -> list[ToTower]:
-        """Messages in order; none while there is no link. `room`: at most so many about work at the drone."""
+        """Messages in order; none without a link. `room`: maximum number about transactions."""
         for step in self._hold.pop_progress():
             _log.info("hold: %s %s", step.step, step.detail)
             self._progress.append(step)

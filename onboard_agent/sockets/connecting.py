@@ -35,8 +35,8 @@ class _Way(NamedTuple):
 async def connect_tcp(url: TowerUrl, uplinks: Sequence[str], host: str | None = None) -> socket.socket:
     """A connected, non-blocking socket. Without TLS only loopback addresses are tried. Raises Unreachable.
 
-    `uplinks`: as `DataSocket` takes them, the best first. `host`: the address to go to, where it is known already: a
-    name might be asked for by the uplink that is dead.
+    `uplinks`: as for `DataSocket`, best first. `host`: the address, if already known: a name lookup might use a dead
+    uplink.
     """
     loop = asyncio.get_running_loop()
     try:

@@ -59,8 +59,8 @@ UPGRADE_WITHIN_S: Final = 5.0
 WELCOME_WITHIN_S: Final = 5.0
 PING_INTERVAL_S: Final = 2.0
 PING_TIMEOUT_S: Final = 5.0
-"""After a black-out of 2 s TCP tries again only after 3.5 s, and a link renewed under somebody's hand holds. Whether
-the tower is there is known by the datagrams; a control channel that has vanished is noticed within the sum of both."""
+"""After an outage of 2 s TCP retries only after 3.5 s, and a link renewed during flight by hand causes a hold.
+Datagrams show whether the tower is there; a vanished control channel is noticed within the sum of both."""
 CLOSE_WITHIN_S: Final = 0.5
 WRITE_BUFFER_BYTES: Final = 4096
 """Datagrams travel here where UDP is blocked: what cannot leave shall wait where it can still be thrown away."""
@@ -76,7 +76,7 @@ class NoLink(Exception):
 
 
 class CredentialRefused(NoLink):
-    """The tower does not accept our key, or our credential. Time cures it only if somebody does."""
+    """The tower refuses our key, or our credential. Only a person can repair that."""
 
 
 @dataclass(frozen=True)
@@ -101,9 +101,9 @@ async def open_channel(
 ) -> OpenedChannel:
     """Signs in, by the first of `uplinks` that leads to the tower. Raises NoLink or CredentialRefused.
 
-    With the drone's key; where the tower does not know that, and there is a bearer credential of old, with that, which
-    the key takes the place of. `resuming`: the link that shall go on. Then what is returned is either that (the same
-    `sealed`) with another connection, or a new link, if the tower wanted it so. `process`, `takes`: as in Hello.
+    Uses the drone's key; if the tower does not know it, an old bearer credential, if there is one, which the key then
+    replaces. `resuming`: the link to continue. The result is either that one (the same `sealed`) with another
+    connection, or a new link, by the tower's choice. `process`, `takes`: as in Hello.
     """
     opening = _Opening(url, identity, uplinks, resuming, process, takes)
     if identity.key is None:
@@ -240,7 +240,7 @@ class _Opening:
         )
 
     async def _keep(self, tower_key: bytes) -> None:
-        """The link is there whether it is kept or not: then the same is done at the next sign-in."""
+        """The link works whether or not the change is stored: the next sign-in repeats it."""
         try:
             await asyncio.to_thread(self._identity.welcomed, tower_key)
         except NotKept as error:
@@ -325,10 +325,10 @@ async def upgrade(
     exchanges: bool = True,
     signer: DroneKey | None = None,
 ) -> ClientConnection:
-    """Connects, and says no hello yet. Raises NoLink or CredentialRefused.
+    """Connects, without a hello. Raises NoLink or CredentialRefused.
 
-    `credential`: is shown; None: the hello will be signed, by `signer`. `exchanges`: there is a key to sign with.
-    `uplinks`, `host`: as in `connect_tcp`.
+    `credential`: is shown; None: `signer` will sign the hello. `exchanges`: there is a key to sign with. `uplinks`,
+    `host`: as in `connect_tcp`.
     """
     speaks = [KEY_SUBPROTOCOL] if exchanges else []
     if credential is not None:

@@ -26,10 +26,10 @@ UDP_SILENT_S: Final = 3.0
 """Silence after which an uplink tries another source port: a NAT may have forgotten the old one."""
 
 UPLINK_PING_S: Final = 0.5
-"""Each of several uplinks says so often where it is."""
+"""Each of several uplinks announces its address at this interval."""
 
 UPLINK_LOST_S: Final = 1.0
-"""An uplink by which nothing came for so long, where some six datagrams a second do, carries nothing."""
+"""An uplink without traffic for this long, while others carry some six datagrams a second, is dead."""
 
 UPLINK_WORKS_S: Final = 0.6
 """Another one works if something came by it within this: a little more than the interval of the keep-alives."""
@@ -38,7 +38,7 @@ TICK_S: Final = 0.1
 
 
 class DataUser(Protocol):
-    """Who is told what comes."""
+    """The receiver of incoming frames and messages."""
 
     def frames(self, frames: Frames) -> None:
         """Frames: authentic and fresh, not yet checked for drone and epoch."""
@@ -60,9 +60,9 @@ class _Uplink:
 
 
 class DataChannel:
-    """`wake_writer`: called when `lane` has something for the WebSocket. `urgent`: an urgent message came. `closely`:
-    whether somebody flies: it must be noticed at once that the tower is silent (wire.keepalive), and frames hardly wait
-    for others (wire.batching)."""
+    """`wake_writer`: called when `lane` has something for the WebSocket. `urgent`: an urgent message arrived.
+    `closely`: whether somebody flies: then silence must be noticed at once (wire.keepalive), and frames hardly wait for
+    others (wire.batching)."""
 
     def __init__(
         self,
@@ -111,7 +111,7 @@ class DataChannel:
     # -- what the control channel has to know ------------------------------------------------------------------
 
     def silent_s(self, now: float) -> float:
-        """Since the tower was last heard, by whatever way; for how long the pings rested is left out."""
+        """Seconds since the tower was last heard on any path, without the time in which pings paused."""
         return max(0.0, self.sealed.keepalive.silent_for(now) - self.sealed.keepalive.rests_s)
 
     @property
@@ -120,7 +120,7 @@ class DataChannel:
         return self.choice.transport is Transport.UDP
 
     def uplinks_that_work(self, now: float) -> list[str]:
-        """Of several, those by which the tower was heard just now, the last heard first."""
+        """Of several uplinks, those by which the tower was heard recently, latest first."""
         working = [one for one in self._uplinks if now - one.heard_at <= UPLINK_WORKS_S]
         return [one.socket.uplink for one in sorted(working, key=lambda one: -one.heard_at)]
 
@@ -153,7 +153,7 @@ class DataChannel:
             await asyncio.sleep(TICK_S)
 
     def _there_is_time(self) -> bool:
-        """Whether a silence may be noticed a little later. With several uplinks each is judged by what comes by it."""
+        """Whether silence may be noticed a little later. Each of several uplinks is judged by its own traffic."""
         return self.over_udp and len(self._uplinks) == 1 and not self._closely()
 
     # -- out ---------------------------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""One UDP socket of a link: one uplink. A thin shell: bytes in, bytes out, and a new source port when asked."""
+"""One UDP socket of a link: one uplink. A thin shell: bytes in, bytes out, and a new source port on request."""
 
 import asyncio
 import contextlib
@@ -38,7 +38,7 @@ class DataSocket:
 
     @property
     def local_address(self) -> str | None:
-        """Of this machine, on this uplink; None while it is not open."""
+        """This machine's address on this uplink; None while it is not open."""
         return None if self._socket is None else str(self._socket.getsockname()[0])
 
     async def open(self, host: str, port: int) -> None:

@@ -29,13 +29,13 @@ _log = logging.getLogger(__name__)
 
 PIECE_BYTES: Final = 32 * 1024
 SILENCE_S: Final = 20.0
-"""A tower, or a network, that takes nothing for so long."""
+"""A tower, or a network, that accepts nothing for this long."""
 AGAIN_AFTER_S: Final = 2.0
 MAX_ANSWER_BYTES: Final = 64 * 1024
 
 
 class _Refused(Exception):
-    """The tower does not want it, with the reason for a person."""
+    """The tower refuses the file, with a reason for people."""
 
 
 class _NotSignedIn(_Refused):
@@ -43,14 +43,14 @@ class _NotSignedIn(_Refused):
 
 
 class _Stopped(Exception):
-    """Somebody has said so."""
+    """The transfer was cancelled."""
 
 
 class TowerFileSender:
     """A FileSender. Create and use it inside one running event loop."""
 
     def __init__(self, url: TowerUrl, ticket: Callable[[], str], uplinks: Sequence[str] = (ANY_UPLINK,)) -> None:
-        """`ticket`: of the link that there is now; empty: there is none."""
+        """`ticket`: of the present link; empty: there is none."""
         self._url = url
         self._ticket = ticket
         self._uplinks = (*uplinks, ANY_UPLINK) if len(uplinks) > 1 else (ANY_UPLINK,)
@@ -59,7 +59,7 @@ class TowerFileSender:
 
     @property
     def state(self) -> Sending | Sent | NotSent:
-        """Of the file that was begun last."""
+        """Of the file begun last."""
         return self._state
 
     def begin(self, transaction_id: int, path: Path) -> None:
@@ -129,7 +129,7 @@ class _Attempt:
     """One request, in its thread."""
 
     def __init__(self, url: TowerUrl, ticket: str, opened: socket.socket, gone: Callable[[int], None]) -> None:
-        """`gone`: told in the thread how many bytes have gone out."""
+        """`gone`: called in the thread with the number of bytes sent."""
         self.stopped = threading.Event()
         self._url = url
         self._ticket = ticket

@@ -9,7 +9,7 @@ import socket
 from typing import Final
 
 EXPEDITED: Final = 46 << 2
-"""DSCP EF (RFC 3246) in the byte of the header: few packets, none of which may wait."""
+"""DSCP EF (RFC 3246) in the header byte: few packets, none of which may wait."""
 
 _INTERACTIVE: Final = 6
 _BULK: Final = 2

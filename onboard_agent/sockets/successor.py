@@ -21,8 +21,8 @@ OpenAnother = Callable[[OpenedChannel, Sequence[str]], Awaitable[OpenedChannel]]
 async def successor(
     opened: OpenedChannel, data: DataChannel, reading: asyncio.Task[None], open_another: OpenAnother
 ) -> OpenedChannel | None:
-    """The next control channel, once there is one: of the same link, or of a new one if the tower wants it so. None
-    where the link has ended. `reading`: done when the control channel `opened` has ended."""
+    """The next control channel, once there is one: of the same link, or of a new one by the tower's choice. None if the
+    link has ended. `reading`: done when the control channel `opened` has ended."""
     loop = asyncio.get_running_loop()
     succession = Succession(Backoff(), loop.time())
     local_address = str(opened.connection.local_address[0])

@@ -56,26 +56,26 @@ URGENT_COPIES_AFTER_S: Final = (0.005, 0.03, 0.1)
 """Further copies of an urgent message: a little apart, since losses come in a row."""
 
 STATE_AGAIN_S: Final = 1.0
-"""So often the autopilot's state is told over the data channel while there is no control channel."""
+"""Interval of autopilot state reports on the data channel while there is no control channel."""
 
 PROGRESS_KEPT: Final = 32
-"""Steps of holds that are told again on another control channel of the same link. The tower counts each once."""
+"""Hold steps that are reported again on another control channel of the same link. The tower counts each once."""
 
 OUTBOX: Final = 64
 """Messages that wait for the control channel. A tower that cannot take these is dead: the link is given up."""
 
 
 class LinkUser(Protocol):
-    """Who is told what happens on the link."""
+    """The receiver of the link's events."""
 
     def link_up(self, welcome: Welcome) -> None:
         """Signed in; the data channel is open."""
 
     def link_down(self) -> None:
-        """The link that was up is gone."""
+        """The link ended."""
 
     def link_resumed(self) -> None:
-        """The link that is up has another control channel, on which everything is to be told again."""
+        """The link has another control channel, on which everything must be reported again."""
 
     def message(self, message: ToAgent) -> None:
         """A message of the control channel."""
@@ -98,7 +98,7 @@ class TowerLink:
         uplinks: Sequence[str] = (ANY_UPLINK,),
         takes: Sequence[str] = (),
     ) -> None:
-        """`takes`: what the hello says besides what every agent takes."""
+        """`takes`: capabilities in the hello besides the common ones."""
         self._url = url
         self._takes = (TRANSACTIONS, FOLLOW, FOLLOW_PERSON, OPEN_HOLDS, PARAMETER_METADATA, *takes)
         self._identity = identity
@@ -108,15 +108,15 @@ class TowerLink:
         self._opened: OpenedChannel | None = None
         self._uplinks = uplinks
         self._ways = (*uplinks, ANY_UPLINK) if len(uplinks) > 1 else (ANY_UPLINK,)
-        """Of the control channel: by one of several uplinks, or as the routes say."""
+        """Of the control channel: one of several uplinks, or the route's."""
         self._data: DataChannel | None = None
         self._outbox: deque[ToTower] = deque()
         self._progress: deque[HoldProgress] = deque(maxlen=PROGRESS_KEPT)
-        """Of this link, the newest."""
+        """The newest of this link."""
         self._pending_state: deque[HoldProgress] = deque(maxlen=PROGRESS_KEPT)
         """Said while there was no control channel. If the link ends without another one, the next link tells it."""
         self._state: AutopilotState | None = None
-        """As last told on this link."""
+        """As last reported on this link."""
         self._reading: asyncio.Task[None] | None = None
         """Of the control channel; done when that has ended."""
         self._something_to_write = asyncio.Event()
@@ -152,12 +152,12 @@ class TowerLink:
 
     @property
     def rtt_s(self) -> float | None:
-        """The round trip to the tower, smoothed; None while there is none."""
+        """The smoothed round trip to the tower; None without one."""
         return None if self._opened is None else self._opened.sealed.keepalive.rtt_s
 
     def measured(self, now: float) -> Measured | None:
-        """How the link is; None while there is none. What the tower does not tell (yet, or because nothing comes
-        through) is judged by the pings that nobody answered."""
+        """The link's quality; None without a link. What the tower does not report (yet, or because nothing passes) is
+        judged by unanswered pings."""
         if self._opened is None:
             return None
         sealed = self._opened.sealed
@@ -245,7 +245,7 @@ class TowerLink:
         return opened.connection.close_code, following
 
     def _resumed(self) -> None:
-        """What was written last may be lost with the old control channel: all is told once more."""
+        """What was written last may be lost with the old control channel: repeats everything."""
         _log.warning("the link goes on, with another control channel")
         self._outbox = deque(self._progress)
         self._pending_state.clear()

@@ -16,10 +16,8 @@ _INTERFACE: Final = re.compile(r"[^\s/:,]{1,15}")
 
 
 def parse_uplinks(words: Sequence[str]) -> tuple[str, ...]:
-    """`words`: each an interface or a local address, or several with commas between; none is: as the routes say.
-
-    Raises Unusable.
-    """
+    """`words`: each an interface or a local address, or several separated by commas; none: by the routes. Raises
+    Unusable."""
     uplinks = tuple(part.strip() for word in words for part in word.split(",") if part.strip())
     for uplink in uplinks:
         if not _is_address(uplink) and not _INTERFACE.fullmatch(uplink):

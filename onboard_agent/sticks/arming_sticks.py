@@ -1,8 +1,9 @@
-"""Sticks at rest for arming a drone that has no receiver. No I/O; takes `now`.
+"""Sticks at rest, for arming a drone without a receiver. No I/O; takes `now`.
 
-Measured on ArduCopter without a receiver: no sticks are "RC not found" or "Radio failsafe on", centred ones "Throttle
-not neutral"; with the throttle at the bottom it arms, from the second stick on. So while somebody who may arm is there,
-the agent says what a receiver would say of a transmitter at rest. The holder's own sticks pass once it is armed.
+Measured on ArduCopter without a receiver: without sticks it reports "RC not found" or "Radio failsafe on", with centred
+ones "Throttle not neutral"; with a low throttle it arms, from the second stick on. So while a person who may arm is
+present, the agent sends what a receiver would send for a transmitter at rest. The holder's own sticks pass once it is
+armed.
 """
 
 from typing import Final
@@ -22,7 +23,7 @@ class ArmingSticks:
         self._next_at = 0.0
 
     def due(self, now: float, *, wanted: bool, vehicle_system_id: int, ground_station_system_id: int) -> list[bytes]:
-        """Frames to send now. `wanted`: disarmed, known to be without a receiver, and somebody may arm it."""
+        """Frames to send now. `wanted`: disarmed, known to be without a receiver, and a person may arm it."""
         self.on = wanted
         if not wanted or now < self._next_at:
             return []

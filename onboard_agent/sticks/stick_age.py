@@ -1,8 +1,8 @@
-"""Whether the sticks that come are too old for too long: then whoever flies no longer sees what they do. No I/O.
+"""Whether sticks have been too old for too long: then the pilot no longer sees their effect. No I/O.
 
-The drone's limit is for the whole round trip; half of it is the sticks' share. Age is what the tower's stamp tells
-(wire.lateness) and half the round trip of a free link. Sticks that come late were late before they came: the count
-begins when these became too old on their way.
+The drone's limit is for the whole round trip; half of it is for the sticks. Age is the delay by the tower's stamp
+(wire.lateness) plus half the round trip of an idle link. Late sticks were late before they arrived: the count begins
+when they became too old on their way.
 """
 
 from wire.control_messages import SafetySettings

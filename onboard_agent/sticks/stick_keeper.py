@@ -1,15 +1,16 @@
-"""Centred sticks where somebody's stop and the autopilot would mind. No I/O; takes `now`.
+"""Centred sticks for a person whose sticks stop, if the autopilot needs them. No I/O; takes `now`.
 
-An assistant who only commands has no sticks, and the holder's are refused for as long as it is the assistant's turn:
-nobody's would come, and the autopilot would fly on with the last ones. And without a receiver the end of any sticks is
-a radio failsafe after a second, in a return or a mission as well.
+An assistant who only commands has no sticks, and the holder's are refused during the assistant's turn: none would
+arrive, and the autopilot would fly on with the last ones. And without a receiver the end of any sticks is a radio
+failsafe after a second, even in a return or a mission.
 
-Laws, each with a test:
-- Never begun where none were in force: who flies without sticks is not made to need them.
-- For an assistant: only where a hand was on the sticks, and only in modes that hold height with centred ones. In any
-  other they go stale, and the drone holds.
-- For the autopilot: in modes that use no sticks, where it would leave the mode when they end (`after_sticks`).
-- Somebody's own sticks win at once.
+Rules, each tested:
+
+- Never begun if none were in force: a drone that flies without sticks is not made to need them.
+- For an assistant: only after flight by hand, and only in modes that hold height with centred sticks. In any other mode
+  the sticks go stale, and the drone holds.
+- For the autopilot: in modes without sticks that it would leave when they end (`after_sticks`).
+- A person's own sticks win at once.
 - No gap is longer than KEEP_AFTER_S and a tick.
 """
 
@@ -20,7 +21,7 @@ from onboard_agent.autopilot.own_frames import FrameMaker, centred_sticks, groun
 STICKS_INTERVAL_S: Final = 0.05
 
 KEEP_AFTER_S: Final = 0.2
-"""Sticks that have not come for so long are not merely late; a radio failsafe waits for 1 s."""
+"""Sticks missing for this long are not merely late; a radio failsafe waits for 1 s."""
 
 
 class StickKeeper:
@@ -45,11 +46,11 @@ class StickKeeper:
         return self._keeps and self._for_assistant
 
     def turn(self, *, assistant_flies: bool) -> None:
-        """The tower says whose frames pass."""
+        """The tower reports whose frames pass."""
         self._assistant_flies = assistant_flies
 
     def end_turn(self) -> None:
-        """The link is gone, or a hold has taken over: until the tower says again that an assistant flies."""
+        """The link is gone, or a hold has taken over: ends until the tower reports again that an assistant flies."""
         self.turn(assistant_flies=False)
         self._persons_at = float("-inf")
 

@@ -1,7 +1,7 @@
-"""Whether the holder's sticks have stopped while the drone flies by hand: then the agent holds. No I/O.
+"""Whether the holder's sticks have stopped during flight by hand: then the agent holds. No I/O.
 
-The first to notice, whatever the reason: a stalled browser, a full network, a tower that is gone. Somebody who flies by
-radio never sent sticks through the tower, so nothing can go stale.
+The first to notice, whatever the reason: a stalled browser, a full network, a lost tower. A radio pilot never sent
+sticks through the tower, so nothing can go stale.
 """
 
 
@@ -17,7 +17,7 @@ class StickWatch:
 
     @property
     def hand_on(self) -> bool:
-        """Whether somebody flies by hand, as far as sticks tell."""
+        """Whether somebody flies by hand, by the sticks received."""
         return self._fresh_at is not None
 
     def over(self) -> None:

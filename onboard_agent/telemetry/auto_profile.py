@@ -40,8 +40,8 @@ WORST_FOR: Final = {
 LOSS_OVER_S: Final = 30.0
 LOSS_NOW_OVER_S: Final = 5.0
 LOSS_NOW_FACTOR: Final = 3.0
-"""A loss of so many times the limit need not have lasted for LOSS_OVER_S. Of the few packets of five seconds one or two
-may always be missing."""
+"""A loss this many times above the limit need not last for LOSS_OVER_S. Of the few packets in five seconds, one or two
+are often missing."""
 
 AT_EASE: Final = Limits(0.04, 0.2)
 """Below both: there may be room for more. Between this and WORST_FOR everything stays as it is."""
@@ -53,7 +53,7 @@ MIN_STAY_S: Final = 3.0
 """Between a step and the next one down: the measurement must have seen what the first step did."""
 
 UP_AFTER_S: Final = 20.0
-"""At ease for so long, then one step up."""
+"""One step up after this long without trouble."""
 
 FAILED_WITHIN_S: Final = 30.0
 """A step down this soon after one up means that the try has failed."""

@@ -16,7 +16,7 @@ SETTLED_AFTER_S: Final = 5.0
 """A new link has sent too little before that: one packet lost of two is not a loss of a half."""
 
 BY_HAND_FOR_S: Final = 3.0
-"""After the last sticks of the holder the pilot's rates stay so long: RC_OVERRIDE_TIME of the autopilots."""
+"""The pilot's rates stay this long after the holder's last sticks: RC_OVERRIDE_TIME of the autopilots."""
 
 
 class TelemetryStream:
@@ -82,7 +82,7 @@ class TelemetryStream:
         self._sent = None
 
     def changed(self) -> StreamState | None:
-        """What to tell the tower, where it differs from what was told last."""
+        """The report for the tower, if it differs from the last one."""
         state = self._state()
         if state == self._sent:
             return None

@@ -1,11 +1,12 @@
-"""Thins what goes up to the tower: of state messages only the newest, and not more often than the profile says. No I/O.
+"""Thins what goes up to the tower: of state messages only the newest, at most at the profile's rate. No I/O.
 
-Its laws:
-- In `full`, everything goes at once and untouched.
-- Otherwise state waits for a beat of BEAT_S, and a newer frame of the same kind takes its place meanwhile. What is due
-  leaves together.
-- HEARTBEAT and everything that is not state goes at once and in order, whatever the profile. What we do not know is not
-  state; it is counted, so that a stream that does not get thinner has an explanation.
+Rules:
+
+- In `full`, everything leaves at once and unchanged.
+- Otherwise state waits for a tick of BEAT_S, and a newer frame of the same kind replaces it. What is due leaves
+  together.
+- HEARTBEAT and everything that is not state leaves at once and in order, in every profile. Unknown messages are not
+  state; they are counted, to explain a stream that does not get thinner.
 """
 
 from collections import Counter
@@ -17,11 +18,11 @@ from wire.state_messages import StateKey, state_key
 from wire.stream_profiles import BEAT_S, StreamProfile, beats_between
 
 MAX_KINDS: Final = 1024
-"""Senders, messages and instances that are told apart; several times what any drone has. Beyond it a new kind is
-dropped and counted: the memory of a companion computer is small, and what has a thousand kinds is noise."""
+"""Maximum number of senders, messages and instances; several times what any drone has. Beyond it a new kind is dropped
+and counted: a companion computer has little memory, and a thousand kinds are noise."""
 
 FORGET_EVERY_BEATS: Final = 100
-"""Kinds that have not been sent for so long are forgotten; longer than the slowest rate."""
+"""Kinds not sent for this long are forgotten; longer than the slowest rate."""
 
 _NEVER: Final = -1_000_000
 _HEARTBEAT: Final = mavlink.MAVLINK_MSG_ID_HEARTBEAT
