@@ -7,7 +7,7 @@ trip, within milliseconds on a fast line, and never before the answer can have a
 from typing import Final
 
 MIN_S: Final = 0.06
-"""An autopilot looks at its line 50 to 400 times a second, and some of its work keeps it from that for longer."""
+"""An autopilot reads its line 50 to 400 times a second, and some of its work delays that for longer."""
 MEAN_WEIGHT: Final = 1 / 8
 DEVIATION_WEIGHT: Final = 1 / 4
 DEVIATIONS: Final = 4.0

@@ -17,12 +17,12 @@ class Asked:
         self._sent_at = float("-inf")
 
     def progress(self, phase: str, done: int, total: int, now: float) -> list[TransactionProgress]:
-        """What to tell of it now: nothing, where something has just been told."""
+        """The progress to report now: none if it was just reported."""
         if now - self._sent_at < PROGRESS_EVERY_S:
             return []
         self._sent_at = now
         return [TransactionProgress(id=self.id, phase=phase, done=done, total=total)]
 
     def result(self, outcome: Outcome, words: str, **more: Any) -> TransactionResult:
-        """The last that is told of it."""
+        """The last report about it."""
         return TransactionResult(id=self.id, outcome=outcome, words=words, **more)

@@ -1,10 +1,11 @@
-"""One command and its answer: repeated while nothing comes, waited for while it is carried out. No I/O; takes `now`.
+"""One command and its answer: repeated while there is none, awaited while it is executed. No I/O; takes `now`.
 
-Laws, each with a test:
-- A repetition has the next confirmation, so that the autopilot can tell it from a second command.
-- A take-off, a motor test and their like are sent once: one that was carried out unheard must not be carried out again.
-- IN_PROGRESS ends the repetitions and gives it until the deadline.
-- After the deadline nothing is sent, and what comes says nothing.
+Rules, each tested:
+
+- A repetition increments the confirmation field, so that the autopilot can tell it from a second command.
+- Take-off, motor test and the like are sent once: a command whose answer was lost must not be executed again.
+- IN_PROGRESS ends the repetitions and extends the wait to the deadline.
+- After the deadline nothing is sent, and answers are ignored.
 """
 
 from collections.abc import Callable
@@ -50,7 +51,7 @@ class CommandEnd:
 
 
 class CommandAnswer:
-    """Call `due` at each tick until `end` is there; `acknowledged` with each COMMAND_ACK that is meant for us."""
+    """Call `due` at each tick until `end` is set, and `acknowledged` with each COMMAND_ACK for us."""
 
     def __init__(self, command: int, make: Callable[[int], bytes], *, deadline: float) -> None:
         """`make`: the whole frame with this confirmation, 0..255. `deadline`: on the clock of `now`."""
@@ -62,7 +63,7 @@ class CommandAnswer:
         self._again_at = 0.0
         self._in_progress = False
         self.percent: int | None = None
-        """How far it is, where the autopilot says so."""
+        """Progress, if the autopilot reports it."""
         self.end: CommandEnd | None = None
 
     def acknowledged(self, ack: Any, now: float) -> None:

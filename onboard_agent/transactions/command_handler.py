@@ -1,15 +1,16 @@
-"""The handler for commands: each goes the way of a holder's frame, and its answer comes back in words. No I/O.
+"""The handler for commands: each takes the path of a holder's frame, and its answer is reported in words. No I/O.
 
-Laws, each with a test:
+Rules, each tested:
+
 - What may not pass as a frame of the holder's does not pass here either.
-- A change of mode is done when a heartbeat shows the mode. Until then it was accepted, no more.
-- Of speed, home, the item of a mission and its start it is told whether telemetry showed it within SEEN_WITHIN_S of the
-  acceptance: it was accepted, seen or not yet seen.
-- A command that came later, a frame with one, or a hold ends the repetitions of those before: nothing is undone by a
-  copy of what was wished before. Another epoch ends them and the waiting.
-- A refusal carries the autopilot's own text, where it gives one within WORDS_WITHIN_S of its answer.
-- Several wait at once, each under a component id of its own, so that no answer is taken for another's. Where no id is
-  left, the oldest ends.
+- A change of mode is done when a heartbeat shows the mode. Until then it is only accepted.
+- For speed, home, the mission item and the mission start, the result says whether telemetry confirmed it within
+  SEEN_WITHIN_S of the acceptance.
+- A later command, a frame with one, or a hold ends the repetitions of earlier ones: a copy of an old command must undo
+  nothing. Another epoch ends repetitions and waiting.
+- A refusal contains the autopilot's own text, if that arrives within WORDS_WITHIN_S of its answer.
+- Several commands wait at once, each under its own component id, so that answers are not confused. If no id is free,
+  the oldest command ends.
 """
 
 from collections.abc import Callable
@@ -41,10 +42,10 @@ COMPONENTS: Final = (
     mavlink.MAV_COMP_ID_ONBOARD_COMPUTER3,
     mavlink.MAV_COMP_ID_ONBOARD_COMPUTER4,
 )
-"""Under which the commands go. The agent's own is for what it does by itself: holds, and what it asks for."""
+"""Component ids for commands. The agent's own id is for what it does by itself: holds, and its requests."""
 
 MODE_AGAIN_S: Final = 0.5
-"""A mode that was accepted so long ago and is not shown is asked for again."""
+"""A mode that was accepted this long ago and is not shown is requested again."""
 SHOW_EVERY_S: Final = 0.25
 WORDS_WITHIN_S: Final = 0.3
 WORDS_BEFORE_S: Final = 0.3
@@ -67,7 +68,7 @@ class _Waiting:
     answer: CommandAnswer
     deadline: float
     mode: frozenset[int]
-    """The custom_modes one of which a heartbeat must show; empty where none is asked for."""
+    """The custom_modes one of which a heartbeat must show; empty if none is requested."""
     wanted: Seen | None = None
     """What telemetry is to show."""
     commanded: int = 0
@@ -135,7 +136,7 @@ class CommandHandler:
         self._waiting.append(_Waiting(transaction, work, component, answer, deadline, modes, what_shows(work, around)))
 
     def cancel(self, transaction_id: int, now: float) -> None:
-        """It is not repeated, and nobody waits for its answer any more."""
+        """Ends its repetitions and the wait for its answer."""
         for waiting in self._waiting:
             if waiting.transaction.id == transaction_id:
                 self._give_up(waiting, Outcome.CANCELLED, "It was cancelled")
@@ -148,7 +149,7 @@ class CommandHandler:
                 self._give_up(waiting, Outcome.STALE_EPOCH, "The controls changed hands meanwhile")
 
     def receive(self, frame: bytes, now: float) -> bool:
-        """One of `hears` came."""
+        """A message of `hears` arrived."""
         if not self._waiting or source(frame) != (self._system, _AUTOPILOT):
             return False
         message = decode(frame)
@@ -186,7 +187,7 @@ class CommandHandler:
         return out
 
     def news(self) -> list[TransactionToTower]:
-        """What is to be told to the tower, once, in order."""
+        """Reports for the tower, each once, in order."""
         news, self._news = self._news, []
         return news
 
@@ -236,8 +237,9 @@ class CommandHandler:
 
     @staticmethod
     def _has_come_to_nothing(waiting: _Waiting, around: Around, now: float) -> bool:
-        """PX4 accepts a mode of sticks that it does not enter, where the first sticks have only just come; asked again,
-        it does. Another mode than before is somebody's, a pilot's switch perhaps: nothing is done about that."""
+        """PX4 accepts a mode flown with sticks but does not enter it if the first sticks have only just arrived; a
+        second request works. A mode other than the former one was requested by somebody else, perhaps a pilot's switch:
+        it is left alone."""
         if waiting.ended_at is None:
             waiting.ended_at = now
         may_be_unentered = multicopter(around.autopilot_kind).family.accepts_modes_it_does_not_enter

@@ -32,7 +32,7 @@ _GROUND_SPEED: Final = 1
 
 
 class Seen(Protocol):
-    """What is looked for. `asks`: the message to ask for, None where it comes by itself."""
+    """What telemetry must show. `asks`: the message to request, None if it comes by itself."""
 
     asks: int | None
 
@@ -41,11 +41,11 @@ class Seen(Protocol):
 
     @property
     def shown(self) -> bool | None:
-        """True: it is there. False: it cannot be shown now. None: not yet."""
+        """True: confirmed. False: cannot be confirmed now. None: not yet."""
 
     @property
     def words(self) -> str:
-        """What is there, as a part of a sentence; empty where nothing has come."""
+        """What telemetry shows, as part of a sentence; empty if nothing arrived."""
 
 
 class _Speed:
@@ -77,7 +77,7 @@ class _Home:
     asks: int | None = _HOME
 
     def __init__(self, wanted: tuple[float, float] | None) -> None:
-        """`wanted`: latitude and longitude; None: where it is."""
+        """`wanted`: latitude and longitude; None: the present position."""
         self._wanted = wanted
         self._here: tuple[float, float] | None = None
         self._home: tuple[float, float] | None = None

@@ -27,7 +27,7 @@ class Op(IntEnum):
 
 
 class Nack(IntEnum):
-    """The first byte of what a NACK says."""
+    """The first byte of a NACK's payload."""
 
     FAIL = 1
     INVALID_SESSION = 4
@@ -45,7 +45,8 @@ class FileAnswer:
 
 
 def read_answer(message: Any, system_id: int, component: int = AGENT_COMPONENT) -> FileAnswer | None:
-    """Of a FILE_TRANSFER_PROTOCOL; None where it answers somebody else, or is no answer. `component`: who asked."""
+    """The answer in a FILE_TRANSFER_PROTOCOL; None if it is for somebody else, or not an answer. `component`: the
+    requester."""
     if (message.target_system, message.target_component) != (system_id, component):
         return None
     payload = bytes(message.payload).ljust(_PAYLOAD_BYTES, b"\0")
@@ -66,7 +67,7 @@ class FileFrames:
         self.system_id = vehicle_system_id
 
     def ask(self, op: Op, *, sequence: int, session: int, offset: int = 0, size: int = 0, data: bytes = b"") -> bytes:
-        """A request. `size`: of the block that is asked for; where there is `data`, its length counts."""
+        """A request. `size`: of the requested block; with `data`, its length counts."""
         head = _HEAD.pack(sequence & 0xFFFF, session, op, len(data) or size, 0, 0, offset)
         payload = (head + data).ljust(_PAYLOAD_BYTES, b"\0")
         message = mavlink.MAVLink_file_transfer_protocol_message(0, self.system_id, _AUTOPILOT_COMPONENT, payload)

@@ -1,11 +1,12 @@
 """Reads a file of the autopilot by MAVLink FTP, several blocks at a time. No I/O; takes `now`.
 
-Laws, each with a test:
-- The blocks are asked for one by one and not as a burst: ArduPilot sends bursts at a third of the line's nominal speed.
-- All blocks are of one size: ArduPilot pads a file of parameters so that no value lies across two of them.
-- What is lost is asked for again after about a round trip; a block that is lost too often ends it.
-- The file ends with a block that is not full, or where the autopilot says so.
-- A session of ours that was left open is closed and opened again; somebody else's is left alone.
+Rules, each tested:
+
+- Blocks are requested one by one and not as a burst: ArduPilot sends bursts at a third of the line's nominal speed.
+- All blocks have one size: ArduPilot pads a parameter file so that no value lies across two of them.
+- A lost block is requested again after about a round trip; one that is lost too often ends the read.
+- The file ends with a partial block, or when the autopilot says so.
+- A session of ours that was left open is closed and reopened; somebody else's is left alone.
 """
 
 from typing import Final
@@ -21,10 +22,10 @@ MAX_FILE_BYTES: Final = 1 << 18
 
 
 class FileRead:
-    """Call `due` at each tick and after each `heard`, until `end` or `why_not` is there."""
+    """Call `due` at each tick and after each `heard`, until `end` or `why_not` is set."""
 
     def __init__(self, talk: FileFrames, name: bytes, *, at_once: int, answer_s: float) -> None:
-        """`at_once`: blocks asked for at the same time. `answer_s`: the longest wait for one answer."""
+        """`at_once`: blocks requested at the same time. `answer_s`: the longest wait for one answer."""
         self._talk = talk
         self._name = name
         self._at_once = at_once
@@ -36,9 +37,9 @@ class FileRead:
         self._open_asked = 0
         self._again_at = float("-inf")
         self._asked: dict[int, tuple[int, float]] = {}
-        """By the sequence of the answer: the offset that was asked for, and when."""
+        """By sequence number of the answer: the requested offset, and the time."""
         self._waiting: dict[int, tuple[int, float]] = {}
-        """By offset: how often it was asked for, and until when an answer may come."""
+        """By offset: number of requests, and deadline of the answer."""
         self._blocks: dict[int, bytes] = {}
         self._next_offset = 0
         self._size = MAX_FILE_BYTES
@@ -88,7 +89,7 @@ class FileRead:
         return out
 
     def give_up(self) -> None:
-        """It is wanted no more: `due` closes it."""
+        """Cancels the read: `due` closes the session."""
         if not self._over:
             self.why_not = "it was given up"
 

@@ -7,7 +7,7 @@ from typing import Protocol
 
 @dataclass(frozen=True, slots=True)
 class Sending:
-    """`done`: bytes that have gone out. An attempt that broke off begins again at 0."""
+    """`done`: bytes sent. An interrupted attempt starts again at 0."""
 
     done: int
 
@@ -19,17 +19,17 @@ class Sent:
 
 @dataclass(frozen=True, slots=True)
 class NotSent:
-    """The tower does not want it. `why`: without a full stop."""
+    """The tower refuses the file. `why`: without a full stop."""
 
     why: str
 
 
 class FileSender(Protocol):
-    """Sends one file at a time, and tries on until it is sent, not wanted, or stopped."""
+    """Sends one file at a time, and retries until it is sent, refused, or stopped."""
 
     @property
     def state(self) -> Sending | Sent | NotSent:
-        """Of the file that was begun last."""
+        """Of the file begun last."""
 
     def begin(self, transaction_id: int, path: Path) -> None:
         """To `PUT /api/v1/agent/files/{transaction_id}`."""

@@ -79,7 +79,7 @@ def place(leader: Motion, work: FollowWork, now: float) -> Motion:
 
 
 def why_not_there(work: FollowWork) -> str | None:
-    """Why nobody is to keep such a place, or None."""
+    """Why such a position cannot be kept, or None."""
     if is_apart(work.north_m, work.east_m, work.up_m):
         return None
     return f"the place is too near to {work.leader_name}"
@@ -104,5 +104,5 @@ def why_stop(own: Motion, leader: Motion, work: FollowWork, now: float, *, home_
 
 
 def _shrunk(lat_e7: float) -> float:
-    """Of a degree of longitude at this latitude; never nothing, not even at a pole."""
+    """Metres of a degree of longitude at this latitude; never zero, not even at a pole."""
     return max(0.01, cos(radians(lat_e7 / 1e7)))

@@ -1,16 +1,14 @@
-"""The handler for following: keeps a drone at its place beside a leader, of which the tower tells where it is. No I/O.
+"""The handler for following: keeps a drone at its position beside a leader, whose positions the tower sends. No I/O.
 
-What goes out goes the way of a holder's frames. One leader at a time.
+Targets take the path of a holder's frames. One leader at a time. Rules, each tested:
 
-Laws, each with a test:
-- It begins in the air, in the mode that listens to targets, with both positions fresh; else nothing is sent.
-- What ends it by itself (the leader is lost, too near, too far, on the ground; the time is over; it was cancelled; the
-  controls changed hands) brings the drone to a hold, which a heartbeat must show.
-- So do sticks that are moved: the mode in which it follows does not listen to them, and whoever moves them wants it to
-  be theirs.
-- Whoever else says meanwhile how to fly wins: a command, a hold, a mode that somebody switched to. Then it ends, and
-  nothing more is sent.
-- A PX4, which changes its mode to go somewhere, is sent on only right after a heartbeat that shows the mode it was in.
+- It begins in the air, in the mode that accepts targets, with both positions fresh; otherwise nothing is sent.
+- If it ends by itself (the leader is lost, too near, too far, on the ground; the time is over; it was cancelled; the
+  controls changed hands), the drone holds, which a heartbeat must show.
+- Moved sticks end it the same way: its mode ignores sticks, so the pilot wants to take over.
+- Other flight commands win: a command, a hold, a mode from a switch. Then it ends, and nothing more is sent.
+- A PX4 changes its mode to go somewhere, and gets the next target only right after a heartbeat that shows its former
+  mode.
 """
 
 from collections.abc import Callable
@@ -55,7 +53,7 @@ class _End:
     outcome: Outcome
     why: str
     stands: bool = False
-    """It was told to stand still."""
+    """The drone was commanded to stand still."""
     pause: PlanPause | None = None
 
 
@@ -86,16 +84,14 @@ class _Following:
 
 
 def _targets_mode(around: Around) -> FlightMode | None:
-    """The mode in which it takes targets one after the other; None of a vehicle that nobody knows to follow."""
+    """The mode that accepts a stream of targets; None for a vehicle that is not known to follow."""
     profile = registry.of(around.autopilot_kind, around.vehicle_type)
     return None if profile is None else profile.roles.targets
 
 
 class FollowHandler:
-    """A TransactionHandler. `leader` is told where the leader is. `send`, `commanded`: as for CommandHandler.
-
-    `moved`: how often sticks have passed that were not centred.
-    """
+    """A TransactionHandler. `leader` gets the leader's positions. `send`, `commanded`: as for CommandHandler. `moved`:
+    count of sticks passed that were not centred."""
 
     works = (FollowWork,)
     hears = frozenset({_POSITION, _BEAT, _ACK})
@@ -112,12 +108,12 @@ class FollowHandler:
         self._news: list[TransactionToTower] = []
 
     def autopilot_came(self, around: Around, now: float) -> None:
-        """What it was told before it rebooted is forgotten."""
+        """Forgets what the autopilot was told before it rebooted."""
         if self._one is not None:
             self._over(Outcome.FAILED, "The autopilot was restarted. Nothing more was sent to it.")
 
     def begin(self, transaction: Transaction, around: Around | None, now: float) -> None:
-        """The tower wants it to follow."""
+        """The tower requests following."""
         work = transaction.work
         assert isinstance(work, FollowWork)
         why_not = self._why_not(work, around)
@@ -136,7 +132,7 @@ class FollowHandler:
         )
 
     def leader(self, position: LeaderPosition, late_s: float, now: float) -> None:
-        """Where the leader is. `late_s`: by so much the message was held up on its way."""
+        """The leader's position. `late_s`: the message's delay on its way."""
         one = self._one
         if one is None or position.id != one.transaction.id or position.number <= one.newest:
             return
@@ -152,7 +148,7 @@ class FollowHandler:
         )
 
     def cancel(self, transaction_id: int, now: float) -> None:
-        """The tower wants it no more."""
+        """The tower cancels."""
         if self._one is not None and self._one.transaction.id == transaction_id:
             self._stop(Outcome.CANCELLED, f"It was ordered to stop following {self._one.work.leader_name}")
 
@@ -164,7 +160,7 @@ class FollowHandler:
             )
 
     def receive(self, frame: bytes, now: float) -> bool:
-        """One of `hears` came."""
+        """A message of `hears` arrived."""
         one = self._one
         if one is None or source(frame) != (self._system, _AUTOPILOT):
             return False
@@ -206,7 +202,7 @@ class FollowHandler:
         return self._on(one, around, now)
 
     def news(self) -> list[TransactionToTower]:
-        """What is to be told to the tower, once, in order."""
+        """Reports for the tower, each once, in order."""
         news, self._news = self._news, []
         return news
 
@@ -239,7 +235,7 @@ class FollowHandler:
         return None
 
     def _why_leave_alone(self, one: _Following, around: Around) -> str | None:
-        """Why somebody else has it now, or nobody can."""
+        """Why another person has the drone now, or it cannot follow."""
         if not around.heard:
             return "no heartbeat from the autopilot"
         if one.commanded != self._commanded() or around.holding:

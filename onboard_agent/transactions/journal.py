@@ -16,13 +16,11 @@ Lasting = Callable[[], bool]
 
 
 class JournalStore(Protocol):
-    """One record for each kind of plan. Each change is whole or not at all, and in the order of the calls.
-
-    What returns None is done and lasting by then; else it is once the Lasting says so.
-    """
+    """One record for each kind of plan. Each change is atomic, in the order of the calls. A call that returns None is
+    done and durable; otherwise the returned Lasting says when."""
 
     def load(self, kind: PlanKind) -> bytes | None:
-        """The record, or None where there is none. Raises OSError."""
+        """The record, or None without one. Raises OSError."""
 
     def save(self, kind: PlanKind, record: bytes) -> Lasting | None:
         """Raises OSError; then nothing has changed."""
@@ -54,7 +52,7 @@ class Intent(msgspec.Struct, frozen=True):
 
 
 UNREADABLE: Final = Intent((), ())
-"""Stands for a record that nobody can read: what was on board is not known, and nothing is better than half a plan."""
+"""Stands for an unreadable record: the plan on board was not known, and no plan is better than half a plan."""
 
 _decoder: Final[msgspec.json.Decoder[Intent]] = msgspec.json.Decoder(Intent)
 
@@ -65,7 +63,7 @@ def write_intent(store: JournalStore, kind: PlanKind, *, old: Plan, new: Plan) -
 
 
 def read_intent(store: JournalStore, kind: PlanKind) -> Intent | None:
-    """None where nothing was being written; UNREADABLE where nobody can say what."""
+    """None if nothing was being written; UNREADABLE if what was is not known."""
     try:
         record = store.load(kind)
     except OSError:

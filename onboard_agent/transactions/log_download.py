@@ -1,9 +1,10 @@
-"""Reads one flight log, a window at a time, what is lost once more. No I/O but the file's; takes `now`.
+"""Reads one flight log, a window at a time, and requests lost parts again. No I/O but the file's; takes `now`.
 
-Laws, each with a test:
-- What is in the file is whole from its beginning: bytes go there a window at a time, when that has no gap any more.
-- A gap is asked for when what was asked for has ended, or nothing comes any more; the first one first.
-- The autopilot knows where its log ends: a short piece, or an empty one, ends it earlier than the list said.
+Rules, each tested:
+
+- The file has no gaps: bytes are appended a window at a time, when it is complete.
+- A gap is requested when the last request has ended, or nothing arrives any more; the first gap first.
+- The autopilot knows where its log ends: a short or empty piece ends it earlier than the list said.
 """
 
 from dataclasses import dataclass
@@ -36,10 +37,10 @@ class LogNotRead:
 
 
 class LogDownload:
-    """Call `due` at each tick and after each `heard`, until `end` is there."""
+    """Call `due` at each tick and after each `heard`, until `end` is set."""
 
     def __init__(self, talk: LogFrames, pace: LogPace, file: LogFile, *, log_id: int, size: int, have: int) -> None:
-        """`size`: as the list says. `have`: bytes that are in the file, a multiple of CHUNK or all of them."""
+        """`size`: from the list. `have`: bytes in the file, a multiple of CHUNK or all of them."""
         self._talk = talk
         self._pace = pace
         self._file = file

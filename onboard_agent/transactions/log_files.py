@@ -10,7 +10,7 @@ from onboard_agent.transactions.log_frames import CHUNK
 from wire.transactions import LogEntry
 
 LEFT_FREE_BYTES: Final = 64 * 1024 * 1024
-"""Of the disk, for all else that is on it."""
+"""Disk space to keep free for everything else."""
 
 
 class LogFiles:
@@ -22,7 +22,7 @@ class LogFiles:
 
     @property
     def path(self) -> Path:
-        """Of the log that was opened last."""
+        """Of the log opened last."""
         assert self._path is not None
         return self._path
 

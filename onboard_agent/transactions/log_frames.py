@@ -20,11 +20,11 @@ class LogPace:
     first_s: float
     """For the first answer: an autopilot looks through its card."""
     quiet_s: float
-    """What says nothing for so long has stopped."""
+    """A transfer that is silent for this long has stopped."""
     settle_s: float
     """What was overtaken may still come."""
     window: int
-    """Bytes that are asked for at once, a multiple of CHUNK."""
+    """Bytes per request, a multiple of CHUNK."""
     tries: int = 8
     """Questions in a row that bring nothing."""
 

@@ -1,10 +1,11 @@
-"""The flight logs of one autopilot: told, and read and sent to the tower, one at a time. No I/O but file and sender.
+"""The flight logs of one autopilot: listed, read and sent to the tower, one at a time. No I/O but file and sender.
 
-Laws, each with a test:
-- Only while the drone is disarmed: autopilots give none in flight, and a log on its way up is in the way of sticks.
-- What was read stays until the tower has it: the same log asked for again goes on where it was broken off.
+Rules, each tested:
+
+- Only while the drone is disarmed: autopilots send none in flight, and an upload delays sticks.
+- What was read stays until the tower has it: another request for the same log continues there.
 - After a reboot the log is looked up again before more of it is read.
-- The autopilot is told when it is over, however it ends: until then it may write none.
+- The autopilot is told when the transfer ends, in every case: until then it may write no log.
 """
 
 from enum import StrEnum
@@ -97,7 +98,7 @@ class LogHandler:
         """Whoever has the controls, a log is a log."""
 
     def receive(self, frame: bytes, now: float) -> bool:
-        """True: an entry or a piece that was asked for."""
+        """True: a requested entry or piece."""
         at = self._at
         if at is None or source(frame) != (self._system, 1):
             return False
@@ -120,7 +121,7 @@ class LogHandler:
         return out
 
     def news(self) -> list[TransactionToTower]:
-        """What is to be told to the tower."""
+        """Reports for the tower."""
         news, self._news = self._news, []
         return news
 

@@ -1,9 +1,10 @@
-"""Which flight logs the autopilot has: the list as it tells it, then what is missing of it. No I/O; takes `now`.
+"""The autopilot's list of flight logs: as it sends it, then the missing entries. No I/O; takes `now`.
 
-Laws, each with a test:
-- The list is over when as many logs were told as there are; one entry that says that there are none is a list, too.
-- What is missing when the autopilot falls silent is asked for as one range after another.
-- A list that stays incomplete is told as far as it goes, and as incomplete.
+Rules, each tested:
+
+- The list is complete when the announced number has arrived; one entry that announces none is a list, too.
+- When the autopilot falls silent, missing entries are requested, one range after another.
+- A list that stays incomplete is reported as far as it goes, and as incomplete.
 """
 
 from dataclasses import dataclass
@@ -17,7 +18,7 @@ SILENT: Final = "the autopilot does not answer (it gives no logs while somebody 
 
 @dataclass(frozen=True, slots=True)
 class LogsListed:
-    """`missing`: so many more there are, by what the autopilot says."""
+    """`missing`: entries that the autopilot announced and did not send."""
 
     logs: tuple[LogEntry, ...]
     missing: int = 0
@@ -31,7 +32,7 @@ class LogsNotListed:
 
 
 class LogListing:
-    """Call `due` at each tick and after each `heard`, until `end` is there."""
+    """Call `due` at each tick and after each `heard`, until `end` is set."""
 
     def __init__(self, talk: LogFrames, pace: LogPace, *, only: int | None = None) -> None:
         """`only`: the number of the one log that is of interest."""
@@ -49,7 +50,7 @@ class LogListing:
 
     @property
     def progress(self) -> tuple[int, int]:
-        """Logs told, and in all (0: not known yet)."""
+        """Logs received, and in all (0: not known yet)."""
         return len(self._logs), 1 if self._only is not None else self._count or 0
 
     def receive(self, entry: Any, now: float) -> bool:

@@ -17,7 +17,7 @@ class LogStore(Protocol):
 
     @property
     def path(self) -> Path:
-        """Of the log that was opened last."""
+        """Of the log opened last."""
 
     def remove(self) -> None:
         """The log that was opened last is not needed any more."""

@@ -1,15 +1,16 @@
-"""What the vehicle itself says of its parameters: asked for, read by MAVLink FTP, and told to the tower. No I/O.
+"""The vehicle's metadata of its own parameters: requested, read by MAVLink FTP, and sent to the tower. No I/O.
 
-Laws, each with a test:
-- COMPONENT_METADATA is asked for once AUTOPILOT_VERSION is there and names MAVLink FTP. A refusal or silence is final
-  until the autopilot comes again.
-- Nothing waits for this: it goes on only while the drone is disarmed and nothing else is under way at the autopilot.
-  What comes in between ends a file that is being read; it is read from its beginning when there is rest again.
+Rules, each tested:
+
+- COMPONENT_METADATA is requested once AUTOPILOT_VERSION has arrived and names MAVLink FTP. A refusal or silence is
+  final until the autopilot comes again.
+- It has the lowest priority: it continues only while the drone is disarmed and nothing else is under way at the
+  autopilot. An interruption ends the read of a file, which starts again later.
 - It reads files of this autopilot alone, bounded in size and time, and unpacks a little of them at each tick. A damaged
-  file is read again, one that is no metadata is not.
-- A file whose CRC is known is not read again.
-- The tower is told the hash, on each link and when it has changed, and the bytes when it asks, piece by piece, while
-  the drone is disarmed.
+  file is read again, one that is not metadata is not.
+- A file with a known CRC is not read again.
+- The tower gets the hash on each link and after a change, and the bytes on request, piece by piece, while the drone is
+  disarmed.
 """
 
 from collections.abc import Callable, Iterator
@@ -82,7 +83,7 @@ class MetadataService:
         self._unpacking: Steps | None = None
         self._busy_at = float("-inf")
         self._known_file: OfferedFile | None = None
-        """That of which `_packed` is."""
+        """The metadata of `_packed`."""
         self._packed = b""
         self._known = MetadataKnown(hash=None, words=_NOT_YET)
         self._pieces: Iterator[MetadataPiece] = iter(())
@@ -92,7 +93,7 @@ class MetadataService:
     # TransactionHandler.
 
     def autopilot_came(self, around: Around, now: float) -> None:
-        """It is asked again. What is known of this one stays until it says something else."""
+        """Requests it again. What is known stays until the vehicle reports something else."""
         if self._autopilot != (around.system_id, around.autopilot_kind):
             self._autopilot = (around.system_id, around.autopilot_kind)
             self._known_file = None
@@ -110,7 +111,7 @@ class MetadataService:
         """It writes nothing."""
 
     def receive(self, frame: bytes, now: float) -> bool:
-        """One of `hears` came."""
+        """A message of `hears` arrived."""
         if self._autopilot is None or source(frame) != (self._autopilot[0], 1):
             return False
         kind = message_id(frame)
@@ -152,12 +153,12 @@ class MetadataService:
         return out
 
     def news(self) -> list[TransactionToTower]:
-        """What is to be told to the tower."""
+        """Reports for the tower."""
         news, self._news = self._news, []
         return news
 
     def resend(self) -> None:
-        """The tower may know nothing, and says what it lacks."""
+        """The tower may know nothing, and requests what it lacks."""
         self._pieces = iter(())
         self._news = [self._known]
 
@@ -209,7 +210,7 @@ class MetadataService:
         return True
 
     def _named(self, frame: bytes) -> None:
-        """COMPONENT_METADATA, whoever asked for it: it counts where we have asked."""
+        """COMPONENT_METADATA, whoever requested it: it counts if we did."""
         if not self._asks:
             return
         self._ask_at = float("inf")
@@ -225,7 +226,7 @@ class MetadataService:
         self._stop()
 
     def _stop(self) -> None:
-        """What is being read or unpacked is begun again later: it says nothing of how it would have ended."""
+        """Reading or unpacking is interrupted and starts again later, without a result."""
         self._unpacking = None
         if self._read is not None:
             self._read.give_up()
@@ -276,7 +277,7 @@ class MetadataService:
             self._none(str(unusable))
 
     def _unpacked(self, data: bytes) -> None:
-        """The text of the general file, or what the tower is told of the parameters. Raises MetadataUnusable."""
+        """The text of the general file, or the parameter metadata for the tower. Raises MetadataUnusable."""
         if self._general is None:
             self._known_file, self._parameters = self._parameters, None
             self._report(data, "")

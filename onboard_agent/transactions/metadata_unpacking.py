@@ -1,8 +1,8 @@
-"""From the bytes of a vehicle's file to what the tower is told, a little at a time. No I/O.
+"""Converts a vehicle's file into metadata for the tower, a little at a time. No I/O.
 
-Each function is a generator that does a small part of the work at a time, and returns the result: it shares a thread
-with sticks and holds. A file is hostile until it is read: what comes out of it is bounded, and so is the memory for it.
-Raises MetadataUnusable.
+Each function is a generator that does a small part of the work at a time, and returns the result, because it shares a
+thread with sticks and holds. A file is untrusted: its output is bounded, and so is the memory for it. Raises
+MetadataUnusable.
 """
 
 import zlib
@@ -65,7 +65,7 @@ def unpacked(data: bytes, crc: int | None, *, max_bytes: int) -> Steps:
 
 
 def packed_parameters(data: bytes, crc: int | None) -> Steps:
-    """Of a file about parameters what is in the form of `wire.parameter_metadata`, as the tower is told it."""
+    """The part of a parameter file that fits `wire.parameter_metadata`, as sent to the tower."""
     text = yield from unpacked(data, crc, max_bytes=MAX_TEXT_BYTES)
     if text.count(b",") > MAX_COMMAS:
         raise MetadataUnusable(_TOO_LARGE)

@@ -1,8 +1,8 @@
-"""How one parameter travels: what a PARAM_VALUE says, what a PARAM_SET must carry, and which values cannot. Pure.
+"""The encoding of one parameter: PARAM_VALUE, PARAM_SET, and values that cannot be encoded. Pure.
 
 Every value travels in the four bytes of a float. ArduPilot casts the number to a float; PX4 copies the bytes of an
-integer into its place. The bytes are made and read here, not by way of a Python float: that would turn some integers
-of PX4, whose bytes are those of a signalling NaN, into others.
+integer. The bytes are made and read here without a Python float, which would change some integers of PX4 whose bytes
+are a signalling NaN.
 """
 
 import re
@@ -19,9 +19,9 @@ from wire.frames import payload
 from wire.parameters import Parameter
 
 UNNUMBERED: Final = 0xFFFF
-"""The index of a value that is not told as part of a list."""
+"""The index of a value outside a list."""
 HASH_NAME: Final = "_HASH_CHECK"
-"""PX4: no parameter, but the hash of all of them, told and asked for as if it were one."""
+"""PX4: not a parameter but the hash of all of them, sent and requested like one."""
 
 _VALUE: Final = Struct("<4sHH16sB")
 _SET: Final = Struct("<4sBB16sB")
@@ -58,7 +58,7 @@ class Encoding(StrEnum):
 
 
 def encoding_of(autopilot_kind: int, capabilities: int) -> Encoding:
-    """`capabilities`: of AUTOPILOT_VERSION, 0 where it is not known. Where it does not say, PX4 copies bytes."""
+    """`capabilities`: from AUTOPILOT_VERSION, 0 if not known. If it does not say, PX4 copies bytes."""
     if capabilities & mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST:
         return Encoding.CAST
     if capabilities & mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE:
@@ -69,8 +69,8 @@ def encoding_of(autopilot_kind: int, capabilities: int) -> Encoding:
 
 @dataclass(frozen=True, slots=True)
 class ParamValue:
-    """What a PARAM_VALUE says. `count`: parameters that the autopilot lists. `parameter`: None where the name or the
-    value is nothing that a table can hold (NaN, 64 bits, a name of other characters)."""
+    """A decoded PARAM_VALUE. `count`: parameters in the autopilot's list. `parameter`: None if a table cannot hold name
+    or value (NaN, 64 bits, a name with other characters)."""
 
     name: str
     index: int
@@ -121,12 +121,12 @@ class ParameterSetting:
     """A PARAM_SET with its bytes as they are; packs as a message of the dialect does."""
 
     def __init__(self, target_system: int, name: str, value: float, kind: int, encoding: Encoding) -> None:
-        """`value`: one about which `why_not` says nothing."""
+        """`value`: one that `why_not` accepts."""
         layout = INTEGERS.get(kind) if encoding is Encoding.BYTES else None
         raw = _FLOAT.pack(value) if layout is None else layout.pack(int(value)).ljust(4, b"\0")
         self._payload = _SET.pack(raw, target_system, _AUTOPILOT_COMPONENT, name.encode("ascii"), kind)
 
     def pack(self, packer: Any) -> Any:
-        """As `wire.dialect.build` wants it."""
+        """In the form that `wire.dialect.build` needs."""
         number = mavlink.MAVLINK_MSG_ID_PARAM_SET
         return mavlink.MAVLink_message(number, "PARAM_SET")._pack(packer, CRC_EXTRA[number], self._payload)

@@ -1,8 +1,8 @@
-"""What stands in ArduPilot's `@PARAM/param.pck`: all parameters, packed. Pure.
+"""ArduPilot's `@PARAM/param.pck`: all parameters, packed. Pure.
 
-Source: ArduPilot, AP_Filesystem_Param. A head of three 16-bit numbers (a magic, how many parameters follow, how many
-there are), then for each: kind, how much of its name is that of the one before, the rest of the name, the value. Zero
-bytes between two of them are padding.
+Source: ArduPilot, AP_Filesystem_Param. A head of three 16-bit numbers (a magic, the number of parameters that follow,
+the total), then for each: type, how much of its name it shares with the one before, the rest of the name, the value.
+Zero bytes between two of them are padding.
 """
 
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ _HEAD: Final = Struct("<HHH")
 _VALUES: Final = {1: Struct("<b"), 2: Struct("<h"), 3: Struct("<i"), 4: Struct("<f")}
 """By AP_PARAM_TYPE."""
 _KINDS: Final = {1: 2, 2: 4, 3: 6, 4: 9}
-"""MAV_PARAM_TYPE of each, as its PARAM_VALUE says."""
+"""MAV_PARAM_TYPE of each, as in its PARAM_VALUE."""
 _FLOAT: Final = Struct("<f")
 
 
@@ -37,7 +37,7 @@ class PackedParameters:
 
 
 def read_count(head: bytes) -> int:
-    """Of the first bytes of the file: how many parameters there are; 0 where it does not say."""
+    """The number of parameters, from the first bytes of the file; 0 if they do not say."""
     if len(head) < _HEAD.size:
         return 0
     magic, _, total = _HEAD.unpack_from(head)

@@ -21,7 +21,7 @@ class ParameterFiles:
         self._directory = directory
 
     def load(self, autopilot: str) -> bytes | None:
-        """The record, or None where there is none, or none that can be read."""
+        """The record, or None if there is none, or none that can be read."""
         if self._directory is None:
             return None
         with contextlib.suppress(OSError):

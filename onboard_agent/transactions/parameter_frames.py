@@ -17,23 +17,22 @@ class Pace:
     recall_after_s: float
     """So long is waited for the number of the chip."""
     list_after_s: float
-    """After the autopilot came: rates and the parameters of the failsafes are asked for first."""
+    """Counted from the autopilot's first heartbeat: message rates and failsafe parameters come first."""
     first_s: float
     """For the first value of a list: an autopilot may have to count them."""
     quiet_s: float
-    """A list that says nothing for so long has ended; it may be shared with telemetry."""
+    """A list that is silent for this long has ended; it may share the line with telemetry."""
     answer_s: float
     """For a single value or block of a file, before it is known how long they take; and never longer."""
     at_once: int
-    """Single values that are asked for at the same time. ArduPilot keeps 20 such questions, and forgets the rest."""
+    """Single values requested at the same time. ArduPilot queues 20 such requests, and drops the rest."""
     blocks_at_once: int
-    """Of a file. ArduPilot keeps five requests, of all that ask it for files."""
+    """For a file. ArduPilot queues five requests, of all clients together."""
     tries: int = 5
     name_tries: int = 2
-    """Of a name that is in no list: most autopilots say nothing about one that they do not know, and a file may be full
-    of them."""
+    """For a name outside the list: most autopilots do not answer for an unknown one, and a file may be full of them."""
     gap_tries: int = 8
-    """Of a single value that a list lacks: there may be hundreds, and one that stays away spoils the list."""
+    """For a value missing from a list: there may be hundreds, and one that stays away spoils the list."""
 
 
 FAST: Final = Pace(

@@ -1,14 +1,16 @@
-"""The parameters of one autopilot: read when it comes, kept up to date, written for the tower. No I/O but the store's.
+"""The parameters of one autopilot: read when it connects, kept up to date, written for the tower. No I/O but the
+store's.
 
-Laws, each with a test:
-- They are read when the autopilot has come and flying has what it needs, and again when their number has changed; on a
-  narrow line not while it is flown by hand, and where a table is known not while it is armed.
-- The table that is remembered of this autopilot is told at once as such, until the autopilot has told its own.
-- Every PARAM_VALUE counts, whoever asked for it.
-- One write at a time; a second is refused, none is kept waiting. Those who want the table wait for the same reading.
-- A tower that was sent this very table, or has it by the changes since, is not sent it again because somebody wants it
-  read: its hash says it all.
-- What is remembered is saved only while the drone is disarmed: a slow disk must not hold up sticks.
+Rules, each tested:
+
+- They are read when the autopilot has connected and flying has what it needs, and again when their number has changed;
+  on a narrow line not during flight by hand, and with a known table not while armed.
+- The remembered table of this autopilot is reported at once as such, until the autopilot has sent its own.
+- Every PARAM_VALUE counts, whoever requested it.
+- One write at a time; a second is refused, not queued. All requests for the table wait for the same reading.
+- A tower that has this very table, directly or by its changes, does not get it again after another read request: the
+  hash is enough.
+- The remembered table is saved only while the drone is disarmed: a slow disk must not delay sticks.
 """
 
 from typing import Final
@@ -52,7 +54,7 @@ RELIST_AFTER_S: Final = 2.0
 SAVE_AFTER_S: Final = 5.0
 MAX_READERS: Final = 4
 SOON_S: Final = 10.0
-"""Who wants the autopilot's files for something else begins nothing so shortly before they are read."""
+"""Other users of the autopilot's files begin nothing this shortly before they are read."""
 
 _NOT_HEARD: Final = "No heartbeat from the autopilot."
 
@@ -87,12 +89,12 @@ class ParameterHandler:
         self._listed_at = float("-inf")
         self._listing: ParameterReading | None = None
         self._has_files = False
-        """Whether the autopilot says so, and is one whose file of parameters we know."""
+        """Whether the autopilot offers files, and is one whose parameter file we know."""
         self._readers: list[Asked] = []
         self._write: ParameterWrite | None = None
         self._writer: Asked | None = None
         self._sent_hash: str | None = None
-        """Of the table that this tower was sent last, whole."""
+        """Hash of the last whole table sent to this tower."""
         self._save_at: float | None = None
         self._now = 0.0
         self._news: list[TransactionToTower] = []
@@ -100,7 +102,7 @@ class ParameterHandler:
     # TransactionHandler.
 
     def autopilot_came(self, around: Around, now: float) -> None:
-        """It is heard for the first time, or again, or has rebooted."""
+        """The autopilot is heard for the first time, or again, or has rebooted."""
         self._pace = NARROW if around.narrow_line else FAST
         if (self._system, self._kind) != (around.system_id, around.autopilot_kind):
             self._stop_write(Outcome.FAILED, "another autopilot is there now", at_once=True)
@@ -178,7 +180,7 @@ class ParameterHandler:
         return out
 
     def news(self) -> list[TransactionToTower]:
-        """While parameters are written their changes wait, and a tower that knows them is told of them together."""
+        """During a write changes wait, and a tower that has the table gets them together."""
         if self._write is None or not self._table.is_sent:
             self._send_news(self._now)
         news, self._news = self._news, []

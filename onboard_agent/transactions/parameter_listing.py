@@ -1,16 +1,16 @@
-"""Reads all parameters: the list as the autopilot tells it, then what is missing, number by number. No I/O.
+"""Reads all parameters: the list as the autopilot sends it, then the missing ones by number. No I/O.
 
-Laws, each with a test:
-- What was told is counted by its number in the list, whatever its name is; a name that is told again has the newer
-  value.
-- A number of parameters that changes in the middle moves them all, and so does a name that comes at two numbers: the
-  list begins again, a few times at the most.
-- As long as the list flows, nothing is asked for besides; it is over when its last number was told or it is silent.
-- A number that does not come is asked for again after about a round trip, as it was measured.
-- Where so much is missing that the numbers, at their pace, would take longer than the list did, the list is asked for
-  again, and what is known stays: an autopilot that tells a thousand in a second may tell single ones far slower.
-- Where PX4 tells the hash of them all before the list and the same one after it, the table is what that hash is of.
-- A table is whole or it is a failure.
+Rules, each tested:
+
+- Values are counted by their number in the list, whatever the name; a repeated name has the newer value.
+- If the count changes on the way, all numbers move; the same if a name appears at two numbers: the list restarts, a few
+  times at most.
+- While the list flows, nothing else is requested; it is over when its last number arrived or it is silent.
+- A missing number is requested again after about a measured round trip.
+- If so many are missing that single requests would take longer than the list did, the list is requested again, and
+  known values stay: an autopilot that lists a thousand a second may answer single requests far more slowly.
+- If PX4 reports the hash of all parameters before the list and the same one after it, the table must match that hash.
+- A table is complete, or the reading failed.
 """
 
 from dataclasses import dataclass
@@ -28,12 +28,12 @@ SETTLE_S: Final = 0.3
 HASH_TRIES: Final = 2
 MAX_REPEATS: Final = 4
 GAPS_MEASURED: Final = 12
-"""So many single answers say how fast they come."""
+"""This many single answers show their pace."""
 
 
 @dataclass(frozen=True, slots=True)
 class Listed:
-    """`autopilot_hash`: what PX4 says of exactly this table, where it says it."""
+    """`autopilot_hash`: PX4's hash of exactly this table, if it reported one."""
 
     table: Table
     count: int
@@ -54,7 +54,7 @@ class ListingFailed:
 
 @dataclass(frozen=True, slots=True)
 class _Asked:
-    """Of a number: how often it was asked for, the last time when, and until when an answer may come."""
+    """For a number: count of requests, time of the last, and deadline of the answer."""
 
     tries: int
     at: float
@@ -65,10 +65,10 @@ _NEVER_ASKED: Final = _Asked(0, 0.0, float("-inf"))
 
 
 class ParameterListing:
-    """Call `due` at each tick and after each `heard`, until `end` is there."""
+    """Call `due` at each tick and after each `heard`, until `end` is set."""
 
     def __init__(self, talk: ParameterFrames, pace: Pace, *, known_hash: bytes | None = None) -> None:
-        """`known_hash`: of the table that we remember, where the autopilot told one."""
+        """`known_hash`: of the remembered table, if the autopilot reported one."""
         self._talk = talk
         self._pace = pace
         self._known_hash = known_hash
@@ -77,7 +77,7 @@ class ParameterListing:
         self._asking_hash = False
         self._restarts = 0
         self._hash: bytes | None = None
-        """As told before the list."""
+        """As reported before the list."""
         self._count = 0
         self._names: dict[int, str] = {}
         self._values: dict[str, Parameter] = {}
@@ -87,7 +87,7 @@ class ParameterListing:
         self._flow_began_at = 0.0
         self._longest_pause_s = 0.0
         self._list_ended = False
-        """Its last number came by itself, and not because it was asked for."""
+        """Its last number arrived without a request."""
         self._missing: dict[int, None] | None = None
         """Numbers that the list did not tell; None while it flows."""
         self._gaps_began_at = 0.0
@@ -102,11 +102,11 @@ class ParameterListing:
 
     @property
     def progress(self) -> tuple[int, int]:
-        """Parameters told, and in all (0: not known yet)."""
+        """Parameters received, and in all (0: not known yet)."""
         return len(self._names), self._count
 
     def receive(self, received: ParamValue, now: float) -> None:
-        """A PARAM_VALUE of the autopilot, whoever asked."""
+        """A PARAM_VALUE of the autopilot, whoever requested it."""
         if self.end is not None:
             return
         if received.name == HASH_NAME:
@@ -171,7 +171,7 @@ class ParameterListing:
             self._ask_list()
 
     def _accept_count(self, count: int, now: float) -> bool:
-        """Whether what was told with this count is of the list that is being read."""
+        """Whether a value with this count belongs to the present list."""
         known, self._count = self._count, count
         if known and self._streaming:
             self._restart(now)

@@ -26,7 +26,7 @@ class ParameterStore(Protocol):
 
 
 class Remembered(msgspec.Struct, frozen=True):
-    """A table as it was last known. `count`: as the autopilot counts them. `autopilot_hash`: what PX4 said of it."""
+    """The last known table. `count`: by the autopilot. `autopilot_hash`: PX4's hash of it."""
 
     table: Table
     count: int

@@ -1,9 +1,10 @@
-"""The table of parameters as the tower is told of it: whole by its hash, or change by change. No I/O; takes `now`.
+"""Reports of the parameter table for the tower: whole by its hash, or change by change. No I/O; takes `now`.
 
-Laws, each with a test:
-- A few changes are told one by one, each with the hashes before and after it; many at once as another table.
-- At most once in SEND_EVERY_S, and nothing that was told already.
-- What a new tower is told first is how it is now.
+Rules, each tested:
+
+- A few changes are reported one by one, each with the hashes before and after it; many at once as another table.
+- At most once in SEND_EVERY_S, and nothing twice.
+- A new tower first gets the present state.
 """
 
 from typing import Final
@@ -27,7 +28,7 @@ class ParameterNews:
         self.values: dict[str, Parameter] = {}
         """By name, as far as they are known: nothing, or a whole table."""
         self.verified = False
-        """Whether the autopilot itself has told all of them since it came."""
+        """Whether the autopilot itself has sent all of them since it connected."""
         self._progress = (0, 0)
         self._hash: str | None = None
         self._changed: dict[str, None] = {}
@@ -42,7 +43,7 @@ class ParameterNews:
 
     @property
     def hash(self) -> str | None:
-        """Of the table; None where nothing is known."""
+        """Hash of the table; None if nothing is known."""
         if self._hash is None and self.values:
             self._hash = table_hash(self.table)
         return self._hash
@@ -57,7 +58,7 @@ class ParameterNews:
         self.learnt((), verified=False)
 
     def doubt(self) -> None:
-        """It may have changed: it counts as remembered until it is told again."""
+        """The table may have changed: it counts as remembered until it is read again."""
         self.verified = False
         self._progress = (0, 0)
 
@@ -70,7 +71,7 @@ class ParameterNews:
         self._hash = None
 
     def put(self, parameter: Parameter) -> bool:
-        """One of them is told. Whether that is news; without a table it is not kept."""
+        """A value arrived. Returns whether it is new; without a table it is not kept."""
         if not self.values or self.values.get(parameter.name) == parameter:
             return False
         self.values[parameter.name] = parameter
@@ -79,7 +80,7 @@ class ParameterNews:
         return True
 
     def reading(self, done: int, total: int) -> None:
-        """So many of a list that is being read were told."""
+        """Progress of a list: this many have arrived."""
         self._progress = (done, total)
 
     def resend(self) -> None:
@@ -88,7 +89,7 @@ class ParameterNews:
         self._sent_at = float("-inf")
 
     def due(self, now: float, *, at_once: bool = False) -> list[News]:
-        """What to tell now. `at_once`: whenever it was that something was told."""
+        """The reports due now. `at_once`: whatever the time of the last report."""
         if now - self._sent_at < SEND_EVERY_S and not at_once:
             return []
         news: list[News] = []
@@ -108,7 +109,8 @@ class ParameterNews:
         return news
 
     def _changes(self, before: str) -> list[News]:
-        """One by one, unless the table differs by more than these: then nothing, and it is told as another one."""
+        """Changes one by one, unless the table differs by more than these: then none, and it is reported as another
+        table."""
         values = dict(self._sent_values)
         changes: list[News] = []
         for name in self._changed:

@@ -1,9 +1,11 @@
-"""Reads all parameters in the quickest way that the autopilot has: its file of them, else its list. No I/O.
+"""Reads all parameters in the autopilot's fastest way: its file of them, else its list. No I/O.
 
-Laws, each with a test:
-- The file is asked for where the autopilot says that it has files. The result is a whole table or nothing.
-- A file that cannot be had, or is broken twice (they move while it is read), leaves it to the list, each time again.
-- A value that is told while the file is read is newer than the file.
+Rules, each tested:
+
+- The file is requested if the autopilot offers files. The result is a whole table or nothing.
+- If the file is not available, or is inconsistent twice (values change during the read), the list is read instead, each
+  time.
+- A value that arrives during the read is newer than the file.
 """
 
 from typing import Final
@@ -18,11 +20,11 @@ from wire.parameters import Parameter, by_name
 
 FILE_TRIES: Final = 2
 USUAL_ENTRY_BYTES: Final = 12
-"""Of the file, for each parameter: to tell how far it is."""
+"""Bytes of the file per parameter, to report progress."""
 
 
 class ParameterReading:
-    """Call `due` at each tick and after each `heard` and `heard_file`, until `end` is there."""
+    """Call `due` at each tick and after each `heard` and `heard_file`, until `end` is set."""
 
     def __init__(
         self, talk: ParameterFrames, pace: Pace, *, files: FileFrames | None, known_hash: bytes | None
@@ -43,7 +45,7 @@ class ParameterReading:
 
     @property
     def progress(self) -> tuple[int, int]:
-        """Parameters told, and in all (0: not known yet)."""
+        """Parameters received, and in all (0: not known yet)."""
         if self._listing is not None:
             return self._listing.progress
         if self._file is None:
@@ -52,7 +54,7 @@ class ParameterReading:
         return min(total, self._file.received_bytes // USUAL_ENTRY_BYTES), total
 
     def receive(self, received: ParamValue, now: float) -> bool:
-        """A PARAM_VALUE of the autopilot, whoever asked. Whether the list that is read has it from this."""
+        """A PARAM_VALUE of the autopilot, whoever requested it. Returns whether the list being read takes it."""
         if self._listing is None:
             if received.parameter is not None:
                 self._newer[received.name] = received.parameter

@@ -1,11 +1,12 @@
-"""Writes parameters, one after another, and believes only what was read back. No I/O; takes `now`.
+"""Writes parameters one after another, and trusts only what it reads back. No I/O; takes `now`.
 
-Laws, each with a test:
-- In the order in which they were given; the next is not sent before the last was read back or given up.
-- A value that cannot be is refused without being sent: no number, a fraction for whole numbers, outside of its kind.
-- A parameter that is not in the table is asked for by name first: its kind decides how its value travels.
-- What the autopilot has afterwards is told for each that is not as it was asked to be, in words.
-- Told to stop, it ends what it is at and begins no other. After two that nobody answered it stops by itself.
+Rules, each tested:
+
+- In the given order; the next is not sent before the last was read back or given up.
+- An impossible value is refused without being sent: not a number, a fraction for an integer, outside the type's range.
+- A parameter outside the table is requested by name first: its type decides the encoding of its value.
+- For each parameter without the requested value, the result says in words what the autopilot has.
+- When cancelled, it completes the present one and starts no other. After two without an answer it stops by itself.
 """
 
 from collections.abc import Mapping, Sequence
@@ -53,7 +54,7 @@ class WriteEnd:
 
 
 class ParameterWrite:
-    """Call `due` at each tick and after each `heard`, until `end` is there."""
+    """Call `due` at each tick and after each `heard`, until `end` is set."""
 
     def __init__(
         self,
@@ -69,7 +70,7 @@ class ParameterWrite:
         self._pace = pace
         self._next = 0
         self._at: _At | None = None
-        """Of the current one; None between two."""
+        """Of the present one; None between two."""
         self._question = Repeated(pace.tries)
         self._kind = 0
         self._sets = 0

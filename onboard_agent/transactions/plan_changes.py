@@ -1,9 +1,10 @@
-"""Whether somebody else has changed a plan on board, and whether somebody talks with the autopilot about plans. No I/O.
+"""Whether another program changed a plan on board, or exchanges plans with the autopilot. No I/O.
 
-Laws, each with a test:
-- Whoever begins to write a plan through the tower may have changed it from that moment on.
-- An upload that the autopilot acknowledges to somebody else has changed it.
-- So has one after which MISSION_CURRENT tells another number of items, or another id, than after our own last look.
+Rules, each tested:
+
+- Another program's upload through the tower may have changed the plan from its first frame on.
+- An upload that the autopilot acknowledges to another program has changed it.
+- So has one after which MISSION_CURRENT shows another number of items, or another id, than after our own last read.
 """
 
 from struct import Struct
@@ -14,7 +15,7 @@ from wire.frames import message_id, payload
 from wire.plans import PlanKind
 
 QUIET_S: Final = 3.0
-"""Ground stations repeat themselves after 1.5 s: after so long without a word a transfer is over, or given up."""
+"""Ground stations repeat themselves after 1.5 s: after this much silence a transfer has ended, or was given up."""
 
 _ID: Final = "MAVLINK_MSG_ID_MISSION_"
 _FENCE_POINT: Final = mavlink.MAVLINK_MSG_ID_FENCE_POINT
@@ -44,10 +45,10 @@ class PlanChanges:
         self._changed: set[PlanKind] = set()
         self._talked_at = float("-inf")
         self._current: dict[PlanKind, int] = {}
-        """What MISSION_CURRENT has told since our own last look."""
+        """MISSION_CURRENT's report since our own last read."""
 
     def quiet(self, now: float) -> bool:
-        """Whether nobody else talks with the autopilot about plans."""
+        """Whether no other program exchanges plans with the autopilot."""
         return now - self._talked_at >= QUIET_S
 
     def checked(self, kind: PlanKind) -> None:

@@ -1,13 +1,12 @@
-"""Reads one plan off the autopilot: MISSION_REQUEST_LIST, then its items. No I/O; takes `now`.
+"""Reads one plan from the autopilot: MISSION_REQUEST_LIST, then its items. No I/O; takes `now`.
 
-An autopilot that answers each question by itself (`PlanFrames.asks_ahead`) is asked for several items at once: it looks
-at its line a few hundred times a second, so that item by item 200 of them take a second.
+Several items at a time are requested from an autopilot that answers each request by itself (`PlanFrames.asks_ahead`):
+it reads its line a few hundred times a second, so that 200 items one by one take a second. Rules, each tested:
 
-Laws, each with a test:
-- An item counts only when it was asked for; what comes twice or out of order changes nothing.
-- A count that changes meanwhile means another plan: the reading begins again, a few times.
-- A late answer to the upload before ends nothing.
-- An autopilot that denies it is busy with an upload that was given up: it is asked again until that lapses.
+- An item counts only if it was requested; repeated and unordered items change nothing.
+- A count that changes on the way means another plan: the reading restarts, a few times.
+- A late answer to the previous upload ends nothing.
+- An autopilot that denies is busy with an abandoned upload: it is asked again until that lapses.
 """
 
 from dataclasses import dataclass
@@ -28,7 +27,7 @@ _PASSING: Final = frozenset(
         mavlink.MAV_MISSION_OPERATION_CANCELLED,
     }
 )
-"""These may be late answers to the upload before: they end nothing, and are told where nothing else comes."""
+"""These may be late answers to the previous upload: they end nothing, and are reported if nothing else arrives."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,10 +47,10 @@ class DownloadFailed:
 
 
 class PlanDownload:
-    """Call `due` at each tick and after each `heard`, until `end` is there."""
+    """Call `due` at each tick and after each `heard`, until `end` is set."""
 
     def __init__(self, talk: PlanFrames, patience: RetryPolicy, *, wait_s: float = 0.0) -> None:
-        """`wait_s`: from the first `due` on nothing is asked for so long."""
+        """`wait_s`: time after the first `due` without requests."""
         self._talk = talk
         self._wait_s = wait_s
         self._begins_at: float | None = None
@@ -63,7 +62,7 @@ class PlanDownload:
         self._items: dict[int, PlanItem] = {}
         """By the autopilot's numbers."""
         self._asked: dict[int, Repeated] = {}
-        """Those that are asked for, in order, and have not come."""
+        """Requested items, in order, that have not arrived."""
         self._restarts = 0
         self._denied_since: float | None = None
         self._last_no: int | None = None

@@ -16,7 +16,7 @@ from wire.plans import Plan, PlanItem, PlanKind, item_message
 
 _AUTOPILOT_COMPONENT: Final = 1
 ASKED_AHEAD: Final = 5
-"""Of an ArduPilot, which answers each request for an item by itself. On a serial line of 57,600 baud that is 45 ms."""
+"""For an ArduPilot, which answers each request for an item by itself. On a serial line of 57,600 baud that is 45 ms."""
 FENCE_SETTLES_S: Final = 0.5
 """An ArduPilot (AC_PolyFence_loader of 4.7-dev) that gets a fence of fewer than three corners and circles after one of
 more takes that for an old ground station's clearing, and drops it when it looks next: ten times a second."""
@@ -39,7 +39,7 @@ class PlanFrames:
         self.first = 1 if home_slot and kind is PlanKind.MISSION else 0
         """The autopilot's number of our item 0."""
         self.asks_ahead = ASKED_AHEAD if home_slot else 1
-        """How many items may be asked for before the first has come. PX4 hands them out one after another."""
+        """How many items may be requested before the first has arrived. PX4 sends them one after another."""
         self.settle_s = FENCE_SETTLES_S if home_slot and kind is PlanKind.FENCE else 0.0
         """How long after a write what is read back is not what will stay."""
 
@@ -51,7 +51,7 @@ class PlanFrames:
         return (_HOME_PLACEHOLDER, *(_jump_moved(item, 1) for item in plan))
 
     def from_board(self, items: Plan) -> Plan:
-        """The plan in what the autopilot told."""
+        """The plan in the autopilot's messages."""
         if not self.first:
             return items
         return tuple(_jump_moved(item, -1) for item in items[1:])

@@ -1,11 +1,11 @@
-"""The plans of one vehicle: takes the tower's transactions about them, one at a time, and says how they end.
+"""The plans of one vehicle: executes the tower's transactions about them, one at a time, and reports their end. No I/O
+but the journal's; takes `now`.
 
-No I/O but the journal's; takes `now`. It owns what is known of the plans on board, and whether one may be flown.
+It owns what is known of the plans on board, and whether one may be flown. Rules, each tested:
 
-Laws, each with a test:
-- One at a time, of whatever kind: PX4 has one transfer for all kinds. A second is refused, none is kept waiting.
-- What writes is refused under an older epoch than the newest known, and given up (put back) when a newer one comes.
-- While the journal has an intent, a mission start is refused; before anything else is begun the intent is recovered.
+- One at a time, of any kind: PX4 has one transfer for all kinds. A second is refused, not queued.
+- A write is refused under an older epoch than the newest known, and given up (put back) when a newer one arrives.
+- While the journal has an intent, a mission start is refused; before anything else begins the intent is recovered.
 """
 
 from dataclasses import dataclass
@@ -40,7 +40,7 @@ from wire.transactions import (
 PROGRESS_EVERY_S: Final = 0.2
 RECOVER_AGAIN_S: Final = 10.0
 READ_WITHIN_S: Final = 120.0
-"""For a plan that nobody waits for: 700 items on a narrow line."""
+"""For a background read: 700 items on a narrow line."""
 
 PlanWork = PlanDownloadWork | PlanUploadWork | PlanClearWork | PlanVerifyWork
 _WRITES: Final = (PlanUploadWork, PlanClearWork)
@@ -51,7 +51,7 @@ class _Running:
     machine: PlanReplacement | PlanDownload
     kind: PlanKind
     transaction: Transaction | None
-    """None: a recovery, or a reading that nobody waits for."""
+    """None: a recovery, or a background read."""
     deadline: float
     reported_at: float = -PROGRESS_EVERY_S
 
@@ -61,7 +61,7 @@ class _Running:
 
 
 class PlanHandler:
-    """Call `autopilot_came` first; `due` at each tick and after each `heard`; hand on what `news` has."""
+    """Call `autopilot_came` first; `due` at each tick and after each `heard`; forward what `news` has."""
 
     def __init__(self, maker: FrameMaker, journal: JournalStore, patience: RetryPolicy | None = None) -> None:
         self._maker = maker
@@ -95,12 +95,12 @@ class PlanHandler:
 
     @property
     def busy(self) -> bool:
-        """Whether anything is going on that somebody waits for, or that writes."""
+        """Whether it runs something that is awaited, or that writes."""
         return self._running is not None and not self._only_reads(self._running)
 
     @property
     def is_reading(self) -> bool:
-        """Whether a plan is being read that nobody waits for."""
+        """Whether it reads a plan in the background."""
         return self._running is not None and self._only_reads(self._running)
 
     @property
@@ -121,19 +121,19 @@ class PlanHandler:
         return self.writes and ground_station_message_id in KEPT_OUT
 
     def news(self) -> list[TransactionToTower]:
-        """What is to be told to the tower, once."""
+        """Reports for the tower, each once."""
         news, self._news = self._news, []
         return news
 
     # What happens.
 
     def autopilot_came(self, *, vehicle_system_id: int, home_slot: bool, keeping: KeptFields, now: float) -> None:
-        """It is heard, for the first time or again after it was silent. `home_slot`: it is an ArduPilot."""
+        """The autopilot is heard, for the first time or again after a silence. `home_slot`: it is an ArduPilot."""
         self._system, self._home_slot, self._keeping = vehicle_system_id, home_slot, keeping
         self._recover_at = now if self._open else None
 
     def begin(self, transaction: Transaction, now: float) -> None:
-        """The tower wants something (a PlanWork)."""
+        """The tower requests something (a PlanWork)."""
         work = transaction.work
         assert isinstance(work, PlanWork)
         refusal = self._refusal(transaction, work)
@@ -162,13 +162,13 @@ class PlanHandler:
             self._running = None
 
     def cancel(self, transaction_id: int, now: float) -> None:
-        """The tower wants it no more. One that is over, or a recovery, is left alone."""
+        """The tower cancels it. Ignored for one that has ended, or a recovery."""
         if self._is_running(transaction_id):
             self._stop(Outcome.CANCELLED, "it was cancelled")
             self._settle(now)
 
     def epoch_changed(self, epoch: int, now: float) -> None:
-        """Somebody else has the controls, or nobody: what the last holder writes is put back."""
+        """The controls changed hands: what the last holder is writing is put back."""
         if epoch == self._epoch:
             return
         self._epoch = epoch
@@ -179,7 +179,7 @@ class PlanHandler:
             self._settle(now)
 
     def mission_flown(self, now: float) -> None:
-        """The mission is being flown, whoever began that: of what was not begun to be written nothing is."""
+        """The mission is being flown, whoever started it: a write that has not begun is dropped."""
         machine = None if self._running is None or self._running.transaction is None else self._running.machine
         if isinstance(machine, PlanReplacement) and not machine.has_written:
             self._stop(Outcome.REFUSED, "the drone started its mission")

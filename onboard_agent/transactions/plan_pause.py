@@ -1,10 +1,9 @@
 """Stops a mission in the air, because its plan is to be written or is in doubt. No I/O.
 
-The mode is one that keeps the place without sticks.
+The mode keeps the position without sticks. Rules, each tested:
 
-Laws, each with a test:
 - It counts when the autopilot's heartbeat shows it, not when it is accepted.
-- Whoever else says how to fly wins: a hold or a command ends the asking, and nothing is written.
+- Other flight commands win: a hold or a command ends the requests, and nothing is written.
 - Nothing resumes the mission by itself.
 """
 
@@ -22,7 +21,7 @@ PATIENCE_S: Final = 5.0
 
 
 class PlanPause:
-    """Ask `due` at each tick until `mode` or `why_not` is there."""
+    """Call `due` at each tick until `mode` or `why_not` is set."""
 
     def __init__(self, maker: FrameMaker, around: Around, now: float, *, patience_s: float = PATIENCE_S) -> None:
         modes = modes_of(around.autopilot_kind, around.vehicle_type)

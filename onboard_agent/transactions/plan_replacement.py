@@ -39,7 +39,7 @@ MAX_RESTORES: Final = 3
 
 
 class Phase(StrEnum):
-    """Where a replacement is; told as its progress."""
+    """The stage of a replacement, reported as its progress."""
 
     LEARNING = "learning"
     WRITING = "writing"
@@ -50,7 +50,7 @@ class Phase(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class ReplacementEnd:
-    """`on_board`: the plan as the autopilot has it, None where nobody knows. `is_new`: it is the new one."""
+    """`on_board`: the plan as the autopilot has it, None if not known. `is_new`: it is the new one."""
 
     outcome: Outcome
     words: str
@@ -69,7 +69,7 @@ class _Trouble:
 
 
 class PlanReplacement:
-    """Call `due` at each tick and after each `heard`, until `end` is there; `stop` where it is not wanted any more."""
+    """Call `due` at each tick and after each `heard`, until `end` is set; `stop` cancels."""
 
     def __init__(
         self,
@@ -138,7 +138,7 @@ class PlanReplacement:
         return out
 
     def stop(self, outcome: Outcome, why: str) -> None:
-        """It is not wanted any more. `why`: a part of a sentence."""
+        """Cancels it. `why`: a part of a sentence."""
         if self.end is not None or (self._trouble is not None and not self._may_still_be_done):
             return
         self._trouble = _Trouble(outcome, why)
@@ -154,7 +154,7 @@ class PlanReplacement:
 
     @property
     def _may_still_be_done(self) -> bool:
-        """Writing failed (a lost answer, say), but the read-back may show that the new plan is there."""
+        """The write failed (a lost answer, say), but reading back may show that the new plan is there."""
         failed = self._trouble is not None and self._trouble.outcome is Outcome.FAILED
         return failed and self.phase is Phase.READING and not self._recovers
 

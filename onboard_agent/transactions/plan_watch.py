@@ -1,15 +1,15 @@
-"""The handler for plans: the tower knows from the start what is on board, and nobody else's change goes unnoticed.
+"""The handler for plans: the tower knows from the start what is on board, and notices every change. Wraps
+`PlanHandler`, which executes one transaction at a time. No I/O but the journal's; takes `now`.
 
-Around `PlanHandler`, which carries out one transaction at a time. No I/O but the journal's; takes `now`.
+Rules, each tested:
 
-Laws, each with a test:
-- When an autopilot comes, or has rebooted, its plans are read; on a narrow line not while it is flown by hand.
-- A plan that somebody else may have changed is not known from that moment on. It is read again when nobody talks with
-  the autopilot about plans any more, and never in between.
-- An autopilot that flies its mission, or has been told to, is not written to, unless the tower says so; then it is
-  brought to a hold first. Where it begins to fly it before the first frame of a write, nothing is written.
-- While a plan is written, or is to be, or may be half of one, no mission is started through the tower.
-- A mission that is started past us while it may be half of one is brought to a hold.
+- When an autopilot connects, or has rebooted, its plans are read; on a narrow line not during flight by hand.
+- A plan that another program may have changed is unknown from that moment on. It is read again when no other program
+  exchanges plans with the autopilot, and never in between.
+- An autopilot that flies its mission, or was commanded to, is not written to, unless the tower says so; then it holds
+  first. If it begins to fly the mission before the first frame of a write, nothing is written.
+- While a plan is being written, is about to be, or may be incomplete, no mission is started through the tower.
+- A mission that was started past the agent while it may be incomplete is stopped by a hold.
 """
 
 from typing import Any, Final
@@ -46,7 +46,7 @@ READ_AGAIN_S: Final = 15.0
 """After a reading that failed; twice as long after each further one."""
 MAX_READ_AGAIN_S: Final = 300.0
 STOP_AGAIN_S: Final = 2.0
-"""After a mission that is in doubt could not be stopped, or somebody commanded otherwise: their mode comes first."""
+"""After a failed attempt to stop a mission in doubt, or another flight command: that mode comes first."""
 
 _AUTOPILOT: Final = 1
 _ACK: Final = mavlink.MAVLINK_MSG_ID_COMMAND_ACK
@@ -56,7 +56,7 @@ _NOT_THERE: Final = "MAV_MISSION_UNSUPPORTED"
 
 
 class PlanWatch:
-    """A TransactionHandler. `keeps_out` and `why_no_start` are for whoever passes frames on to the autopilot."""
+    """A TransactionHandler. Callers that pass frames on to the autopilot check `keeps_out` and `why_no_start`."""
 
     works = (PlanDownloadWork, PlanUploadWork, PlanClearWork, PlanVerifyWork)
     hears = HEARD | TALK | {_ACK, _BEAT, _CURRENT}
@@ -68,14 +68,14 @@ class PlanWatch:
         self._system: int | None = None
         self._pause: tuple[Transaction, PlanPause] | None = None
         self._stop: PlanPause | None = None
-        """Of a mission that is in doubt."""
+        """Of a mission in doubt."""
         self._stop_again_at = float("-inf")
         self._warnings: list[str] = []
         self._paused: tuple[int, str] | None = None
         """The transaction for which a mission was stopped, and the mode in which the drone holds."""
         self._known: dict[PlanKind, PlanOnBoard] = {}
         self._before: dict[PlanKind, PlanOnBoard] = {}
-        """What was known until somebody else may have changed it."""
+        """What was known before another program may have changed it."""
         self._to_read: set[PlanKind] = set()
         self._read_at: dict[PlanKind, float] = {}
         self._failures: dict[PlanKind, int] = {}
@@ -108,7 +108,7 @@ class PlanWatch:
         return self._pause is not None or self._handler.busy or bool(self._handler.is_reading)
 
     def pop_warnings(self) -> list[str]:
-        """Sentences for everybody who sees the drone, once."""
+        """Sentences for all who see the drone, each once."""
         warnings, self._warnings = self._warnings, []
         return warnings
 
@@ -126,7 +126,7 @@ class PlanWatch:
             self._not_known(kind, now)
 
     def begin(self, transaction: Transaction, around: Around | None, now: float) -> None:
-        """The tower wants something of `works`."""
+        """The tower requests one of `works`."""
         work = transaction.work
         if around is None or not around.heard:
             self._refuse(transaction, "No heartbeat from the autopilot.")
@@ -152,7 +152,7 @@ class PlanWatch:
             self._handler.begin(transaction, now)
 
     def cancel(self, transaction_id: int, now: float) -> None:
-        """The tower wants it no more."""
+        """The tower cancels."""
         if self._pause is not None and self._pause[0].id == transaction_id:
             self._no_pause(Outcome.CANCELLED, "It was cancelled")
         self._handler.cancel(transaction_id, now)
@@ -164,7 +164,7 @@ class PlanWatch:
         self._handler.epoch_changed(epoch, now)
 
     def receive(self, frame: bytes, now: float) -> bool:
-        """One of `hears` came."""
+        """A message of `hears` arrived."""
         if source(frame) != (self._system, _AUTOPILOT):
             return False
         if self._handler.receive(frame, now):
@@ -193,7 +193,7 @@ class PlanWatch:
         return out
 
     def news(self) -> list[TransactionToTower]:
-        """What is to be told to the tower, once, in order."""
+        """Reports for the tower, each once, in order."""
         self._hear_handler()
         news, self._news = self._news, []
         return news

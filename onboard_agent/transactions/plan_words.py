@@ -45,7 +45,7 @@ def sentence(result: int) -> str:
 
 
 def item_words(item: int | None) -> str:
-    """`item` from 0, told from 1."""
+    """`item` from 0, shown from 1."""
     return "" if item is None else f"item {item + 1}: "
 
 

@@ -1,13 +1,12 @@
-"""Writes one plan to the autopilot, or clears it: what the protocol can say of it, no more. No I/O; takes `now`.
+"""Writes one plan to the autopilot, or clears it: the protocol's part, no more. No I/O; takes `now`.
 
-The autopilot asks, we answer. Whether the plan is on board is not decided here: an acknowledgement can be lost, be
-early, or be that of something older. Reading back decides (plan_replacement).
+The autopilot requests, the agent answers. This file does not decide whether the plan is on board: an acknowledgement
+can be lost, be early, or answer something older. Reading back decides (plan_replacement). Rules, each tested:
 
-Laws, each with a test:
-- Whatever item is asked for is answered, however often; one that is not in the plan never.
-- No item is sent without being asked for: a second copy of the last is an error to some autopilots.
-- An error before the first question is the answer to something older.
-- A plan of no items goes as MISSION_CLEAR_ALL.
+- Each request for an item is answered, however often; never one outside the plan.
+- No item is sent without a request: a second copy of the last one is an error to some autopilots.
+- An error before the first request answers something older.
+- A plan without items is sent as MISSION_CLEAR_ALL.
 """
 
 from dataclasses import dataclass
@@ -26,12 +25,12 @@ _PASSING: Final = frozenset({mavlink.MAV_MISSION_OPERATION_CANCELLED, mavlink.MA
 
 @dataclass(frozen=True, slots=True)
 class Written:
-    """The autopilot says that it has it."""
+    """The autopilot reports that it has it."""
 
 
 @dataclass(frozen=True, slots=True)
 class WriteFailed:
-    """It refused (with `code`), or said nothing any more. `item`: of the plan, from 0."""
+    """The autopilot refused (with `code`), or fell silent. `item`: of the plan, from 0."""
 
     why: str
     code: str = ""
@@ -39,7 +38,7 @@ class WriteFailed:
 
 
 class PlanWrite:
-    """Call `due` at each tick and after each `heard`, until `end` is there."""
+    """Call `due` at each tick and after each `heard`, until `end` is set."""
 
     def __init__(self, talk: PlanFrames, plan: Plan, patience: RetryPolicy) -> None:
         self._talk = talk
@@ -78,7 +77,7 @@ class PlanWrite:
         return out if question is None else [*out, question]
 
     def stop(self) -> list[bytes]:
-        """We want it no more: what tells the autopilot so."""
+        """Cancels: the frame that tells the autopilot."""
         return [self._talk.acknowledge(mavlink.MAV_MISSION_OPERATION_CANCELLED)]
 
     def _requested(self, seq: int, now: float) -> None:

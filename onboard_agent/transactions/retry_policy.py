@@ -13,7 +13,7 @@ class RetryPolicy:
     """For each item after that."""
     tries: int = 5
     silence_s: float = 3.0
-    """An autopilot that collects a plan repeats its question after a second: so long, and it has given up."""
+    """An autopilot that collects a plan repeats its request after a second: after this long it has given up."""
     busy_s: float = 10.0
     """An autopilot that still waits for the rest of an upload denies everything else for 8 s."""
 
@@ -33,11 +33,11 @@ class Repeated:
         self._question, self._wait_s, self._asked = question, wait_s, 0
 
     def postpone(self, now: float) -> None:
-        """It is asked only after its wait, for the first time too."""
+        """The first request, too, waits."""
         self._asked, self._again_at = 1, now + self._wait_s
 
     def answered(self) -> None:
-        """Nothing is asked any more."""
+        """Ends the requests."""
         self._question = None
 
     def due(self, now: float) -> bytes | None:

@@ -1,12 +1,11 @@
-"""Keeps a mission from being started while nobody knows whether it is whole. No I/O; takes `now`.
+"""Prevents the start of a mission that may be incomplete. No I/O; takes `now`.
 
-Looks at what comes from the tower's side. Whoever tries is answered as the autopilot would: COMMAND_ACK denied, and why
-in a STATUSTEXT. A pilot's own switch, and a ground station beside the drone, do not come by here.
+Checks frames from the tower's side. The sender is answered as the autopilot would: COMMAND_ACK denied, and the reason
+in a STATUSTEXT. A pilot's own switch, and a ground station beside the drone, do not pass here. Rules, each tested:
 
-Laws, each with a test:
-- Every way that we know of to have the mission flown is refused, and nothing else.
-- Each command is answered; the reason is told once a second at most.
-- A start that has passed counts as flown until a heartbeat shows it, or until it would have.
+- Every known way to start a mission is refused, and nothing else.
+- Each command is answered; the reason is repeated once a second at most.
+- A start that has passed counts as flown until a heartbeat shows it, or would have.
 """
 
 from struct import Struct
@@ -45,7 +44,7 @@ _ASKED_OTHERWISE: Final = frozenset(
 """Commands that start the mission with some parameters, or in some modes."""
 
 _AUTO_SWITCH: Final = 16.0
-"""Of an ArduPilot (param1 of DO_AUX_FUNCTION): AUTO, and back to the mode of the radio, which may be AUTO too."""
+"""For an ArduPilot (param1 of DO_AUX_FUNCTION): AUTO, and back to the radio's mode, which may be AUTO too."""
 _ARMING_SWITCHES: Final = frozenset({153.0, 154.0, 165.0})
 _CUSTOM: Final = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
 _AUTO: Final = mavlink.MAV_MODE_FLAG_AUTO_ENABLED
@@ -102,7 +101,7 @@ def _is_mission_mode(base: float, main: float, sub: float, missions: frozenset[i
 
 
 class LatestStart:
-    """The last start that has gone to the autopilot, for as long as its heartbeats may not show it yet."""
+    """The last start sent to the autopilot, as long as its heartbeats may not show it yet."""
 
     def __init__(self) -> None:
         self._at = float("-inf")
@@ -140,7 +139,7 @@ class StartGate:
         self._texts = 0
 
     def answers(self, frame: bytes, why: str, now: float, *, vehicle_system_id: int) -> list[bytes]:
-        """Frames that tell whoever sent `frame` that it was refused, and why."""
+        """Frames that tell the sender of `frame` that it was refused, and why."""
         said: list[bytes] = []
         command = _command(frame)
         if command is not None:

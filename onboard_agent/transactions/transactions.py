@@ -1,13 +1,14 @@
-"""The work that the tower has done at the drone: brings it to the handlers, and what comes of it to the tower. No I/O.
+"""The tower's transactions at the drone: passes them to the handlers, and results to the tower. No I/O.
 
-Laws, each with a test:
-- A transaction goes to the handler of its work. Each gets one result: what no handler does, and what writes under an
-  older epoch than the one that is known, is refused here.
-- Nothing is told to a tower that has not said that it takes it. Results wait for one that does.
-- What was told shortly before a control channel was lost may be lost with it: results of the last AGAIN_WITHIN_S are
-  told again on the next one, and the state of every handler. An id that is begun again has no older result.
-- Who cancels what never came here, or ended long ago, is told so: nobody waits for the end of what was lost on its way.
-- Of progress only the newest waits, and none of what is over. Where too much waits, state is dropped and sent again.
+Rules, each tested:
+
+- A transaction goes to the handler of its work. Each gets one result: work without a handler, and a write under an
+  older epoch than the known one, are refused here.
+- A tower that has not announced the capability gets no reports. Results wait for one that has.
+- Reports shortly before the loss of a control channel may be lost with it: results of the last AGAIN_WITHIN_S, and the
+  state of every handler, are repeated on the next one. An id that begins again has no older result.
+- A cancellation of something that never arrived here, or ended long ago, is answered so.
+- Only the newest progress waits, and none of what has ended. If too much waits, state is dropped and sent again.
 """
 
 from collections import deque
@@ -32,13 +33,13 @@ from wire.transactions import (
 )
 
 WRITES: Final = (PlanUploadWork, PlanClearWork, ParametersWriteWork, CommandWork, FollowWork)
-"""Work that only whoever has the controls may have done: it is under an epoch."""
+"""Work that only the holder of the controls may request: it has an epoch."""
 
 AGAIN_WITHIN_S: Final = 60.0
 """Much longer than a control channel can be dead before either side notices."""
 
 RESULTS_KEPT: Final = 16
-"""Told again, or kept until there is somebody to tell. A tower runs a few at a time; the oldest go first."""
+"""Results to repeat, or kept until a tower takes them. A tower runs a few at a time; the oldest are dropped first."""
 
 NOT_HERE: Final = "The agent does not know it: it never reached the drone, or it ended long ago."
 
@@ -47,14 +48,14 @@ MAX_WAITING: Final = 128
 
 
 class Transactions:
-    """Call `due` at each tick and after each `heard`; hand on what `news` has. Bring frames of the autopilot that are
-    in `hears` to `heard`."""
+    """Call `due` at each tick and after each `heard`; forward what `news` has. Pass frames of the autopilot that are in
+    `hears` to `heard`."""
 
     def __init__(self, handlers: Sequence[TransactionHandler]) -> None:
         self._handlers = tuple(handlers)
         self._handler_of = {work: handler for handler in handlers for work in handler.works}
         self.hears: frozenset[int] = frozenset[int]().union(*(handler.hears for handler in handlers))
-        """Ids of the autopilot's messages that some handler wants to see."""
+        """Ids of the autopilot's messages that some handler needs."""
         self._epoch = 0
         self._taken = False
         self._takes: frozenset[str] = frozenset()
@@ -89,7 +90,7 @@ class Transactions:
     # The tower's wishes.
 
     def begin(self, transaction: Transaction, around: Around | None, now: float) -> None:
-        """The tower wants something. The newest epoch that is known has been told with `epoch_changed`."""
+        """The tower requests something. The newest known epoch was announced with `epoch_changed`."""
         handler = self._handler_of.get(type(transaction.work))
         if handler is None:
             self.refuse(transaction.id, Outcome.REFUSED, "The agent on this drone is too old for that.")
@@ -107,7 +108,7 @@ class Transactions:
         self._wait(TransactionResult(id=transaction_id, outcome=outcome, words=words))
 
     def cancel(self, transaction_id: int, now: float) -> None:
-        """The tower wants it no more, or asks what became of it."""
+        """The tower cancels it, or asks for its result."""
         ended = [*(one for _, one in self._sent), *self._waiting]
         if transaction_id in self._going_on:
             for handler in self._handlers:
@@ -116,7 +117,7 @@ class Transactions:
             self._wait(TransactionResult(id=transaction_id, outcome=Outcome.REFUSED, words=NOT_HERE))
 
     def epoch_changed(self, epoch: int, now: float) -> None:
-        """This is the epoch now, on a new link perhaps a lower one. The same again says nothing."""
+        """The epoch now, on a new link perhaps a lower one. Repetitions are ignored."""
         if epoch == self._epoch:
             return
         self._epoch = epoch
@@ -125,18 +126,18 @@ class Transactions:
 
     @property
     def busy(self) -> bool:
-        """Something that the tower wants is under way."""
+        """A request of the tower is under way."""
         return bool(self._going_on)
 
     # The autopilot.
 
     def autopilot_came(self, around: Around, now: float) -> None:
-        """It is heard for the first time, or again after it was silent, or has rebooted."""
+        """The autopilot is heard for the first time, or again after a silence, or has rebooted."""
         for handler in self._handlers:
             handler.autopilot_came(around, now)
 
     def receive(self, frame: bytes, now: float) -> bool:
-        """One of `hears` came. True: it answers a handler alone, and need not go up to the tower."""
+        """A message of `hears` arrived. True: it answers a handler alone, and need not go up to the tower."""
         msgid = message_id(frame)
         answers = [handler.receive(frame, now) for handler in self._handlers if msgid in handler.hears]
         return any(answers)
@@ -151,7 +152,7 @@ class Transactions:
     # What is to be told.
 
     def news(self, *, room: int = MAX_WAITING) -> list[TransactionToTower]:
-        """Messages for the control channel, in order, at most `room`; none where nobody takes them."""
+        """Messages for the control channel, in order, at most `room`; none if no tower takes them."""
         for handler in self._handlers:
             for one in handler.news():
                 self._wait(one)
@@ -186,7 +187,7 @@ class Transactions:
 
 
 def _says_more(news: TransactionToTower, waiting: TransactionToTower) -> bool:
-    """Whether nobody needs to hear what waits any more."""
+    """Whether what waits is no longer needed."""
     if isinstance(waiting, TransactionProgress):
         return isinstance(news, TransactionProgress | TransactionResult) and news.id == waiting.id
     return isinstance(waiting, PlanOnBoard) and isinstance(news, PlanOnBoard) and news.kind == waiting.kind

@@ -1,10 +1,13 @@
-"""`python -m onboard_agent.video`: the video process. The flight process starts it, speaks on its standard input, hears
-its standard output, and ends it by closing the first. Not for people."""
+"""`python -m onboard_agent.video`: the video process.
+
+The flight process starts it, writes to its standard input, reads its standard output, and ends it by closing the
+former. Not for people.
+"""
 
 import os
 
 NICE = 5
-"""Behind the flight process, whatever that has (its unit says -10), and behind everything ordinary."""
+"""Below the flight process, at any priority of that (its unit says -10), and below everything ordinary."""
 
 OOM_SCORE = 700
 """If memory is short it is this process that goes."""

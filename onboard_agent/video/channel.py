@@ -52,7 +52,7 @@ _key_requests: Final = msgspec.json.Decoder(KeyWanted)
 
 class VideoChannel:
     """Run it; `send` while `is_open`. `opened`: a new connection, on which every stream begins with a key picture.
-    `key_wanted`: the tower asks for one. Of both, plain calls from the event loop."""
+    `key_wanted`: the tower requests one. Both are plain calls from the event loop."""
 
     def __init__(
         self,
@@ -212,7 +212,7 @@ class VideoChannel:
 
 
 async def _pieces(unit: Departure, size: int) -> AsyncIterator[bytes]:
-    """Each is a fragment of one message, and goes out when it is asked for the next."""
+    """Each is a fragment of one message, and is sent when the next is requested."""
     at = unit.sent.begins_at
     for begin in range(0, len(unit.message), size):
         await _sleep_until(at)

@@ -1,7 +1,7 @@
-"""The video process as the flight process has it: started when it is wanted, listened to, ended when it hangs.
+"""The video process, managed by the flight process: started on demand, supervised, ended when it hangs.
 
-Nothing here waits for the child: lines to it are written without waiting, and a child that does not read them, says
-nothing for a while, or says what is no line, is killed and another one is started, later each time.
+Nothing here waits for the child: lines to it are written without waiting. A child that does not read them, falls
+silent, or writes an invalid line is killed and another one is started, later each time.
 """
 
 import asyncio
@@ -33,7 +33,8 @@ MAX_PAUSE_S: Final = 15.0
 
 
 class VideoChild:
-    """Run it; `wake` when the service wants something else. `changed`: called when the service has heard something."""
+    """Run it; call `wake` when the service's request may have changed. `changed`: called when the service has a
+    report."""
 
     def __init__(
         self, service: VideoService, set_up: SetUp, changed: Callable[[], None], command: tuple[str, ...] = COMMAND
@@ -53,16 +54,16 @@ class VideoChild:
 
     @property
     def pid(self) -> int | None:
-        """Of the one that runs now."""
+        """Of the running child."""
         return None if self._process is None else self._process.pid
 
     def wake(self) -> None:
-        """The service wants something else, perhaps."""
+        """The service's request may have changed."""
         self._send_watched()
         self._wake.set()
 
     async def run(self) -> None:
-        """Until cancelled; then the child is gone too."""
+        """Runs until cancelled; then the child is gone too."""
         pause_s = 0.0
         while True:
             while not self._service.should_run(self._loop.time()):
@@ -89,7 +90,7 @@ class VideoChild:
             pause_s = min(MAX_PAUSE_S, max(FIRST_PAUSE_S, 2 * pause_s))
 
     async def _live(self) -> str:
-        """One child, from its start to its end. Returns what was wrong; empty: it was not wanted any more."""
+        """One child, from its start to its end. Returns what was wrong; empty: it was no longer needed."""
         try:
             process = await asyncio.create_subprocess_exec(
                 *self._command,
@@ -169,7 +170,7 @@ def _states(pid: int) -> str:
 
 
 async def _end(process: asyncio.subprocess.Process, reading: "asyncio.Task[str]") -> None:
-    """It ends by itself when its standard input does; one that does not is killed."""
+    """It ends by itself when its standard input does; otherwise it is killed."""
     if process.stdin is not None:
         process.stdin.close()
     if process.returncode is None:

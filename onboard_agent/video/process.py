@@ -1,7 +1,7 @@
-"""The video process: puts camera, encoders and channel together, as the flight process says. Decides nothing itself.
+"""The video process: connects camera, encoders and channel as the flight process requests. Decides nothing itself.
 
-Everything happens in the event loop but for the camera's thread and one thread for the encoders. A thread that hangs
-cannot be helped: then the whole process ends, and the flight process starts another one.
+Everything runs in the event loop except the camera's thread and one thread for the encoders. A thread that hangs cannot
+be recovered: then the whole process ends, and the flight process starts another one.
 """
 
 import asyncio
@@ -36,9 +36,9 @@ CAMERA_REQUEST: Final = PictureRequest(
 )
 """Whatever is watched first: who then asks for more must not have the camera opened again under the others."""
 HANGS_S: Final = 5.0
-"""An encoder that takes so long for a picture."""
+"""Longest time of an encoder for one picture."""
 SAID_AFTER_S: Final = 0.7
-"""So long without a picture from the encoders, and viewers are told."""
+"""After this long without a picture from the encoders, viewers are notified."""
 HANGING_WORDS: Final = "The drone's video encoder does not answer."
 CODEC_SEARCH_TIMEOUT_S: Final = 30.0
 """For encoders in hardware, on a small computer that has just started."""
@@ -61,8 +61,8 @@ class CameraThread(Protocol):
 
 @dataclass(frozen=True)
 class Parts:
-    """What the process works with. `make_camera`: of what is wanted of it, and of a function that it calls, in its own
-    thread, when there is a picture or its state has changed. `usable_codecs` takes its time."""
+    """The process's parts. `make_camera`: takes the requirements, and a function that the camera calls, in its own
+    thread, when there is a picture or its state has changed. `usable_codecs` is slow."""
 
     make_camera: Callable[[PictureRequest, Callable[[], None]], CameraThread]
     make_encoder: MakeEncoder
@@ -70,7 +70,7 @@ class Parts:
 
 
 class VideoProcess:
-    """Create it inside a running event loop, `watched` it, `run` it. `say`: takes the reports."""
+    """Create it inside a running event loop, call `watched`, then `run`. `say`: takes the reports."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""Tries the camera for `tower-agent check`: the video process opens it, and says what it is."""
+"""Tests the camera for `tower-agent check`: the video process opens it and reports what it is."""
 
 import asyncio
 import contextlib

@@ -21,12 +21,12 @@ NOT_THIN_FROM: Final = 1.2
 
 
 def min_bps(request: StreamRequest) -> int:
-    """Below this the picture is not what was asked for."""
+    """Below this the picture is not of the requested quality."""
     return round(LIMITS[request.quality].least_bits_per_s * SHARE_OF_MPEG1[request.codec])
 
 
 def max_bps(request: StreamRequest) -> int:
-    """More than this helps nobody."""
+    """More than this does not improve the picture."""
     return round(LIMITS[request.quality].bits_per_s * SHARE_OF_MPEG1[request.codec])
 
 

@@ -3,7 +3,7 @@
 from typing import Final
 
 SLACK: Final = 0.3
-"""Of an interval: a picture that comes so much too early is the one."""
+"""Share of an interval: a picture this much too early still counts."""
 
 BEHIND: Final = 2.0
 """Intervals. After a longer pause nothing is made up for."""

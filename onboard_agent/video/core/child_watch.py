@@ -1,9 +1,9 @@
-"""Whether the video process is well, by when it was heard and by what the system says of it. No I/O.
+"""Whether the video process is healthy, by its last report and by the system's view of it. No I/O.
 
-That it is silent is said soon, since then no pictures come, whatever the reason. It is given up only when more speaks
-against it than silence: on a busy computer a healthy process may wait long for its turn, but then the system says that
-one of its threads is ready to run, or waits for the disk, and not that all are stopped or sleep: its event loop does
-not for longer than a tenth of a second, unless another thread holds Python's lock.
+Its silence is reported soon, because no pictures arrive then, whatever the reason. It is given up only with more
+evidence than silence: on a busy computer a healthy process may wait long for its turn, but then the system shows one of
+its threads ready to run, or waiting for the disk, and not all of them stopped or asleep. Its event loop never sleeps
+for longer than a tenth of a second, unless another thread holds Python's lock.
 """
 
 from enum import Enum
@@ -34,18 +34,18 @@ class Verdict(Enum):
 
 
 class ChildWatch:
-    """Of one child, from its start."""
+    """For one child, from its start."""
 
     def __init__(self, now: float) -> None:
         self.silent_s = 0.0
-        """For so long nothing was heard, as far as we were there to hear it."""
+        """How long it has been silent, as far as we were running to notice."""
         self._first_word = False
         self._checked_at = now
         self._stopped_s = 0.0
         self._asleep_s = 0.0
 
     def heard(self) -> None:
-        """It said something."""
+        """It reported something."""
         self._first_word = True
         self.silent_s = self._stopped_s = self._asleep_s = 0.0
 
@@ -70,6 +70,7 @@ class ChildWatch:
 
 
 def state_of(stat: str) -> str:
-    """The letter in a thread's /proc/PID/task/TID/stat; empty: there is none. A name may have brackets and blanks."""
+    """The state letter in a thread's /proc/PID/task/TID/stat; empty: there is none. A name may contain brackets and
+    blanks."""
     words = stat.rpartition(")")[2].split()
     return words[0] if words else ""

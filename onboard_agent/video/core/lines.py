@@ -1,5 +1,7 @@
-"""What the flight process and the video process say to each other: lines of JSON on the child's stdin and stdout.
-No I/O. Both are of one version; whoever reads a line that is none gives the other up."""
+"""The protocol between flight process and video process: lines of JSON on the child's stdin and stdout. No I/O.
+
+Both are of one version; a side that reads an invalid line gives the other up.
+"""
 
 from typing import Final
 

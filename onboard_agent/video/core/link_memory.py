@@ -26,7 +26,7 @@ class Remembered(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class LinkMemory:
-    """Of one link, the last."""
+    """Of the last link."""
 
     def __init__(self, remembered: Remembered | None = None) -> None:
         self.remembered = remembered

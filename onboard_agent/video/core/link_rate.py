@@ -28,7 +28,7 @@ MAX_PACING_BPS: Final = 100_000_000.0
 FIRST_BUDGET_BPS: Final = 300_000.0
 MIN_BUDGET_BPS: Final = 20_000.0
 BUDGET_SHARE: Final = 0.75
-"""Of the pacing: a key picture is several times as large as the others, and must be away before long."""
+"""Pacing headroom: a key picture is several times as large as the others, and must leave soon."""
 
 BELOW: Final = 0.95
 """Pacing, as a share of what the link was measured to carry."""
@@ -46,7 +46,7 @@ NEAR: Final = (0.7, 1.15)
 
 RISE_FIRST: Final = 1.0
 RISE: Final = 0.25
-"""Of the budget, in a second, before and after the first bound was met."""
+"""Growth of the budget per second, before and after the first bound was met."""
 RISE_REST_S: Final = 1.5
 
 QUEUE_S: Final = 0.02
@@ -58,22 +58,22 @@ AFTER_QUEUE: Final = (0.5, 0.7)
 QUEUE_GONE_S: Final = 0.5
 EMPTIED_OVER_S: Final = 0.05
 SLOWEST_LEFT_OUT: Final = 0.34
-"""Of the units in a queue, a few of which may have met a packet that was lost."""
+"""Share of the units in a queue, a few of which may have met a lost packet."""
 LESS: Final = 0.85
-"""Of the budget, where the queue does not tell how fast it is served: units that come all at once were held up by a
-lost packet or a busy computer, not by a slow link."""
+"""Share of the budget, if the queue does not show its rate: units that arrive all at once were delayed by a lost packet
+or a busy computer, not by a slow link."""
 
 HOPED_SHARE: Final = 0.75
-"""Of the budget that the link had when it was used before."""
+"""Share of the link's former budget."""
 SHOWN_FOR_S: Final = 0.3
 MAX_PROBED_BPS: Final = 10_000_000.0
-"""Pacing; it soon rises by itself."""
+"""Initial pacing; it soon rises by itself."""
 
 LATE_S: Final = 0.1
 WAITING_S: Final = 0.08
 """More than this on its way too long, or waiting here: no picture is encoded until that is better."""
 STIR_FOR_S: Final = 2.0
-"""Later than this it is the link that is gone."""
+"""Beyond this delay the link is gone."""
 HOPELESS_S: Final = 4.0
 
 
@@ -157,8 +157,8 @@ class LinkRate:
         self._rested_at = self._stepped_at = self._risen_at = now
 
     def begin(self, now: float, hoped: Known | None = None) -> None:
-        """Another stream, perhaps over another link. `hoped`: what was known of this one a while ago; it counts when
-        the first unit, no larger than without it, comes in the time that it says."""
+        """Starts another stream, perhaps over another link. `hoped`: this link's earlier rate; it counts if the first
+        unit, no larger than without it, arrives in the time that it predicts."""
         self.pacing_bps, self._budget_bps, self._bound_bps = FIRST_PACING_BPS, FIRST_BUDGET_BPS, None
         self.reconnected(now)
         self._hoped = hoped

@@ -1,7 +1,7 @@
-"""The units that have been sent and not yet been got, and how late they are. No I/O.
+"""Units sent and not yet received, and how late they are. No I/O.
 
-One TCP connection: what is sent first is got first. A unit leaves in pieces, at times that are set when it is handed
-over (`Sent`), so that what a large unit takes by itself is not taken for a queue in the network.
+One TCP connection: units arrive in order. A unit leaves in pieces, at times that are set when it is handed over
+(`Sent`), so that the transmission time of a large unit is not taken for a queue in the network.
 """
 
 from collections import deque
@@ -67,7 +67,8 @@ class Arrival(NamedTuple):
 
 
 class OnTheWay:
-    """Bounded by who asks `late_s` and `waiting_s` before sending; `oldest_s` says when there is no hope left."""
+    """Bounded by the caller, which checks `late_s` and `waiting_s` before sending; `oldest_s` shows when there is no
+    hope left."""
 
     def __init__(self) -> None:
         self._sent: deque[Sent] = deque()
@@ -80,7 +81,7 @@ class OnTheWay:
         self._last_way_s: float | None = None
         self._jitter_s = 0.0
         self.bits = 0
-        """Of all that is on its way."""
+        """Of everything on its way."""
 
     def sent(self, got: Got, unit_bytes: int, pacing_bps: float, now: float) -> Sent:
         """A unit is handed over now. Returns when it has to leave."""
@@ -125,7 +126,7 @@ class OnTheWay:
         return Arrival(sent, now, late_s, self._is_large(sent.burst_bits, now))
 
     def forget(self) -> None:
-        """The connection is gone, and what was on its way with it."""
+        """The connection is gone, and everything on its way with it."""
         self._sent.clear()
         self.bits = 0
         self._free_at = 0.0
@@ -133,7 +134,7 @@ class OnTheWay:
         self._bases.clear()
 
     def expect(self, base_s: float, now: float) -> None:
-        """The way took so long, there and back, when it was used before."""
+        """The round trip when the path was used before."""
         self._bases.append((now, base_s))
 
     def rebase(self) -> None:

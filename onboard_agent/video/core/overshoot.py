@@ -1,4 +1,4 @@
-"""What an encoder makes, against what it was asked for: with headers, and by its own idea of bit rates. No I/O."""
+"""How much more an encoder produces than requested: headers, and its own interpretation of bit rates. No I/O."""
 
 from typing import Final
 
@@ -7,7 +7,7 @@ MAX_FACTOR: Final = 2.5
 
 
 class Overshoot:
-    """Of one stream. `factor`: ask for so much less than is to be had."""
+    """For one stream. `factor`: request this share of the available rate."""
 
     def __init__(self) -> None:
         self.factor = 1.1
@@ -17,7 +17,7 @@ class Overshoot:
         self._last_at = 0.0
 
     def made(self, bits: int, asked_bps: float, now: float) -> None:
-        """A unit of `bits` was made, headers included, while the encoder was asked for `asked_bps`."""
+        """A unit of `bits` was made, headers included, at a requested rate of `asked_bps`."""
         if self._begun_at is None or now - self._last_at > 1.0:  # skipped pictures are no savings of the encoder's
             self._begun_at = self._last_at = now
             self._made, self._asked = 0, 0.0

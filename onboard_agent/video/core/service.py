@@ -1,8 +1,8 @@
-"""The flight process's side of video: what is watched, whether the video process is to run, what the tower is told.
-No I/O.
+"""The flight process's side of video: what is watched, whether the video process must run, reports to the tower. No
+I/O.
 
 The video process runs while something is watched and a little longer, so that the next viewer need not wait for it. A
-ticket is good for one link: when that is down nothing is watched.
+ticket is valid for one link: without it nothing is watched.
 """
 
 from typing import Final
@@ -12,7 +12,7 @@ from onboard_agent.video.core.link_memory import Remembered
 from wire.video import VIDEO, CameraState, Codec, VideoState, VideoWanted
 
 KEEP_S: Final = 60.0
-"""The process stays so long after the last picture was wanted."""
+"""The process stays this long after the last picture was wanted."""
 
 CAN_BE_MADE: Final[tuple[Codec, ...]] = (Codec.MPEG1, Codec.H264)
 """Until the video process has looked: PyAV has an encoder for both."""
@@ -45,17 +45,17 @@ class VideoService:
         self._sent = None
 
     def link_resumed(self) -> None:
-        """The same link; what was told last may be lost."""
+        """The same link; the last reports may be lost."""
         self._sent = None
 
     def link_down(self, now: float) -> None:
-        """Nobody to tell, and nobody watches."""
+        """No link: no reports, and no viewers."""
         self._linked = False
         self.link = None
         self._want(Watched(), now)
 
     def wanted(self, message: VideoWanted, now: float) -> None:
-        """What the tower wants from now on."""
+        """The tower's request from now on."""
         if self._linked:
             self._want(Watched(ticket=message.ticket, streams=message.streams), now)
 
@@ -78,22 +78,22 @@ class VideoService:
         return self._watched_until is not None and now - self._watched_until < KEEP_S
 
     def reported(self, report: Report) -> None:
-        """The video process says how it is."""
+        """The video process reports its state."""
         self._report, self._lost_words, self._is_silent = report, "", False
         self.link = report.link if self._linked else None
         if report.codecs:
             self._codecs = report.codecs
 
     def silent(self) -> None:
-        """The video process should have said something by now: no pictures come until it does."""
+        """The video process is overdue with a report: no pictures arrive until it sends one."""
         self._is_silent = True
 
     def ended(self, words: str = STOPPED_WORDS) -> None:
-        """The video process is gone, and was not to go."""
+        """The video process ended unexpectedly."""
         self._report, self._lost_words, self._is_silent = None, words, False
 
     def stopped(self) -> None:
-        """The video process was told to go."""
+        """The video process was asked to end."""
         self._report, self._lost_words, self._is_silent = None, "", False
 
     # -- to the tower ----------------------------------------------------------------------------------------------

@@ -17,7 +17,7 @@ class Shape(NamedTuple):
 
 class _Step(NamedTuple):
     from_share: float
-    """Of the most that the quality takes."""
+    """Share of the quality's maximum."""
     rate: float
     scale: float
 
@@ -32,12 +32,11 @@ _STEPS: Final = (
 
 UP_FROM: Final = 1.2
 UP_AFTER_S: Final = 3.0
-"""A better shape comes only when there is a fifth more than it needs, and has been for so long: it may change the size,
-and people see that."""
+"""A better shape needs a fifth more than its rate, for this long: the size may change, and people see that."""
 
 
 class ShapeForBits:
-    """Of one stream."""
+    """For one stream."""
 
     def __init__(self, request: StreamRequest) -> None:
         self.request = request

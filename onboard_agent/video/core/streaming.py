@@ -17,7 +17,7 @@ from wire.video import HEADER_BYTES, MAX_UNIT_BYTES, Got, StreamRequest, Unit, e
 
 MAX_HELD_MS: Final = 0xFFFF
 KEY_ASKED_PAUSE_S: Final = 0.3
-"""So often at most a key picture is made because somebody asks: it costs several others."""
+"""Minimum interval of requested key pictures: each costs several others."""
 
 
 class Order(NamedTuple):
@@ -131,8 +131,8 @@ class Streaming:
         return orders
 
     def unit(self, order: Order, encoded: Encoded, now: float) -> Departure | None:
-        """What is to be sent, and when; `now` is of the same clock as `capture_us`. None: it is nobody's, or too large
-        for the wire."""
+        """The unit to send, and when; `now` has the same clock as `capture_us`. None: no viewer, or too large for the
+        wire."""
         request = order.request
         stream = self._streams.get(request)
         if stream is None:

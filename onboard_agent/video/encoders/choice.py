@@ -1,4 +1,4 @@
-"""Which encoders this machine has, found out by coding a test picture and looking at what comes of it."""
+"""Finds this machine's encoders by encoding a test picture and checking the result."""
 
 import logging
 from functools import cache
@@ -19,7 +19,7 @@ _TEST_PICTURES: Final = 6
 _MAX_HELD: Final = 1
 """An encoder that holds more pictures back than this is left alone: the processor is quicker than that."""
 _MAX_ERROR: Final = 8.0
-"""Of 255, on average over the picture: what is coded has to look like what was given."""
+"""Of 255, average over the picture: the result must look like the input."""
 
 
 def make_encoder(codec: Codec, quality: Quality) -> Encoder:
@@ -34,7 +34,7 @@ def make_encoder(codec: Codec, quality: Quality) -> Encoder:
 
 
 def usable_codecs() -> tuple[Codec, ...]:
-    """What can be asked for here. The first call may take a second."""
+    """The available codecs. The first call may take a second."""
     return (Codec.MPEG1,) if best_h264() is None else (Codec.MPEG1, Codec.H264)
 
 
@@ -87,7 +87,7 @@ def _inspect(coded: list[EncodedPicture]) -> str:
 
 
 def _test_picture() -> av.VideoFrame:
-    """Ramps, so that a picture that is shifted, mirrored, or one colour is told from it."""
+    """Ramps, so that a picture that is shifted, mirrored, or of one colour is noticed."""
     limits = LIMITS[Quality.MEDIUM]
     across = np.linspace(30, 220, limits.width)
     down = np.linspace(-14, 14, limits.height)

@@ -33,19 +33,20 @@ class Encoder(Protocol):
 
     @property
     def name(self) -> str:
-        """Of the codec, for log lines: "mpeg1video", "libx264", "h264_v4l2m2m"."""
+        """Name of the codec, for log lines: "mpeg1video", "libx264", "h264_v4l2m2m"."""
         ...
 
     def encode(self, picture: Picture, *, force_key: bool = False) -> list[EncodedPicture]:
-        """One entry: this picture. An empty list: a hardware encoder that is still filling. A key picture also comes
-        by itself: first of all, at least once a second, after a break and when the shape changes. Raises EncoderBroken.
+        """One entry: this picture. An empty list: a hardware encoder that is still filling.
+
+        A key picture also comes by itself: first of all, at least once a second, after a break and when the shape
+        changes. Raises EncoderBroken.
         """
         ...
 
     def retune(self, *, bits_per_s: int, rate_hz: float, scale: float = 1.0) -> None:
-        """What it aims at from now on. `rate_hz`: how many pictures a second it will be given. `scale`: (0..1] of the
-        quality's width and height. Some of it comes at the next key picture only, which comes soon enough by itself.
-        """
+        """The new target. `rate_hz`: pictures a second. `scale`: (0..1] of the quality's width and height. Some of it
+        takes effect only at the next key picture, which comes soon by itself."""
         ...
 
     def close(self) -> None:

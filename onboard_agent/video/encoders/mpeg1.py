@@ -18,7 +18,7 @@ from onboard_agent.video.sources.source import Picture
 from wire.video import Codec, QualityLimits
 
 CODED_RATES_HZ: Final = (24, 25, 30, 50, 60)
-"""What the header of MPEG-1 can say and JSMpeg can read. Slower streams say 24: each picture has a time."""
+"""Rates that an MPEG-1 header can express and JSMpeg can read. Slower streams say 24: each picture has a time."""
 
 MAX_PICTURE_S: Final = 0.25
 """No picture is larger than the bit rate gives in this time: a key picture must not hold up those behind it. On a line
@@ -64,7 +64,7 @@ class Mpeg1Encoder(PyavEncoder):
 
 
 def coded_rate_hz(rate_hz: float) -> int:
-    """The lowest rate that a header can say and that is not below `rate_hz`, or the highest."""
+    """The lowest rate of a header that is not below `rate_hz`, or the highest."""
     return next((rate for rate in CODED_RATES_HZ if rate >= rate_hz - 0.5), CODED_RATES_HZ[-1])
 
 

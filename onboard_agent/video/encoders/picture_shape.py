@@ -17,8 +17,8 @@ class Shape(NamedTuple):
 def coded_shape(source: Shape, limits: QualityLimits, scale: float) -> Shape:
     """The largest shape like the source's that fits inside the limits, times `scale`; never larger than the source.
 
-    Both sides even, as half as many colour samples need; none below 48 pixels. The codecs work in blocks of 16 and
-    fill up the last ones by themselves; the headers say what is to be shown.
+    Both sides even, because there are half as many colour samples; none below 48 pixels. The codecs work in blocks of
+    16 and fill up the last ones by themselves; the headers contain the visible size.
     """
     fit = min(1.0, limits.width / source.width, limits.height / source.height) * scale
     return Shape(_even(source.width * fit), _even(source.height * fit))

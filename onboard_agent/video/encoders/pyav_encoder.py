@@ -30,7 +30,7 @@ SMPTE170M_MATRIX: Final = 6
 
 
 class Aim(NamedTuple):
-    """What an encoder was told to aim at."""
+    """An encoder's target."""
 
     bits_per_s: int
     rate_hz: float
@@ -50,13 +50,13 @@ class _Fed(NamedTuple):
 
 
 class PyavEncoder(ABC):
-    """One stream. The subclass opens the codec and packs what comes out of it."""
+    """One stream. The subclass opens the codec and packs its output."""
 
     codec: Codec
     name: str
     pixel_format = "yuv420p"
     forces_keys = True
-    """Whether a key picture can be asked of an open codec; otherwise it is opened again for each."""
+    """Whether an open codec can make a key picture on request; otherwise it is reopened for each."""
 
     def __init__(self, limits: QualityLimits, bits_per_s: int | None = None) -> None:
         self._limits = limits
@@ -157,7 +157,7 @@ class PyavEncoder(ABC):
 
 
 def new_context(codec: str, shape: Shape, rate: Fraction, hardware: HWAccel | None = None) -> VideoCodecContext:
-    """A codec that is not open yet, for so many pictures a second, none of which waits for a later one. Raises
+    """A codec that is not open yet, for this many pictures a second, none of which waits for a later one. Raises
     av.FFmpegError or ValueError."""
     context = VideoCodecContext.create(codec, "w", hardware)
     assert isinstance(context, VideoCodecContext)

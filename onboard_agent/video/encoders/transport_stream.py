@@ -1,7 +1,7 @@
 """MPEG-TS around MPEG-1 pictures: whole packets for each, so that units can be cut, skipped and joined (no I/O).
 
-Own rather than FFmpeg's muxer, which writes its tables by the clock, or before every picture (72 kbit/s at 24 Hz), but
-not just before the key pictures, where somebody begins to read. After ISO/IEC 13818-1, 2.4.3 and 2.4.4.
+Own code in place of FFmpeg's muxer, which writes its tables by the clock, or before every picture (72 kbit/s at 24 Hz),
+but not just before the key pictures, where a reader starts. After ISO/IEC 13818-1, 2.4.3 and 2.4.4.
 """
 
 from struct import Struct
@@ -27,13 +27,13 @@ _CARRIED_BYTES: Final = PACKET_BYTES - _HEADER_BYTES
 _PCR_FIELD_BYTES: Final = 8
 _PES_HEADER_BYTES: Final = 14
 _PES_COUNTED_BYTES: Final = 8
-"""Of the PES header, what its own length counts."""
+"""The part of the PES header that its own length counts."""
 _MAX_PES_PAYLOAD_BYTES: Final = 0xFFFF - _PES_COUNTED_BYTES
 
 _CLOCK_BITS: Final = 33
 _DECODER_SLACK: Final = 9_000
-"""By how much the clock reference is before the picture's time: 100 ms of 90 kHz, what a decoder may take to get the
-bytes of a picture. Players that pace by it have that much to buffer; ours does not look at it."""
+"""How far the clock reference is ahead of the picture's time: 100 ms of 90 kHz, the time that a decoder may take to get
+the bytes of a picture. Players that pace by it can buffer that much; ours ignores it."""
 
 
 def _crc(section: bytes) -> bytes:
@@ -83,10 +83,8 @@ class TransportStream:
         self._tables_counter = 0
 
     def pack(self, picture: bytes, *, key: bool, at_us: int) -> bytes:
-        """Whole packets that hold `picture`, the tables first when it is a key picture.
-
-        A picture above 65,527 bytes goes into two PES packets or more, of which only the first has a time.
-        """
+        """Whole packets with `picture`, the tables first for a key picture. A picture above 65,527 bytes takes two PES
+        packets or more, of which only the first has a time."""
         clock = at_us * 9 // 100
         packets = self._tables() if key else bytearray()
         for begin in range(0, len(picture), _MAX_PES_PAYLOAD_BYTES):

@@ -12,7 +12,7 @@ _MAX_JUMP_US: Final = 2_000_000
 
 
 class ArrivalClock:
-    """Of one camera. Forgets after 10 s, so that clocks that run apart do no harm."""
+    """For one camera. Forgets after 10 s, so that clock drift does no harm."""
 
     def __init__(self) -> None:
         self._best_us: int | None = None

@@ -1,6 +1,6 @@
-"""A source with a thread of its own: the newest picture, the state of the camera, and another attempt when it is lost.
+"""A source with its own thread: the newest picture, the camera's state, and another attempt after a loss.
 
-The picture that nobody has fetched is replaced by the next one: what is late is not wanted any more.
+The next picture replaces one that was not fetched: a late picture is useless.
 """
 
 import logging
@@ -21,9 +21,9 @@ MAX_TEXT_LENGTH: Final = 160
 
 
 class Camera:
-    """`start`, then `newest` as often as `on_change` says that there is something, then `stop`.
+    """`start`, then `newest` whenever `on_change` announces something, then `stop`.
 
-    `on_change` is called by threads of the camera, at each picture and each change of state; it may not block.
+    Threads of the camera call `on_change`, at each picture and each change of state; it must not block.
     """
 
     def __init__(self, source: Source, request: PictureRequest, on_change: Callable[[], None]) -> None:

@@ -5,16 +5,16 @@ from typing import Final
 from wire.video import CameraState
 
 SILENT_S: Final = 0.6
-"""A camera that was giving pictures and gives none for so long is lost: the screen is to say it within a second."""
+"""A working camera without a picture for this long is lost: the screen must show that within a second."""
 
 _SILENT_PICTURES: Final = 4.0
-"""A slow camera may be silent for so many of its own intervals."""
+"""A slow camera may be silent for this many of its own intervals."""
 _MAX_INTERVAL_S: Final = 0.5
 _SMOOTHING: Final = 0.2
 
 
 class CameraWatch:
-    """Is told what happens, and says what that makes of the camera."""
+    """Takes the events and derives the camera's state."""
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -43,7 +43,7 @@ class CameraWatch:
         self.state, self.words = CameraState.LOST, words
 
     def closed(self) -> None:
-        """Nobody wants its pictures."""
+        """Its pictures are not wanted."""
         self._last_at = None
         self.state, self.words = CameraState.IDLE, ""
 

@@ -50,7 +50,7 @@ def check_stream(name: str, container: InputContainer) -> None:
 
 
 def lost_while_decoding(name: str, error: Exception) -> CameraLost:
-    """As `lost`. Where FFmpeg did not tell the size before the first picture, it is there that it refuses it."""
+    """As `lost`. If FFmpeg did not know the size before the first picture, it refuses it there."""
     if isinstance(error, av.ArgumentError):
         return CameraLost(f"{name}: its pictures cannot be decoded, or are too large: the most is {MAX_TEXT_LENGTH}")
     return lost(name, error)

@@ -1,9 +1,9 @@
-"""MJPEG over HTTP, read by ourselves: a picture as soon as its last byte is there, timed when its first one came.
+"""MJPEG over HTTP, read by ourselves: a picture as soon as its last byte arrived, timed at its first one.
 
-What is not a row of JPEG parts, or asks for more than a password in the clear, FFmpeg gets (network.py).
+FFmpeg (network.py) handles what is not a series of JPEG parts, or requires more than a password in the clear.
 
 Why http.client and not httpx: `read1` returns what has arrived, and `interrupt` shuts the socket down from another
-thread. httpx shows neither. Its memory and start: onboard_agent/link/enrolment.py.
+thread. httpx offers neither. Its memory and start: onboard_agent/link/enrolment.py.
 """
 
 import base64
@@ -47,7 +47,7 @@ class HttpCamera(Source):
         self._connection: http.client.HTTPConnection | None = None
         self._answer: http.client.HTTPResponse | None = None
         self._socket: socket.socket | None = None
-        """Of the connection, which forgets it when the other side will close it."""
+        """Of the connection, which drops it when the other side will close it."""
         self._parts = MultipartPictures()
         self._decoder = JpegDecoder()
         self._clock = ArrivalClock()
@@ -140,7 +140,7 @@ class HttpCamera(Source):
         return None
 
     def _taken_us(self, part: Part) -> int:
-        """mjpg-streamer and its like say when, by their clock."""
+        """mjpg-streamer and similar servers send the time by their clock."""
         try:
             stamp_us = int(float(part.headers["x-timestamp"]) * 1e6)
         except (KeyError, ValueError, OverflowError):

@@ -12,7 +12,7 @@ from onboard_agent.video.sources.decoding import SIZE_BOUND, check_stream, hold_
 from onboard_agent.video.sources.source import CameraLost, PictureRequest, Source, Taken, now_us
 
 _RATE_HZ: Final = 25.0
-"""Of a file that does not say."""
+"""For a file without a rate."""
 _MAX_WAIT_S: Final = 0.2
 _TOO_LATE_US: Final = 500_000
 """So far behind its own pace, it goes on from now instead of hurrying."""

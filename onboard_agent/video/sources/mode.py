@@ -1,4 +1,4 @@
-"""What a camera was told to give."""
+"""The requested mode of a camera."""
 
 from typing import NamedTuple
 

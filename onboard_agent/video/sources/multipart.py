@@ -1,6 +1,6 @@
-"""The pictures in a row of MIME parts (multipart/x-mixed-replace), each as soon as its last byte is there (no I/O).
+"""The pictures in a series of MIME parts (multipart/x-mixed-replace), each as soon as its last byte arrived (no I/O).
 
-FFmpeg waits for the next part where no length is given: one picture late. A JPEG says itself where it ends.
+Without a length FFmpeg waits for the next part: one picture late. A JPEG shows itself where it ends.
 """
 
 from typing import Final, NamedTuple
@@ -85,7 +85,7 @@ class MultipartPictures:
         return length
 
     def _size(self) -> int | None:
-        """Of the picture that the bytes begin with, when it is whole."""
+        """Length of the picture at the beginning of the bytes, when it is complete."""
         if self._length is not None:
             return self._length if len(self._bytes) >= self._length else None
         try:

@@ -36,14 +36,14 @@ _BY_SCHEME: Final = {
 
 
 _ENDS_WHERE_NEXT_BEGINS: Final = ("h264", "hevc")
-"""FFmpeg does not look at RTP's mark of the last packet: it hands a picture on when the next one begins. We cannot have
-it sooner, but we know how long that was, and count it as age."""
+"""FFmpeg ignores RTP's mark of the last packet and returns a picture when the next one begins. We cannot get it sooner,
+but we know how long that took, and count it as age."""
 
 _MAX_HOLD_US: Final = 500_000
 
 
 class NetworkSource(Source):
-    """Reads for as long as somebody listens. Everything is decoded: of a chain of pictures none can be left out."""
+    """Reads as long as pictures are wanted. Decodes all of them, because none in a chain can be left out."""
 
     lets_go_within_s = NETWORK_LETS_GO_WITHIN_S
 

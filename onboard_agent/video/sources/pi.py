@@ -110,7 +110,7 @@ class PiSource(Source):
         ]
 
     def _listen(self, pipe: IO[bytes]) -> None:
-        """The last line that it says is why it ended."""
+        """Its last line is the reason why it ended."""
         with pipe:
             for line in pipe:
                 words = line.decode(errors="replace").strip()

@@ -38,7 +38,7 @@ def check_size(width: int, height: int) -> None:
 
 
 def jpeg_size(jpeg: bytes) -> PixelCount | None:
-    """What its head says (ITU-T T.81, B.2.2). None: it says nothing before the picture begins, or is damaged."""
+    """The size in its head (ITU-T T.81, B.2.2). None: there is none before the picture begins, or it is damaged."""
     if jpeg[:2] != bytes([_MARKER, _START]):
         return None
     at = 2

@@ -112,9 +112,9 @@ def help_text() -> str:
 
 
 def shown(text: str) -> str:
-    """The camera as people and logs may see it. Of an address what may be a secret is left out: what is before an `@`,
-    wherever that is, since a password may have been written with `/` or `?` in it, and values, since many cameras take
-    the password as one."""
+    """The camera's name for people and logs, without possible secrets of an address: everything before an `@`, wherever
+    that is, because a password may contain `/` or `?`, and query values, because many cameras take the password as
+    one."""
     whole = text.strip()
     scheme, is_address, rest = whole.partition("://")
     if not is_address:

@@ -13,22 +13,22 @@ OPEN_PATIENCE_S: Final = 5.0
 """A camera that has given no picture by then is not there."""
 
 NETWORK_LETS_GO_WITHIN_S: Final = OPEN_PATIENCE_S + 1.0
-"""A connection that is being made can be given up by nobody but the system or FFmpeg, when patience ends."""
+"""Only the system or FFmpeg can give up a connection attempt, when its patience ends."""
 
 READ_PATIENCE_S: Final = 2.0
-"""A camera that says nothing for so long is opened again. That it is silent is said sooner (`camera_watch`)."""
+"""A camera that is silent for this long is reopened. Its silence is reported sooner (`camera_watch`)."""
 
 
 class CameraLost(Exception):
-    """There are no pictures (any more). The text is one line for a person, and says what is wrong with which camera."""
+    """There are no pictures (any more). The text is one line for people, and says what is wrong with which camera."""
 
 
 class Picture(NamedTuple):
-    """One picture as the camera gave it, uncompressed.
+    """One uncompressed picture of the camera. `frame`: of any size and pixel format; read-only.
 
-    `frame`: of any size and pixel format; nobody may write into it. `capture_us`: when it was taken, by
-    CLOCK_MONOTONIC, as near to the sensor as can be known. `number` counts what the camera gave, from 1; a gap: nobody
-    came for those between. `is_break`: the first one after the camera was opened (again).
+    `capture_us`: capture time by CLOCK_MONOTONIC, as near to the sensor as can be known. `number` counts the camera's
+    pictures, from 1; a gap: pictures that were not fetched. `is_break`: the first one after the camera was opened
+    (again).
     """
 
     frame: av.VideoFrame
@@ -45,7 +45,7 @@ class Taken(NamedTuple):
 
 
 class PictureRequest(NamedTuple):
-    """The most that anybody needs. A source that can choose gives the smallest picture that is at least as large."""
+    """The largest size that is needed. A source with a choice takes the smallest picture that is at least as large."""
 
     width: int = 640
     height: int = 480
@@ -53,7 +53,7 @@ class PictureRequest(NamedTuple):
 
 
 class Source(ABC):
-    """A camera, or what stands for one. Blocking; used by one thread, but for `close`.
+    """A camera, or its substitute. Blocking; used by one thread, except for `close`.
 
     `open`, then `read` for ever, then `close`; after `close` it may be opened again.
     """
@@ -71,7 +71,7 @@ class Source(ABC):
 
     @abstractmethod
     def read(self) -> Taken | None:
-        """Waits for the next picture, at most `READ_PATIENCE_S`. None: nothing yet, ask again. Raises CameraLost when
+        """Waits for the next picture, at most `READ_PATIENCE_S`. None: nothing yet, call again. Raises CameraLost when
         the camera is gone."""
 
     @abstractmethod
@@ -79,7 +79,7 @@ class Source(ABC):
         """Lets go of the camera. Safe when it is not open."""
 
     def interrupt(self) -> None:  # noqa: B027 - where it cannot be done, patience ends
-        """Another thread wants `read` to end soon; what it then gives or raises does not matter."""
+        """Called by another thread: `read` must end soon; its result or exception does not matter."""
 
 
 def now_us() -> int:
