@@ -64,7 +64,7 @@ class AutopilotView:
             self._heard_at = now
 
     def heartbeat(self, message: Any, system_id: int, component_id: int, now: float) -> AutopilotEvent | None:
-        """A HEARTBEAT came, from whomever. Finds the autopilot among them."""
+        """A HEARTBEAT of any sender arrived. Finds the autopilot among the senders."""
         if (
             component_id != mavlink.MAV_COMP_ID_AUTOPILOT1
             or message.autopilot == mavlink.MAV_AUTOPILOT_INVALID
