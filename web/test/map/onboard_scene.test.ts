@@ -1,10 +1,10 @@
 import { expect, it } from 'vitest';
 
 import type { Row } from '../../src/link/mission_rest';
-import { boardScene, laidOut, type BoardHome } from '../../src/map/board_scene';
+import { onboardScene, laidOut, type OnboardHome } from '../../src/map/onboard_scene';
 import { CMD } from '../../src/plan/catalogue';
 
-const HOME: BoardHome = { place: { latDeg: 47, lonDeg: 8 }, altM: 400 };
+const HOME: OnboardHome = { place: { latDeg: 47, lonDeg: 8 }, altM: 400 };
 const row = (command: number, x: number, y: number, params: Row[2] = [0, 0, 0, 0]): Row => [
   command,
   3,
@@ -24,7 +24,7 @@ const RALLY = [row(CMD.RALLY, 469990000, 80000000)];
 
 it('has the items with their numbers, what was reached and what comes, the ways between them, fence and rally points', () => {
   const laid = laidOut({ mission: MISSION, fence: FENCE, rally: RALLY }, HOME);
-  const scene = boardScene(laid, 1, new Set([0]));
+  const scene = onboardScene(laid, 1, new Set([0]));
   expect(scene.items.map(({ label, isCurrent, isReached }) => [label, isCurrent, isReached])).toEqual([
     ['1', false, true],
     ['2', true, false],
@@ -42,13 +42,13 @@ it('has the items with their numbers, what was reached and what comes, the ways 
 });
 
 it('has nothing to take hold of, and leaves home to the layer of the drones', () => {
-  const scene = boardScene(laidOut({ mission: MISSION }, HOME), null, new Set());
+  const scene = onboardScene(laidOut({ mission: MISSION }, HOME), null, new Set());
   expect([scene.home, scene.showsHandles, scene.draft, scene.corner]).toEqual([null, false, null, null]);
   expect(scene.items.some(({ isSelected, isCurrent }) => isSelected || isCurrent)).toBe(false);
 });
 
 it('draws what has a place while home is not known', () => {
-  const scene = boardScene(laidOut({ mission: MISSION }, null), null, new Set());
+  const scene = onboardScene(laidOut({ mission: MISSION }, null), null, new Set());
   expect(scene.items.map(({ label }) => label)).toEqual(['2', '3']);
   expect(scene.legs).toHaveLength(1);
 });

@@ -1,6 +1,6 @@
 import { beforeEach, expect, it } from 'vitest';
 
-import { OnboardPlans } from '../../src/link/board_plans';
+import { OnboardPlans } from '../../src/link/onboard_plans';
 import type { PlanRead, Row } from '../../src/link/mission_rest';
 import type { PlanKind, PlanOnBoard } from '../../src/link/operation_types';
 

@@ -1,6 +1,6 @@
-/** The plans on board as a scene for the drone's page. Pure: the canvas is board_layer.ts. */
+/** The plans on board as a scene for the drone's page. Pure: the canvas is onboard_layer.ts. */
 
-import type { BoardRows } from '../link/board_plans';
+import type { OnboardRows } from '../link/onboard_plans';
 import type { Place } from '../link/messages';
 import { PLAN_KINDS } from '../link/operation_types';
 import { NOTHING_DRAWN } from '../plan/drawing';
@@ -10,14 +10,14 @@ import { itemOfRow, withItems } from '../plan/wire_items';
 import { planScene, type PlanScene } from './plan_scene';
 
 /** The drone's home and its height above sea level. */
-export interface BoardHome {
+export interface OnboardHome {
   readonly place: Place;
   readonly altM: number;
 }
 
-export interface Board {
-  readonly rows: BoardRows;
-  readonly home: BoardHome | null;
+export interface OnboardState {
+  readonly rows: OnboardRows;
+  readonly home: OnboardHome | null;
   /** Items from 0. */
   readonly current: number | null;
   readonly reached: ReadonlySet<number>;
@@ -29,7 +29,7 @@ export interface Laid {
 }
 
 /** Raises RangeError for invalid items. */
-export function laidOut(rows: BoardRows, home: BoardHome | null): Laid {
+export function laidOut(rows: OnboardRows, home: OnboardHome | null): Laid {
   const { latDeg, lonDeg } = home?.place ?? { latDeg: 0, lonDeg: 0 };
   let plan: Plan = { ...EMPTY_PLAN, home: home && { spot: spotOf(latDeg, lonDeg), altM: home.altM } };
   for (const kind of PLAN_KINDS) {
@@ -40,7 +40,7 @@ export function laidOut(rows: BoardRows, home: BoardHome | null): Laid {
 }
 
 /** The path begins at home, whose symbol the drones' layer draws. */
-export function boardScene({ plan, path }: Laid, current: number | null, reached: ReadonlySet<number>): PlanScene {
+export function onboardScene({ plan, path }: Laid, current: number | null, reached: ReadonlySet<number>): PlanScene {
   const scene = planScene({
     plan,
     path,
@@ -54,7 +54,7 @@ export function boardScene({ plan, path }: Laid, current: number | null, reached
   return { ...scene, home: null, showsHandles: false };
 }
 
-export function isSameHome(one: BoardHome | null, other: BoardHome | null): boolean {
+export function isSameHome(one: OnboardHome | null, other: OnboardHome | null): boolean {
   if (!one || !other) return one === other;
   const [a, b] = [one.place, other.place];
   return a.latDeg === b.latDeg && a.lonDeg === b.lonDeg && one.altM === other.altM;

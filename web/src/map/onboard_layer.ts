@@ -5,14 +5,14 @@
 
 import type { Map as MapLibreMap } from 'maplibre-gl';
 
-import { boardScene, isSameHome, laidOut, type Board, type Laid } from './board_scene';
+import { onboardScene, isSameHome, laidOut, type OnboardState, type Laid } from './onboard_scene';
 import { PlanOverlay } from './plan_overlay';
 import { onThemeChange } from './theme';
 
-export class BoardLayer {
+export class OnboardLayer {
   readonly #overlay: PlanOverlay;
   readonly #stopTheme: () => void;
-  #board: Board | null = null;
+  #board: OnboardState | null = null;
   #laid: Laid | null = null;
 
   constructor(map: MapLibreMap) {
@@ -21,13 +21,13 @@ export class BoardLayer {
   }
 
   /** Recomputes the path only if the plan or home has changed. Raises RangeError for invalid items. */
-  show(board: Board): void {
+  show(board: OnboardState): void {
     const before = this.#board;
     this.#board = board;
     if (!this.#laid || before?.rows !== board.rows || !isSameHome(before.home, board.home)) {
       this.#laid = laidOut(board.rows, board.home);
     } else if (before.current === board.current && before.reached === board.reached) return;
-    this.#overlay.scene = boardScene(this.#laid, board.current, board.reached);
+    this.#overlay.scene = onboardScene(this.#laid, board.current, board.reached);
   }
 
   remove(): void {

@@ -5,13 +5,13 @@ import { PLAN_KINDS, type PlanKind, type PlanOnBoard } from './operation_types';
 import { Store, type Readable } from './store';
 
 /** By kind. Omits a plan that is being read, that failed to read, or that is unknown. */
-export type BoardRows = Readonly<Partial<Record<PlanKind, readonly Row[]>>>;
+export type OnboardRows = Readonly<Partial<Record<PlanKind, readonly Row[]>>>;
 
 type ReportedPlans = Readonly<Partial<Record<PlanKind, PlanOnBoard>>>;
 
 export class OnboardPlans {
   readonly #read: (kind: PlanKind) => Promise<PlanRead>;
-  readonly #rows = new Store<BoardRows>({});
+  readonly #rows = new Store<OnboardRows>({});
   readonly #problem = new Store('');
   /** The reported hash last requested; null: unknown. */
   readonly #wanted = new Map<PlanKind, string | null>();
@@ -20,7 +20,7 @@ export class OnboardPlans {
     this.#read = read;
   }
 
-  get rows(): Readable<BoardRows> {
+  get rows(): Readable<OnboardRows> {
     return this.#rows;
   }
 
