@@ -82,7 +82,7 @@ class Session:
     # Frames
 
     def _from_program(self, program: Hashable, data: bytes) -> None:
-        # A connection that is open for watching only, because nobody was there, must not be sent what flies.
+        # A connection opened only for watching, because no program was there, must not get frames that fly.
         self._bridge.has_controls = self._view.has_controls and self._live.may_fly
         now = self._loop.time()
         for message in self._bridge.from_program(program, data, now):

@@ -38,7 +38,7 @@ async def check_all(
     _say(warning is None, warning or f"the token file is that of drone {identity.drone_id}")
     good = True
     try:
-        # No link is asked for, so that an agent that is flying right now keeps its own.
+        # Requests no link, so that a flying agent keeps its own.
         _say(True, f"{url} accepts {await try_sign_in(url, identity)}")
     except NoLink as error:
         good = _say(False, str(error))

@@ -134,7 +134,7 @@ def enrol(
     try:
         address = parse_tower_url(tower)
         if autopilot:
-            make_port(autopilot)  # what is wrong with it is said before the token is spent
+            make_port(autopilot)  # reports a fault before the token is used
         camera = parse_camera(camera)
         check_can_keep(token)
         drone = enrol_here(address, one_time_token, token)

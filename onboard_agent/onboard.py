@@ -228,7 +228,7 @@ class Onboard:
 
     def welcomed(self, welcome: Welcome, now: float) -> None:
         """A new link is up."""
-        if self.downlink.epoch:  # of the first link nobody knows whether anything has changed
+        if self.downlink.epoch:  # for the first link a change is not known
             self._accept_epoch(welcome.epoch, now)
         self.downlink.new_link(DroneId(welcome.drone_id), Epoch(welcome.epoch))
         self._holder_present = welcome.holder_present
@@ -280,7 +280,7 @@ class Onboard:
             self.downlink.raise_epoch(message.epoch)
             self._holder_present = message.holder_present
             if not message.holder_present:
-                # The tower orders a hold too when it comes to it; two who watch are better than one.
+                # The tower orders a hold too if necessary; two watches are better than one.
                 self._watch.loss.pilot_cut_off(now)
         elif isinstance(message, HoldOrder):
             if message.order_id <= self._newest_order:
@@ -324,7 +324,7 @@ class Onboard:
                 )
                 return
         self._work.message(message, now)
-        # At once: what comes next, a hold or another frame, must find it sent, and not be followed by it.
+        # At once: it must be sent before the next hold or frame, not after it.
         self._to_autopilot += self._work.due(now)
 
     def _accept_epoch(self, epoch: int, now: float) -> None:

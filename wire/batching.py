@@ -58,7 +58,7 @@ class Batcher:
             self._frames.append(frame)
             self._bytes += size
             urgent = urgent or is_urgent(frame)
-        # After an urgent frame whatever stands behind it in the same call may as well come along.
+        # After an urgent frame, later ones of the same call may as well leave with it.
         if self._frames and (urgent or self.room_bytes - self._bytes <= 0):
             leaving.append(self._take())
         return leaving

@@ -36,11 +36,11 @@ class _Counted:
         self._points: deque[tuple[float, Report]] = deque([(now, Report())], maxlen=_REMEMBERED)
 
     def note(self, report: Report, now: float) -> None:
-        # One that was overtaken on its way has nothing new to say.
+        # A report that arrived out of order has nothing new.
         points = self._points
         if report.expected >= points[-1][1].expected:
             points.append((now, report))
-        # The newest of those before the window is where the window begins; what is older says nothing any more.
+        # The window begins at the newest report before it; older ones are useless.
         while len(points) > 1 and now - points[1][0] >= LONG_WINDOW_S:
             points.popleft()
 

@@ -58,8 +58,7 @@ _UNKNOWN: Final[StateKey] = (-1, -1, -1, -1)
 def state_key(frame: bytes) -> StateKey | None:
     """The key of a whole state frame, or None if it is transactional. The instance distinguishes, say, two batteries of
     one sender; it is 0 for messages without one."""
-    # Asked once for every frame that anybody sends: the five bytes of the header that say who sent what are enough for
-    # nearly all of them.
+    # Runs for every frame: five header bytes (sender and message) are enough for nearly all of them.
     if frame[0] == MAGIC_V2:
         head = frame[5:10]
         known = _KNOWN.get(head, _UNKNOWN)

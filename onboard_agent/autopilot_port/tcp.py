@@ -24,7 +24,7 @@ class _Stream(asyncio.Protocol):
         self.closed: asyncio.Future[None] = self._loop.create_future()
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        # uvloop's transports inherit nothing of asyncio's: the kind of protocol says the kind of transport.
+        # uvloop's transports do not inherit from asyncio's: the kind of protocol determines the kind of transport.
         self._port.stream_opened(self, cast(asyncio.Transport, transport))
 
     def data_received(self, data: bytes) -> None:

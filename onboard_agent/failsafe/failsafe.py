@@ -138,7 +138,7 @@ class Failsafe:
         epoch = self._downlink.epoch
         repeated = cause is HoldCause.ORDER and not self._hands_changed(now)
         if repeated and self._hold.settled:
-            # Who said "stay", and since when nobody flies, is as true as before.
+            # "Stay", and the time without a pilot, remain valid.
             self._hold.confirm_again(order_id=order_id, epoch=epoch, now=now)
             return
         aside = "a radio pilot flies the drone" if repeated and self._radio_took_over else ""
@@ -261,7 +261,7 @@ class Failsafe:
             return
         self._hold.overruled(needs_sticks=False, now=now, why=why)
         if self.going_home:
-            # Nobody flies it still: it stays told until it is down.
+            # Still nobody flies it: the report stays until it is down.
             lands = self.what_it_does == "lands"
             self.lost.done_by_autopilot(LostAction.LAND if lands else LostAction.RETURN, why)
             return

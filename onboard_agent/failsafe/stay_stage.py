@@ -96,7 +96,7 @@ class StayStage:
             return
         self.waiting_for = self._why_wait(now, flying)
         if not self.waiting_for:
-            # Those first in which nobody's sticks are needed for good.
+            # First the modes that never need sticks.
             order = sorted(self._modes, key=lambda mode: flying.after_sticks(mode.custom_mode) != AfterSticks.STAYS)
             self._ladder.climb(order, patience_s=RUNG_PATIENCE_S, now=now)
 

@@ -176,7 +176,7 @@ class DataChannel:
     def _send_batch(self) -> None:
         self._alarm_set = False
         self._send_all(self.sealed.batch_due(self._loop.time()))
-        # An urgent frame may have taken along what the alarm was set for, and more have come since.
+        # An urgent frame may have taken the waiting ones along, and more may have arrived since.
         self._set_alarm()
 
     def _send_all(self, datagrams: Sequence[bytes], *, keepalive: bool = False) -> None:

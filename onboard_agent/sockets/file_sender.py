@@ -140,7 +140,7 @@ class _Attempt:
         """From another thread."""
         self.stopped.set()
         with contextlib.suppress(OSError):
-            # Not that of SSLSocket, which forgets its encryption first while the thread may be writing.
+            # Not SSLSocket's method, which drops its encryption first while the thread may be writing.
             socket.socket.shutdown(self._socket, socket.SHUT_RDWR)
 
     def put(self, transaction_id: int, path: Path) -> None:
@@ -167,7 +167,7 @@ class _Attempt:
                         done += len(piece)
                         self._gone(done)
                 except (BrokenPipeError, ConnectionResetError):
-                    pass  # a tower that does not want it says so before it has all of it
+                    pass  # a tower that refuses it responds before it has all of it
                 _judge(connection.getresponse())
 
 

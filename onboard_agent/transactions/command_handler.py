@@ -335,6 +335,6 @@ def _modes_asked(work: CommandWork, around: Around) -> frozenset[int]:
         return frozenset()
     mode = commanded_mode(around.autopilot_kind, main, sub)
     missions = mission_modes(around.autopilot_kind, around.vehicle_type)
-    # Only an autopilot with sub modes may show its mission by another number than it was asked for.
+    # Only an autopilot with sub modes may show its mission by another number than the requested one.
     has_sub_modes = commanded_mode(around.autopilot_kind, 0, 1) != 0
     return missions if has_sub_modes and mode in missions else frozenset({mode})

@@ -76,5 +76,5 @@ def _entry(data: bytes, at: int, before: str) -> tuple[str, int, float, int]:
     if not NAME.fullmatch(name):
         raise BadParameterFile(f"a name at byte {at} is broken")
     (value,) = layout.unpack_from(data, end)
-    # As a PARAM_VALUE would carry it, so that both ways tell the same table.
+    # As in a PARAM_VALUE, so that both ways give the same table.
     return name, _KINDS[kind], float(_FLOAT.unpack(_FLOAT.pack(value))[0]), end + layout.size

@@ -196,7 +196,7 @@ class ParameterHandler:
         soon = self._list_at is not None and now >= self._list_at - SOON_S
         return self._listing is not None or self._write is not None or soon
 
-    # What the autopilot tells.
+    # The autopilot's messages.
 
     def _value(self, received: ParamValue, now: float) -> bool:
         listed = False

@@ -83,7 +83,7 @@ class PlanWatch:
         """The start that is pending was before a pause, which has ended what came of it."""
         self._news: list[TransactionToTower] = []
 
-    # For whoever passes frames on.
+    # For callers that pass frames on.
 
     @property
     def why_no_start(self) -> str | None:

@@ -82,7 +82,7 @@ class Transactions:
     def link_down(self) -> None:
         """Nobody to tell."""
         self._taken = False
-        # Kept as not told: how long it takes until there is a link again must not count.
+        # Counts as not reported: the time until there is a link again must not count.
         again = [result for at, result in self._sent if self._now - at <= AGAIN_WITHIN_S]
         self._sent.clear()
         self._waiting.extendleft(reversed(again))
@@ -149,7 +149,7 @@ class Transactions:
             return []
         return [frame for handler in self._handlers for frame in handler.due(around, now)]
 
-    # What is to be told.
+    # Reports.
 
     def news(self, *, room: int = MAX_WAITING) -> list[TransactionToTower]:
         """Messages for the control channel, in order, at most `room`; none if no tower takes them."""

@@ -111,7 +111,7 @@ class Hub:
         """Commands that came as raw frames. For the audit trail."""
         self._paths = FramePaths(state, self.flood, self.observed)
 
-    # -- what the database says ------------------------------------------------------------------------------
+    # -- database snapshots ----------------------------------------------------------------------------------
 
     def apply_fleet(self, snapshot: FleetSnapshot) -> None:
         """Takes over drones, owners, accounts and leases. A snapshot older than the last one is ignored."""
@@ -277,7 +277,7 @@ class Hub:
         elif isinstance(message, ClockAnswer):
             self.video.clock_answered(link, message, now)
         elif isinstance(message, AutopilotState) and not link.has_channel:
-            # Else the control channel tells it, where nothing can be overtaken.
+            # Otherwise the control channel reports it, in order.
             self.reports.receive(link, message, self._clock())
 
     def admits_report(self, link: AgentLink, now: float) -> bool:

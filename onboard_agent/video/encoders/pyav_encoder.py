@@ -167,7 +167,7 @@ def new_context(codec: str, shape: Shape, rate: Fraction, hardware: HWAccel | No
     context.gop_size = 9_999  # the camera's clock says when
     context.max_b_frames = 0
     context.thread_count = 1
-    # What _as_coded makes of every picture. H.264 can say so, and then no decoder has to guess by the size.
+    # The result of _as_coded. H.264 can express it, so that no decoder guesses by the size.
     context.color_range = ColorRange.MPEG
     context.color_primaries = ColorPrimaries.SMPTE170M
     context.color_trc = ColorTrc.SMPTE170M

@@ -107,7 +107,7 @@ class Camera:
             if was is not CameraState.LIVE:
                 self._break = True
             self._number += 1
-            # A break stays one until a picture that says so has been fetched.
+            # A break stays pending until a picture that marks it was fetched.
             self._newest = Picture(taken.frame, taken.capture_us, self._number, self._break)
         if was is not CameraState.LIVE:
             _log.info("%s: gives pictures, %d x %d", self._source.name, taken.frame.width, taken.frame.height)

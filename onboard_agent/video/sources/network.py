@@ -21,7 +21,7 @@ from onboard_agent.video.sources.source import (
     now_us,
 )
 
-# Not `nobuffer`: it throws away the pictures by which FFmpeg found out what comes, the first key picture among them.
+# Not `nobuffer`: it drops the pictures by which FFmpeg detected the format, the first key picture among them.
 _NO_WAITING: Final = {
     "flags": "low_delay",
     "probesize": "32768",

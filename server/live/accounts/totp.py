@@ -47,7 +47,7 @@ def step_of(code: str, secret: str, *, now: datetime, after: int | None) -> int 
     current = int(now.timestamp()) // STEP_S
     found = None
     for step in range(current - STEPS_AROUND, current + STEPS_AROUND + 1):
-        # All are compared, whichever is right: the time it takes tells nothing.
+        # Compares all of them, so that the time reveals nothing.
         if secrets.compare_digest(totp.generate_otp(step).encode(), code.encode()) and (after is None or step > after):
             found = step
     return found

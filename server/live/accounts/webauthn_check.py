@@ -140,7 +140,7 @@ def check_new(credential: dict[str, Any], *, challenge: bytes, party: RelyingPar
         attestation = parse_attestation_object(parsed.response.attestation_object)
         by_itself = attestation.fmt == AttestationFormat.PACKED and not attestation.att_stmt.x5c
         if attestation.fmt != AttestationFormat.NONE and not by_itself:
-            # None was asked for; some authenticators sign with the new key itself all the same.
+            # None was requested; some authenticators sign with the new key all the same.
             raise PasskeyFault("attestation that nobody asked for")
         found = verify_registration_response(
             credential=parsed,

@@ -71,7 +71,7 @@ def follow_me_order(
     beyond = why_beyond(drone, person.motion(), following)
     if beyond is not None:
         raise LoanForbids(name, f"with limits: {beyond}")
-    # Where people were is nobody's business afterwards: the trail has it not.
+    # The audit trail does not record where people were.
     about: dict[str, object] = {"command": FOLLOW_ME, "distance_m": request.distance_m, "leader_name": work.leader_name}
     order = order_for(vehicle, following, request.for_s, work=FOLLOW_ME, needs=FOLLOW_PERSON, about=about)
     return order, following

@@ -117,7 +117,7 @@ class FollowFeed:
         if why is not None:
             self._stop(operation, following, why)
         elif motion is not None and drone.link is not None and isinstance(operation.step.work, FollowWork):
-            # While nobody hears it, nobody knows that it has landed: its position gets old, and says that.
+            # A silent leader is not known to have landed: the age of its position shows the silence.
             on_ground = leader is not None and leader.airborne is False
             drone.link.send_newest(self._position(motion, operation, following, now, on_ground=on_ground), now)
 

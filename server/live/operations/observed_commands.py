@@ -106,7 +106,7 @@ class ObservedCommands:
         newest: _Open | None = None
         for one in self._open.get(drone_id, {}).values():
             fits = one.seen.answer_id == msgid and one.seen.answer == answered and system in (0, one.sender[0])
-            # Nobody can tell two answers apart but by who still waits for one.
+            # Two answers can be distinguished only by who still waits for one.
             if fits and (newest is None or (_waits(one), one.last) >= (_waits(newest), newest.last)):
                 newest = one
         if newest is not None:

@@ -120,7 +120,7 @@ class OperationService:
         operation = self._running.get(transaction_id)
         return operation if operation is not None and operation.drone_id == drone_id else None
 
-    # -- what agents tell ------------------------------------------------------------------------------------
+    # -- agents' reports -------------------------------------------------------------------------------------
 
     def receive(self, drone: LiveDrone, link: AgentLink, message: TransactionToTower) -> None:
         """Raises MalformedMessage."""

@@ -163,7 +163,7 @@ def shown_times(taken: Sequence[Taken]) -> list[Shown]:
         at.append(ticks if not at else max(ticks, at[-1] + _MIN_STEP))
     steps = [later - earlier for earlier, later in itertools.pairwise(at)]
     period = round(TICKS_PER_S / taken[-1].rate_hz)
-    # The rate is what the encoder aims at; what came says it better, unless there was a pause.
+    # The rate is the encoder's target; the received pictures are more exact, unless there was a pause.
     last = min(period, round(median(steps[-30:]))) if steps else period
     return [Shown(moment, step) for moment, step in zip(at, [*steps, max(_MIN_STEP, last)], strict=True)]
 

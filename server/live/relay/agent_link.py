@@ -160,7 +160,7 @@ class AgentLink:
         datagrams = self.sealed.batch_due(now)
         if not self._muted:
             self._send(datagrams)
-        # An urgent frame may have taken along what the alarm was set for, and more have come since.
+        # An urgent frame may have taken the waiting ones along, and more may have arrived since.
         self._set_alarm(now)
 
     def next_number(self) -> int:

@@ -84,7 +84,7 @@ class Audience:
 
     @staticmethod
     def _check_map_viewer(browser: Browser, places: dict[DroneId, tuple[float, float]]) -> None:
-        # A drone whose place nobody knows counts as inside.
+        # A drone without a position counts as inside.
         shows = None if browser.viewport is None else browser.viewport.shows
         browser.outbox.far = {drone_id for drone_id, place in places.items() if shows and not shows(*place)}
 

@@ -47,7 +47,7 @@ class EventQueue:
             self._waiting[key] = event
         else:
             if isinstance(event, DroneRemoved):
-                # What was said of it before is over; what may be said after comes after.
+                # Earlier messages about it are void; later ones follow.
                 for said in [one for one in self._waiting if isinstance(one, tuple) and one[1] == event.drone_id]:
                     self._conflated -= not isinstance(self._waiting.pop(said), OperationChanged)
             if self._is_full:

@@ -342,7 +342,7 @@ class LiveDrone:
             relation=relation,
             blind=user_id == self.blind_user_id,
             no_video=user_id == self.no_video_user_id,
-            # A borrower learns of the drone, and of nobody's team.
+            # A borrower sees the drone but not its team.
             knows_team=relation is not Relation.BORROWER or user_id in self.record.ties.crew,
         )
 

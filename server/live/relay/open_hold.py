@@ -71,7 +71,7 @@ class OpenHold:
         """Keeps the last report as the last known state."""
         self._fresh = False
 
-    # -- what the agent tells --------------------------------------------------------------------------------
+    # -- the agent's reports ---------------------------------------------------------------------------------
 
     def take(self, state: HoldState, at: datetime) -> bool:
         """Whether people need to know. False for a report that is not newer than the last one of this link."""
@@ -93,7 +93,7 @@ class OpenHold:
         goes_on = self._reported is not None and self._reported.lost is state.lost and known is not None
         return known if goes_on and known is not None and abs(due_at - known) <= MAX_JITTER else due_at
 
-    # -- what people are told --------------------------------------------------------------------------------
+    # -- messages for people ---------------------------------------------------------------------------------
 
     def view(self, *, online: bool) -> HoldView | None:
         """None if there is no open hold, no loss, and no lost action running or just done."""

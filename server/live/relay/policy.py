@@ -144,7 +144,7 @@ def command_in(frame: bytes) -> CommandSeen | None:
         param2=fields[1],
         target_system=fields[8],
         target_component=fields[9],
-        # In COMMAND_INT another field (the frame) stands where COMMAND_LONG counts its repeats.
+        # COMMAND_INT has another field (the frame) where COMMAND_LONG counts repetitions.
         repeat=is_long and fields[10] > 0,
     )
 

@@ -29,7 +29,7 @@ class SafetyWatch:
         flying: set[UserId] = set()
         for drone in list(self._state.drones.values()):
             lease = drone.lease
-            # Most drones of a large fleet are flown by nobody: ten times a second they cost no more than these lines.
+            # Nobody flies most drones of a large fleet: ten times a second they cost no more than these lines.
             if (
                 lease.holder is None
                 and lease.assistant is None

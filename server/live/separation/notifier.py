@@ -115,7 +115,7 @@ class SeparationNotifier:
         drone = self._state.drones.get(drone_id)
         if drone is None or drone.position_frame is None:
             return None
-        # While nobody hears it, its last place is what is known of it: it did not land because its link broke.
+        # While it is silent, its last position counts: a drone does not land because its link broke.
         if drone.airborne is False:
             return None
         return motion_in(drone.position_frame, drone.position_at)
@@ -174,7 +174,7 @@ class SeparationNotifier:
             said = self._strangers.check(one.number, (own, other), one.level, about, fit=fit, now=now)
             if said is not None:
                 event = _event_of_stranger(own, said)
-                # Who may see the other one by now knows more; what they were told as strangers has an end all the same.
+                # A viewer who may now see the other drone knows more; the alert for strangers still needs its end.
                 knowing = self._watchers(other) if said.about.level is not Level.CLEAR else {}
                 for number, browser in self._watchers(own).items():
                     if number not in knowing:

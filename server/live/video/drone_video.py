@@ -183,7 +183,7 @@ class DroneVideo:
                 del self.flows[key]
                 continue
             if flow.stream.group and not flow.is_live(now):
-                flow.stream.broken()  # nobody who comes now is shown a picture of then
+                flow.stream.broken()  # a new viewer must not see an old picture
         self._check_wanted()
         if self._wanted and self.takes_video:
             self._probe(now)

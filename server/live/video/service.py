@@ -182,7 +182,7 @@ class VideoService:
             video.end_channel("the tower is shutting down", GOING_DOWN)
             self._end_sinks(drone_id, "the tower is shutting down")
 
-    # -- whoever takes everything --------------------------------------------------------------------------------
+    # -- sinks that take everything ------------------------------------------------------------------------------
 
     def attach(self, drone_id: DroneId, sink: StreamSink, now: float) -> bool:
         """From the newest key picture on, every unit of its stream. False if there is no such drone."""

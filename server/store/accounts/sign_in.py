@@ -93,7 +93,7 @@ class SignInService:
             if instead_of_code is not None:
                 await instead_of_code(user.id)
             elif not code:
-                # Nobody but the user should know the password: the record shows them if it was somebody else.
+                # Only the user should know the password: the record shows them a use by somebody else.
                 await self._note(user, "session.code_awaited", {}, address, now)
                 raise SecondFactorNeeded(factors_of(user))  # still counts: it is no cheaper than a wrong one
         new_hash = await self.passwords.hash(password) if self.passwords.needs_rehash(user.password_hash) else None

@@ -155,7 +155,7 @@ class HubEventHandler:
             try:
                 await self._carry_out(event)
             except (ControlRefused, UnknownDrone):
-                return  # it has come too late: somebody else has changed the lease meanwhile
+                return  # too late: the lease has changed meanwhile
             except (SQLAlchemyError, OSError) as error:
                 if number == 0:
                     self._withdrawals.hold(event)

@@ -209,7 +209,7 @@ class ControlService:
             self._undecided.wait_for_decision(ask, by, now, committing)
             raise ControlUndecided from error
         except asyncio.CancelledError:
-            # Whoever asked has gone. What the database makes of it is not known, so the fence stays.
+            # The requester has gone. The database's decision is not known, so the fence stays.
             self._undecided.wait_for_decision(ask, by, now, committing)
             raise
 
@@ -253,7 +253,7 @@ class ControlService:
     def unfence(self, drone_id: DroneId) -> None:
         self._fences[drone_id] -= 1
         if self._fences[drone_id]:
-            self._hub.changes.fence(drone_id)  # the hub lifts it with each lease that it is told of
+            self._hub.changes.fence(drone_id)  # each applied lease lifts the hub's fence
         else:
             del self._fences[drone_id]
             self._hub.changes.unfence(drone_id)

@@ -141,7 +141,7 @@ class EnrolmentNotifier:
             async with self._database.writing() as session:
                 seen = await agents_seen(session, linked)
         for drone_id, at in linked.items():
-            if self._linked[drone_id] == at:  # otherwise it has linked again meanwhile
+            if self._linked[drone_id] == at:  # else it has linked again
                 del self._linked[drone_id]
         self._changed.update(dict.fromkeys(row.id for row in seen))
 
