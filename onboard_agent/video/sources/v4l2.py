@@ -61,7 +61,7 @@ class V4l2Source(Source):
         if not capture.isOpened():
             raise CameraLost(f"{self.name}: {self._device} is no camera, or another program has it")
         capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)
-        # Compressed, because USB 2 carries little else beside 640 x 480 at 30 Hz; a camera that cannot is detected below.
+        # Compressed, because USB 2 carries little else beside 640 x 480 at 30 Hz; others are detected below.
         capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*"MJPG"))
         capture.set(cv2.CAP_PROP_FRAME_WIDTH, self._mode.width or request.width)
         capture.set(cv2.CAP_PROP_FRAME_HEIGHT, self._mode.height or request.height)
