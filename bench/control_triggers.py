@@ -87,7 +87,13 @@ async def _answer_in_time(rig: Rig) -> None:
     rig.operator.sticks = Sticks()
 
 
+async def _prove(rig: Rig) -> None:
+    """A change of accounts needs a proof from the last five minutes."""
+    await rig.admin.ask("POST", "/session/proof", {"kind": "password", "password": PASSWORD})
+
+
 async def _disable(rig: Rig) -> float:
+    await _prove(rig)
     at = rig.admin.now
     await rig.admin.ask("PATCH", f"/users/{await _operator_id(rig)}", {"disabled": True})
     return at
