@@ -1,12 +1,12 @@
-"""The steps of holds, as they are told to the tower: numbered, each with the order that it belongs to. No I/O."""
+"""The steps of holds as reported to the tower: numbered, each with its order. No I/O."""
 
 from wire.control_messages import HoldCause, HoldProgress, HoldStep
 
 
 class HoldReport:
-    """`begin` with each hold, `add` with each step that was done; `take` hands them out.
+    """Call `begin` for each hold and `add` for each step that was done; `pop` returns them.
 
-    `steps_reported`: where the numbers begin; each process wants another beginning (HoldProgress).
+    `steps_reported`: where the numbers start; each process needs a different start (HoldProgress).
     """
 
     def __init__(self, steps_reported: int) -> None:
@@ -18,12 +18,12 @@ class HoldReport:
         self._progress: list[HoldProgress] = []
 
     def begin(self, *, cause: HoldCause, order_id: int, epoch: int, now: float) -> None:
-        """What follows is of this hold."""
+        """The steps that follow belong to this hold."""
         self.cause = cause
         self._order_id, self._epoch, self._began_at = order_id, epoch, now
 
     def add(self, step: HoldStep, detail: str, now: float) -> None:
-        """A step was done."""
+        """Adds a step that was done."""
         self._steps_reported += 1
         self._progress.append(
             HoldProgress(
