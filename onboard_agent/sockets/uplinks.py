@@ -1,4 +1,4 @@
-"""The setting of the ways out: interface names or local addresses, checked before anything is opened."""
+"""The uplink setting: interface names or local addresses, checked before anything is opened."""
 
 import ipaddress
 import re
@@ -9,14 +9,14 @@ from onboard_agent.sockets.data_socket import ANY_UPLINK
 from onboard_agent.unusable import Unusable
 
 MAX_UPLINKS: Final = 4
-"""The tower sends to no more than these."""
+"""The tower sends to no more uplinks than this."""
 
 _INTERFACE: Final = re.compile(r"[^\s/:,]{1,15}")
-"""What Linux takes for the name of an interface."""
+"""Interface names that Linux accepts."""
 
 
 def parse_uplinks(words: Sequence[str]) -> tuple[str, ...]:
-    """`words`: each an interface or a local address, or several with commas between; none is: as the routes say.
+    """Parses `words`: each an interface or a local address, or several separated by commas. Empty: the routes decide.
 
     Raises Unusable.
     """
