@@ -239,7 +239,7 @@ class Onboard:
         self._person.holder(held=welcome.holder is not None, present=welcome.holder_present, now=now)
         self._least_rtt_s = 0.0
         self._newest_order = self._newest_control = 0
-        # The new link may lead to another tower, whose clock has not been measured.
+        # The new link may lead to another tower with a clock that has not been measured.
         self._lateness = Lateness()
         self._watch.loss.link_up(now)
         self.stream.link_up(now)

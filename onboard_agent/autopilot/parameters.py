@@ -112,7 +112,7 @@ class Parameters:
             self._asking.ask(name for name in NAMES[self._kind] if name not in self._values)
 
     def value(self, frame: bytes) -> None:
-        """Handles a PARAM_VALUE of the autopilot, whoever requested it, because another party may just have set it."""
+        """Handles any PARAM_VALUE of the autopilot, requested or not, because another party may just have set it."""
         read = read_value(frame, self._kind)
         if read is not None and read[0] in NAMES.get(self._kind, ()):
             self._values[read[0]] = read[1]

@@ -20,7 +20,7 @@ _GOOD: Final = frozenset({mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_IN_PRO
 
 
 class RecentStart:
-    """Feed it each COMMAND_ACK, whoever it is addressed to."""
+    """Feed it each COMMAND_ACK, regardless of the addressee."""
 
     def __init__(self) -> None:
         self._at = float("-inf")

@@ -1,7 +1,7 @@
 """A TCP connection to the tower over the uplink that connects first. A thin shell.
 
 If there are several routes (several uplinks, several addresses of the name), each is tried a quarter of a second after
-the previous one, which goes on (as in RFC 8305). A dead uplink costs no more than that.
+the previous one, which continues (as in RFC 8305). A dead uplink costs no more than that.
 """
 
 import asyncio
