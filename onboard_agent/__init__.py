@@ -1,6 +1,6 @@
-"""The process on the drone: the link to the tower, the autopilot's port, and the failsafe between them."""
+"""The agent process on the drone: the link to the tower, the autopilot port, and the failsafe between them."""
 
 from typing import Final
 
 VERSION: Final = "0.2.0"
-"""Told to the tower in the hello message."""
+"""Sent to the tower in the hello message."""

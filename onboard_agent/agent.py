@@ -41,30 +41,30 @@ from wire.video import VIDEO, VideoWanted
 _log = logging.getLogger(__name__)
 
 TICK_S: Final = 0.025
-"""Half the interval of the centred sticks, the fastest thing the agent sends by itself."""
+"""Half the interval of centred sticks, the agent's fastest periodic output."""
 
 SUMMARY_S: Final = 60.0
 
 
 @dataclass(frozen=True)
 class AgentSettings:
-    """Read once, by the command line."""
+    """Settings from the command line, read once."""
 
     tower: TowerUrl
     identity: Identity
     port: AutopilotPort
     uplinks: tuple[str, ...] = (ANY_UPLINK,)
-    """By which ways datagrams go, each by all of them: interface names or local addresses."""
+    """Interface names or local addresses. The agent sends each datagram over all of them."""
     camera: str = NO_CAMERA
-    """As on the command line (onboard_agent.video.sources.schemes)."""
+    """Camera as given on the command line (onboard_agent.video.sources.schemes)."""
     log_level: str = "info"
-    """Of the video process, which has its own log."""
+    """Log level of the video process, which has its own log."""
     state: Path | None = None
-    """Where this drone's agent keeps what must outlast it. None: nowhere, and no plan is written."""
+    """Folder for this drone's persistent state. None: nothing persists, and no plan is written."""
 
 
 class Agent:
-    """The process. Create it inside a running event loop."""
+    """The agent process. Create it inside a running event loop."""
 
     def __init__(self, settings: AgentSettings) -> None:
         self._loop = asyncio.get_running_loop()
@@ -104,7 +104,7 @@ class Agent:
 
     @staticmethod
     def _lasting(state: Path | None) -> tuple[JournalStore, HoldStore]:
-        """The journal of plans and the record of an open hold: on disk, where there is one."""
+        """Returns the plan journal and the store for an open hold: on disk if there is a usable state folder."""
         if state is None:
             return NoJournal(), NoHoldStore()
         why_not = claim(state)
@@ -114,18 +114,18 @@ class Agent:
         return JournalThread(JournalFiles(state / "plans")), HoldFiles(state)
 
     def _make_handlers(self, maker: FrameMaker) -> list[TransactionHandler]:
-        """Each kind of work at the drone that needs a disk or a network."""
+        """Returns the handlers for work at the drone that needs a disk or a network."""
         state = self._state
         parameters = ParameterHandler(maker, ParameterFiles(None if state is None else state / "parameters"))
         return [
-            # Before the parameters: it closes its file before they open theirs.
+            # First, so that it closes its file before the parameter handler opens its own.
             MetadataService(maker, parameters_busy=parameters.busy),
             parameters,
             LogHandler(maker, LogFiles(None if state is None else state / "logs"), self._files),
         ]
 
     async def run(self) -> None:
-        """Works until cancelled. Raises Unusable (alone, in no group) for what a restart does not cure."""
+        """Runs until cancelled. Raises Unusable (not in an exception group) for errors that a restart does not cure."""
         _log.info("agent of drone %s: autopilot on %s", self._link.drone_id, self._port.name)
         tasks = [
             asyncio.create_task(self._port.run(self._from_port), name="port"),

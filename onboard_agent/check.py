@@ -1,4 +1,4 @@
-"""`tower-agent check`: tries each part on its own and reports in words what works."""
+"""`tower-agent check`: tests each part separately and prints which parts work."""
 
 import asyncio
 import contextlib
@@ -31,14 +31,14 @@ async def check_all(
     camera: str = NO_CAMERA,
     state_of: Callable[[DroneId], Path] | None = None,
 ) -> bool:
-    """Prints one line for each part; True if all of them work. Raises Unusable where no part can be tried."""
+    """Prints one line for each part. Returns True if all of them work. Raises Unusable if no part can be tested."""
     url, port = parse_tower_url(tower), make_port(autopilot)
     identity = read_identity(token, state_of)
     warning = token_file_warning(token) if identity.key is None else None
     _say(warning is None, warning or f"the token file is that of drone {identity.drone_id}")
     good = True
     try:
-        # Requests no link, so that a flying agent keeps its own.
+        # Requests no link, so that an agent that is flying now keeps its own.
         _say(True, f"{url} accepts {await try_sign_in(url, identity)}")
     except NoLink as error:
         good = _say(False, str(error))
@@ -81,7 +81,7 @@ async def _listen(port: AutopilotPort) -> str | None:
 
 
 async def _greet(port: AutopilotPort, onboard: Onboard) -> None:
-    """An autopilot that waits for the first packet gets our heartbeat, and no other request."""
+    """Sends heartbeats to an autopilot that waits for the first packet, and requests nothing else."""
     loop = asyncio.get_running_loop()
     while not onboard.autopilot.heard:
         onboard.tick(loop.time())

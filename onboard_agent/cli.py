@@ -1,4 +1,4 @@
-"""The command `tower-agent`: reads its settings, reports errors in them in one line, and runs the agent."""
+"""The `tower-agent` command: reads its settings, reports an error in them in one line, and runs the agent."""
 
 import asyncio
 import logging
@@ -28,7 +28,7 @@ from onboard_agent.video.sources.schemes import help_text as camera_help
 _log = logging.getLogger("onboard_agent")
 
 UNUSABLE_EXIT_CODE: Final = 2
-"""systemd does not restart the agent after this one (RestartPreventExitStatus)."""
+"""systemd does not restart the agent after this exit code (RestartPreventExitStatus)."""
 
 ENROL_AGAIN_AFTER_S: Final = 1.0
 
@@ -74,7 +74,7 @@ def run(
     camera: Camera = NO_CAMERA,
     log_level: LogLevel = "info",
 ) -> None:
-    """Link an autopilot with the tower, until stopped."""
+    """Link an autopilot to the tower until stopped."""
     try:
         _set_up_logging(log_level)
         address, port = parse_tower_url(tower), make_port(autopilot)
@@ -107,7 +107,7 @@ def check(
     camera: Camera = NO_CAMERA,
     log_level: LogLevel = "error",
 ) -> None:
-    """Say what works: the key's file, the tower, the key, the autopilot, the camera."""
+    """Test the key file, the tower, the key, the autopilot and the camera, and print which of them work."""
     try:
         _set_up_logging(log_level)
         if not _run(check_all(tower, token, autopilot, parse_camera(camera), lambda one: state_directory(state, one))):
@@ -130,11 +130,11 @@ def enrol(
     camera: Camera = NO_CAMERA,
     log_level: LogLevel = "info",
 ) -> None:
-    """Create this drone's key, send the tower its public half with a one-time token, and start the agent or say how."""
+    """Make this drone's key, register its public half with a one-time token, and start or print how to start."""
     try:
         address = parse_tower_url(tower)
         if autopilot:
-            make_port(autopilot)  # reports a fault before the token is used
+            make_port(autopilot)  # reports an error before the token is spent
         camera = parse_camera(camera)
         check_can_keep(token)
         drone = enrol_here(address, one_time_token, token)
@@ -150,7 +150,7 @@ def enrol(
 
 
 def _enrol_first(tower: TowerUrl, path: Path) -> None:
-    """A key takes the place of an enrolment token in the file. Waits for the tower. Raises Unusable."""
+    """Replaces an enrolment token in the file with a key. Waits for the tower. Raises Unusable."""
     token = enrolment_token(path)
     if token is None:
         return
@@ -180,7 +180,7 @@ async def _until_stopped(settings: AgentSettings) -> None:
 
 
 def _run(main: Coroutine[Any, Any, Any]) -> Any:
-    """On uvloop where there is one: a sixth of the cost of a datagram."""
+    """Runs on uvloop if it is installed: a datagram then costs a sixth."""
     try:
         from uvloop import new_event_loop
     except ImportError:
@@ -193,12 +193,12 @@ def _set_up_logging(level: str) -> None:
     number = logging.getLevelNamesMapping().get(level.upper())
     if number is None:
         raise Unusable(f"the log level {level!r} is none of debug, info, warning, error")
-    # journald puts the time in front by itself
+    # journald adds the time
     form = "%(levelname)s %(message)s" if os.environ.get("JOURNAL_STREAM") else "%(asctime)s %(levelname)s %(message)s"
     logging.basicConfig(stream=sys.stderr, level=logging.WARNING, format=form)
     _log.setLevel(number)
 
 
 def main() -> None:
-    """The console script."""
+    """Entry point of the console script."""
     app()

@@ -1,7 +1,7 @@
-"""Everything the agent decides, between its two shells: the autopilot's port and the tower's link. No I/O.
+"""All decisions of the agent, between its two I/O shells: the autopilot port and the tower link. No I/O.
 
-Call it with what came from either side, and the time. `frames_to_autopilot` and `messages_to_tower` hand out what is to
-be sent. Events happen in the order of calls; nothing here waits.
+Call it with input from either side, and the time. `frames_to_autopilot`, `frames_to_tower` and `messages_to_tower`
+return the output. Events take effect in the order of calls; no call waits.
 """
 
 import logging
@@ -61,17 +61,20 @@ _READ: Final = (
         mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE,
     }
 )
-"""The only messages whose payload the agent reads; everything else passes unread."""
+"""The only messages that the agent decodes here; all others pass unread."""
 
 FLIES: Final = (CommandWork, FollowWork)
-"""Work that must not be begun late, nor after a hold that came later than the wish for it."""
+"""Work that must not start late, nor after a hold that began later than the request."""
 
 
 class Onboard:
-    """One drone. `speaks_first`: the autopilot learns our address from our first packet. `narrow_line`: the line to it
-    has no spare capacity. `steps_reported`: start of the numbers of hold steps (Hold). `journal`: without one no plan
-    is written. `holds`: without it a restarted process knows of no hold. `make_handlers`: creates transaction handlers
-    that need more than what is here."""
+    """The decisions for one drone.
+
+    `speaks_first`: the autopilot does not know the agent's address until the agent sends. `narrow_line`: the line to
+    the autopilot has no bandwidth to spare. `steps_reported`: where the numbers of hold steps start (Hold). `journal`:
+    without one, no plan is written. `holds`: without one, a restarted process knows of no hold. `make_handlers`: makes
+    the handlers that need more than the time and the frames.
+    """
 
     def __init__(
         self,
@@ -91,7 +94,7 @@ class Onboard:
         self.stream = TelemetryStream()
         self.hold = Hold(maker, steps_reported)
         self.counts: Counter[str] = Counter()
-        """Frames not passed on for reasons that the downlink does not know, by reason."""
+        """Dropped frames by reason, except those that the downlink counts."""
         self._watch = PilotWatch(now)
         self._person = PersonWatch()
         self._memory = HoldMemory(holds or NoHoldStore())
@@ -150,7 +153,7 @@ class Onboard:
     # From the autopilot
 
     def from_autopilot(self, frames: list[bytes], now: float) -> list[bytes]:
-        """Frames came from the autopilot's side; returns those that go to the tower at once."""
+        """Processes frames from the autopilot's side. Returns those that go to the tower at once."""
         passed: list[bytes] = []
         for frame in frames:
             msgid = message_id(frame)
@@ -206,7 +209,7 @@ class Onboard:
             self._inquiry.acknowledged(ack, now)
             return
         self._failsafe.mode_acknowledged(ack, now)
-        # A refusal sends us to the next mode at once, not at the next tick.
+        # After a refusal the next mode is requested at once, not at the next tick.
         self._act_by_itself(now)
 
     def _act_by_itself(self, now: float) -> None:
@@ -228,7 +231,7 @@ class Onboard:
 
     def welcomed(self, welcome: Welcome, now: float) -> None:
         """A new link is up."""
-        if self.downlink.epoch:  # for the first link a change is not known
+        if self.downlink.epoch:  # on the first link there is no earlier epoch to compare with
             self._accept_epoch(welcome.epoch, now)
         self.downlink.new_link(DroneId(welcome.drone_id), Epoch(welcome.epoch))
         self._holder_present = welcome.holder_present
@@ -236,7 +239,7 @@ class Onboard:
         self._person.holder(held=welcome.holder is not None, present=welcome.holder_present, now=now)
         self._least_rtt_s = 0.0
         self._newest_order = self._newest_control = 0
-        # Another link, perhaps another tower: its clock is not the one that we measured.
+        # The new link may lead to another tower with a clock that has not been measured.
         self._lateness = Lateness()
         self._watch.loss.link_up(now)
         self.stream.link_up(now)
@@ -245,12 +248,12 @@ class Onboard:
         self._work.epoch(self.downlink.epoch, now)
 
     def resumed(self) -> None:
-        """The link continues with another control channel: reports on the last one may be lost."""
+        """The link continues on another control channel. Messages sent on the old one may be lost."""
         self._news.resumed()
         self._work.resumed()
 
     def link_broken(self, now: float) -> None:
-        """The link ended, by either side."""
+        """The link is down, no matter which side ended it."""
         self._news.link_down()
         self._work.link_down()
         self._holder_present = False
@@ -259,18 +262,18 @@ class Onboard:
         self.stream.link_down()
 
     def tower_heard(self, now: float) -> None:
-        """An authentic datagram of the tower came."""
+        """An authentic datagram from the tower arrived."""
         self._watch.loss.tower_heard(now)
 
     def round_trip(self, rtt_s: float) -> None:
-        """A round trip to the tower was measured. The least is that of a line without a queue."""
+        """Records a measured round trip to the tower. The shortest one is that of a line without a queue."""
         self._least_rtt_s = min(rtt_s, self._least_rtt_s or rtt_s)
 
     def message(self, message: ToAgent, now: float) -> None:
-        """A message of the control channel came."""
+        """Handles a message from the control channel."""
         if isinstance(message, ControlChanged):
             if 0 < message.number <= self._newest_control:
-                return  # it comes on two channels, and more than once
+                return  # sent on two channels, and repeatedly
             self._newest_control = message.number
             if message.epoch >= self.downlink.epoch:
                 self._holder.keeper.turn(assistant_flies=message.assistant_flies)
@@ -280,11 +283,11 @@ class Onboard:
             self.downlink.raise_epoch(message.epoch)
             self._holder_present = message.holder_present
             if not message.holder_present:
-                # The tower orders a hold too if necessary; two watches are better than one.
+                # The tower also orders a hold if one is due; two independent watches are safer than one.
                 self._watch.loss.pilot_cut_off(now)
         elif isinstance(message, HoldOrder):
             if message.order_id <= self._newest_order:
-                return  # it comes on two channels, and more than once
+                return  # sent on two channels, and repeatedly
             self._newest_order = message.order_id
             self._accept_epoch(message.epoch, now)
             self.downlink.raise_epoch(message.epoch)
@@ -324,7 +327,7 @@ class Onboard:
                 )
                 return
         self._work.message(message, now)
-        # At once: it must be sent before the next hold or frame, not after it.
+        # At once, so that a hold or a frame that arrives next is sent after it, not before.
         self._to_autopilot += self._work.due(now)
 
     def _accept_epoch(self, epoch: int, now: float) -> None:
@@ -332,7 +335,7 @@ class Onboard:
             self._failsafe.control_changed(now)
 
     def from_tower(self, content: Frames, now: float) -> None:
-        """Frames came over the data channel; those that may pass are due to the autopilot."""
+        """Processes frames from the data channel. Queues those that may pass for the autopilot."""
         late_s = self._lateness.late_by(content.sent_ms, now)
         for frame in self.downlink.admit(content):
             msgid = message_id(frame)
@@ -349,14 +352,15 @@ class Onboard:
 
     @property
     def hands_on(self) -> bool:
-        """Whether a holder is present, or centred sticks replace theirs: then a silence of the tower counts."""
+        """Whether the holder is present, a hand was on the sticks, or the agent's centred sticks replace theirs. Only
+        then must silence of the tower be detected at once."""
         ours = self.hold.sticks_on or self._holder.keeper.on
         return self._holder_present or ours or self._watch.hand_on_sticks
 
-    # Time, and what is to be sent
+    # Time and output
 
     def tick(self, now: float) -> None:
-        """Time has passed: every 25 ms or so."""
+        """Advances time. Call it about every 25 ms."""
         self._autopilot_event(self.autopilot.tick(now), now)
         self._to_autopilot += self._restart.due(now, self.hold)
         self._failsafe.check(now, may_start=self._work.may_start)
@@ -384,10 +388,12 @@ class Onboard:
         return frames
 
     def frames_to_tower(self, now: float) -> list[bytes]:
-        """Frames of the autopilot that have waited for their beat, and answers in its name."""
+        """Returns autopilot frames that waited for their interval, and the agent's answers in the autopilot's name."""
         return [*self._work.pop_answers(), *self.stream.due(now)]
 
     def messages_to_tower(self, now: float, room: int = ROOM) -> list[ToTower]:
-        """Messages for the control channel, in order; none without a link, but progress is kept for it. `room`: maximum
-        number of those that can wait."""
+        """Returns messages for the control channel, in order. Without a link it returns none, and keeps hold progress.
+
+        `room`: maximum number of messages that can wait for a later call.
+        """
         return self._news.take(now, room)

@@ -1,4 +1,4 @@
-"""The files that must survive a restart of the agent: the plan journal, and what is known of the autopilot."""
+"""The folder for files that must survive an agent restart: the plan journal, and data about the autopilot."""
 
 import errno
 import fcntl
@@ -9,9 +9,9 @@ from wire.ids import DroneId
 
 
 def state_directory(given: Path | None, drone_id: DroneId) -> Path:
-    """This drone's own folder: agents of several drones may run on one machine. It need not exist yet.
+    """Returns this drone's own folder, because agents of several drones may run on one machine. It need not exist yet.
 
-    `given`: by the command line or by systemd. Else where programs of a user keep such things.
+    `given`: from the command line or systemd. Default: the user's state folder (XDG_STATE_HOME or ~/.local/state).
     """
     if given is None:
         home = os.environ.get("XDG_STATE_HOME")
@@ -20,9 +20,9 @@ def state_directory(given: Path | None, drone_id: DroneId) -> Path:
 
 
 def claim(directory: Path) -> str | None:
-    """Creates the folder and locks it for this process, until it ends. Returns why not, in one line, or None.
+    """Creates the folder and locks it until this process ends. Returns why that failed, in one line, or None.
 
-    Two agents of one drone would remove each other's journal. A read-only disk is usable, because nobody writes.
+    Two agents of one drone would remove each other's journal. A read-only disk is usable, because nobody writes to it.
     """
     try:
         directory.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -37,7 +37,7 @@ def claim(directory: Path) -> str | None:
 
 
 def _lock(file: Path) -> None:
-    """The descriptor is never closed: the lock is this process's, and goes with it."""
+    """Locks the file. The descriptor stays open, so that the lock lasts as long as the process."""
     descriptor = os.open(file, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
     try:
         fcntl.lockf(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)

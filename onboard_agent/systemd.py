@@ -1,4 +1,4 @@
-"""Tells systemd that the agent is ready and alive, and its status. Does nothing where systemd did not start it."""
+"""Notifies systemd of readiness, liveness and status. Does nothing if systemd did not start the agent."""
 
 import os
 
@@ -20,11 +20,11 @@ class Systemd:
             self._notifier.notify(text)
 
     def ready(self) -> None:
-        """The settings are right and the agent works; whether the tower answers is another matter."""
+        """The settings are valid and the agent works, whether or not the tower responds."""
         self._notify("READY=1")
 
     def stopping(self) -> None:
-        """The end has begun."""
+        """The agent is shutting down."""
         self._notify("STOPPING=1")
 
     def alive(self, now: float) -> None:
@@ -34,7 +34,7 @@ class Systemd:
             self._notify("WATCHDOG=1")
 
     def status(self, text: str) -> None:
-        """One line for `systemctl status`, sent on change only."""
+        """Sends one line for `systemctl status`, only when it changes."""
         if text != self._status:
             self._status = text
             self._notify(f"STATUS={text}")

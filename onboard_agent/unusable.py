@@ -2,7 +2,7 @@
 
 
 class Unusable(Exception):
-    """Something that no restart cures: a setting is wrong, or what it names is not ours to use.
+    """An error that no restart cures: a setting is wrong, or names a resource that the agent may not use.
 
-    The text is one line for a person; the process ends with exit code 2, at which systemd does not restart it.
+    The text is one line for a person. The process ends with exit code 2, and systemd does not restart it.
     """

@@ -1,6 +1,6 @@
-"""The tower's work at the drone, between `Onboard` and the handlers: their inputs, and what may be sent. No I/O.
+"""Connects `Onboard` with the handlers for the tower's work at the drone, and checks what they may send. No I/O.
 
-Decides nothing about the flight: a handler's commands pass the same checks as the holder's frames.
+It makes no flight decisions: a handler's commands pass the same checks as the holder's frames.
 """
 
 import logging
@@ -30,11 +30,10 @@ from wire.transactions import TRANSACTIONS, CancelTransaction, Outcome, Transact
 _log = logging.getLogger(__name__)
 
 STATION_READS_S: Final = 30.0
-"""For this long after a ground station requested parameters all values go up to it, even while the agent reads them
-too."""
+"""For this long after a ground station requests parameters, all values go to it, even if the agent reads them too."""
 
 STATION_FILES_S: Final = 5.0
-"""For this long after a ground station requested files the agent reads no background files."""
+"""For this long after a ground station requests files, the agent reads no files in the background."""
 
 _ASKS_FOR_PARAMETERS: Final = frozenset(
     {
@@ -45,11 +44,11 @@ _ASKS_FOR_PARAMETERS: Final = frozenset(
 )
 
 MakeHandlers = Callable[[FrameMaker], Sequence[TransactionHandler]]
-"""Creates the handlers that need more than time and frames (a disk, say), from a frame maker."""
+"""Makes the handlers that need more than the time and the frames (a disk, for example), with the given frame maker."""
 
 
 class WorkAtDrone:
-    """One for each drone. Call `due` at each tick, and after whatever came in for it."""
+    """One for each drone. Call `due` at each tick, and after each input."""
 
     def __init__(
         self,
@@ -79,31 +78,31 @@ class WorkAtDrone:
         self._answers: list[bytes] = []
         self._takes: tuple[str, ...] = ()
         self._station_asked_at = float("-inf")
-        """When a ground station requested parameters from the autopilot."""
+        """When a ground station last requested parameters from the autopilot."""
         self._station_files_at = float("-inf")
-        """When one requested files."""
+        """When a ground station last requested files from the autopilot."""
         self.hears: Final = self._transactions.hears
-        """Ids of the autopilot's messages for `heard`."""
+        """Ids of the autopilot's messages for `receive`."""
 
     # The link.
 
     def link_up(self, takes: Sequence[str]) -> None:
-        """A new link. `takes`: of the tower's welcome."""
+        """A new link is up. `takes`: from the tower's welcome."""
         self._takes = tuple(takes)
         self.resumed()
 
     def resumed(self) -> None:
-        """The link goes on with another control channel."""
+        """The link continues on another control channel."""
         self._transactions.link_up(taken=TRANSACTIONS in self._takes, takes=self._takes)
 
     def link_down(self) -> None:
-        """Nobody to tell. What was begun goes on."""
+        """The link is down. Work in progress continues."""
         self._transactions.link_down()
 
     # The tower.
 
     def why_not(self, frame: bytes, now: float) -> str | None:
-        """A frame of the tower's is on its way to the autopilot: why it must not pass (to be counted), or None."""
+        """Returns why a frame from the tower must not pass to the autopilot (a reason to count), or None."""
         if message_id(frame) in _ASKS_FOR_PARAMETERS:
             self._station_asked_at = now
         why = self._why_not_start(frame, now)
@@ -114,8 +113,8 @@ class WorkAtDrone:
         return "a plan is being written" if self._plans.keeps_out(frame, now) else None
 
     def ahead_of(self, frame: bytes, now: float) -> list[bytes]:
-        """Frames for the autopilot before this frame of the tower's: if a ground station requests files, a background
-        file is closed first. Autopilots open one at a time."""
+        """Returns frames to send to the autopilot before this frame from the tower. When a ground station requests
+        files, the agent first closes the file that it reads in the background: autopilots open one at a time."""
         if message_id(frame) != mavlink.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL:
             return []
         self._station_files_at = now
@@ -124,20 +123,20 @@ class WorkAtDrone:
 
     @property
     def may_start(self) -> bool:
-        """Whether the mission on board may be flown."""
+        """Whether the mission on board may be started."""
         return self._plans.why_no_start is None
 
     def pop_answers(self) -> list[bytes]:
-        """Frames that tell the tower what was refused, and what it must know."""
+        """Returns frames that report refusals and warnings to the tower."""
         answers, self._answers = self._answers, []
         return answers
 
     def refuse(self, transaction: Transaction, words: str) -> None:
-        """The tower requests something that is not even begun."""
+        """Refuses a transaction before it begins."""
         self._transactions.refuse(transaction.id, Outcome.REFUSED, words)
 
     def message(self, message: Transaction | CancelTransaction | MetadataWanted, now: float) -> None:
-        """The tower requests something, or cancels it."""
+        """Begins or cancels a transaction, or notes a request for metadata."""
         if isinstance(message, Transaction):
             self._transactions.begin(message, self._around(now), now)
         elif isinstance(message, MetadataWanted):
@@ -147,30 +146,30 @@ class WorkAtDrone:
             self._transactions.cancel(message.id, now)
 
     def leader(self, position: LeaderPosition, late_s: float, now: float) -> None:
-        """Position of the drone that this one follows. `late_s`: its delay on the way."""
+        """Position of the drone that this one follows. `late_s`: how late it arrived."""
         self._follow.leader(position, late_s, now)
 
     def epoch(self, epoch: int, now: float) -> None:
-        """The epoch that is known, whether it has changed or not."""
+        """Reports the current epoch to the transactions, whether it has changed or not."""
         self._transactions.epoch_changed(epoch, now)
 
     def news(self, *, room: int) -> list[TransactionToTower]:
-        """Messages for the control channel, at most `room`."""
+        """Returns messages for the control channel, at most `room`."""
         return self._transactions.news(room=room)
 
     # The autopilot.
 
     def autopilot_came(self, now: float) -> None:
-        """The autopilot is heard, or has rebooted."""
+        """The autopilot was found, or has rebooted."""
         around = self._around(now)
         if around is not None:
             self._transactions.autopilot_came(around, now)
 
     def receive(self, frame: bytes, now: float) -> bool:
-        """A frame of the autopilot's side that is in `hears`. True: it need not go up to the tower."""
+        """Handles a frame from the autopilot whose id is in `hears`. Returns True if the tower does not need it."""
         answers_us = self._transactions.receive(frame, now)
         if message_id(frame) == mavlink.MAVLINK_MSG_ID_PARAM_VALUE and now - self._station_asked_at < STATION_READS_S:
-            return False  # it does not say whom it answers
+            return False  # PARAM_VALUE does not name its requester
         return answers_us
 
     def due(self, now: float) -> list[bytes]:
@@ -182,7 +181,7 @@ class WorkAtDrone:
         return out
 
     def sent(self, frames: Sequence[bytes], now: float) -> None:
-        """Frames that the agent sends by itself, such as to resume the mission."""
+        """Inspects frames that the agent sends on its own, because one of them may resume the mission."""
         for frame in frames:
             if self._starts_mission(frame):
                 self._latest_start.passed(frame, now)
@@ -192,7 +191,7 @@ class WorkAtDrone:
             return False
         view = self._autopilot
         if view.system_id is None:
-            return may_start(frame)  # nobody knows yet which of them is the mission's
+            return may_start(frame)  # it is not known yet which mode is the mission's
         return starts_mission(
             frame, autopilot_kind=view.kind, vehicle_type=view.vehicle_type, custom_mode=view.custom_mode
         )
@@ -206,7 +205,7 @@ class WorkAtDrone:
         return why
 
     def _why_not_command(self, frame: bytes, now: float) -> str | None:
-        """A command of a handler's goes the way of the holder's frames, and by the same gate."""
+        """Applies the checks for the holder's frames to a handler's command."""
         why = self._why_not_start(frame, now)
         if why is None and message_id(frame) in INTERESTING:
             self._holder.why_not(frame, now)  # a command always passes

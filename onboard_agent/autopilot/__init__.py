@@ -1,1 +1,1 @@
-"""What the agent knows of its autopilot, and what it asks of it. No I/O."""
+"""What the agent knows about its autopilot, and what it requests from it. No I/O."""

@@ -1,6 +1,6 @@
-"""Asks one question after another, each until it is answered or given up. No I/O.
+"""Sends requests one after another, each until it is answered or given up. No I/O.
 
-One at a time because serial lines are slow and autopilots drop commands that come in a burst.
+One at a time, because serial lines are slow and autopilots drop commands that arrive in a burst.
 """
 
 from collections import deque
@@ -11,7 +11,7 @@ Question = TypeVar("Question")
 
 
 class Asking(Generic[Question]):
-    """Call `ask` with a request, send what `due` returns, and report the answer with `answered`."""
+    """Queue questions with `ask`, send what `due` returns, and report the answer with `answered`."""
 
     def __init__(self, *, timeout_s: float, tries: int) -> None:
         self._timeout_s = timeout_s
@@ -21,17 +21,17 @@ class Asking(Generic[Question]):
         self._again_at = 0.0
 
     def ask(self, questions: Iterable[Question]) -> None:
-        """These, in this order, instead of whatever was still open."""
+        """Queues these questions in this order, in place of those still open."""
         self._open = deque(questions)
         self._asked = 0
 
     @property
     def current(self) -> Question | None:
-        """The request that waits to be sent or answered; None when all are answered."""
+        """The question that waits to be sent or answered; None if there is none."""
         return self._open[0] if self._open else None
 
     def due(self, now: float) -> tuple[Question, int] | None:
-        """A request to send now, and how often it was sent before."""
+        """Returns a question to ask now and how often it was asked before, or None."""
         if self._asked and now < self._again_at:
             return None
         if self._asked >= self._tries:
@@ -44,10 +44,10 @@ class Asking(Generic[Question]):
         return self._open[0], asked
 
     def answered(self) -> None:
-        """The current question is done with."""
+        """Removes the current question: it was answered or given up."""
         self._open.popleft()
         self._asked = 0
 
     def wait_longer(self, now: float, for_s: float) -> None:
-        """The other side is at it: the time-out begins again, with this length."""
+        """Restarts the timeout with this length, because the other side is working on the answer."""
         self._again_at = now + for_s

@@ -1,6 +1,6 @@
-"""What the agent knows of its autopilot: is it there, armed, in the air, in which mode. No I/O.
+"""State of the autopilot: present, armed, in the air, and its flight mode. No I/O.
 
-Only the autopilot component counts (compid 1): gimbals, cameras and companions on the same line have heartbeats too.
+Only the autopilot component counts (compid 1): gimbals, cameras and companions on the same line send heartbeats too.
 """
 
 from enum import StrEnum
@@ -14,10 +14,10 @@ HEARD_WITHIN_S: Final = 3.0
 """After this silence the autopilot counts as lost: three heartbeats."""
 
 FORGOTTEN_AFTER_S: Final = 5.0
-"""Silence after which it is taken for rebooted, and another sysid may be it."""
+"""Silence after which it counts as rebooted, and another sysid may be the autopilot."""
 
 CLOCK_STEP_BACK_MS: Final = 2_000
-"""A boot clock that goes back this far has begun again; less is packets out of order."""
+"""A boot clock that goes back this far has restarted; a smaller step is packets out of order."""
 
 AIRBORNE_ABOVE_M: Final = 1.0
 
@@ -27,7 +27,7 @@ _ON_GROUND: Final = 1
 
 
 class AutopilotEvent(StrEnum):
-    """What a message or the passing of time has changed."""
+    """A change caused by a message or by elapsed time."""
 
     HEARD = "heard"
     LOST = "lost"
@@ -35,7 +35,7 @@ class AutopilotEvent(StrEnum):
 
 
 class AutopilotView:
-    """Feed it decoded messages of the autopilot and the time; read what it has understood."""
+    """Feed it decoded messages of the autopilot and the time; read its attributes."""
 
     def __init__(self) -> None:
         self.system_id: SystemId | None = None
@@ -46,7 +46,7 @@ class AutopilotView:
         self.custom_mode = 0
         self.heard = False
         self.outside_fence = False
-        """The autopilot reports a breach of its fence."""
+        """The autopilot reports that it is outside its fence."""
         self._heard_at = 0.0
         self._boot_ms = 0
         self._landed_state = 0
@@ -55,7 +55,7 @@ class AutopilotView:
         self._sent: AutopilotState | None = None
 
     def is_autopilot(self, system_id: int, component_id: int) -> bool:
-        """Whether this sender is the autopilot that we have found."""
+        """Whether this sender is the autopilot that was found."""
         return component_id == mavlink.MAV_COMP_ID_AUTOPILOT1 and system_id == self.system_id
 
     def anything_heard(self, now: float) -> None:
@@ -64,7 +64,7 @@ class AutopilotView:
             self._heard_at = now
 
     def heartbeat(self, message: Any, system_id: int, component_id: int, now: float) -> AutopilotEvent | None:
-        """A HEARTBEAT of any sender arrived. Finds the autopilot among the senders."""
+        """Handles a HEARTBEAT from any sender. Finds the autopilot among them."""
         if (
             component_id != mavlink.MAV_COMP_ID_AUTOPILOT1
             or message.autopilot == mavlink.MAV_AUTOPILOT_INVALID
@@ -92,18 +92,18 @@ class AutopilotView:
         return None if was_heard else AutopilotEvent.HEARD
 
     def extended_sys_state(self, message: Any, now: float) -> None:
-        """EXTENDED_SYS_STATE of the autopilot came."""
+        """Handles EXTENDED_SYS_STATE of the autopilot."""
         self._landed_state = message.landed_state
         self._landed_state_at = now
 
     def sys_status(self, message: Any) -> None:
-        """SYS_STATUS of the autopilot came."""
+        """Handles SYS_STATUS of the autopilot."""
         enabled = message.onboard_control_sensors_enabled & mavlink.MAV_SYS_STATUS_GEOFENCE
         healthy = message.onboard_control_sensors_health & mavlink.MAV_SYS_STATUS_GEOFENCE
         self.outside_fence = bool(enabled and not healthy)
 
     def global_position(self, message: Any) -> AutopilotEvent | None:
-        """GLOBAL_POSITION_INT of the autopilot came: its height, and its clock."""
+        """Handles GLOBAL_POSITION_INT of the autopilot: its height and its clock."""
         self._alt_rel_m = message.relative_alt / 1000.0
         went_back = message.time_boot_ms + CLOCK_STEP_BACK_MS < self._boot_ms
         if went_back or message.time_boot_ms > self._boot_ms:
@@ -111,14 +111,14 @@ class AutopilotView:
         return AutopilotEvent.REBOOTED if went_back else None
 
     def tick(self, now: float) -> AutopilotEvent | None:
-        """Time has passed."""
+        """Advances time."""
         if self.heard and now - self._heard_at >= HEARD_WITHIN_S:
             self.heard = False
             return AutopilotEvent.LOST
         return None
 
     def airborne(self, now: float) -> bool:
-        """Armed and off the ground, by the autopilot's report, or by its height if it does not report."""
+        """Whether it is armed and off the ground, as reported, or by its height if it does not report that."""
         if not self.armed:
             return False
         if (
@@ -130,7 +130,7 @@ class AutopilotView:
         return self._alt_rel_m > AIRBORNE_ABOVE_M
 
     def changed(self, now: float) -> AutopilotState | None:
-        """The state for the tower, if it differs from the last report."""
+        """Returns the state for the tower if it changed since the last report, else None."""
         state = AutopilotState(
             heard=self.heard, armed=self.heard and self.armed, airborne=self.heard and self.airborne(now)
         )
@@ -140,5 +140,5 @@ class AutopilotView:
         return state
 
     def resend(self) -> None:
-        """A new tower link knows nothing: the state is due again."""
+        """Reports the state again on a new tower link."""
         self._sent = None

@@ -1,14 +1,13 @@
-"""Whether the autopilot obeys the holder's last command to fly without sticks. No I/O; takes `now`.
+"""Whether the autopilot follows the holder's latest command to fly without sticks. No I/O; takes `now`.
 
-A command is only a request until the autopilot confirms it. An autopilot without a position refuses to brake, return or
-go somewhere, and flies on with its present sticks. If the sticks stopped at the mere command, the drone would keep its
-last deflection, and some seconds later use the radio's values, perhaps with the throttle at the bottom.
+A command is only a request until the autopilot shows the new mode. An autopilot without a position refuses to brake, to
+return or to go to a place, and flies on with its present sticks. Releasing them on the command alone would leave the
+drone with its last deflection, and some seconds later with the radio's values, perhaps with the throttle at the bottom.
 
 Rules, each tested:
-
-- Granted when a heartbeat after the command shows a mode without sticks that differs from the one before.
-- Refused when COMMAND_ACK says so, or when nothing was shown within PATIENCE_S of the first open command.
-- The heartbeat is requested, because PX4 sends only one a second.
+- Granted when a heartbeat after the command shows a mode that needs no sticks and is not the mode it was given in.
+- Refused when COMMAND_ACK refuses it, or when no such mode is shown within PATIENCE_S of the first pending command.
+- The agent requests the heartbeat, because PX4 sends only one a second.
 """
 
 from typing import Any, Final
@@ -17,10 +16,10 @@ from onboard_agent.autopilot.own_frames import FrameMaker, agent_sender, request
 from wire.dialect import mavlink
 
 PATIENCE_S: Final = 1.5
-"""More than one beat of an autopilot that beats once a second."""
+"""Longer than the interval of an autopilot that sends one heartbeat a second."""
 
 SHOW_AFTER_S: Final = 0.1
-"""A mode that is granted is shown after a few milliseconds."""
+"""A granted mode is shown after a few milliseconds."""
 
 SHOW_RETRY_S: Final = 0.25
 
@@ -28,7 +27,7 @@ _GOOD: Final = frozenset({mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_IN_PRO
 
 
 class CommandRequest:
-    """`ask` with each such command; then one of `granted`, `refused`, `lapsed` is True once."""
+    """Call `ask` for each such command. Then one of `granted`, `refused`, `accepted`, `lapsed` is True once."""
 
     def __init__(self, maker: FrameMaker) -> None:
         self._maker = maker
@@ -39,15 +38,15 @@ class CommandRequest:
 
     @property
     def open(self) -> bool:
-        """Whether the autopilot has not yet shown what it makes of it."""
+        """Whether a command is pending: the autopilot has neither followed nor refused it."""
         return self._until is not None
 
     def ask(self, command: int | None, now: float, *, from_mode: int | None = None) -> None:
-        """The holder commands. `command`: MAV_CMD, or None for a message that is never acknowledged.
+        """The holder sends a command. `command`: MAV_CMD, or None for a message that is never acknowledged.
 
         `from_mode`: custom_mode of a hold that needs no sticks either, so that the same mode again grants nothing.
         """
-        if self._until is None:  # repeats gain no time
+        if self._until is None:  # repeats do not extend the deadline
             self._until = now + PATIENCE_S
             self._next_show_at = now + SHOW_AFTER_S
         self._from_mode = from_mode
@@ -55,26 +54,26 @@ class CommandRequest:
             self._commands.add(command)
 
     def over(self) -> None:
-        """It does not matter any more."""
+        """Drops the request."""
         self._until = None
         self._commands.clear()
 
     def granted(self, *, needs_sticks: bool, custom_mode: int) -> bool:
-        """A heartbeat came: whether it shows that the wish is granted."""
+        """Whether this heartbeat shows that the request is granted."""
         if self._until is None or needs_sticks or custom_mode == self._from_mode:
             return False
         self.over()
         return True
 
     def refused(self, ack: Any) -> bool:
-        """A COMMAND_ACK came that may answer the holder: whether it refuses the wish."""
+        """Whether this COMMAND_ACK, which may answer the holder, refuses the request."""
         if self._until is None or ack.command not in self._commands or ack.result in _GOOD:
             return False
         self.over()
         return True
 
     def accepted(self, ack: Any) -> bool:
-        """A COMMAND_ACK came that may answer the holder: whether it grants the wish, in the mode that there is."""
+        """Whether this COMMAND_ACK, which may answer the holder, grants the request in the current mode."""
         if self._until is None or self._from_mode is None or ack.command not in self._commands:
             return False
         if ack.result not in _GOOD or ack.command == mavlink.MAV_CMD_DO_SET_MODE:
@@ -83,7 +82,7 @@ class CommandRequest:
         return True
 
     def lapsed(self, now: float) -> bool:
-        """Whether the autopilot has had time enough."""
+        """Whether the deadline of the request has passed."""
         if self._until is None or now < self._until:
             return False
         self.over()

@@ -1,7 +1,7 @@
-"""Whether a drone that was reported disarmed really is, when a hold is ordered. No I/O; takes `now`.
+"""Proves that a drone reported as disarmed really is, when a hold is ordered. No I/O; takes `now`.
 
-Heartbeats arrive once a second, so the last one may be older than an arming. Only one that is younger than the order is
-a proof, and the agent requests it; an arming may also have been on its way when the order arrived.
+Heartbeats arrive once a second, so the last one may precede an arming. Only a heartbeat younger than the order is
+proof, and the agent requests one. An arming command may also have been on its way when the order arrived.
 """
 
 from typing import Final
@@ -10,18 +10,18 @@ from onboard_agent.autopilot.own_frames import FrameMaker, agent_sender, request
 from wire.dialect import mavlink
 
 WATCH_S: Final = 5.0
-"""An arming that was on its way when the hold was ordered has shown up by then."""
+"""An arming that was on its way when the hold was ordered shows within this time."""
 PROOF_WITHIN_S: Final = 1.5
-"""By then an autopilot with one heartbeat a second has reported whether it is armed."""
+"""An autopilot that sends one heartbeat a second reports within this time whether it is armed."""
 ASK_BEAT_S: Final = 0.05
 
 
 class DisarmProof:
-    """`begin` with the order; ask `due` at each tick."""
+    """Call `begin` with the order, and `due` at each tick."""
 
     def __init__(self, maker: FrameMaker) -> None:
         self.proved = False
-        """A heartbeat younger than the order reported it disarmed."""
+        """A heartbeat younger than the order has shown that the drone is disarmed."""
         self._maker = maker
         self._began_at = 0.0
         self._next_at = 0.0
@@ -36,7 +36,7 @@ class DisarmProof:
         return now - self._began_at >= WATCH_S
 
     def failed(self, now: float) -> bool:
-        """Whether nothing came that proves it: the drone may well be in the air."""
+        """Whether no proof arrived in time. The drone may be in the air."""
         return not self.proved and now - self._began_at >= PROOF_WITHIN_S
 
     def due(self, now: float, *, vehicle_system_id: int) -> list[bytes]:

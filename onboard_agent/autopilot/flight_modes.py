@@ -7,15 +7,15 @@ from wire.autopilots.profile import FailsafeModes, FlightMode
 
 
 def modes_of(autopilot_kind: int, vehicle_type: int) -> FailsafeModes | None:
-    """The modes of a multicopter, or None for a vehicle without known modes (a plane, a rover)."""
+    """Returns the modes of a multicopter, or None for a vehicle without known modes (a plane, a rover)."""
     profile = registry.of(autopilot_kind, vehicle_type)
     return None if profile is None else profile.failsafe
 
 
 def hold_rungs(modes: FailsafeModes | None, names: Sequence[str]) -> tuple[FlightMode, ...]:
-    """The drone's ladder: the modes named, in that order, and altitude hold last, whether named or not.
+    """Returns the drone's ladder: the named modes in that order, and altitude hold last, named or not.
 
-    Names that this kind of vehicle does not have are skipped. Empty where we know no modes.
+    Skips names that this kind of vehicle does not have. Empty if no modes are known.
     """
     if modes is None:
         return ()
@@ -25,7 +25,7 @@ def hold_rungs(modes: FailsafeModes | None, names: Sequence[str]) -> tuple[Fligh
 
 
 def flies_without_sticks(autopilot_kind: int, custom_mode: int) -> bool:
-    """Whether the mode needs no pilot at the sticks. An unknown mode counts as one that does."""
+    """Whether this mode needs no hand on the sticks. An unknown mode counts as one that needs them."""
     return registry.multicopter(autopilot_kind).flies_without_sticks(custom_mode)
 
 
@@ -36,12 +36,12 @@ def goes_home(autopilot_kind: int, custom_mode: int) -> bool:
 
 
 def holds_when_centred(autopilot_kind: int, custom_mode: int) -> bool:
-    """Whether this is a mode of sticks in which centred ones keep level and height. Unknown modes are none."""
+    """Whether this is a mode in which centred sticks keep level and height. False for unknown modes."""
     if autopilot_kind not in registry.FAMILIES:
         return False
     return registry.multicopter(autopilot_kind).holds_when_centred(custom_mode)
 
 
 def commanded_mode(autopilot_kind: int, main: float, sub: float) -> int:
-    """The custom_mode for which param2 and param3 of DO_SET_MODE ask. Raises ValueError, OverflowError: no number."""
+    """Returns the custom_mode in param2 and param3 of DO_SET_MODE. Raises ValueError, OverflowError: not a number."""
     return registry.multicopter(autopilot_kind).family.custom_mode(main, sub)

@@ -1,6 +1,6 @@
-"""What the agent asks the autopilot for, and what it knows by the answers: rates, parameters, radio. No I/O.
+"""Requests data from the autopilot and keeps the answers: rates, parameters, radio. No I/O.
 
-Joins `Rates`, `Parameters`, `Radio` and `LossReport`; decides nothing about the flight.
+Combines `Rates`, `Parameters`, `Radio` and `LossReport`; makes no flight decisions.
 """
 
 from typing import Any, Final
@@ -25,11 +25,11 @@ READ: Final = frozenset(
         mavlink.MAVLINK_MSG_ID_RC_CHANNELS,
     }
 )
-"""Messages of the autopilot that `answer` needs."""
+"""Messages of the autopilot to pass to `answer`."""
 
 
 class Inquiry:
-    """Call `ask_all` when the autopilot appears or has rebooted, and `due` at each tick; feed it what it reads."""
+    """Call `ask_all` when the autopilot appears or has rebooted, and `due` at each tick; feed it the READ messages."""
 
     def __init__(self, maker: FrameMaker, *, narrow_line: bool) -> None:
         self._rates = Rates(maker, narrow_line=narrow_line)
@@ -39,7 +39,7 @@ class Inquiry:
         self._silent_without_receiver = False
 
     def assume_ground_station(self, system_id: int) -> None:
-        """What the process before has read. It counts until it is read again."""
+        """Uses the value that the previous process has read, until it is read again."""
         self._parameters.assume_ground_station(system_id)
 
     @property
@@ -54,12 +54,12 @@ class Inquiry:
 
     @property
     def overrides_last_s(self) -> float:
-        """How long the autopilot goes by the last sticks that it got."""
+        """How long the autopilot obeys the last sticks that it received."""
         return self._parameters.overrides_last_s
 
     @property
     def has_radio(self) -> bool | None:
-        """Whether a receiver is on board; None while that is not known."""
+        """Whether a receiver is on board; None while unknown."""
         return self._radio.has_radio
 
     def after_sticks(self, autopilot_kind: int, custom_mode: int) -> AfterSticks:
@@ -68,12 +68,12 @@ class Inquiry:
         return after_sticks(autopilot_kind, custom_mode, values=values, has_radio=has_radio)
 
     def arms_with_sticks_at_rest(self, autopilot_kind: int) -> bool:
-        """Whether the autopilot requires a low throttle before arming, and nobody else sends one."""
+        """Whether the autopilot needs the throttle at the bottom to arm, and has no receiver that provides it."""
         family = registry.FAMILIES.get(autopilot_kind)
         return family is not None and family.arms_with_throttle_down and self._radio.has_radio is False
 
     def ask_all(self, autopilot_kind: int, now: float) -> None:
-        """From the beginning."""
+        """Requests everything from the beginning."""
         self._rates.ask_all(now)
         self._parameters.ask_all(autopilot_kind)
         family = registry.FAMILIES.get(autopilot_kind)
@@ -81,15 +81,15 @@ class Inquiry:
         self._radio.asked(now)
 
     def follow(self, profile: StreamProfile) -> None:
-        """The present stream profile: on a narrow line the agent requests no more than it forwards."""
+        """Sets the stream profile: on a narrow line the agent requests no more than goes to the tower."""
         self._rates.follow(profile)
 
     def heard(self, message_id: int, now: float) -> None:
-        """Any message of the autopilot came."""
+        """Any message of the autopilot arrived."""
         self._rates.heard(message_id, now)
 
     def answer(self, message_id: int, message: Any, frame: bytes, now: float) -> None:
-        """One of READ came from the autopilot."""
+        """Handles a message of READ from the autopilot."""
         lapse_s = self._parameters.overrides_last_s
         if message_id == mavlink.MAVLINK_MSG_ID_PARAM_VALUE:
             self._parameters.value(frame)
@@ -99,11 +99,11 @@ class Inquiry:
             self._radio.rc_channels(message, now, overrides_last_s=lapse_s)
 
     def acknowledged(self, ack: Any, now: float) -> None:
-        """A COMMAND_ACK that is meant for us came."""
+        """Handles a COMMAND_ACK that is addressed to the agent."""
         self._rates.acknowledged(ack, now)
 
     def sticks_sent(self, now: float) -> None:
-        """Sticks, the holder's or our own, were sent to the autopilot: its report about the radio may show them."""
+        """Sticks from the holder or the agent went to the autopilot, which may report them as the radio's."""
         self._radio.sticks_sent(now)
 
     def due(self, now: float, *, vehicle_system_id: SystemId) -> list[bytes]:
@@ -117,9 +117,9 @@ class Inquiry:
         return [request for request in requests if request is not None]
 
     def loss_report(self, autopilot_kind: int) -> LossParameters | None:
-        """The loss parameters for the tower, if they differ from the last report."""
+        """Returns the parameters that decide on a loss if they changed since the last report, else None."""
         return self._report.changed(self._parameters, autopilot_kind=autopilot_kind, has_radio=self._radio.has_radio)
 
     def resend(self) -> None:
-        """A new tower link knows nothing."""
+        """Reports everything again on a new tower link."""
         self._report.resend()

@@ -1,6 +1,6 @@
-"""What a frame from the tower requests, as far as the failsafe must know: sticks, or a command. No I/O.
+"""Classifies a frame from the tower for the failsafe: sticks, or a command. No I/O.
 
-Read directly from the payload, because sticks arrive fifty times a second.
+Reads straight from the payload, because sticks arrive fifty times a second.
 """
 
 from struct import Struct
@@ -49,34 +49,34 @@ _GUIDED_COMMANDS: Final = frozenset(
 INTERESTING: Final = (
     frozenset({_ID_SET_MODE, _ID_MANUAL_CONTROL, _ID_OVERRIDE, _ID_COMMAND_INT, _ID_COMMAND_LONG}) | _GUIDED_MESSAGES
 )
-"""Message ids that `read_intent` understands."""
+"""Message ids that may have an intent for `read_intent`."""
 
 
 class Sticks(NamedTuple):
-    """Somebody moves, or holds, the sticks."""
+    """A person moves or holds the sticks."""
 
     centred: bool
 
 
 class Command(NamedTuple):
-    """A flight command. `needs_sticks`: the new mode needs a pilot at the sticks."""
+    """A command for how the drone flies. `needs_sticks`: the new mode needs a hand on the sticks."""
 
     needs_sticks: bool
     command: int | None = None
     """MAV_CMD; None for a message that is never acknowledged."""
     goes_home: bool = False
-    """It ends on the ground by itself."""
+    """The commanded flight ends on the ground by itself."""
 
 
 class Target(NamedTuple):
-    """A target or a speed. An autopilot in a mode flown with sticks ignores it."""
+    """A target position or velocity. An autopilot in a mode with sticks ignores it."""
 
 
 Intent = Sticks | Command | Target
 
 
 def read_intent(frame: bytes, *, autopilot_kind: int, middles_us: tuple[int, int, int, int]) -> Intent | None:
-    """The intent of one whole frame, or None: most frames have none."""
+    """Returns the intent of one whole frame, or None: most frames have none."""
     msgid = message_id(frame)
     if msgid == _ID_MANUAL_CONTROL:
         return _manual_control(frame)
@@ -93,14 +93,14 @@ def read_intent(frame: bytes, *, autopilot_kind: int, middles_us: tuple[int, int
 
 
 def _padded(frame: bytes, size: int) -> bytes:
-    """MAVLink 2 leaves out zeros at the end."""
+    """Returns the payload with the zeros that MAVLink 2 omits at its end."""
     return payload(frame).ljust(size, b"\0")
 
 
 def _manual_control(frame: bytes) -> Sticks:
     x, y, z, r = _MANUAL_CONTROL.unpack_from(_padded(frame, _MANUAL_CONTROL.size))
     axes_centred = all(abs(axis) <= CENTRED_WITHIN or axis == NOT_VALID for axis in (x, y, r))
-    # A throttle that is not valid is the radio's, and the radio's may be at the bottom.
+    # For an invalid throttle the radio's applies, which may be at the bottom.
     return Sticks(centred=axes_centred and abs(z - 500) <= THROTTLE_CENTRED_WITHIN)
 
 
@@ -137,7 +137,7 @@ def _mode(autopilot_kind: int, custom_mode: int, *, command: int | None) -> Comm
 
 
 def arms(frame: bytes) -> bool:
-    """Whether this is a command to arm (or to disarm: it is a flight command either way)."""
+    """Whether this is a command to arm or disarm: a flight command either way."""
     if message_id(frame) not in (_ID_COMMAND_INT, _ID_COMMAND_LONG):
         return False
     command = _COMMAND.unpack_from(_padded(frame, _COMMAND.size))[-1]

@@ -1,16 +1,16 @@
-"""The flight modes of autopilots by name, for people, and those in which a mission is flown. Pure.
+"""Names of the autopilots' flight modes for people, and the modes that fly a mission. Pure.
 
-An autopilot or a vehicle without a profile is read as its nearest kin.
+An autopilot or vehicle without a profile uses the nearest profile.
 """
 
 from wire.autopilots import registry
 
 
 def mode_name(autopilot_kind: int, vehicle_type: int, custom_mode: int) -> str:
-    """The ground stations' name for it; "mode 99" for an unknown one."""
+    """Returns the name that ground stations use; "mode 99" for a mode without a name."""
     return registry.nearest(autopilot_kind, vehicle_type).mode_name(custom_mode)
 
 
 def mission_modes(autopilot_kind: int, vehicle_type: int) -> frozenset[int]:
-    """The custom_mode of each mode in which the autopilot follows its mission."""
+    """Returns the custom_mode of each mode in which the autopilot executes its mission."""
     return registry.nearest(autopilot_kind, vehicle_type).mission_numbers

@@ -1,4 +1,4 @@
-"""Motion as the autopilot reports it: tilt, height, climb, and whether it has a position. No I/O."""
+"""Motion of the drone as the autopilot reports it: tilt, height, climb, and whether it has a position. No I/O."""
 
 from math import cos, hypot, radians
 from typing import Any, Final
@@ -6,14 +6,14 @@ from typing import Any, Final
 from wire.dialect import mavlink
 
 LEVEL_WITHIN_DEG: Final = 12.0
-"""A mode that brakes may take over from here: full tilt is 30 to 45 degrees."""
+"""Within this tilt a mode that brakes may take over. Full tilt is 30 to 45 degrees."""
 
 FRESH_S: Final = 1.5
 ESTIMATE_FRESH_S: Final = 3.0
-"""The estimator's report comes once a second."""
+"""The estimator reports once a second."""
 
 NEAR_GROUND_M: Final = 8.0
-"""Stage one arrests a full descent within 2.3 to 3.8 m (docs/control.md); home may be lower than the ground here."""
+"""Stage one stops a full descent within 2.3 to 3.8 m (docs/control.md); home may be lower than the ground here."""
 SINKING_M_S: Final = 0.7
 """Faster than a landing's last metres (0.5 m/s)."""
 
@@ -25,7 +25,7 @@ READ: Final = _ESTIMATES | {
     mavlink.MAVLINK_MSG_ID_HOME_POSITION,
     mavlink.MAVLINK_MSG_ID_SYS_STATUS,
 }
-"""Messages of the autopilot that `read` needs."""
+"""Messages of the autopilot to pass to `read`."""
 
 _POSITION: Final = mavlink.EKF_POS_HORIZ_ABS
 _NO_POSITION: Final = mavlink.EKF_CONST_POS_MODE
@@ -39,10 +39,10 @@ class Motion:
 
     def __init__(self) -> None:
         self.alt_rel_m = 0.0
-        """Above home."""
+        """Height above home."""
         self.climb_m_s = 0.0
         self.speed_m_s = 0.0
-        """Over ground."""
+        """Speed over ground."""
         self.battery_percent: float | None = None
         self._tilt_deg = 0.0
         self._tilt_at = float("-inf")
@@ -53,7 +53,7 @@ class Motion:
         self._home: tuple[float, float] | None = None
 
     def read(self, message_id: int, message: Any, now: float) -> None:
-        """One of READ came from the autopilot."""
+        """Handles a message of READ from the autopilot."""
         if message_id == mavlink.MAVLINK_MSG_ID_ATTITUDE:
             self.attitude(message, now)
         elif message_id == mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT:
@@ -93,7 +93,7 @@ class Motion:
         self.battery_percent = None if percent in _UNKNOWN_PERCENT else float(percent)
 
     def level(self, now: float) -> bool | None:
-        """Whether it is nearly level; None without a fresh report."""
+        """Whether the drone is nearly level; None without a fresh report."""
         return self._tilt_deg <= LEVEL_WITHIN_DEG if now - self._tilt_at <= FRESH_S else None
 
     def has_position(self, now: float) -> bool | None:
@@ -103,16 +103,16 @@ class Motion:
         return bool(self._flags & _POSITION) and not self._flags & _NO_POSITION
 
     def sinking(self, now: float) -> bool:
-        """Whether it goes down faster than a landing."""
+        """Whether the drone descends faster than in a landing."""
         return now - self._moved_at <= FRESH_S and self.climb_m_s < -SINKING_M_S
 
     def low_and_sinking(self, now: float) -> bool:
-        """Whether it would touch the ground before a level hold arrests it."""
+        """Whether the drone would touch the ground before a level hold stops its descent."""
         return self.alt_rel_m < NEAR_GROUND_M and self.sinking(now)
 
     @property
     def home_m(self) -> float | None:
-        """Metres over ground to home, where both are known."""
+        """Distance over ground to home in metres; None unless both positions are known."""
         if self._here is None or self._home is None:
             return None
         north = (self._home[0] - self._here[0]) * _M_PER_DEG

@@ -1,4 +1,4 @@
-"""Frames that the agent itself sends: their senders, and the builders of every message. Pure; sends nothing."""
+"""The agent's own frames: their senders, and the builders of every message. Pure; nothing is sent here."""
 
 from collections import Counter
 from typing import Any, Final, NamedTuple
@@ -9,46 +9,46 @@ AGENT_COMPONENT: Final = 191
 """MAV_COMP_ID_ONBOARD_COMPUTER."""
 
 GROUND_STATION_COMPONENT: Final = 190
-"""MAV_COMP_ID_MISSIONPLANNER, as ground stations have it."""
+"""MAV_COMP_ID_MISSIONPLANNER, which ground stations use."""
 
 _AUTOPILOT_COMPONENT: Final = 1
 
 
 class Sender(NamedTuple):
-    """The ids of a frame's sender."""
+    """The ids under which a frame is sent."""
 
     system_id: int
     component_id: int
 
 
 def agent_sender(vehicle_system_id: int) -> Sender:
-    """The agent in its own name: a component of the vehicle."""
+    """Returns the agent's own ids: a component of the vehicle."""
     return Sender(vehicle_system_id, AGENT_COMPONENT)
 
 
 def ground_station_sender(ground_station_system_id: int) -> Sender:
-    """The agent as the ground station: only for sticks and presence, which nobody else may send."""
+    """Returns the ids of the ground station, for sticks and heartbeats only: no other sender may send these."""
     return Sender(ground_station_system_id, GROUND_STATION_COMPONENT)
 
 
 def may_answer_agent(ack: Any, vehicle_system_id: int | None) -> bool:
-    """Whether a COMMAND_ACK is for the agent, or names no target."""
+    """Whether a COMMAND_ACK is addressed to the agent or has no addressee."""
     return ack.target_system in (0, vehicle_system_id) and ack.target_component in (0, AGENT_COMPONENT)
 
 
 def answers_agent_alone(ack: Any, vehicle_system_id: int | None) -> bool:
-    """Whether a COMMAND_ACK names the agent as its target."""
+    """Whether a COMMAND_ACK is addressed to the agent alone."""
     return (ack.target_system, ack.target_component) == (vehicle_system_id, AGENT_COMPONENT)
 
 
 class FrameMaker:
-    """Packs messages, with one sequence for each sender."""
+    """Packs messages, with a sequence number for each sender."""
 
     def __init__(self) -> None:
         self._sequences: Counter[Sender] = Counter()
 
     def make(self, message: Any, sender: Sender) -> bytes:
-        """The message as a MAVLink 2 frame."""
+        """Returns the message as a MAVLink 2 frame."""
         sequence = self._sequences[sender]
         self._sequences[sender] = sequence + 1 & 0xFF
         return build(message, system_id=sender.system_id, component_id=sender.component_id, sequence=sequence)
@@ -63,14 +63,14 @@ def command_long(target_system: int, command: int, *parameters: float, confirmat
 
 
 def set_message_interval(target_system: int, message_id: int, interval_us: int, *, confirmation: int) -> Any:
-    """Asks for a message at an interval."""
+    """Requests a message at an interval."""
     return command_long(
         target_system, mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, message_id, interval_us, confirmation=confirmation
     )
 
 
 def request_message(target_system: int, message_id: int, *, confirmation: int) -> Any:
-    """Asks for a message once."""
+    """Requests a message once."""
     return command_long(target_system, mavlink.MAV_CMD_REQUEST_MESSAGE, message_id, confirmation=confirmation)
 
 
@@ -81,17 +81,17 @@ def set_mode(target_system: int, parameters: tuple[float, float], *, confirmatio
 
 
 def centred_sticks(target_system: int) -> Any:
-    """MANUAL_CONTROL with every axis in the middle; unlike channels it depends on no parameter."""
+    """MANUAL_CONTROL with every axis in the middle. Unlike RC channels, it depends on no parameter."""
     return mavlink.MAVLink_manual_control_message(target_system, 0, 0, 500, 0, 0)
 
 
 def climbing_sticks(target_system: int) -> Any:
-    """The same with the throttle at the top: a full climb in modes that hold height."""
+    """MANUAL_CONTROL with the throttle at the top: a full climb in modes that hold height."""
     return mavlink.MAVLink_manual_control_message(target_system, 0, 0, 1000, 0, 0)
 
 
 def resting_sticks(target_system: int) -> Any:
-    """The same with a low throttle, as autopilots require it for arming."""
+    """MANUAL_CONTROL with the throttle at the bottom, as autopilots require for arming."""
     return mavlink.MAVLink_manual_control_message(target_system, 0, 0, 0, 0, 0)
 
 
@@ -108,7 +108,7 @@ def agent_heartbeat() -> Any:
 
 
 def ground_station_heartbeat() -> Any:
-    """A ground station's heartbeat: "a person is at the controls"."""
+    """A ground station's heartbeat, which shows that somebody is at the controls."""
     return mavlink.MAVLink_heartbeat_message(
         mavlink.MAV_TYPE_GCS, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, mavlink.MAV_STATE_ACTIVE, 3
     )

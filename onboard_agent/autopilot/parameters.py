@@ -1,8 +1,8 @@
-"""Reads the parameters that failsafe and loss check need, one by one. No I/O.
+"""Reads the autopilot parameters that the failsafe and the preflight check need, one by one. No I/O.
 
-ArduPilot accepts sticks only from the sysid of its configured ground station, and the centre of the throttle channel is
-the middle of its range, not its trim. The other parameters say what the autopilot does on a loss. They are read, never
-written.
+ArduPilot accepts sticks only from the sysid configured as its ground station. The middle of its throttle channel is
+halfway between the ends, not at the trim. The other parameters decide what the autopilot does on a loss. The agent
+reads them and never writes them.
 """
 
 from collections.abc import Mapping
@@ -21,21 +21,21 @@ TRIES: Final = 3
 GROUND_STATION_NAMES: Final = tuple(name for family in FAMILIES.values() for name in family.station_parameters)
 
 LOSS_NAMES: Final = {autopilot: family.loss_parameters for autopilot, family in FAMILIES.items()}
-"""By autopilot, the parameters that decide what happens on a loss, and by which a simulated one is known."""
+"""By autopilot, the parameters that decide what happens on a loss, and that identify a simulated autopilot."""
 
 DECIDING: Final = {autopilot: family.deciding_parameters for autopilot, family in FAMILIES.items()}
-"""Those that every autopilot has, and without which its behaviour is unknown. They are few and read once; three
-attempts can be lost."""
+"""The subset that every autopilot has and that determines its behaviour. A few requests may be lost on the way, even
+three times."""
 
 ASK_AGAIN_AFTER_S: Final = 30.0
 MAX_REPEATED: Final = 20
-"""Ten minutes: planes, for example, have other names for them."""
+"""Ten minutes. It ends because a plane, for example, has other names for them."""
 
 NAMES: Final = {
     autopilot: tuple(dict.fromkeys((*family.station_parameters, *family.stick_parameters, *family.loss_parameters)))
     for autopilot, family in FAMILIES.items()
 }
-"""All that are read, in this order: what flying needs first."""
+"""All parameters that are read, in this order: those needed for flying first."""
 
 _PARAM_VALUE: Final = Struct("<4sHH16sB")
 INTEGERS: Final = {
@@ -54,9 +54,9 @@ _STANDARD_GROUND_STATION: Final = 255
 
 
 def read_value(frame: bytes, autopilot_kind: int) -> tuple[str, float] | None:
-    """(name, value) of a whole PARAM_VALUE frame, or None where the value is no number.
+    """Returns (name, value) of a whole PARAM_VALUE frame, or None if the value is not a finite number.
 
-    PX4 puts the bytes of an integer where the float is; ArduPilot sends every value as a float.
+    PX4 puts the bytes of an integer into the float field; ArduPilot sends every value as a float.
     """
     raw, _, _, name, kind = _PARAM_VALUE.unpack_from(payload(frame).ljust(_PARAM_VALUE.size, b"\0"))
     family = FAMILIES.get(autopilot_kind)
@@ -80,11 +80,11 @@ class Parameters:
         self._assumed_ground_station = _STANDARD_GROUND_STATION
 
     def assume_ground_station(self, system_id: int) -> None:
-        """What the process before has read. It counts until it is read again."""
+        """Uses the value that the previous process has read, until it is read again."""
         self._assumed_ground_station = system_id
 
     def ask_all(self, autopilot_kind: int) -> None:
-        """From the beginning. What is known of an autopilot of the same kind counts until it is read again."""
+        """Reads all from the beginning. Values of an autopilot of the same kind remain valid until read again."""
         if autopilot_kind != self._kind:
             self._values.clear()
         self._kind = autopilot_kind
@@ -93,7 +93,7 @@ class Parameters:
         self._asked_again = 0
 
     def due(self, now: float, *, vehicle_system_id: int) -> bytes | None:
-        """A request to send now."""
+        """Returns a request to send now, or None."""
         while self._asking.current in GROUND_STATION_NAMES and self._ground_station_known():
             self._asking.answered()
         if self._asking.current is None and not self.complete and self._kind in NAMES:
@@ -112,7 +112,7 @@ class Parameters:
             self._asking.ask(name for name in NAMES[self._kind] if name not in self._values)
 
     def value(self, frame: bytes) -> None:
-        """A PARAM_VALUE of the autopilot, whoever requested it: another program may have just set it."""
+        """Handles any PARAM_VALUE of the autopilot, requested or not, because another party may just have set it."""
         read = read_value(frame, self._kind)
         if read is not None and read[0] in NAMES.get(self._kind, ()):
             self._values[read[0]] = read[1]
@@ -124,12 +124,12 @@ class Parameters:
 
     @property
     def all_read(self) -> bool:
-        """Whether each has been answered or given up, for the first time."""
+        """Whether every parameter has been answered or given up at least once."""
         return self._asking.current is None or self._asked_again > 0
 
     @property
     def complete(self) -> bool:
-        """Whether it is known what the autopilot does on a loss, as far as we know what to ask it for."""
+        """Whether the DECIDING parameters and the sysid of the ground station have been read."""
         if any(name not in self._values for name in DECIDING.get(self._kind, ("",))):
             return False
         family = FAMILIES.get(self._kind)
@@ -137,17 +137,17 @@ class Parameters:
 
     @property
     def loss_values(self) -> dict[str, float]:
-        """Those that decide what happens on a loss and that the autopilot has."""
+        """The known parameters that decide what happens on a loss."""
         return {name: self._values[name] for name in LOSS_NAMES.get(self._kind, ()) if name in self._values}
 
     @property
     def values(self) -> Mapping[str, float]:
-        """All that are known, by name."""
+        """All known values, by name."""
         return self._values
 
     @property
     def overrides_last_s(self) -> float:
-        """How long the autopilot goes by the last sticks that we sent; infinite where it never forgets them."""
+        """How long the autopilot obeys the last sticks from the agent; infinite if it never drops them."""
         value = self._values.get("RC_OVERRIDE_TIME", 3.0)
         return value if value >= 0 else float("inf")
 

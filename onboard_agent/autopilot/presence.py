@@ -1,7 +1,7 @@
-"""Whose heartbeats the autopilot gets from us, and when. No I/O.
+"""Decides which heartbeats the agent sends to the autopilot, and when. No I/O.
 
-The agent's own beats always. A ground station's only while a human is at the controls and the tower is really there:
-the autopilot's own failsafe watches for exactly these, so one too many hides the loss of the pilot.
+The agent always sends its own. It sends a ground station's only while a person is at the controls and the tower is
+present: the autopilot's own failsafe watches these, so one too many hides the loss of the pilot.
 """
 
 from typing import Final
@@ -23,7 +23,7 @@ _SYSTEM_ID_UNTIL_HEARD: Final = 1
 
 
 class Presence:
-    """Ask `due` at each tick."""
+    """Call `due` at each tick."""
 
     def __init__(self, maker: FrameMaker, *, speaks_first: bool) -> None:
         self._maker = maker
@@ -40,10 +40,10 @@ class Presence:
         holder_present: bool,
         tower_silent_s: float,
     ) -> list[bytes]:
-        """Heartbeats to send to the autopilot now.
+        """Returns heartbeats to send to the autopilot now.
 
-        Before the first heartbeat of the autopilot there is no system id to use, so nothing is sent, unless the
-        autopilot finds us only by a packet from us.
+        Until the autopilot is heard, its sysid is unknown and the agent sends nothing, unless the autopilot cannot find
+        the agent otherwise.
         """
         frames: list[bytes] = []
         system_id = vehicle_system_id

@@ -1,8 +1,8 @@
-"""Whether the drone has a radio receiver with an active transmitter. No I/O.
+"""Whether the drone has a radio receiver that receives a transmitter. No I/O.
 
-To the autopilot our sticks look like a receiver, so while they are in force neither its channel values nor the
-receiver's health tell anything. Only the number of channels does at any time: 0 without a receiver (measured on
-ArduCopter, docs/control.md).
+The agent's sticks look to the autopilot like a receiver's, so channel values and receiver health prove nothing while
+they are in force. Only the number of channels is always valid: 0 without a receiver (measured on ArduCopter,
+docs/control.md).
 """
 
 from typing import Any, Final
@@ -13,14 +13,14 @@ SILENT_S: Final = 6.0
 """RC_CHANNELS is requested at 2 Hz. PX4 sends none without a receiver."""
 
 LAPSE_S: Final = 2.0
-"""Counted from the end of our sticks: until then the autopilot may not have reported it."""
+"""Wait after the agent's sticks have expired, because the autopilot may not have reported that earlier."""
 
 _RECEIVER: Final = mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
 _NO_VALUES: Final = (0, 65535)
 
 
 class Radio:
-    """Tell it of our sticks; feed it SYS_STATUS and RC_CHANNELS; read `has_radio`."""
+    """Report sent sticks to it; feed it SYS_STATUS and RC_CHANNELS; read `has_radio`."""
 
     def __init__(self) -> None:
         self.has_radio: bool | None = None
@@ -30,20 +30,20 @@ class Radio:
         self._channels_at: float | None = None
 
     def asked(self, now: float) -> None:
-        """RC_CHANNELS was requested from an autopilot that has just connected."""
+        """RC_CHANNELS was requested from an autopilot that has just appeared."""
         self._channels_at = now
 
     def check(self, now: float) -> None:
-        """Time has passed. For an autopilot that sends RC_CHANNELS only where there is a receiver."""
+        """Advances time. For an autopilot that sends RC_CHANNELS only with a receiver."""
         if self.has_radio is None and self._channels_at is not None and now - self._channels_at >= SILENT_S:
             self.has_radio = False
 
     def sticks_sent(self, now: float) -> None:
-        """Sticks, the holder's or our own, went to the autopilot."""
+        """Sticks from the holder or the agent went to the autopilot."""
         self._sticks_at = now
 
     def sys_status(self, message: Any, now: float, *, overrides_last_s: float) -> None:
-        """SYS_STATUS of the autopilot: the better source, where it knows the receiver at all."""
+        """Handles SYS_STATUS of the autopilot: the better source, if it reports on a receiver at all."""
         if not message.onboard_control_sensors_present & _RECEIVER:
             return
         self._health_has_receiver = True

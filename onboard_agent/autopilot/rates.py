@@ -1,7 +1,7 @@
-"""Which messages the agent requests from the autopilot, and at which rates. No I/O.
+"""Requests messages from the autopilot at the rates that the agent needs. No I/O.
 
-ArduPilot sends little but its heartbeat until it is asked, and forgets requests when it reboots. On a narrow line
-(serial) the agent requests no more than the stream profile forwards, but thinning does not depend on that.
+ArduPilot sends little but its heartbeat until requested, and forgets requests when it reboots. On a narrow line
+(serial) the agent requests no more than the stream profile sends to the tower, but the thinner does not rely on it.
 """
 
 from typing import Any, Final, NamedTuple
@@ -16,11 +16,10 @@ TRIES: Final = 3
 IN_PROGRESS_WAIT_S: Final = 2.0
 
 MISSED_FOR_S: Final = 5.0
-"""The autopilot is alive, but the fastest message that it granted is missing: another program changed the rate, or it
-rebooted."""
+"""If the fastest granted message is missing for this long, another party changed the rate or the autopilot rebooted."""
 
 ASK_AGAIN_AFTER_S: Final = 30.0
-"""At most this often for that reason, so that two who disagree do not fight."""
+"""Minimum interval of such repeats, so that two parties that disagree do not compete."""
 
 
 class RateRequest(NamedTuple):
@@ -57,7 +56,7 @@ _READ_HERE: Final = frozenset(
         mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT,
     }
 )
-"""What the agent itself needs, whatever goes up: never requested at lower rates."""
+"""Messages that the agent itself needs, whatever goes to the tower: never requested at a lower rate."""
 
 WATCHED: Final = mavlink.MAVLINK_MSG_ID_ATTITUDE
 
@@ -86,7 +85,7 @@ class Rates:
         return frozenset(self._unsupported)
 
     def ask_all(self, now: float) -> None:
-        """From the beginning of the table."""
+        """Requests all messages, from the beginning of the table."""
         self._asked_all_at = self._checked_at = now
         self._watched_granted = False
         self._granted.clear()
@@ -94,7 +93,7 @@ class Rates:
         self._ask_what_differs()
 
     def follow(self, profile: StreamProfile) -> None:
-        """The present stream profile. Rates already granted are not requested again."""
+        """Sets the stream profile. Rates that the autopilot has already granted are not requested again."""
         if self._narrow_line and profile is not self._profile:
             self._profile = profile
             self._ask_what_differs()
@@ -108,20 +107,20 @@ class Rates:
         )
 
     def _wanted_hz(self, request: RateRequest) -> float:
-        """Never below what a pilot needs: a pilot who takes the sticks must not wait for new rates."""
+        """Returns at least the rate that a pilot needs: a person who takes the sticks must not wait for a request."""
         if request.message_id in _READ_HERE:
             return request.rate_hz
         return min(request.rate_hz, rate_hz(self._profile, request.message_id, by_hand=True))
 
     def heard(self, message_id: int, now: float) -> None:
-        """Any message of the autopilot came."""
+        """Any message of the autopilot arrived."""
         if message_id in _RATE_OF:
             self._came_at[message_id] = now
             if message_id == WATCHED:
                 self._watched_at = now
 
     def due(self, now: float, *, vehicle_system_id: int) -> bytes | None:
-        """A request to send now."""
+        """Returns a request to send now, or None."""
         if (
             self._watched_granted
             and now - self._watched_at > MISSED_FOR_S
@@ -145,8 +144,8 @@ class Rates:
         return self._maker.make(message, agent_sender(vehicle_system_id))
 
     def _missing(self, now: float) -> list[RateRequest]:
-        """Messages that do not arrive although none was refused. An answer names its command but not the message, so a
-        late one may have been taken for the next; and a busy autopilot may not have answered at all."""
+        """Returns the messages that do not arrive although they were not refused. An acknowledgement names its command
+        but not the message, so a late one may have counted for the next; a busy autopilot may not respond at all."""
         missing = []
         for request in RATE_REQUESTS:
             period_s = 1.0 / self._wanted_hz(request) if request.rate_hz else float("inf")
@@ -156,7 +155,7 @@ class Rates:
         return missing
 
     def acknowledged(self, ack: Any, now: float) -> None:
-        """A COMMAND_ACK of the autopilot that is meant for us."""
+        """Handles a COMMAND_ACK that is addressed to the agent."""
         request = self._asking.current
         if request is None:
             return

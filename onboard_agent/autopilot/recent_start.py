@@ -1,6 +1,6 @@
 """Whether the autopilot has just accepted a command that starts the motors. No I/O; takes `now`.
 
-ArduPilot sends one heartbeat a second: until the next one it may still report "disarmed" for a drone that climbs.
+ArduPilot sends one heartbeat a second, so the last one may still say "disarmed" while the drone climbs.
 """
 
 from typing import Any, Final
@@ -20,7 +20,7 @@ _GOOD: Final = frozenset({mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_IN_PRO
 
 
 class RecentStart:
-    """Feed it each COMMAND_ACK, whomever it answers."""
+    """Feed it each COMMAND_ACK, regardless of the addressee."""
 
     def __init__(self) -> None:
         self._at = float("-inf")
@@ -31,5 +31,5 @@ class RecentStart:
             self._at = now
 
     def accepted_lately(self, now: float) -> bool:
-        """Whether the drone counts as armed, whatever the last heartbeat reported."""
+        """Whether the drone counts as armed, regardless of the last heartbeat."""
         return now - self._at <= LATELY_S

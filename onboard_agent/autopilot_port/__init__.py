@@ -1,1 +1,1 @@
-"""Where the autopilot is attached: one small class for each transport, behind one interface."""
+"""The connection to the autopilot: one small class for each transport, behind one interface."""

@@ -1,7 +1,7 @@
-"""Who the autopilot is among those who send to an open UDP port. No I/O.
+"""Finds the autopilot among the senders to an open UDP port. No I/O.
 
-The peer is learned from a packet that contains a valid frame, never from just any packet, and it stays the peer
-until it has been silent for a while: a stranger who sends one frame must not draw the drone's commands to himself.
+The peer is learned only from a packet that contains a valid frame. It stays the peer until it has been silent for a
+while: a stranger who sends one frame must not receive the drone's commands.
 """
 
 from typing import Final
@@ -16,14 +16,14 @@ FAITHFUL_FOR_S: Final = 3.0
 
 
 class PeerChoice:
-    """Ask `accepts` about each packet; `address` is where answers go, None before the first valid frame."""
+    """Call `accepts` for each packet; replies go to `address`, which is None before the first valid frame."""
 
     def __init__(self) -> None:
         self.address: Address | None = None
         self._heard_at = 0.0
 
     def accepts(self, sender: Address, packet: bytes, now: float) -> bool:
-        """Whether the packet is the autopilot's. Learns a new peer if there is none, or the old one is silent."""
+        """Whether the packet is the autopilot's. Learns the peer if there is none, or if the old one is silent."""
         if sender == self.address:
             self._heard_at = now
             return True

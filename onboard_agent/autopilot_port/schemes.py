@@ -1,4 +1,4 @@
-"""The table of ways to reach an autopilot: the parser and the help text are both made from it."""
+"""The table of transports to an autopilot. The parser and the help text both use it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from onboard_agent.unusable import Unusable
 
 @dataclass(frozen=True)
 class Scheme:
-    """One transport: how it is written, what it means, and what makes it of (whole text, part after the scheme)."""
+    """One transport: its notation, its meaning, and its factory, called with (whole text, part after the scheme)."""
 
     form: str
     meaning: str
@@ -53,12 +53,12 @@ FORMS: Final = " | ".join(scheme.form for scheme in SCHEMES.values())
 
 
 def help_text() -> str:
-    """One sentence for each transport."""
+    """Returns one phrase for each transport."""
     return "; ".join(f"{scheme.form}: {scheme.meaning}" for scheme in SCHEMES.values())
 
 
 def make_port(text: str) -> AutopilotPort:
-    """The port that `text` names, not opened yet. Raises Unusable."""
+    """Returns the port that `text` names, not opened yet. Raises Unusable."""
     name = text.strip()
     scheme, _, rest = name.partition(":")
     found = SCHEMES.get(scheme)

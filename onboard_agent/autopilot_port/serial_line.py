@@ -1,4 +1,4 @@
-"""The autopilot on a serial line, non-blocking both ways, opened again when the device comes back."""
+"""The autopilot on a serial line, non-blocking both ways, opened again when the device returns."""
 
 import asyncio
 import errno
@@ -14,11 +14,11 @@ from onboard_agent.link.backoff import STEADY_S, Backoff
 _log = logging.getLogger(__name__)
 
 DEFAULT_BAUD: Final = 57_600
-"""Default speed of MAVLink telemetry ports."""
+"""The default speed of MAVLink autopilots on a telemetry port."""
 
 
 class SerialLine(AutopilotPort):
-    """A device and a baud rate. A device that is not there yet is waited for: USB autopilots appear after us."""
+    """A device and a baud rate. Waits for a missing device: USB autopilots appear after the agent starts."""
 
     narrow = True
 
@@ -33,12 +33,12 @@ class SerialLine(AutopilotPort):
 
     @property
     def is_open(self) -> bool:
-        """Whether the device exists and is open."""
+        """Whether the device is present and open."""
         return self._line is not None
 
     @property
     def backlog_bytes(self) -> int:
-        """What waits for the line."""
+        """Bytes that wait for the line."""
         return len(self._backlog)
 
     async def run(self, received: OnBytes) -> None:
@@ -128,7 +128,7 @@ class SerialLine(AutopilotPort):
 
 
 def _reason(error: Exception) -> str:
-    """One short reason; pyserial wraps the system's in a long sentence."""
+    """Returns one short reason; pyserial wraps the system's in a long sentence."""
     number = getattr(error, "errno", None)
     if number == errno.EACCES:
         return "permission denied: is the agent's user in the group dialout?"

@@ -1,4 +1,4 @@
-"""The autopilot over TCP: `tcp` connects to it, `tcpin` lets it connect to us. Both begin again when it goes."""
+"""The autopilot over TCP: `tcp` connects to it, `tcpin` lets it connect. Both start again when the connection ends."""
 
 import asyncio
 import errno
@@ -24,7 +24,7 @@ class _Stream(asyncio.Protocol):
         self.closed: asyncio.Future[None] = self._loop.create_future()
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        # uvloop's transports do not inherit from asyncio's: the kind of protocol determines the kind of transport.
+        # uvloop's transports do not inherit asyncio's classes: the kind of protocol determines the kind of transport.
         self._port.stream_opened(self, cast(asyncio.Transport, transport))
 
     def data_received(self, data: bytes) -> None:
@@ -38,7 +38,7 @@ class _Stream(asyncio.Protocol):
 
 
 class _TcpPort(AutopilotPort):
-    """What the two have in common: at most one stream, and how to write to it."""
+    """Base of both ports: at most one stream, and how to write to it."""
 
     def __init__(self, name: str, host: str, port: int) -> None:
         super().__init__(name)
@@ -48,7 +48,7 @@ class _TcpPort(AutopilotPort):
         self._transport: asyncio.Transport | None = None
 
     def stream_opened(self, stream: _Stream, transport: asyncio.Transport) -> None:
-        """A new connection becomes the autopilot's, unless another one is alive."""
+        """A connection is open. It becomes the autopilot's unless another one is alive."""
         if self._stream is not None and self._transport is not None:
             if asyncio.get_running_loop().time() - self._stream.heard_at < FAITHFUL_FOR_S:
                 self.counts["second connection refused"] += 1
@@ -60,14 +60,14 @@ class _TcpPort(AutopilotPort):
         _log.info("%s: connected", self.name)
 
     def stream_closed(self, stream: _Stream) -> None:
-        """A connection was lost."""
+        """A connection has closed."""
         if self._stream is stream:
             self._stream = self._transport = None
             _log.warning("%s: connection closed", self.name)
 
     @property
     def backlog_bytes(self) -> int:
-        """What waits for the connection."""
+        """Bytes that wait for the connection."""
         return self._transport.get_write_buffer_size() if self._transport is not None else 0
 
     def send(self, data: bytes) -> None:
@@ -81,7 +81,7 @@ class _TcpPort(AutopilotPort):
 
 
 class TcpOut(_TcpPort):
-    """Connects to the autopilot, for as long as it takes."""
+    """Connects to the autopilot, and retries until it succeeds."""
 
     async def run(self, received: OnBytes) -> None:
         loop = asyncio.get_running_loop()
@@ -110,7 +110,7 @@ class TcpOut(_TcpPort):
 
 
 class TcpIn(_TcpPort):
-    """Listens; the first to connect is the autopilot, another only after that one has been silent."""
+    """Listens. The first peer to connect is the autopilot; another is accepted only after that one has been silent."""
 
     bound_port: int = 0
 

@@ -1,4 +1,4 @@
-"""The autopilot over UDP: `udpin` waits for it on a port, `udpout` speaks to a known one."""
+"""The autopilot over UDP: `udpin` waits for it on a port, `udpout` sends to a known address."""
 
 import asyncio
 import contextlib
@@ -19,8 +19,8 @@ _NOT_CURED_BY_TIME: Final = (errno.EACCES, errno.EPERM, errno.EAFNOSUPPORT, sock
 
 
 RECEIVE_BUFFER_BYTES: Final = 1 << 20
-"""A list of 1,400 parameters in the kernel's own bytes, while this process is not run for a moment: the usual buffer
-holds 270 packets, whatever their size. The kernel gives what it allows."""
+"""Room for a list of 1,400 parameters, in the kernel's accounting, while this process does not run for a moment. The
+default buffer holds 270 packets of any size. The kernel limits the size to its maximum."""
 
 
 def _widen(sock: socket.socket) -> None:
@@ -29,7 +29,7 @@ def _widen(sock: socket.socket) -> None:
 
 
 class _Packets(asyncio.DatagramProtocol):
-    """Hands packets on; everything else that can happen to a UDP socket is no event for us."""
+    """Passes packets on, and ignores all other events of a UDP socket."""
 
     def __init__(self, port: "UdpIn | UdpOut", received: OnBytes) -> None:
         self._port = port
@@ -43,7 +43,7 @@ class _Packets(asyncio.DatagramProtocol):
 async def _until_open(
     port: "UdpIn | UdpOut", opening: Callable[[], Awaitable[asyncio.DatagramTransport]]
 ) -> asyncio.DatagramTransport:
-    """The socket. Waits for networks and names that are not there yet, as right after boot. Raises Unusable."""
+    """Returns the socket. Waits for networks and names that are missing, as right after boot. Raises Unusable."""
     backoff = Backoff()
     is_logged = False
     while True:
@@ -61,7 +61,7 @@ async def _until_open(
 
 
 class UdpIn(AutopilotPort):
-    """Bound to an address; answers the one autopilot that writes to it."""
+    """Bound to an address; replies to the one autopilot that sends to it."""
 
     def __init__(self, name: str, host: str, port: int) -> None:
         super().__init__(name)
@@ -73,7 +73,7 @@ class UdpIn(AutopilotPort):
 
     @property
     def bound_port(self) -> int:
-        """The port in use: for port 0 the one that the kernel picked; 0 while closed."""
+        """The port in use: for port 0 the one that the kernel selected; 0 while closed."""
         if self._transport is None:
             return 0
         return int(self._transport.get_extra_info("sockname")[1])
@@ -96,7 +96,7 @@ class UdpIn(AutopilotPort):
         try:
             sock.setblocking(False)
             _widen(sock)
-            sock.bind(address)  # here, because not every event loop says why it could not
+            sock.bind(address)  # here, because not every event loop reports why it failed
         except OSError:
             sock.close()
             raise
@@ -104,7 +104,7 @@ class UdpIn(AutopilotPort):
         return transport
 
     def is_from_autopilot(self, data: bytes, addr: Any) -> bool:
-        """Whether a packet is to be believed; learns whom to answer."""
+        """Whether a packet is from the autopilot. Learns where to send."""
         assert self._loop is not None
         before = self._peer.address
         if not self._peer.accepts((addr[0], addr[1]), data, self._loop.time()):
@@ -122,7 +122,7 @@ class UdpIn(AutopilotPort):
 
 
 class UdpOut(AutopilotPort):
-    """Connected to the autopilot's address; hears only that address. The first packet tells it where we are."""
+    """Connected to the autopilot's address; receives from no other. The first packet shows it the agent's address."""
 
     speaks_first = True
 
@@ -149,7 +149,7 @@ class UdpOut(AutopilotPort):
         return transport
 
     def is_from_autopilot(self, data: bytes, addr: Any) -> bool:
-        """The kernel lets only the connected peer through."""
+        """Always True: the kernel passes only packets from the connected peer."""
         return True
 
     def send(self, data: bytes) -> None:

@@ -1,1 +1,1 @@
-"""Holds, losses and lost actions: the last line of safety. No I/O."""
+"""Holds, loss detection and lost actions. No I/O."""

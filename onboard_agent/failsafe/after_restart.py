@@ -1,10 +1,9 @@
-"""A process that restarted while the drone held, or was flown by hand. No I/O; takes `now`.
+"""Recovery after an agent restart while the drone holds or is flown by hand. No I/O; takes `now`.
 
 Rules, each tested:
-
-- If sticks were in force they continue, centred, before anything is known: the autopilot drops them within seconds.
+- If sticks were in force, centred sticks continue at once, because the autopilot forgets sticks within seconds.
 - No mode is requested before a heartbeat: a drone that returns or lands by itself by then continues.
-- Any other armed drone is held. A disarmed one is not.
+- Any other armed drone is held. A disarmed drone is not.
 """
 
 import logging
@@ -21,11 +20,11 @@ _log = logging.getLogger(__name__)
 
 ASK_EVERY_S: Final = 0.1
 GIVE_UP_AFTER_S: Final = 30.0
-"""After this silence the autopilot counts as gone; it has long dropped its sticks."""
+"""An autopilot that is silent for this long is absent, and has forgotten its sticks long before."""
 
 
 class AfterRestart:
-    """Ask `due` at each tick, and call `heartbeat` with each of the autopilot, until `over`."""
+    """Call `due` at each tick, and `heartbeat` for each HEARTBEAT of the autopilot, until `over`."""
 
     def __init__(self, maker: FrameMaker, record: HoldRecord | None, now: float) -> None:
         self._maker = maker
@@ -33,7 +32,7 @@ class AfterRestart:
         self._began_at = now
         self._next_ask_at = now
         self.words = ""
-        """What became of it, for people."""
+        """The outcome, for people."""
 
     @property
     def over(self) -> bool:
@@ -42,7 +41,7 @@ class AfterRestart:
 
     @property
     def record(self) -> HoldRecord | None:
-        """What the process before has left."""
+        """The record that the previous process left."""
         return self._record
 
     def due(self, now: float, hold: Hold) -> list[bytes]:
@@ -63,7 +62,7 @@ class AfterRestart:
         return [self._maker.make(ask, agent_sender(record.system_id))]
 
     def heartbeat(self, failsafe: Failsafe, hold: Hold, now: float, *, armed: bool) -> None:
-        """The first HEARTBEAT of the autopilot."""
+        """Handles the first HEARTBEAT of the autopilot: lets a return or landing continue, or holds."""
         record, self._record = self._record, None
         if record is None or not armed:
             return

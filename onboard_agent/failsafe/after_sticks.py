@@ -1,8 +1,9 @@
 """What the autopilot does when sticks stop, by flight mode, receiver and parameters. Pure.
 
-Measured on ArduCopter (docs/control.md). Without a receiver the end of our sticks is a radio failsafe, about 1 s after
-the last one, in every mode, except for what the options exclude: the profile has that rule. With a receiver its own
-values return: they matter only in modes that use sticks, where a resting throttle makes the machine sink.
+Measured on ArduCopter (docs/control.md). Without a receiver, the end of the agent's sticks causes a radio failsafe
+about 1 s after the last one, in every mode that the options do not except; the profile defines that rule. With a
+receiver, its own values return. They matter only in modes that use sticks, where a resting throttle makes the drone
+sink.
 """
 
 from collections.abc import Callable, Mapping
@@ -11,13 +12,13 @@ from wire.autopilots import registry
 from wire.open_holds import AfterSticks
 
 AfterSticksIn = Callable[[int], AfterSticks]
-"""The answer for a custom_mode."""
+"""Maps a custom_mode to what happens when sticks stop."""
 
 
 def after_sticks(
     autopilot_kind: int, custom_mode: int, *, values: Mapping[str, float], has_radio: bool | None
 ) -> AfterSticks:
-    """STAYS: the mode goes on. `values`: parameters by name, as far as they are known."""
+    """Returns STAYS if the mode continues. `values`: the known parameters by name."""
     profile = registry.multicopter(autopilot_kind)
     without = profile.flies_without_sticks(custom_mode)
     if has_radio:

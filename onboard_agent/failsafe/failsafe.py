@@ -1,7 +1,6 @@
-"""When the drone holds, and what happens when tower or person stay away: combines watches, hold and lost action. No
-I/O.
+"""Decides when the drone holds and when the lost action starts. Connects watches, hold and lost action. No I/O.
 
-Takes `now`. Each part has its own rules in its own file; this file only passes events between them, in a fixed order.
+Takes `now`. Each part defines its rules in its own file. This module only passes events between them, in order.
 """
 
 import logging
@@ -31,10 +30,10 @@ from wire.open_holds import AfterSticks, HoldStage, LostAction, LostPhase
 _log = logging.getLogger(__name__)
 
 SAME_CHANGE_S: Final = 2.0
-"""A hold that is ordered this soon after the epoch has grown belongs to the change of hands."""
+"""A hold ordered this soon after an increase of the epoch belongs to that hand-over."""
 
 DIRECT_ABOVE_M: Final = 2.0
-"""Below, it may be taking off or landing: stage one, which keeps whatever height there is."""
+"""Below this the drone may be taking off or landing. A hold then begins with stage one, which keeps the height."""
 
 STICKS_COME_WITHIN_S: Final = 3.0
 STILL_M_S: Final = 0.7
@@ -42,7 +41,7 @@ FAST_M_S: Final = 4.5
 
 
 class Failsafe:
-    """Ask `look` at each tick, and `due` for what is to be sent at each tick and after whatever changed a mode."""
+    """Call `check` at each tick, and `due` at each tick and after each event that may change a mode."""
 
     def __init__(
         self,
@@ -58,9 +57,9 @@ class Failsafe:
         inquiry: Inquiry,
     ) -> None:
         self.settings = SafetySettings()
-        """The last that a tower has sent, over a lost link too."""
+        """The last settings from a tower; they stay in force while the link is lost."""
         self.held_at = float("-inf")
-        """When the last hold began, for any cause."""
+        """When the last hold began, for whatever reason."""
         self.lost = LostActing(maker)
         self.start = RecentStart()
         self._autopilot = autopilot
@@ -74,19 +73,19 @@ class Failsafe:
         self._way_home = WayHome()
         self._control_changed_at: float | None = None
         self._radio_took_over = False
-        """A mode of sticks was chosen by another hand, where a receiver is on board."""
+        """Another source selected a mode that needs sticks, on a drone with a receiver."""
 
     @property
     def needed_percent(self) -> float:
-        """Battery needed for the way home."""
+        """Battery percentage needed for the way home."""
         return self._way_home.needed_percent(home_m=self._motion.home_m, alt_rel_m=self._motion.alt_rel_m)
 
     def control_changed(self, now: float) -> None:
-        """The epoch has grown."""
+        """The epoch has increased."""
         self._control_changed_at = now
 
     def heartbeat(self, now: float) -> None:
-        """A HEARTBEAT of the autopilot; the view has read it."""
+        """Handles a HEARTBEAT of the autopilot, after the view has read it."""
         view = self._autopilot
         self._watch.heartbeat(armed=view.armed, now=now)
         self._hold.heartbeat(armed=view.armed, custom_mode=view.custom_mode, now=now)
@@ -97,13 +96,13 @@ class Failsafe:
             self._person.flown()
 
     def mode_acknowledged(self, ack: Any, now: float) -> None:
-        """A COMMAND_ACK for MAV_CMD_DO_SET_MODE that is meant for us."""
+        """Handles a COMMAND_ACK for MAV_CMD_DO_SET_MODE that is addressed to the agent."""
         self._hold.acknowledged(ack, now)
         self.lost.acknowledged(ack, now)
 
     @property
     def going_home(self) -> bool:
-        """Whether the autopilot shows a mode that ends on the ground by itself."""
+        """Whether the autopilot is in a mode that ends on the ground by itself."""
         view, modes = self._autopilot, self._modes()
         if not (view.heard and view.armed) or modes is None:
             return False
@@ -111,14 +110,14 @@ class Failsafe:
 
     @property
     def what_it_does(self) -> str:
-        """For a drone on its way home: "returns" or "lands"."""
+        """What a drone that goes home does: "returns" or "lands"."""
         modes = self._modes()
         lands = modes is not None and self._autopilot.custom_mode == modes.land.custom_mode
         return "lands" if lands else "returns"
 
     @property
     def keeps_sticks(self) -> bool:
-        """Whether the agent's centred sticks replace a person's, outside a hold."""
+        """Whether the agent's centred sticks replace missing ones, outside a hold."""
         return self._holder.keeper.on
 
     def hold_now(
@@ -131,14 +130,16 @@ class Failsafe:
         interrupts: bool = True,
         without_sticks: bool = False,
     ) -> None:
-        """Begins a hold. `order_id`: the tower's order. `why`: for people, without an order. `interrupts`: also a
-        return or a landing by the autopilot. `without_sticks`: it was in stage two."""
+        """Starts a hold. `order_id`: the tower's order. `why`: the reason for a person, if nobody ordered the hold.
+
+        `interrupts`: also interrupts a return or landing of the autopilot. `without_sticks`: it was in stage two.
+        """
         view = self._autopilot
         self.held_at = now
         epoch = self._downlink.epoch
         repeated = cause is HoldCause.ORDER and not self._hands_changed(now)
         if repeated and self._hold.settled:
-            # "Stay", and the time without a pilot, remain valid.
+            # The person who said "stay" and the time since somebody flew remain valid.
             self._hold.confirm_again(order_id=order_id, epoch=epoch, now=now)
             return
         aside = "a radio pilot flies the drone" if repeated and self._radio_took_over else ""
@@ -159,7 +160,7 @@ class Failsafe:
         if armed:
             self._person.hold_began(now)
         stays = self._stays(stays_already=stays_already)
-        # GUIDED, or a PX4's LOITER, may be flying to a place: asking for it again stops nothing.
+        # GUIDED, or LOITER on PX4, may be flying to a position: requesting it again does not stop the drone.
         first = [mode for mode in stays if stays_already or mode.custom_mode != view.custom_mode]
         self._hold.begin(
             cause=cause,
@@ -175,11 +176,11 @@ class Failsafe:
         )
 
     def _hands_changed(self, now: float) -> bool:
-        """Whether an order that arrives now belongs to a change of hands; otherwise it repeats an earlier one."""
+        """Whether an order that arrives now belongs to a hand-over. Otherwise it repeats an earlier order."""
         return self._control_changed_at is not None and now - self._control_changed_at <= SAME_CHANGE_S
 
     def _flies_without_sticks(self, now: float) -> bool:
-        """High enough, with a position, and no sticks in force: the hold need not begin any."""
+        """Whether the drone is high enough, has a position and no sticks in force, so that a hold needs none."""
         return (
             self._autopilot.heard
             and not self._holder.by_hand
@@ -191,8 +192,10 @@ class Failsafe:
         )
 
     def check(self, now: float, *, may_start: bool) -> None:
-        """What the agent notices by itself: a lost pilot, a tower or a person that stays away. `may_start`: whether the
-        mission on board may be flown."""
+        """Checks for a lost pilot, and for a tower or person that stays lost.
+
+        `may_start`: whether the mission on board may be flown.
+        """
         by_hand = self._holder.by_hand
         self._holder.update(now)
         if self._hold.open and self._person.gone_s(now) is None and self._hold.open_s(now) >= self._patience_s:
@@ -226,7 +229,7 @@ class Failsafe:
 
     @property
     def _patience_s(self) -> float:
-        """Whoever commands a mode of sticks may take a moment to put a hand on them."""
+        """Time that a person who commands a mode with sticks has to take the sticks."""
         return 0.0 if self._hold.holds else STICKS_COME_WITHIN_S
 
     def _check_pilot(self, now: float, *, by_hand: bool) -> None:
@@ -242,8 +245,7 @@ class Failsafe:
             self.hold_now(alarm.cause, now, why=alarm.why)
 
     def _check_position(self, now: float) -> None:
-        """The position is lost, and with it any hold in a mode that needs one: ArduCopter lands 1 s after reporting
-        it."""
+        """Leaves a hold mode that needs a position when it is lost: ArduCopter lands 1 s after it reports the loss."""
         view, modes = self._autopilot, self._modes()
         if modes is None or not self._hold.open or self._motion.has_position(now) is not False:
             return
@@ -251,7 +253,7 @@ class Failsafe:
             self._hold.back_to_altitude(modes.altitude_hold, now)
 
     def _check_foreign_mode(self, now: float) -> None:
-        """A mode that nobody here requested: a radio pilot's switch, another ground station, or a failsafe."""
+        """Handles a mode that neither tower nor agent requested: a radio switch, another ground station, a failsafe."""
         if self._hold.foreign_mode(now) is None or self.lost.phase is LostPhase.ASKING:
             return
         why = f"the autopilot went to {self._mode_name} by itself, or by another hand"
@@ -261,7 +263,7 @@ class Failsafe:
             return
         self._hold.overruled(needs_sticks=False, now=now, why=why)
         if self.going_home:
-            # Still nobody flies it: the report stays until it is down.
+            # Nobody flies the drone, so the loss stays reported until it is down.
             lands = self.what_it_does == "lands"
             self.lost.done_by_autopilot(LostAction.LAND if lands else LostAction.RETURN, why)
             return
@@ -273,7 +275,7 @@ class Failsafe:
             self._hold.overruled(needs_sticks=False, now=now, why=self.lost.detail)
 
     def due(self, now: float) -> list[bytes]:
-        """What a hold, the lost action and the holder's mode_request have to send."""
+        """Returns the frames of the hold, the lost action and the holder's mode request."""
         system_id = self._autopilot.system_id or 1
         frames = self._hold.tick(now, self._flying(now))
         if self._hold.sticks_on:
@@ -304,7 +306,7 @@ class Failsafe:
         )
 
     def record(self) -> HoldRecord | None:
-        """What a process that is started again must know now."""
+        """Returns what a restarted process must know, or None."""
         held = self._hold.open
         if not held and not (self._autopilot.armed and self._watch.hand_on_sticks):
             return None
@@ -327,11 +329,11 @@ class Failsafe:
 
     def _rungs(self, now: float) -> tuple[FlightMode, ...]:
         rungs = hold_rungs(self._modes(), self.settings.hold_ladder)
-        # Without a position the others are accepted for a while, and end in the autopilot's own landing.
+        # Without a position the autopilot accepts the other modes for a while, then lands on its own.
         return rungs[-1:] if self._motion.has_position(now) is False else rungs
 
     def _stays(self, *, stays_already: bool = False) -> tuple[FlightMode, ...]:
-        """Modes for stage two: the present one, if it qualifies; then those that need no sticks."""
+        """Modes for stage two: the current one if stage two was reached, then those that continue without sticks."""
         modes, view = self._modes(), self._autopilot
         if modes is None:
             return ()

@@ -1,4 +1,4 @@
-"""What a hold must know of the machine at a tick: plain values, gathered by `failsafe.py`."""
+"""State of the drone that a hold needs at a tick: plain values, gathered by `failsafe.py`."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ def _unknown(custom_mode: int) -> AfterSticks:
 
 @dataclass(frozen=True)
 class Flying:
-    """`level`, `has_position`: None if the autopilot does not report them."""
+    """`level`, `has_position`: None if the autopilot does not report it."""
 
     vehicle_system_id: int = 1
     ground_station_system_id: int = 255
@@ -22,10 +22,10 @@ class Flying:
     still: bool = True
     """Hardly moving over ground."""
     fast: bool = False
-    """A mode that brakes would overshoot."""
+    """Too fast for a mode that brakes, which would overshoot."""
     sinking: bool = False
     low_and_sinking: bool = False
-    """It would touch the ground before level sticks arrest it."""
+    """The drone would touch the ground before level sticks stop its descent."""
     pilot_fresh: bool = True
-    """Somebody's own sticks have come just now."""
+    """A person's own sticks have just arrived."""
     after_sticks: AfterSticksIn = _unknown

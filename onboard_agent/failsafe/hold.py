@@ -1,15 +1,14 @@
-"""The hold: the machine stays in the air and in place while nobody flies it. No I/O; takes `now`.
+"""The hold: the drone stays in the air and in place while nobody flies it. No I/O; takes `now`.
 
 Rules, each tested:
-
-- After the order, sticks from the tower pass only once the holder has centred them (rule in `StickGate`).
-- Stage one, at once: centred sticks at 20 Hz, and the modes of the drone's ladder in order until one is confirmed
-  (rules in `ModeLadder`). Near the ground and sinking, the stick climbs first.
-- Stage two, as soon as possible: a mode that stays in place without sticks (`StayStage`). Only when it is confirmed,
-  and the autopilot does not need them, do the sticks stop. They never stop in a mode that uses them.
-- No end by time: it is open until somebody flies, the lost action is done, or a heartbeat younger than the order
-  reports the drone disarmed (`DisarmProof`). For some seconds after that an arming is held at once.
-- A command of the new epoch's holder overrides the hold, when the autopilot shows that it obeys.
+- From the order on, sticks from the tower pass only once the holder has centred them (see `StickGate`).
+- Stage one starts at once: centred sticks at 20 Hz, and requests for the modes of the drone's ladder in order until one
+  is confirmed (see `ModeLadder`). Near the ground and sinking, the sticks climb first.
+- Stage two follows as soon as possible: a mode that keeps its place without sticks (`StayStage`). The sticks stop only
+  when it is confirmed and the autopilot keeps that mode without them. They never stop in a mode that uses them.
+- A hold has no time limit. It ends when somebody flies, when the lost action is done, or when a heartbeat younger than
+  the order shows the drone disarmed (`DisarmProof`). If it arms within some seconds after that, it is held at once.
+- A command from the holder of the new epoch overrides the hold once the autopilot shows that it obeys.
 - Each step is reported when it is done, not when it is planned.
 """
 
@@ -30,24 +29,24 @@ from wire.control_messages import HoldCause, HoldProgress, HoldStep
 from wire.open_holds import AfterSticks, HoldStage
 
 RUNG_PATIENCE_S: Final = 0.75
-"""Three requests. The longest ladder has come to altitude hold before DEADLINE_S."""
+"""Time for three requests. The longest ladder reaches altitude hold before DEADLINE_S."""
 DEADLINE_S: Final = FAST_FOR_S
-"""After this the tower gets a report that the hold is unconfirmed."""
+"""After this time the hold is reported as unconfirmed."""
 
 _EVENTS: Final = {LadderStep.ACCEPTED: HoldEvent.ACCEPTED, LadderStep.CONFIRMED: HoldEvent.MODE_SHOWN}
 
 
 class Hold:
-    """One at a time. Call `begin`, then `tick`; feed it heartbeats, acknowledgements and the holder's commands.
+    """One hold at a time. Call `begin`, then `tick`; feed it heartbeats, acknowledgements and the holder's commands.
 
-    `steps_reported`: start of the step numbers; each process needs another start (HoldProgress).
+    `steps_reported`: where the step numbers start; each process needs a different start (HoldProgress).
     """
 
     def __init__(self, maker: FrameMaker, steps_reported: int = 0) -> None:
         self.phase = HoldPhase.IDLE
         self.why = ""
         self.outside_fence = False
-        """The autopilot reports a breach of its fence: ArduCopter then refuses other modes."""
+        """The autopilot reports that it is outside its fence. ArduCopter then keeps its mode and refuses others."""
         self._sticks = HeldSticks(maker)
         self._sticks_reported = False
         self._ladder = ModeLadder(maker)
@@ -67,7 +66,7 @@ class Hold:
 
     @property
     def sticks_on(self) -> bool:
-        """Whether our sticks go to the autopilot."""
+        """Whether the agent's sticks go to the autopilot."""
         return self._sticks.on
 
     @property
@@ -86,24 +85,24 @@ class Hold:
         return not self._flown and (self._sticks.on or self.phase in OPEN)
 
     def open_s(self, now: float) -> float:
-        """Seconds since the hold began, or since sticks were kept centred for a person."""
+        """Seconds since the hold began, or since `keep_centred`."""
         return now - self._began_at
 
     @property
     def holds(self) -> bool:
-        """Whether a hold was begun and has not ended, sticks or no sticks."""
+        """Whether a hold has begun and not ended, with or without sticks."""
         return self.phase in OPEN
 
     @property
     def stage(self) -> HoldStage:
-        """How far it is."""
+        """The stage that the hold has reached."""
         if self._stay.mode is not None:
             return HoldStage.STAY
         return HoldStage.ALTITUDE if self.phase is HoldPhase.CONFIRMED else HoldStage.NONE
 
     @property
     def waiting_for(self) -> str:
-        """Why stage two is not reached; empty where it is, or is not due."""
+        """Why stage two is not reached; empty if it is reached or not due."""
         return "" if self.stage is HoldStage.STAY else self._stay.waiting_for
 
     def begin(
@@ -120,10 +119,10 @@ class Hold:
         why: str = "",
         sticks: bool = True,
     ) -> None:
-        """Holds now. Without rungs or stays the vehicle has no such modes. `armed`: or not known to be disarmed.
+        """Starts a hold. Empty `rungs`, `stays`: the vehicle has no such modes. `armed`: or not known to be disarmed.
 
-        `sticks`: false if the drone flies without sticks: then the modes `first`, else `stays`, are tried first. `why`:
-        the reason for people, of a hold without an order.
+        `sticks`: False if the drone flies without sticks. Then the modes `first`, or else `stays`, are tried first.
+        `why`: the reason for a person, if nobody ordered the hold.
         """
         self._name(cause, order_id, epoch, now, why)
         self._rungs, self._stays = tuple(rungs), tuple(stays)
@@ -136,17 +135,17 @@ class Hold:
 
     @property
     def settled(self) -> bool:
-        """Whether a hold is open whose mode is confirmed."""
+        """Whether a hold is open and its mode is confirmed."""
         return self.open and self.phase is HoldPhase.CONFIRMED and not self._waits
 
     def confirm_again(self, *, order_id: int, epoch: int, now: float) -> None:
-        """An order for what is so already."""
+        """Reports an order as confirmed, because the drone already holds."""
         mode = self._stay.mode or self._ladder.confirmed
         self._report.begin(cause=HoldCause.ORDER, order_id=order_id, epoch=epoch, now=now)
         self._report.add(HoldStep.CONFIRMED, mode.name if mode is not None else "", now)
 
     def stand_aside(self, *, order_id: int, epoch: int, now: float, why: str) -> None:
-        """An order that must not interrupt what the autopilot does by itself."""
+        """Reports an order as not needed, because it must not interrupt the present flight."""
         self._name(HoldCause.ORDER, order_id, epoch, now, why)
         self.phase = HoldPhase.IDLE
         self._sticks.on = False
@@ -175,7 +174,7 @@ class Hold:
         self._ladder.climb(rungs, patience_s=RUNG_PATIENCE_S, now=now)
 
     def modes_became_known(self, rungs: Sequence[FlightMode], stays: Sequence[FlightMode], now: float) -> None:
-        """The autopilot was found only after the hold had begun."""
+        """Handles an autopilot that was found only after the hold had begun."""
         if self.phase in WANTS_MODE and not self._modes_known and rungs:
             self._modes_known = True
             self._rungs, self._stays = tuple(rungs), tuple(stays)
@@ -207,7 +206,7 @@ class Hold:
         return frames
 
     def _gives_up(self, now: float, flying: Flying) -> bool:
-        """Whether to stop requesting a mode for the pilot's own sticks: it takes too long, or they have stopped."""
+        """Stops a hand-over to the pilot's sticks that takes too long or has lost them. Returns whether it did."""
         stopped = self.phase is HoldPhase.HANDING and not flying.pilot_fresh
         if not stopped and now - self._flown_at < DEADLINE_S:
             return False
@@ -217,7 +216,7 @@ class Hold:
         return True
 
     def pop_failed_hand_over(self) -> bool:
-        """True once, where a pilot's sticks stopped before a mode obeyed them, or none does."""
+        """True once, if a pilot's sticks stopped before a mode obeyed them, or if no mode does."""
         failed, self._hand_over_failed = self._hand_over_failed, False
         return failed
 
@@ -241,7 +240,7 @@ class Hold:
             self._sticks.on = True  # stage two was tried first, and refused
 
     def back_to_altitude(self, altitude_hold: FlightMode, now: float) -> None:
-        """The position is lost, in a mode that needs it: stage one, in the mode that needs none."""
+        """Returns to stage one in altitude hold, because the position is lost in a mode that needs it."""
         if self._waits or self._ladder.current == altitude_hold:
             return
         self._stay.end()
@@ -257,7 +256,7 @@ class Hold:
         return frames
 
     def acknowledged(self, ack: Any, now: float) -> None:
-        """A COMMAND_ACK of the autopilot for MAV_CMD_DO_SET_MODE that is meant for us."""
+        """Handles a COMMAND_ACK for MAV_CMD_DO_SET_MODE that is addressed to the agent."""
         if self._stay.asking:
             self._stay.acknowledged(ack, now)
             self._stage_two_reached(now)
@@ -293,7 +292,7 @@ class Hold:
         self._fire(HoldEvent.DISARMED, now, "the drone is disarmed")
 
     def foreign_mode(self, now: float) -> int | None:
-        """A mode that nobody here requested and that has lasted for a while; None if there is none."""
+        """Returns a lasting autopilot mode that neither tower nor agent requested, or None."""
         return self._foreign.mode(now)
 
     def _check_foreign(self, custom_mode: int, now: float) -> None:
@@ -302,7 +301,7 @@ class Hold:
         self._foreign.shown(custom_mode, ours=ours.custom_mode if settled and ours else None, now=now)
 
     def sticks_come(self, modes: Sequence[FlightMode], now: float) -> None:
-        """The holder's own sticks have come, and were centred: ours stop, once a mode obeys theirs. `modes`: those."""
+        """The holder's own sticks arrived and were centred: the agent's stop. `modes`: candidates that obey sticks."""
         self._sticks.on = False
         if self._flown:
             return
@@ -318,15 +317,15 @@ class Hold:
             self.phase = HoldPhase.IDLE
 
     def wait(self) -> None:
-        """The holder has commanded a mode without sticks: no mode is requested until the result shows."""
+        """Pauses mode requests until the outcome of the holder's command to fly without sticks is known."""
         self._waits = True
 
     def go_on(self) -> None:
-        """Nothing came of it."""
+        """Resumes mode requests."""
         self._waits = False
 
     def overruled(self, *, needs_sticks: bool, now: float, why: str = "the holder has commanded otherwise") -> None:
-        """A flight command overrides the hold. If it needs sticks, ours are centred until the pilot's arrive."""
+        """Ends the hold in favour of another command. If that needs sticks, ours stay centred until theirs arrive."""
         was_open = self.open
         self._foreign.forget()
         self._fire(HoldEvent.OVERRULED, now, why)
@@ -339,7 +338,7 @@ class Hold:
             self.keep_centred(now)
 
     def keep_centred(self, now: float) -> None:
-        """Sticks are needed and none arrive: ours are centred until the holder's do."""
+        """Sends centred sticks until the holder's arrive, because the mode needs sticks and none arrive."""
         self.why = "the mode needs sticks, and nobody's come"
         self._flown = self._waits = False
         self._began_at = now
@@ -347,7 +346,7 @@ class Hold:
             self._sticks.begin(now)
 
     def yield_mode(self) -> None:
-        """Another mode is being requested: the hold stops requesting its own. Sticks stay as they are."""
+        """Stops the hold's mode requests, because another mode is being requested. Sticks stay as they are."""
         self._ladder.stop()
         self._stay.end()
         if self.phase is not HoldPhase.IDLE:
@@ -377,7 +376,7 @@ class Hold:
             self._stay.start(self._stays, now)
 
     def _stage_two_reached(self, now: float) -> None:
-        """Stage two may be confirmed where stage one was not."""
+        """Confirms the hold if stage two is confirmed although stage one was not."""
         mode = self._stay.mode
         if mode is not None and self.phase in WANTS_MODE and not self._stay.asking:
             self._ladder.stop()
@@ -391,7 +390,7 @@ class Hold:
         return self._ladder.why_not() + fence
 
     def _fire(self, event: HoldEvent, now: float, detail: str = "") -> None:
-        """Takes the transition that the table has for this event; where it has none, the event means nothing here."""
+        """Takes the table's transition for this event. Ignores the event if the table has none."""
         transition = NEXT.get((self.phase, event))
         if transition is None:
             return

@@ -1,5 +1,5 @@
-"""The record of an open hold as a file in the agent's state directory, written by a thread: a memory card may take a
-second for it, and sticks must not wait. A thin shell."""
+"""The record of an open hold as a file in the agent's state directory. A thread writes it, because a memory card may
+take a second and sticks must not wait. A thin shell."""
 
 import contextlib
 import logging
@@ -11,28 +11,28 @@ _log = logging.getLogger(__name__)
 
 
 class HoldFiles:
-    """A HoldStore. The folder exists."""
+    """A HoldStore. `folder` must exist."""
 
     def __init__(self, folder: Path) -> None:
         self._path = folder / "open-hold.json"
         self._worker = ThreadPoolExecutor(1, thread_name_prefix="open-hold")
 
     def load(self) -> bytes | None:
-        """The record of the process before; None if it left none, or it cannot be read."""
+        """Returns the previous process's record; None if there is none or it cannot be read."""
         with contextlib.suppress(OSError):
             return self._path.read_bytes()
         return None
 
     def save(self, record: bytes) -> None:
-        """Begins to. Renamed into place: a process that dies meanwhile leaves the record before."""
+        """Starts to write. The file is renamed into place: a process that dies meanwhile leaves the previous record."""
         self._begin(lambda: self._write(record))
 
     def remove(self) -> None:
-        """Begins to."""
+        """Starts to remove the file."""
         self._begin(lambda: self._path.unlink(missing_ok=True))
 
     def close(self) -> None:
-        """Carries out what was begun, and takes nothing more."""
+        """Waits for pending changes, and accepts no more."""
         self._worker.shutdown(wait=True)
 
     def _write(self, record: bytes) -> None:

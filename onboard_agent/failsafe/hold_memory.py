@@ -1,6 +1,6 @@
-"""What the next agent process must know of a hold that is open, or of a drone flown by hand, if this one dies. No I/O.
+"""Keeps what the next agent process must know of an open hold or a drone flown by hand, if this one dies. No I/O.
 
-The store brings it to the disk; here is what is kept, when it changes, and what a new process makes of it.
+The store writes it to the disk. This module defines what is kept and when it changes, and reads it in a new process.
 """
 
 from typing import Final, Protocol
@@ -11,40 +11,40 @@ from wire.control_messages import SafetySettings
 
 
 class HoldStore(Protocol):
-    """Where one record lasts. None of it waits: what was saved last is what a later process finds."""
+    """Persists one record. `save` and `remove` do not wait; a later process finds the record that was saved last."""
 
     def load(self) -> bytes | None:
-        """The record of the process before; None if it left none."""
+        """Returns the previous process's record; None if it left none."""
 
     def save(self, record: bytes) -> None:
-        """Begins to."""
+        """Starts to save the record."""
 
     def remove(self) -> None:
-        """Begins to."""
+        """Starts to remove the record."""
 
     def close(self) -> None:
-        """Carries out what was begun."""
+        """Completes pending changes."""
 
 
 class NoHoldStore:
-    """Nothing lasts."""
+    """Persists nothing."""
 
     def load(self) -> bytes | None:
-        """Nothing."""
+        """Returns None."""
         return None
 
     def save(self, record: bytes) -> None:
-        """Forgotten."""
+        """Discards the record."""
 
     def remove(self) -> None:
-        """There is none."""
+        """Does nothing."""
 
     def close(self) -> None:
-        """Nothing was begun."""
+        """Does nothing."""
 
 
 class HoldRecord(msgspec.Struct, frozen=True, kw_only=True):
-    """`sticks`: sticks were in force when it was written, the agent's or a pilot's. `held`: the drone held."""
+    """`sticks`: sticks of the agent or a pilot were in force at the time of writing. `held`: the drone held."""
 
     system_id: int
     ground_station_system_id: int = 255
@@ -59,7 +59,7 @@ _decode: Final = msgspec.json.Decoder(HoldRecord).decode
 
 
 class HoldMemory:
-    """`left`: what the process before has left, once."""
+    """`left`: the previous process's record, until the first `keep`."""
 
     def __init__(self, store: HoldStore) -> None:
         self._store = store
@@ -73,10 +73,10 @@ class HoldMemory:
         try:
             return _decode(record)
         except (msgspec.DecodeError, UnicodeDecodeError):
-            return None  # of another version: the autopilot's own failsafes have acted by now
+            return None  # from another version: the autopilot's own failsafes have acted by now
 
     def keep(self, record: HoldRecord | None) -> None:
-        """Call it at each tick; writes only what has changed. None: nothing that a new process must know."""
+        """Call it at each tick; writes only changes. None: a new process needs to know nothing."""
         if record == self._kept and (record is not None or self.left is None):
             return
         self._kept, self.left = record, None

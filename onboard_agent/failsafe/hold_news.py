@@ -1,4 +1,4 @@
-"""The open hold and the lost action in one message for the tower, and when it is due. No I/O; takes `now`."""
+"""Reports the open hold and the lost action to the tower in one message when due. No I/O; takes `now`."""
 
 from typing import Final
 
@@ -13,14 +13,14 @@ from wire.open_holds import HoldStage, HoldState, LostPhase
 
 EVERY_S: Final = 5.0
 SAME_COUNT_S: Final = 0.5
-"""A countdown that runs as reported needs no new report."""
+"""A countdown that runs as reported is not reported again."""
 SAME_PERCENT: Final = 5.0
-"""The battery is reported in whole percent, and the flight's consumption is learnt from that."""
+"""Smaller changes are not reported: the autopilot reports whole percent, from which the consumption is estimated."""
 MAX_TEXT_LENGTH: Final = 300
 
 
 class HoldNews:
-    """Ask `changed` often."""
+    """Call `changed` often."""
 
     def __init__(self, *, autopilot: AutopilotView, hold: Hold, failsafe: Failsafe, inquiry: Inquiry) -> None:
         self._autopilot = autopilot
@@ -33,11 +33,11 @@ class HoldNews:
         self._needed_percent = 0.0
 
     def resend(self) -> None:
-        """A new tower link knows nothing."""
+        """Reports everything again on a new tower link."""
         self._sent = None
 
     def changed(self, now: float) -> HoldState | None:
-        """The report for the tower, if it differs from the last one, or that one is old."""
+        """Returns the report for the tower if it changed or, in a hold or loss, is older than EVERY_S; else None."""
         state = self._state()
         sent = self._sent
         if sent is not None:

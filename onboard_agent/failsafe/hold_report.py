@@ -4,9 +4,9 @@ from wire.control_messages import HoldCause, HoldProgress, HoldStep
 
 
 class HoldReport:
-    """Call `begin` with each hold and `add` with each completed step; `take` returns them.
+    """Call `begin` for each hold and `add` for each step that was done; `pop` returns them.
 
-    `steps_reported`: start of the numbers; each process needs another start (HoldProgress).
+    `steps_reported`: where the numbers start; each process needs a different start (HoldProgress).
     """
 
     def __init__(self, steps_reported: int) -> None:
@@ -18,12 +18,12 @@ class HoldReport:
         self._progress: list[HoldProgress] = []
 
     def begin(self, *, cause: HoldCause, order_id: int, epoch: int, now: float) -> None:
-        """What follows is of this hold."""
+        """The steps that follow belong to this hold."""
         self.cause = cause
         self._order_id, self._epoch, self._began_at = order_id, epoch, now
 
     def add(self, step: HoldStep, detail: str, now: float) -> None:
-        """A step was done."""
+        """Adds a step that was done."""
         self._steps_reported += 1
         self._progress.append(
             HoldProgress(

@@ -1,4 +1,4 @@
-"""The phases of a hold and what leads from one to the next: the table that `hold.py` runs and the documents draw."""
+"""The phases of a hold and their transitions: the table that `hold.py` runs and the documentation draws."""
 
 from enum import StrEnum
 from typing import Final
@@ -7,37 +7,37 @@ from wire.control_messages import HoldStep
 
 
 class HoldPhase(StrEnum):
-    """How far stage one is. Sticks and stage two have states of their own: they may outlast it or end before it."""
+    """Progress of stage one. Sticks and stage two have their own states, and may end before or after it."""
 
     IDLE = "idle"
     WATCHING = "watching"
-    """The drone is disarmed, or reported so: a heartbeat must prove it, and an arming that shows up is held."""
+    """The drone is reported disarmed. A heartbeat must prove it; if the drone arms, it is held."""
     REQUESTING = "requesting"
     """No mode of the ladder has been accepted."""
     ACKNOWLEDGED = "acknowledged"
-    """One has, but the heartbeat does not show it yet."""
+    """A mode has been accepted, but the heartbeat does not show it yet."""
     CONFIRMED = "confirmed"
     UNCONFIRMED = "unconfirmed"
     HANDING = "handing over"
-    """The pilot's sticks arrived in a mode that does not use them: one that does is requested."""
+    """The pilot's sticks arrived in a mode that does not use them; a mode that does is requested."""
 
 
 class HoldEvent(StrEnum):
     """What can happen to a hold."""
 
     ARMED = "armed"
-    """A heartbeat younger than the order reported it, or none came in time to contradict."""
+    """A heartbeat younger than the order shows it, or none arrived in time to disprove it."""
     ACCEPTED = "accepted"
-    """COMMAND_ACK reported it, for a rung that was not accepted before."""
+    """A COMMAND_ACK accepts a rung that was not accepted before."""
     MODE_SHOWN = "mode shown"
     """A heartbeat after the order shows an accepted rung, armed."""
     DEADLINE_PASSED = "deadline passed"
     DISARMED = "disarmed"
-    """A heartbeat younger than the order reported it."""
+    """A heartbeat younger than the order shows it."""
     WATCHED = "watched"
     """The order has been open for long enough."""
     OVERRULED = "overruled"
-    """Somebody has commanded how to fly, or the lost action is done."""
+    """Another command controls the flight, or the lost action is done."""
 
 
 _P = HoldPhase
@@ -65,9 +65,9 @@ NEXT: Final[dict[tuple[HoldPhase, HoldEvent], tuple[HoldPhase, HoldStep | None]]
     (_P.HANDING, _E.DISARMED): (_P.IDLE, None),
     (_P.HANDING, _E.OVERRULED): (_P.IDLE, None),
 }
-"""A pair that is missing means nothing: a late acknowledgement, a heartbeat before the acknowledgement."""
+"""Missing pairs are ignored, such as a late acknowledgement or a heartbeat before the acknowledgement."""
 
 OPEN: Final = frozenset({_P.REQUESTING, _P.ACKNOWLEDGED, _P.CONFIRMED, _P.UNCONFIRMED})
-"""The drone holds, or is being made to."""
+"""The drone holds, or a hold is in progress."""
 
 WANTS_MODE: Final = frozenset({_P.REQUESTING, _P.ACKNOWLEDGED, _P.UNCONFIRMED, _P.HANDING})

@@ -1,7 +1,7 @@
-"""What the holder does with the drone, by sticks and by command, and the consequences for hold and watches. No I/O.
+"""Checks the holder's sticks and commands, and reports them to the hold and the watches. No I/O.
 
-Every flight frame of the holder passes here, whichever way it arrived. Combines `StickGate`, `CommandRequest` and
-`StickKeeper`; takes `now`.
+Each frame from the holder that controls the flight passes through here, on any channel. Connects `StickGate`,
+`CommandRequest` and `StickKeeper`; takes `now`.
 """
 
 from typing import Any, Final
@@ -23,11 +23,11 @@ from wire.autopilots.profile import FlightMode
 from wire.open_holds import AfterSticks
 
 HEARTBEAT_OLD_S: Final = 2.0
-"""An autopilot may beat once a second only, and take a moment to change its mode."""
+"""An autopilot may send only one heartbeat a second, and needs a moment to change its mode."""
 
 
 class Holder:
-    """Ask `why_not` of every frame that is INTERESTING (intent), in the order in which they go to the autopilot."""
+    """Call `why_not` for every INTERESTING frame (intent), in the order in which frames go to the autopilot."""
 
     def __init__(
         self,
@@ -45,11 +45,11 @@ class Holder:
         self.keeper = StickKeeper(maker)
         self.arming = ArmingSticks(maker)
         self.mission_before_hold = False
-        """A trigger, not a change of hands, has stopped a mission, and nobody has flown since."""
+        """A trigger, not a hand-over, has stopped a mission, and nobody has flown since."""
         self.commanded = 0
-        """Count of flight commands and targets that passed, and of holds."""
+        """Counts commands that control the flight: commands, targets and arming requests that passed, and holds."""
         self.moved = 0
-        """How often sticks have passed that were not centred."""
+        """Counts passed sticks that were not centred."""
         self._autopilot = autopilot
         self._hold = hold
         self._watch = watch
@@ -57,18 +57,18 @@ class Holder:
         self._inquiry = inquiry
         self._stream = stream
         self._called_away_at = float("-inf")
-        """Time of the last flight command, except home."""
+        """Time of the last command, if it was not a command to go home."""
         self._hand_mode: int | None = None
-        """The mode of the last flight by hand, if it holds with centred sticks."""
+        """The last mode flown by hand, if it holds when the sticks are centred."""
 
     @property
     def by_hand(self) -> bool:
-        """Whether the drone needs a pilot at the sticks, whoever it is."""
+        """Whether the drone needs a hand on the sticks, the holder's or a radio pilot's."""
         view = self._autopilot
         return view.armed and not flies_without_sticks(view.kind, view.custom_mode)
 
     def why_not(self, frame: bytes, now: float) -> str | None:
-        """Why the frame may not go to the autopilot, to be counted; None if it may, and then it counts as sent."""
+        """Returns why the frame may not go to the autopilot, for a counter. None: it may, and counts as sent."""
         if arms(frame):
             self.commanded += 1
             self._watch.used(now)
@@ -97,7 +97,7 @@ class Holder:
         self._inquiry.sticks_sent(now)
 
     def _hand_modes(self) -> tuple[FlightMode, ...]:
-        """Modes that obey sticks, the one that was flown before first."""
+        """Modes that obey sticks; the one flown before comes first."""
         modes = modes_of(self._autopilot.kind, self._autopilot.vehicle_type)
         if modes is None:
             return ()
@@ -132,7 +132,7 @@ class Holder:
         nobodys = not self.keeper.person_fresh(now) and not self._hold.sticks_on
         known = modes_of(view.kind, view.vehicle_type) is not None
         if nobodys and (not view.heard or (known and view.airborne(now))):
-            # Else the radio's would fly it, perhaps at the bottom.
+            # Otherwise the radio's sticks would fly the drone, perhaps with the throttle at the bottom.
             self._hold.keep_centred(now)
 
     @property
@@ -142,7 +142,7 @@ class Holder:
         return modes is None or view.custom_mode == modes.pauses[-1].custom_mode
 
     def _flies_by_command(self, now: float) -> None:
-        """No hand is needed on the sticks, as the autopilot shows."""
+        """The autopilot shows that the drone flies without sticks."""
         self.mode_request.over()
         self._hold.go_on()
         self._hold.overruled(needs_sticks=False, now=now)
@@ -151,14 +151,14 @@ class Holder:
         self._watch.nobody_needed()
 
     def acknowledged(self, ack: Any, now: float) -> None:
-        """A COMMAND_ACK of the autopilot that may answer the holder."""
+        """Handles a COMMAND_ACK that may answer the holder."""
         if self.mode_request.refused(ack):
             self._hold.go_on()
         elif self._obeys_targets and self.mode_request.accepted(ack):
             self._flies_by_command(now)
 
     def heartbeat(self, now: float) -> None:
-        """A HEARTBEAT of the autopilot; the view has read it."""
+        """Handles a HEARTBEAT of the autopilot, after the view has read it."""
         view = self._autopilot
         if self.mode_request.granted(needs_sticks=self.by_hand, custom_mode=view.custom_mode):
             self._flies_by_command(now)
@@ -170,12 +170,12 @@ class Holder:
             self._hand_mode = view.custom_mode
 
     def update(self, now: float) -> None:
-        """Time has passed: a mode_request that nothing came of is over."""
+        """Ends a mode request that had no effect in time."""
         if self.mode_request.lapsed(now):
             self._hold.go_on()
 
     def hold_begins(self, *, needed: bool) -> None:
-        """Whatever the holder did is over."""
+        """Ends the holder's requests and sticks, because a hold begins."""
         self.commanded += 1
         if needed:
             self.gate.close()
@@ -184,7 +184,7 @@ class Holder:
         self._watch.nobody_needed()
 
     def sticks_to_keep(self, now: float, *, somebody_may_arm: bool) -> list[bytes]:
-        """Sticks to send in place of a person's."""
+        """Returns sticks to send in place of missing ones."""
         view = self._autopilot
         ids = {
             "vehicle_system_id": view.system_id or 1,
@@ -209,7 +209,7 @@ class Holder:
 
     @property
     def _release_for_request(self) -> bool:
-        """A command is open, and the pilot may have let go of the sticks already."""
+        """Whether a command is pending and the hand that was on the sticks may already be gone."""
         return self.mode_request.open and self._autopilot.armed and self._watch.hand_on_sticks
 
     def _minds_end_of_sticks(self, now: float) -> bool:

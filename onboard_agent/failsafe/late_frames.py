@@ -1,7 +1,7 @@
-"""Which frames may not come late, and how late is too late. Pure.
+"""Which frames may not arrive late, and how late is too late. Pure.
 
-Sticks of a while ago are not where the pilot's hand is now; a command of a while ago was given to a machine that was
-somewhere else. Whatever only asks or announces may take its time.
+Old sticks do not show where the pilot's hand is now, and an old command was meant for a drone in another place.
+Messages that only request or announce may be late.
 """
 
 from typing import Final
@@ -34,11 +34,11 @@ COMMANDS: Final = frozenset(
         mavlink.MAVLINK_MSG_ID_PARAM_EXT_SET,
     }
 )
-"""Everything that makes the machine do, or later do, something else than before."""
+"""Messages that change what the drone does, now or later."""
 
 
 def too_late(message_id: int, late_s: float, settings: SafetySettings) -> str | None:
-    """Why a frame that is late by this much is discarded, or None."""
+    """Returns why a frame that is this late is discarded, or None."""
     if message_id in STICKS:
         return "sticks too late" if late_s > settings.sticks_late_s else None
     if message_id in COMMANDS:

@@ -1,4 +1,4 @@
-"""Tells the tower the parameters that decide what happens on a loss: when all are read, and on each change. No I/O."""
+"""Reports the parameters that decide what happens on a loss: when all are read, and on each change. No I/O."""
 
 from onboard_agent.autopilot.parameters import Parameters
 from wire.autopilots import registry
@@ -6,13 +6,13 @@ from wire.control_messages import LossParameters
 
 
 class LossReport:
-    """Ask `changed` whenever there is a link."""
+    """Call `changed` while there is a link."""
 
     def __init__(self) -> None:
         self._sent: LossParameters | None = None
 
     def changed(self, parameters: Parameters, *, autopilot_kind: int, has_radio: bool | None) -> LossParameters | None:
-        """The report for the tower, if it differs from the last one; none while parameters are being read."""
+        """Returns the report for the tower if it changed; None while the parameters are being read."""
         if not parameters.all_read:
             return None
         family = registry.FAMILIES.get(autopilot_kind)
@@ -28,5 +28,5 @@ class LossReport:
         return report
 
     def resend(self) -> None:
-        """A new tower link knows nothing."""
+        """Reports everything again on a new tower link."""
         self._sent = None

@@ -1,14 +1,13 @@
-"""What the agent does when the tower, or the person, stays away while the drone is in the air. No I/O.
+"""The lost action: what the agent does when the tower or the person stays lost while the drone is in the air. No I/O.
 
 Rules, each tested:
-
-- It counts down from the loss, with reports: at ten-second steps, then 5, 4, 3, 2, 1.
-- When the time is up, the tables decide. If return is refused, the drone lands. Silence is not a refusal: return is
-  requested for RUNG_PATIENCE_S before landing is, because there may be water below.
-- The action is requested until COMMAND_ACK and HEARTBEAT confirm it, somebody flies, or the drone is down.
-- "Stay" ends the countdown for a person, not for the tower. A battery needed for the way home ends either, after
-  BATTERY_NOTICE_S.
-- Once for each loss. When the tower returns, nothing changes by itself.
+- The countdown starts at the loss and is announced at ten-second steps, then at 5, 4, 3, 2, 1.
+- When the time is up, the tables select the response. A refused return becomes a landing. Silence is not a refusal: the
+  return is requested for RUNG_PATIENCE_S before a landing, because there may be water below.
+- The request is repeated until COMMAND_ACK and HEARTBEAT confirm it, somebody flies, or the drone is down.
+- "Stay" ends the countdown for a lost person, not for a lost tower. A battery needed for the way home overrides both
+  after BATTERY_NOTICE_S.
+- The action runs once for each loss. When the tower returns, the agent changes nothing by itself.
 """
 
 from dataclasses import dataclass, replace
@@ -30,7 +29,7 @@ from wire.open_holds import Lost, LostAction, LostPhase
 
 RUNG_PATIENCE_S: Final = 5.0
 BATTERY_NOTICE_S: Final = 10.0
-"""Notice before the action: people have this long to fly it home themselves."""
+"""Advance notice, in which a person can still fly the drone home."""
 
 _LAST_SECONDS: Final = 5
 _WAITING: Final = frozenset({LostPhase.COUNTING, LostPhase.STAYED})
@@ -40,37 +39,37 @@ _MODES_NEEDED: Final = frozenset({LossResponse.RETURN, LossResponse.LAND, LossRe
 
 @dataclass(frozen=True)
 class Loss:
-    """What there is to know at a tick."""
+    """Inputs of one tick."""
 
     tower_gone_s: float
-    """0 while the tower is there."""
+    """0 while the tower is present."""
     person_gone_s: float | None = None
-    """None while somebody flies, or need not."""
+    """None while somebody flies, or nobody needs to."""
     stayed: bool = False
-    """A person said "stay" about the person's loss."""
+    """A person said "stay", which applies to the loss of the person."""
     ours: bool = True
     """Armed, in the air, and not flown by a radio pilot alone."""
     custom_mode: int = 0
     mission_before_hold: bool = False
-    """We hold because of the loss, and a mission was flown before."""
+    """The drone holds because of the loss, and flew a mission before."""
     drifts: bool = False
-    """It has no position."""
+    """The drone has no position."""
     battery_due: bool = False
     """The battery is at the level that the way home needs."""
 
 
 class LostActing:
-    """Call `tick`; it returns once which response begins. Then `due` returns the requests for the mode."""
+    """Call `tick`, which returns a response once, when it begins. Then `due` returns the mode requests."""
 
     def __init__(self, maker: FrameMaker) -> None:
         self.phase = LostPhase.QUIET
         self.lost: Lost | None = None
         self.due_in_s: float | None = None
-        """Seconds until the action, while it is counted."""
+        """Seconds until the action, during the countdown."""
         self.action: LostAction | None = None
         """What will be done, is being done, or was done."""
         self.detail = ""
-        """The last report."""
+        """The last notice."""
         self._ladder = ModeLadder(maker)
         self._announced_s = 0
         self._left_alone = False
@@ -80,11 +79,11 @@ class LostActing:
     def tick(
         self, now: float, *, loss: Loss, settings: SafetySettings, modes: FailsafeModes | None
     ) -> LossResponse | None:
-        """Time has passed. Returns the response in the very call in which it begins."""
+        """Advances time. Returns the response in the call in which it begins."""
         tower = loss.tower_gone_s >= settings.lost_hold_s
         person = loss.person_gone_s is not None
         if not (tower or person):
-            # The tower's silence may be shorter than a hold waits, and the count then has not begun.
+            # A silence of the tower shorter than `lost_hold_s` has not started the countdown.
             self._left_alone = False
             self._end(LostEvent.BACK, "somebody is there")
         elif not loss.ours:
@@ -98,7 +97,7 @@ class LostActing:
     ) -> LossResponse | None:
         self.lost = Lost.TOWER if tower else Lost.PERSON
         if not tower and settings.lost_action in _STAYING:
-            loss = replace(loss, drifts=False)  # the tower sees it, and somebody may help
+            loss = replace(loss, drifts=False)  # the tower still sees the drone, and a person may help
         response = self._battery(now, loss, RESPONSES[settings.lost_action, situation(loss, modes)])
         remaining_s = self._remaining_s(now, loss, settings)
         if self.phase is LostPhase.QUIET:
@@ -128,7 +127,7 @@ class LostActing:
         return self._begin(response, now, modes)
 
     def _battery(self, now: float, loss: Loss, response: LossResponse) -> LossResponse:
-        """What is done where the battery is needed for the way home, and since when it is."""
+        """Returns the response, changed if the battery is needed for the way home. Records since when it is."""
         if not loss.battery_due or response is LossResponse.LEAVE or self.phase not in _WAITING:
             self._battery_at = None
             return response
@@ -138,7 +137,7 @@ class LostActing:
         return LossResponse.LAND if loss.drifts or response is LossResponse.LAND else LossResponse.RETURN
 
     def _leave_alone(self) -> None:
-        """Its mission continues: nothing is counted, and the action afterwards is allowed."""
+        """Lets the mission continue without a countdown. A countdown may start after the mission."""
         if not self._left_alone:
             self._left_alone = True
             self._say(f"the {self.lost} is lost: {LossResponse.LEAVE}")
@@ -163,7 +162,7 @@ class LostActing:
             self._fire(LostEvent.COUNT)
 
     def _remaining_s(self, now: float, loss: Loss, settings: SafetySettings) -> float:
-        """Seconds of the older loss, as far as it counts; less if the battery does not wait."""
+        """Seconds left, from the older loss that counts; fewer if the battery is needed earlier."""
         gone = [loss.tower_gone_s] if loss.tower_gone_s >= settings.lost_hold_s else []
         if loss.person_gone_s is not None and not loss.stayed:
             gone.append(loss.person_gone_s)
@@ -179,7 +178,7 @@ class LostActing:
         self._say(words)
 
     def restart(self) -> None:
-        """A hold begins: what was done about a loss before is over."""
+        """Ends the response to an earlier loss, because a hold begins."""
         self._ladder.stop()
         self.phase = LostPhase.QUIET
         self.lost = self.action = self.due_in_s = None
@@ -193,7 +192,7 @@ class LostActing:
         return frames
 
     def acknowledged(self, ack: Any, now: float) -> None:
-        """A COMMAND_ACK for MAV_CMD_DO_SET_MODE that is meant for us."""
+        """Handles a COMMAND_ACK for MAV_CMD_DO_SET_MODE that is addressed to the agent."""
         if self.phase is LostPhase.ASKING:
             self._ladder.acknowledged(ack, now)
             self._follow_ladder()
@@ -238,7 +237,7 @@ class LostActing:
 
 
 def situation(loss: Loss, modes: FailsafeModes | None) -> Situation:
-    """What the drone is doing."""
+    """Classifies what the drone is doing."""
     if modes is None:
         return Situation.OTHERWISE
     if any(loss.custom_mode == mode.custom_mode for mode in modes.going_home):

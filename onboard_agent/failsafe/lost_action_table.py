@@ -1,4 +1,4 @@
-"""What is done when tower or person stay away, and the phases of doing it: the tables that `lost_action.py` runs."""
+"""The responses to a lost tower or person, and the phases of a response: the tables that `lost_action.py` runs."""
 
 from enum import StrEnum
 from typing import Final
@@ -10,23 +10,23 @@ class Situation(StrEnum):
     """What the drone is doing when the time is up."""
 
     GOING_HOME = "going home"
-    """It returns or lands already."""
+    """The drone already returns or lands."""
     ON_MISSION = "on a mission"
     HELD_ON_MISSION = "held on a mission"
-    """We hold because of the loss, and before that it flew a mission."""
+    """The drone holds because of the loss, and flew a mission before."""
     OTHERWISE = "otherwise"
     NO_POSITION = "no position"
-    """It cannot find home, and cannot keep its place."""
+    """The drone can neither find home nor keep its place."""
 
 
 class LossResponse(StrEnum):
-    """What is done about it."""
+    """How the agent responds."""
 
     RETURN = "return"
     LAND = "land"
     RESUME_MISSION = "resume the mission"
     STAY = "stay"
-    """As it is, until the battery is needed for the way home."""
+    """The drone stays as it is until the battery is needed for the way home."""
     STOP_STICKS = "leave it to the autopilot's own failsafe"
     """For a vehicle without known modes."""
     LEAVE = "leave it as it is"
@@ -56,7 +56,7 @@ RESPONSES: Final[dict[tuple[LostAction, Situation], LossResponse]] = {
     (LostAction.STAY, _S.OTHERWISE): LossResponse.STAY,
     (LostAction.STAY, _S.NO_POSITION): LossResponse.LAND,
 }
-"""Without a position nothing stays: it drifts, and only the sticks of the agent keep its height."""
+"""Without a position no drone stays: it drifts, and only the agent's sticks keep its height."""
 
 REPORTED_ACTION: Final[dict[LossResponse, LostAction]] = {
     LossResponse.RETURN: LostAction.RETURN,
@@ -69,18 +69,18 @@ REPORTED_ACTION: Final[dict[LossResponse, LostAction]] = {
 
 
 class LostEvent(StrEnum):
-    """What can happen."""
+    """What can happen to a lost action."""
 
     GONE = "gone"
-    """Tower or person is gone, and the drone is in the air."""
+    """The tower or the person is gone, and the drone is in the air."""
     BACK = "back"
     """The tower is there, and somebody flies."""
     CALLED_OFF = "called off"
     """On the ground, disarmed, or flown by a radio pilot alone."""
     STAY = "stay"
-    """A person said "stay", or it is the action; only the battery counts now."""
+    """A person said so, or the setting is to stay. From now on only the battery counts."""
     COUNT = "count"
-    """The tower is gone too: "stay" does not apply to that."""
+    """The tower is gone as well, and "stay" does not apply to that."""
     DUE_MODE = "due, by a mode"
     DUE_NOTHING = "due, nothing to ask for"
     CONFIRMED = "confirmed"
@@ -107,4 +107,4 @@ NEXT: Final[dict[tuple[LostPhase, LostEvent], LostPhase]] = {
     (_P.DONE, _E.BACK): _P.QUIET,
     (_P.DONE, _E.CALLED_OFF): _P.QUIET,
 }
-"""A pair that is missing means nothing. Back is back: the mode is not changed when the tower returns."""
+"""Missing pairs are ignored. The mode does not change when the tower returns."""

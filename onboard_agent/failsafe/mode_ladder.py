@@ -1,14 +1,13 @@
-"""Requests flight modes from the autopilot in order of preference, until one is confirmed. No I/O.
+"""Requests flight modes from the autopilot in order of preference until it is in one of them. No I/O.
 
 Rules, each tested:
-
 - A mode is confirmed only when a COMMAND_ACK has accepted it *and* a heartbeat after the request shows it.
-- A rung is requested again every RETRY_S. It is left for the next one at once when the autopilot refuses it, or when it
-  is not confirmed within the ladder's patience. The last rung is never left, but requested more slowly after a while.
-- COMMAND_ACK does not name the mode, so answers are matched with requests in their order. If several rungs wait for an
-  answer, an acceptance may be any one's, and the next heartbeat decides.
-- After an acceptance the agent requests a heartbeat: ArduPilot sends one at once when its mode changes, PX4 at the next
-  second, and neither if nothing changed.
+- A request is repeated every RETRY_S. The next rung follows at once when the autopilot refuses a rung, or when the rung
+  is not confirmed within the ladder's patience. The last rung is never left, but after a while requested more slowly.
+- COMMAND_ACK does not name its mode, so responses are matched with requests in order. If several rungs wait for a
+  response, an acceptance may belong to any of them, and the next heartbeat shows to which.
+- For an accepted mode that is not shown yet, a HEARTBEAT is requested: ArduPilot sends one at once when its mode
+  changes, PX4 waits for the next second, and neither sends one if the mode did not change.
 """
 
 from collections.abc import Sequence
@@ -22,16 +21,16 @@ from wire.dialect import mavlink
 
 RETRY_S: Final = 0.25
 LATE_RETRY_S: Final = 1.0
-"""Still worth asking, no longer worth flooding a slow line."""
+"""Retries continue, but slowly enough not to flood a slow line."""
 FAST_FOR_S: Final = 3.0
 IN_PROGRESS_WAIT_S: Final = 1.0
 SHOW_RETRY_S: Final = 0.05
-"""A heartbeat may be requested before the mode has changed: within the patience for a rung only, then with each
-request."""
+"""Interval of HEARTBEAT requests, since the first may precede the mode change. Applies within the patience for a rung;
+later each mode request brings one."""
 
 
 class LadderStep(StrEnum):
-    """What has been reached with one rung."""
+    """Progress of one rung."""
 
     REQUESTED = "requested"
     ACCEPTED = "accepted"
@@ -39,7 +38,7 @@ class LadderStep(StrEnum):
 
 
 class Reached(NamedTuple):
-    """A step, and the words for it: the mode's name first."""
+    """A step and its description, which begins with the mode's name."""
 
     step: LadderStep
     detail: str
@@ -62,7 +61,7 @@ class _Rung:
 
 
 class ModeLadder:
-    """`climb`, then `due` at each tick; feed it acknowledgements and heartbeats; `pop_reached` after each."""
+    """Call `climb`, then `due` at each tick; feed it acknowledgements and heartbeats; call `pop_reached` after each."""
 
     def __init__(self, maker: FrameMaker) -> None:
         self._maker = maker
@@ -81,10 +80,10 @@ class ModeLadder:
         """The rung that was confirmed last."""
 
     def climb(self, modes: Sequence[FlightMode], *, patience_s: float, now: float, keeps_shown: bool = False) -> None:
-        """Starts at the first rung and forgets earlier requests.
+        """Starts at the first rung. Earlier requests are forgotten.
 
-        `keeps_shown`: a rung that heartbeats show is not left for lack of an answer. Only if the machine was in none of
-        these modes before.
+        `keeps_shown`: a rung that heartbeats show is not left because its response is missing. Use it only if the drone
+        was in none of these modes before.
         """
         self._keeps_shown = keeps_shown
         self._rungs = [_Rung(mode) for mode in modes]
@@ -97,22 +96,22 @@ class ModeLadder:
         self._begin_rung(now)
 
     def stop(self) -> None:
-        """Asks for nothing more."""
+        """Stops requesting."""
         self._asking = False
 
     @property
     def asking(self) -> bool:
-        """Whether there is something to ask for, and it is not confirmed."""
+        """Whether a mode is requested and not yet confirmed."""
         return self._asking
 
     @property
     def current(self) -> FlightMode | None:
-        """The requested mode."""
+        """The mode that is requested now."""
         return self._rungs[self._current].mode if self._asking else None
 
     @property
     def all_refuse(self) -> bool:
-        """Whether the autopilot has refused each rung, and accepted none."""
+        """Whether the autopilot has refused every rung and accepted none."""
         return all(rung.refusal and not rung.accepted for rung in self._rungs)
 
     def due(self, now: float, *, vehicle_system_id: int) -> list[bytes]:
@@ -140,7 +139,7 @@ class ModeLadder:
         return [self._maker.make(message, agent_sender(vehicle_system_id)) for message in messages]
 
     def acknowledged(self, ack: Any, now: float) -> None:
-        """A COMMAND_ACK of the autopilot for MAV_CMD_DO_SET_MODE that is meant for us."""
+        """Handles a COMMAND_ACK for MAV_CMD_DO_SET_MODE that is addressed to the agent."""
         waiting = [rung for rung in self._rungs if rung.unanswered]
         if not self._asking or not waiting:
             return
@@ -160,7 +159,7 @@ class ModeLadder:
             rung.accepted = True
         if not known:
             self._reached.append(Reached(LadderStep.ACCEPTED, newest.mode.name))
-        # What was shown before an answer that may be another rung's proves nothing about that one.
+        # A mode shown before this response confirms only the newest rung: the response may belong to another one.
         if self._shown == newest.mode.custom_mode:
             self._confirm(newest)
 
@@ -175,7 +174,7 @@ class ModeLadder:
                 return
 
     def why_not(self) -> str:
-        """Why none is confirmed, rung by rung."""
+        """Explains for each rung why it is not confirmed."""
         return "; ".join(rung.why_not() for rung in self._rungs if rung.requests)
 
     def pop_reached(self) -> list[Reached]:

@@ -1,7 +1,6 @@
-"""What the agent knows of the pilot by itself: fresh sticks, a connected tower, and the tower's part in this flight. No
-I/O.
+"""Watches the pilot: whether sticks are fresh, the tower is present, and the tower has taken part in this flight.
 
-Combines `StickWatch`, `StickAge`, `LinkLoss` and `TowerUse`, and decides when to hold and why.
+No I/O. Combines `StickWatch`, `StickAge`, `LinkLoss` and `TowerUse`, and reports when to hold and why.
 """
 
 from typing import NamedTuple
@@ -14,14 +13,14 @@ from wire.control_messages import HoldCause, SafetySettings
 
 
 class Alarm(NamedTuple):
-    """A reason to hold without an order."""
+    """A reason for a hold that nobody ordered."""
 
     cause: HoldCause
     why: str
 
 
 class PilotWatch:
-    """Tell it what passes and what breaks; ask `alarm` at each tick."""
+    """Report passing frames and link failures to it; call `alarm` at each tick."""
 
     def __init__(self, now: float) -> None:
         self.loss = LinkLoss(now)
@@ -41,7 +40,7 @@ class PilotWatch:
             self._sticks.over()
 
     def used(self, now: float) -> None:
-        """The tower, or a person through it, has a part in this flight."""
+        """The tower, or a person through it, takes part in this flight."""
         self._use.used(now)
 
     def sticks_passed(self, now: float) -> None:
@@ -56,7 +55,7 @@ class PilotWatch:
         return self._sticks.hand_on
 
     def stood_in(self, now: float) -> None:
-        """Our centred sticks replace the assistant's: nothing goes stale, and there was no pilot at the sticks."""
+        """The agent's centred sticks replace the assistant's: nothing goes stale, and no hand was on the sticks."""
         self._sticks.passed(now)
 
     def nobody_needed(self) -> None:
@@ -66,8 +65,10 @@ class PilotWatch:
         self._sticks.over()
 
     def alarm(self, now: float, *, settings: SafetySettings, flown_by_hand: bool, kept_centred: bool) -> Alarm | None:
-        """What has just happened to the pilot, once. `kept_centred`: the agent keeps the sticks centred for a person
-        who only commands, outside a hold."""
+        """Returns each alarm about the pilot once, or None.
+
+        `kept_centred`: the agent keeps the sticks centred for a person who only commands, outside a hold.
+        """
         if self.stick_age.too_old(now, settings) and flown_by_hand and self._sticks.hand_on:
             why = f"the sticks come {self.stick_age.age_s * 1000:.0f} ms late while flying by hand"
             return Alarm(HoldCause.STICKS_STALE, why)
@@ -77,6 +78,6 @@ class PilotWatch:
         if self.loss.lost_by_hand(now, lost_hold_s=settings.lost_hold_s) and flown_by_hand:
             return Alarm(HoldCause.PILOT_LOST, "the pilot was lost while flying by hand")
         if flown_by_hand and kept_centred and self.loss.silent_s(now) >= settings.lost_hold_s:
-            # Its sticks end when the tower is gone; without ours the radio's would fly, perhaps with a low throttle.
+            # Without the agent's sticks the radio's would fly the drone, perhaps with the throttle at the bottom.
             return Alarm(HoldCause.PILOT_LOST, "the tower was lost while the sticks were kept centred for it")
         return None

@@ -1,7 +1,7 @@
-"""The safety settings that the tower sends, kept within what the agent can stand for. Pure.
+"""Keeps the tower's safety settings within the agent's own limits. Pure.
 
-The tower checks what an admin enters. Here is the last line: a wrong number must not make a drone hold all the time,
-or never.
+The tower checks what an admin enters. This is the last check: a wrong number must not make a drone hold always or
+never.
 """
 
 from typing import Final
@@ -19,11 +19,11 @@ LIMITS: Final[dict[str, tuple[float, float]]] = {
     "rtt_limit_ms": (50.0, 10_000.0),
     "rtt_limit_s": (0.2, 30.0),
 }
-"""Setting to its least and greatest value, in seconds; the limit of the round trip in milliseconds."""
+"""Minimum and maximum of each setting, in seconds; `rtt_limit_ms` in milliseconds."""
 
 
 def within_limits(settings: SafetySettings) -> SafetySettings:
-    """The settings with each number moved to the nearest one allowed; the lost action never before the hold."""
+    """Returns the settings with each number clamped to its limits, and the lost action not before the hold."""
     values = {name: min(max(getattr(settings, name), least), most) for name, (least, most) in LIMITS.items()}
     values["lost_action_s"] = max(values["lost_action_s"], values["lost_hold_s"])
     return msgspec.structs.replace(settings, **values)

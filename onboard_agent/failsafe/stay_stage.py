@@ -1,12 +1,11 @@
-"""Stage two of a hold: a mode that stays in place without sticks. No I/O; takes `now`.
+"""Stage two of a hold: a mode that keeps its place without sticks. No I/O; takes `now`.
 
 Rules, each tested:
-
-- Requested as soon as the machine is in the air, level, no longer sinking, and has a position; if the autopilot does
-  not report these, after UNKNOWN_WAIT_S. Altitude hold stops a descent within 2.2 m; braking needs 3.8 m.
-- Confirmed when COMMAND_ACK and HEARTBEAT agree, like every mode (`ModeLadder`).
-- Refused by all: requested again each TRY_AGAIN_S, and stage one continues.
-- Once the machine is still, a mode is preferred in which sticks may stop.
+- The mode is requested once the drone is in the air, level, no longer sinking and has a position. If the autopilot does
+  not report this, after UNKNOWN_WAIT_S. Altitude hold stops a descent within 2.2 m; braking needs 3.8 m.
+- The mode is confirmed when COMMAND_ACK and HEARTBEAT agree, like every mode (`ModeLadder`).
+- If all modes are refused, the agent retries every TRY_AGAIN_S, and stage one continues.
+- A mode that the autopilot keeps when sticks stop is preferred, once the drone is still.
 """
 
 from collections.abc import Sequence
@@ -20,18 +19,18 @@ from wire.open_holds import AfterSticks
 
 RUNG_PATIENCE_S: Final = 0.75
 UNKNOWN_WAIT_S: Final = 2.0
-"""Full tilt is level again within 0.4 s of altitude hold (docs/control.md)."""
+"""Altitude hold levels the drone from full tilt within 0.4 s (docs/control.md)."""
 SLOW_DOWN_S: Final = 1.6
 """Altitude hold alone loses 2 m/s in this time; a mode that brakes then stops within 8 m from 8 m/s (measured)."""
 TRY_AGAIN_S: Final = 5.0
 
 
 class StayStage:
-    """`start`, then `due` at each tick; feed it acknowledgements and heartbeats."""
+    """Call `start`, then `due` at each tick; feed it acknowledgements and heartbeats."""
 
     def __init__(self, maker: FrameMaker) -> None:
         self.mode: FlightMode | None = None
-        """The mode that is confirmed."""
+        """The confirmed mode."""
         self.waiting_for = ""
         self._ladder = ModeLadder(maker)
         self._modes: tuple[FlightMode, ...] = ()
@@ -40,19 +39,19 @@ class StayStage:
         self._refusal = ""
 
     def start(self, modes: Sequence[FlightMode], now: float) -> None:
-        """Stage one has done its part. `modes` in order of preference; none where the vehicle has no such mode."""
+        """Starts after stage one. `modes`: in order of preference; empty if the vehicle has no such mode."""
         self.end()
         self._modes = tuple(modes)
         self._ready_since = self._try_at = now
         self._refusal = ""
 
     def is_in(self, mode: FlightMode, modes: Sequence[FlightMode], now: float) -> None:
-        """Stage one has ended in a mode that stays put."""
+        """Stage one has ended in a mode that keeps its place."""
         self.start(modes, now)
         self.mode = mode
 
     def end(self) -> None:
-        """Asks for nothing more."""
+        """Stops requesting."""
         self._ladder.stop()
         self._modes = ()
         self.mode = None
@@ -60,12 +59,12 @@ class StayStage:
 
     @property
     def asking(self) -> bool:
-        """Whether a mode is being requested, and none is confirmed."""
+        """Whether a mode is requested and not yet confirmed."""
         return self._ladder.asking
 
     @property
     def wanted(self) -> bool:
-        """Whether it was started and has not ended."""
+        """Whether stage two has started and not ended."""
         return bool(self._modes)
 
     def due(self, now: float, flying: Flying) -> list[bytes]:
@@ -79,7 +78,7 @@ class StayStage:
         return frames
 
     def acknowledged(self, ack: Any, now: float) -> None:
-        """A COMMAND_ACK for MAV_CMD_DO_SET_MODE that is meant for us."""
+        """Handles a COMMAND_ACK for MAV_CMD_DO_SET_MODE that is addressed to the agent."""
         self._ladder.acknowledged(ack, now)
         self._follow(now)
 
@@ -96,12 +95,12 @@ class StayStage:
             return
         self.waiting_for = self._why_wait(now, flying)
         if not self.waiting_for:
-            # First the modes that never need sticks.
+            # Modes that continue without sticks come first.
             order = sorted(self._modes, key=lambda mode: flying.after_sticks(mode.custom_mode) != AfterSticks.STAYS)
             self._ladder.climb(order, patience_s=RUNG_PATIENCE_S, now=now)
 
     def _better(self, flying: Flying) -> FlightMode | None:
-        """A mode that needs no sticks to go on, where the one that we are in does."""
+        """Returns a mode that continues without sticks, if the current one does not."""
         assert self.mode is not None
         if flying.after_sticks(self.mode.custom_mode) is AfterSticks.STAYS:
             return None

@@ -1,13 +1,13 @@
-"""Whether the tower has had a part in this flight: what a radio pilot flies alone is not ours to bring home. No I/O."""
+"""Whether the tower takes part in this flight. The agent does not bring home what a radio pilot flies alone. No I/O."""
 
 from typing import Final
 
 BEFORE_ARMING_S: Final = 10.0
-"""What the tower sent this shortly before the drone was armed belongs to the flight: it is what armed it."""
+"""Input from the tower this shortly before arming belongs to the flight, because it armed the drone."""
 
 
 class TowerUse:
-    """Tell it of sticks and commands that pass, and of every heartbeat; read `in_this_flight`."""
+    """Call `used` for sticks and commands that pass, and `heartbeat` for every heartbeat; read `in_this_flight`."""
 
     def __init__(self) -> None:
         self._used_at: float | None = None
@@ -15,7 +15,7 @@ class TowerUse:
         self.in_this_flight = False
 
     def used(self, now: float) -> None:
-        """Sticks or a flight command of the tower went to the autopilot, or the tower ordered a hold."""
+        """Sticks or a flight command from the tower went to the autopilot, or the tower ordered a hold."""
         self._used_at = now
         if self._armed:
             self.in_this_flight = True

@@ -1,1 +1,1 @@
-"""Signing in, and staying linked to the tower. No I/O but for the identity file."""
+"""Sign-in and the link to the tower. No I/O except for enrolment and the identity file."""

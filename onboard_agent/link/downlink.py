@@ -1,7 +1,7 @@
-"""What the tower sends for the autopilot, checked in the order of docs/wire-protocol.md, 3.1. No I/O.
+"""Checks the tower's frames for the autopilot, in the order of docs/wire-protocol.md, 3.1. No I/O.
 
-The datagram is authentic by now. Here it must be for our drone and not from a holder of the past, and each frame in it
-must be whole. What passes goes on byte for byte.
+The datagram is already authenticated. It must be for this drone and not from a past holder, and each frame in it must
+be intact. Frames that pass are forwarded byte for byte.
 """
 
 from collections import Counter
@@ -17,26 +17,26 @@ SETUP_SIGNING: Final = 256
 
 
 class Downlink:
-    """The fence. `epoch` is the newest that is known; it never goes back while a link lives."""
+    """Admits or drops frames. `epoch` is the newest known one; it never decreases during a link."""
 
     def __init__(self) -> None:
         self.drone_id = DroneId(0)
         self.epoch = Epoch(0)
         self.counts: Counter[str] = Counter()
-        """Frames not passed on, by reason."""
+        """Dropped frames, by reason."""
 
     def new_link(self, drone_id: DroneId, epoch: Epoch) -> None:
-        """A welcome arrived. Its epoch counts even if it is lower: keys are new, so no old frame can pass, and a tower
-        with a restored database must still be able to fly its drones."""
+        """Takes the epoch of a welcome, even if it is lower: keys are new, so no old frame can pass, and a tower with a
+        restored database must still be able to fly its drones."""
         self.drone_id = drone_id
         self.epoch = epoch
 
     def raise_epoch(self, epoch: int) -> None:
-        """The tower reports who has the controls: everything older is refused from now on."""
+        """Raises the epoch, because the tower reports a newer one. Frames of older epochs are refused from now on."""
         self.epoch = Epoch(max(self.epoch, epoch))
 
     def admit(self, content: Frames) -> list[bytes]:
-        """The frames that may go to the autopilot."""
+        """Returns the frames that may go to the autopilot."""
         if content.drone_id != self.drone_id:
             self.counts[DropReason.FOREIGN_TAG] += len(content.frames)
             return []

@@ -1,9 +1,9 @@
-"""`tower-agent enrol`: creates the drone's key, and sends the tower its public half with a one-time token.
+"""`tower-agent enrol`: makes the drone's key and registers its public half at the tower with a one-time token.
 
-The key is on disk before the tower learns it, and the tower accepts the same key twice: after a lost answer or a killed
-agent, simply try again.
+The key is on the disk before the tower receives its public half, and the tower accepts the same key twice. A lost
+response, or an agent that is killed meanwhile, costs only another attempt.
 
-Why urllib and not httpx: httpx is not a dependency of the agent. `httpx.Client` would add 8 MB and 0.12 s of CPU to a
+It uses urllib because httpx is not a dependency of the agent. `httpx.Client` would add 8 MB and 0.12 s of CPU to a
 start of 40 MB and 0.41 s (one x86-64 core); websockets loads urllib.request anyway.
 """
 
@@ -36,19 +36,19 @@ MAX_ANSWER_BYTES: Final = 64 * 1024
 
 
 class NotReached(Unusable):
-    """The tower does not answer. Time may cure it."""
+    """The tower does not respond. A later attempt may succeed."""
 
 
 class _NoRedirects(urllib.request.HTTPRedirectHandler):
-    """The token is for the named tower only: redirects are not followed."""
+    """Follows no redirects, because the token is only for the tower that was named."""
 
     def redirect_request(self, *_: Any, **__: Any) -> None:
         return None
 
 
 def enrol(tower: TowerUrl, token: str, path: Path) -> str:
-    """Makes this machine the drone, and keeps that in `path`. The drone's name. Raises NotReached, or Unusable with the
-    reason in one line, which never holds the token. What was in `path` before stays there until all is well."""
+    """Enrols this machine as the drone, stores its identity in `path` and returns the drone's name. Raises NotReached,
+    or Unusable with the reason in one line, which never contains the token. `path` is unchanged until success."""
     draft = _draft(path)
     key = _begun(draft, token)
     kept, drone = _ask(tower, token, key)
@@ -62,7 +62,7 @@ def enrol(tower: TowerUrl, token: str, path: Path) -> str:
 
 
 def check_can_keep(path: Path) -> None:
-    """Before the token is spent: makes the folder and looks whether a file can be written there. Raises Unusable."""
+    """Creates the folder and checks that a file can be written there, before the token is spent. Raises Unusable."""
     try:
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         probe = path.with_name(f".{path.name}.{os.getpid()}")
@@ -78,7 +78,7 @@ def _draft(path: Path) -> Path:
 
 
 def _begun(draft: Path, token: str) -> DroneKey:
-    """The key that was made for this token, by this process or one that was killed."""
+    """Returns the key for this token: the one that an earlier, killed process made, or a new one."""
     with contextlib.suppress(OSError, ValueError):
         for_token, seed = draft.read_text().split()
         if secrets.compare_digest(for_token, token):
@@ -104,7 +104,7 @@ def _ask(tower: TowerUrl, token: str, key: DroneKey) -> tuple[Kept, str]:
         headers={"Content-Type": "application/json"},
         method="POST",
     )
-    # In the clear it may not leave this machine, whatever proxy the environment names.
+    # Plain http must not leave this machine, even if the environment names a proxy.
     proxies = urllib.request.ProxyHandler(None if tower.secure else {})
     opener = urllib.request.build_opener(_NoRedirects, proxies)
     try:

@@ -1,7 +1,7 @@
-"""By what the tower knows the agent: the drone's key, or a bearer credential of old until a key has taken its place.
+"""The agent's identity: the drone's key, or an older bearer credential until a key has replaced it.
 
-Every change is kept before it counts. So whatever is lost on the way (an answer, the agent, the tower), what is kept
-signs in: first the key, and where the tower does not know that, the credential.
+Every change is stored before it takes effect. So even if a response, the agent or the tower is lost, the stored
+identity signs in: first with the key, and if the tower does not know it, with the credential.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ TOWER_KEY: Final = "twp_"
 
 
 class MalformedIdentity(ValueError):
-    """The text is not an identity. The message never contains the text."""
+    """The text is not an identity. The text itself is never part of the message."""
 
 
 class NotKept(Exception):
-    """What should have been kept was not, with the reason for a person."""
+    """The identity could not be stored. The message gives the reason for a person."""
 
 
 @dataclass(frozen=True)
 class Kept:
-    """What is in the file, a line each: key, credential, the tower's public key. At least one of the first two."""
+    """Content of the file, one line each: key, credential, the tower's public key. At least one of the first two."""
 
     drone_id: DroneId
     key: DroneKey | None = None
@@ -46,7 +46,7 @@ class Kept:
 
 
 def parse_kept(text: str) -> Kept:
-    """Raises MalformedIdentity."""
+    """Parses the content of the file. Raises MalformedIdentity."""
     key = credential = tower_key = None
     try:
         for line in text.split():
@@ -69,7 +69,7 @@ def kept_nowhere(_: Kept) -> None:
 
 
 class Identity:
-    """`keep`: writes it down, whole or not at all, and raises NotKept; it may take as long as a disk takes."""
+    """`keep`: stores the identity atomically; raises NotKept. It may take as long as a disk write takes."""
 
     def __init__(self, kept: Kept, keep: Callable[[Kept], None] = kept_nowhere) -> None:
         self._kept = kept
@@ -85,17 +85,17 @@ class Identity:
 
     @property
     def credential(self) -> Credential | None:
-        """None: there is none, or it was replaced."""
+        """The bearer credential; None if there never was one, or a key has replaced it."""
         return self._kept.credential
 
     @property
     def tower_key(self) -> bytes | None:
-        """The 32 bytes of the only tower that this drone obeys; None: it has not met one yet."""
+        """Public key (32 bytes) of the only tower that this drone obeys; None if it has not met one yet."""
         return self._kept.tower_key
 
     def make_key(self) -> DroneKey:
-        """The key that replaces the credential: the same one until the exchange is complete. Raises NotKept, and then
-        there is none: a key that would be lost with the process must not be shown to the tower."""
+        """Returns the key that replaces the credential: the same one until the exchange is complete. Raises NotKept,
+        and then makes no key, because the tower must not receive a key that is lost with the process."""
         if self._kept.key is None:
             made = DroneKey(self.drone_id, secrets.token_bytes(KEY_BYTES))
             self._change(replace(self._kept, key=made))
@@ -103,8 +103,8 @@ class Identity:
         return self._kept.key
 
     def welcomed(self, tower_key: bytes) -> None:
-        """The tower has taken the key, and proven to have its own: a credential is of no use any more. Raises NotKept;
-        what is kept then still signs in."""
+        """Drops the credential, because the tower has accepted the key and proven its own. Raises NotKept; the stored
+        identity then still signs in."""
         wanted = replace(self._kept, credential=None, tower_key=tower_key)
         if wanted != self._kept:
             self._change(wanted)

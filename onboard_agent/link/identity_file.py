@@ -1,5 +1,5 @@
-"""Keeps the identity in its file, for its owner only, written whole or not at all. Its text is never logged and never
-part of an error.
+"""Stores the identity in its file, for its owner only, written atomically. Its text is never logged and never part of
+an error.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ _log = logging.getLogger("onboard_agent")
 
 
 def read_identity(path: Path, state_of: Callable[[DroneId], Path] | None = None) -> Identity:
-    """The drone's identity from the file at `path`. Raises Unusable with the reason in one line.
+    """Reads this drone's identity from the file at `path`. Raises Unusable with the reason in one line.
 
-    `state_of`: the state directory of a drone's agent. The key is stored there if the file is read-only, as under
-    systemd, which passes a copy.
+    `state_of`: returns the state folder of a drone. The key is stored there if the agent may not change the file, as
+    under systemd, which provides a copy.
     """
     found = _parse(path, _read(path))
     if found.key is not None:
@@ -45,21 +45,21 @@ def read_identity(path: Path, state_of: Callable[[DroneId], Path] | None = None)
 
 
 def enrolment_token(path: Path) -> str | None:
-    """That in the file, where it holds one instead of an identity."""
+    """Returns the enrolment token if the file contains one instead of an identity, or None."""
     text = _read(path).strip()
     return text if text.startswith(_FOR_ENROLMENT) and len(text.split()) == 1 else None
 
 
 def token_file_warning(path: Path) -> str | None:
-    """What is wrong with the permissions of a file that holds a bearer credential, or None. A warning only: the agent
-    can still work, and the key that takes its place is kept for its owner only."""
+    """Returns what is wrong with the permissions of a file with a bearer credential, or None. Only a warning: the agent
+    can still work, and the key that replaces the credential is stored for its owner only."""
     if stat.S_IMODE(path.stat().st_mode) & stat.S_IROTH:
         return f"the token file {path} can be read by everyone on this machine: chmod 600 it"
     return None
 
 
 def write_private(path: Path, text: str) -> None:
-    """For its owner only; a process or a machine that dies meanwhile leaves the file as it was. Raises OSError."""
+    """Writes a file for its owner only. A crash of process or machine leaves the old file intact. Raises OSError."""
     fresh = path.with_name(f".{path.name}.{os.getpid()}")
     fresh.unlink(missing_ok=True)
     try:
@@ -100,10 +100,10 @@ def _parse(path: Path, text: str) -> Kept:
 
 
 def _check_private(path: Path) -> None:
-    """A key that others can read is not a key. Raises Unusable."""
+    """Refuses a key file that other users can access or own. Raises Unusable."""
     found = path.stat()
     mode = stat.S_IMODE(found.st_mode)
-    # systemd lets the service read its copy by an access list, which shows as the group's permission.
+    # systemd lets the service read its copy by an access control list, which shows as the group's permission.
     allowed = 0o740 if _is_systemds(path) else 0o700
     if mode & ~allowed & 0o777:
         raise Unusable(
@@ -131,7 +131,7 @@ def _keep_in(path: Path, kept: Kept) -> None:
 
 
 def _keep_beside(beside: Path, path: Path, kept: Kept) -> None:
-    """The credential stays where it is: that file is not ours."""
+    """Stores the key in `beside`. The credential stays where it is, because the agent may not change that file."""
     try:
         beside.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         write_private(beside, str(replace(kept, credential=None)))

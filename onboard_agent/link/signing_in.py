@@ -20,12 +20,12 @@ _MAX_TEXT_LENGTH: Final = 100
 
 
 class NotOurTower(Exception):
-    """Whoever is at the other end is not the tower that enrolled this drone, with the reason for a person."""
+    """The peer is not the tower that enrolled this drone. The message gives the reason for a person."""
 
 
 class KeySignIn:
-    """`tower`: its name as we know it. `tower_key`: of the only tower that we obey, or None before the first one.
-    `certificate`: of the TLS channel, in DER; None: there is none. Raises NotOurTower."""
+    """`tower`: the tower's name as the agent knows it. `tower_key`: key of the only tower that the agent obeys, or None
+    before the first one. `certificate`: the TLS channel's in DER, or None without TLS. Raises NotOurTower."""
 
     def __init__(
         self,
@@ -59,7 +59,7 @@ class KeySignIn:
         self._private_key = private_key
         self._tower_public_key = challenge.public_key
         self.tower_key = challenge.tower_key
-        """Key of the tower at the other end, proven by its welcome."""
+        """Key of the tower at the other end; proven by its welcome."""
         try:
             self._transcript = Transcript(
                 purpose=purpose,
@@ -78,7 +78,7 @@ class KeySignIn:
             raise NotOurTower(f"{tower} sent a challenge that is none: {error}") from None
 
     def hello(self, *, takes: tuple[str, ...] = (), process: int = 0) -> Hello:
-        """Signed."""
+        """Returns the signed hello."""
         said = self._transcript
         return Hello(
             agent_version=VERSION,
@@ -99,8 +99,8 @@ class KeySignIn:
         )
 
     def welcomed(self, welcome: Welcome) -> LinkKeys:
-        """The keys of the link. Raises NotOurTower where the welcome is not signed by the tower of the challenge, and
-        BadPublicKey."""
+        """Returns the keys of the link. Raises NotOurTower if the tower of the challenge has not signed the welcome,
+        and BadPublicKey."""
         link_id = LinkId(welcome.link_id)
         if welcome.public_key != self._tower_public_key or not is_signed(
             self.tower_key, welcome.signature, self._transcript.for_tower(link_id)

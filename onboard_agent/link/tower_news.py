@@ -1,6 +1,6 @@
-"""Reports due to the tower on the control channel: each after a change, all again on a new link. No I/O.
+"""Collects the messages that are due on the control channel: each on change, all again on a new link. No I/O.
 
-The steps of a hold are kept while there is no link; everything else is reported as it is at the next link.
+Steps of a hold are queued while there is no link. Everything else is reported in its current state once there is one.
 """
 
 import logging
@@ -20,14 +20,15 @@ from wire.open_holds import OPEN_HOLDS
 _log = logging.getLogger(__name__)
 
 PROGRESS_KEPT: Final = 32
-"""Steps of a hold that wait for a link: four holds' worth. The oldest go first; what counts is how it ended."""
+"""Queued steps of holds while there is no link, enough for four holds. The oldest are dropped first, because the
+outcome matters most."""
 
 ROOM: Final = 32
-"""Messages about work at the drone that may be handed out at once."""
+"""Maximum number of messages about work at the drone in one call."""
 
 
 class TowerNews:
-    """Knows whom to ask. Take what is due with `take`, often."""
+    """Collects messages from all parts. Call `take` often."""
 
     def __init__(
         self,
@@ -50,12 +51,12 @@ class TowerNews:
         self._progress: deque[HoldProgress] = deque(maxlen=PROGRESS_KEPT)
 
     def link_up(self, takes: Sequence[str]) -> None:
-        """A new link, which knows nothing. `takes`: of the tower's welcome."""
+        """A new link is up, and everything is due again. `takes`: from the tower's welcome."""
         self._takes_holds = OPEN_HOLDS in takes
         self.resumed()
 
     def resumed(self) -> None:
-        """The link continues with another control channel: reports on the last one may be lost."""
+        """The link continues on another control channel. Messages sent on the old one may be lost."""
         self._linked = True
         self._hold_news.resend()
         self._autopilot.resend()
@@ -63,11 +64,11 @@ class TowerNews:
         self._stream.resend()
 
     def link_down(self) -> None:
-        """Nobody to tell."""
+        """The link is down."""
         self._linked = False
 
     def take(self, now: float, room: int) -> list[ToTower]:
-        """Messages in order; none without a link. `room`: maximum number about transactions."""
+        """Returns messages in order; none without a link. `room`: maximum number about work at the drone."""
         for step in self._hold.pop_progress():
             _log.info("hold: %s %s", step.step, step.detail)
             self._progress.append(step)

@@ -1,4 +1,4 @@
-"""The tower's address as people write it, and the two addresses the agent makes of it."""
+"""The tower's address as people write it, and the two addresses that the agent derives from it."""
 
 from dataclasses import dataclass
 from ipaddress import ip_address
@@ -14,7 +14,7 @@ _DEFAULT_PORTS: Final = {"https": 443, "http": 80}
 
 @dataclass(frozen=True)
 class TowerUrl:
-    """Where the tower is. `secure`: TLS; without it only loopback addresses may be connected to."""
+    """Address of the tower. `secure`: TLS; without it the agent connects only to loopback addresses."""
 
     host: str
     port: int
@@ -27,7 +27,7 @@ class TowerUrl:
 
     @property
     def video_channel(self) -> str:
-        """The video channel's."""
+        """The video channel's WebSocket address."""
         return self._websocket(_VIDEO_PATH)
 
     def _websocket(self, path: str) -> str:
@@ -45,7 +45,7 @@ class TowerUrl:
 
 
 def is_loopback(host: str) -> bool:
-    """Whether a host's name or address never leaves this machine."""
+    """Whether connections to this host name or address never leave this machine."""
     if host == "localhost":
         return True
     try:
@@ -55,7 +55,7 @@ def is_loopback(host: str) -> bool:
 
 
 def parse_tower_url(text: str) -> TowerUrl:
-    """`https://HOST[:PORT]`, or `http://` with a loopback host. Raises Unusable with the reason."""
+    """Parses `https://HOST[:PORT]`, or `http://` with a loopback host. Raises Unusable with the reason."""
     try:
         parts = urlsplit(text.strip())
         port = parts.port

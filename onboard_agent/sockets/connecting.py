@@ -1,7 +1,7 @@
-"""A TCP connection to the tower by whichever uplink takes it first. A thin shell.
+"""A TCP connection to the tower over the uplink that connects first. A thin shell.
 
-Where there is more than one way (several uplinks, several addresses of the name), the next one is tried a quarter of a
-second after the last, without giving that up (after RFC 8305): an uplink that is dead costs no more than that.
+If there are several routes (several uplinks, several addresses of the name), each is tried a quarter of a second after
+the previous one, which continues (as in RFC 8305). A dead uplink costs no more than that.
 """
 
 import asyncio
@@ -17,26 +17,26 @@ RESOLVE_WITHIN_S: Final = 2.0
 CONNECT_WITHIN_S: Final = 2.0
 NEXT_WAY_AFTER_S: Final = 0.25
 UNSENT_BYTES: Final = 8192
-"""What may wait in the kernel (TCP_NOTSENT_LOWAT). Datagrams travel here where UDP is blocked: what cannot leave shall
-wait where it can still be thrown away."""
+"""Maximum unsent bytes in the kernel (TCP_NOTSENT_LOWAT). Datagrams use this connection if UDP is blocked, and must
+wait where the agent can still drop them."""
 
 
 class Unreachable(Exception):
-    """No way led to the tower, with the reason for a person."""
+    """No route leads to the tower. The message gives the reason for a person."""
 
 
 class _Way(NamedTuple):
     uplink: str
     family: int
     address: Any
-    """As getaddrinfo gives it."""
+    """As getaddrinfo returns it."""
 
 
 async def connect_tcp(url: TowerUrl, uplinks: Sequence[str], host: str | None = None) -> socket.socket:
-    """A connected, non-blocking socket. Without TLS only loopback addresses are tried. Raises Unreachable.
+    """Returns a connected, non-blocking socket. Without TLS it tries only loopback addresses. Raises Unreachable.
 
-    `uplinks`: as for `DataSocket`, best first. `host`: the address, if already known: a name lookup might use a dead
-    uplink.
+    `uplinks`: as in `DataSocket`, the best first. `host`: the address, if it is already known, because a name might be
+    resolved over the dead uplink.
     """
     loop = asyncio.get_running_loop()
     try:
@@ -69,7 +69,7 @@ async def _first_of(url: TowerUrl, ways: Sequence[_Way]) -> socket.socket:
             for task in done:
                 error = task.exception()
                 if error is None:
-                    trying |= done - {task}  # two at once: the other is closed below
+                    trying |= done - {task}  # two connected at once: the other is closed below
                     return task.result()
                 reason = _in_words(error)
     finally:

@@ -1,4 +1,4 @@
-"""Opens the control channel: connects, signs in, agrees on keys. What it returns is a link that is already trusted."""
+"""Opens the control channel: connects, signs in, agrees on keys. It returns a link that is already trusted."""
 
 import asyncio
 import contextlib
@@ -59,11 +59,11 @@ UPGRADE_WITHIN_S: Final = 5.0
 WELCOME_WITHIN_S: Final = 5.0
 PING_INTERVAL_S: Final = 2.0
 PING_TIMEOUT_S: Final = 5.0
-"""After an outage of 2 s TCP retries only after 3.5 s, and a link renewed during flight by hand causes a hold.
-Datagrams show whether the tower is there; a vanished control channel is noticed within the sum of both."""
+"""After an outage of 2 s TCP retries only after 3.5 s, and a link that is renewed during flight by hand causes a hold.
+Datagrams show whether the tower is present; a vanished control channel is detected within the sum of both."""
 CLOSE_WITHIN_S: Final = 0.5
 WRITE_BUFFER_BYTES: Final = 4096
-"""Datagrams travel here where UDP is blocked: what cannot leave shall wait where it can still be thrown away."""
+"""Datagrams use this connection if UDP is blocked, and must wait where the agent can still drop them."""
 
 
 REFUSED_CODE: Final = 4401
@@ -72,16 +72,16 @@ _log = logging.getLogger(__name__)
 
 
 class NoLink(Exception):
-    """No link this time, with the reason for a person. Time may cure it."""
+    """No link this time. The message gives the reason for a person. A later attempt may succeed."""
 
 
 class CredentialRefused(NoLink):
-    """The tower refuses our key, or our credential. Only a person can repair that."""
+    """The tower does not accept the agent's key or credential. A retry succeeds only after a person acts."""
 
 
 @dataclass(frozen=True)
 class OpenedChannel:
-    """A signed-in channel, its data link, and where the tower's UDP port is."""
+    """A signed-in channel, its data link, and the host of the tower's UDP port."""
 
     connection: ClientConnection
     welcome: Welcome
@@ -99,11 +99,11 @@ async def open_channel(
     process: int = 0,
     takes: tuple[str, ...] = (TRANSACTIONS, FOLLOW, FOLLOW_PERSON, OPEN_HOLDS),
 ) -> OpenedChannel:
-    """Signs in, by the first of `uplinks` that leads to the tower. Raises NoLink or CredentialRefused.
+    """Signs in over the first of `uplinks` that leads to the tower. Raises NoLink or CredentialRefused.
 
-    Uses the drone's key; if the tower does not know it, an old bearer credential, if there is one, which the key then
-    replaces. `resuming`: the link to continue. The result is either that one (the same `sealed`) with another
-    connection, or a new link, by the tower's choice. `process`, `takes`: as in Hello.
+    Uses the drone's key. If the tower does not know it and there is an older bearer credential, uses that, and the key
+    then replaces it. `resuming`: the link to continue. The result is then either that link (the same `sealed`) on
+    another connection, or a new link if the tower decides so. `process`, `takes`: as in Hello.
     """
     opening = _Opening(url, identity, uplinks, resuming, process, takes)
     if identity.key is None:
@@ -117,8 +117,8 @@ async def open_channel(
 
 
 async def try_sign_in(url: TowerUrl, identity: Identity) -> str:
-    """Whether the tower knows us, without a link: one that there is stays as it is. What it accepts, in words. Raises
-    NoLink or CredentialRefused."""
+    """Tests the sign-in without a link; an existing link stays unchanged. Returns a description of what the tower
+    accepts. Raises NoLink or CredentialRefused."""
     if identity.key is not None:
         try:
             await _Opening(url, identity, (ANY_UPLINK,), None, 0, ()).trial(identity.key)
@@ -133,7 +133,7 @@ async def try_sign_in(url: TowerUrl, identity: Identity) -> str:
 
 
 class _Opening:
-    """One try."""
+    """One attempt to open a control channel."""
 
     def __init__(
         self,
@@ -160,7 +160,7 @@ class _Opening:
             return opened
 
     async def by_credential(self) -> OpenedChannel:
-        """And shows a key that shall take its place, where the tower knows how, and the key can be kept."""
+        """Signs in by credential. Also offers a key to replace it, if the tower supports that and the key is stored."""
         try:
             await asyncio.to_thread(self._identity.make_key)
             exchanges = True
@@ -196,7 +196,7 @@ class _Opening:
     async def _upgraded(
         self, credential: Credential | None, *, exchanges: bool = True
     ) -> AsyncIterator[ClientConnection]:
-        """Closed where what is done with it fails, with the reason as NoLink or CredentialRefused."""
+        """Connects. If its block fails, closes the connection and raises the reason as NoLink or CredentialRefused."""
         host = None if self._resuming is None else self._resuming.host
         signer = self._identity.key if credential is None else None
         connection = await upgrade(self._url, credential, self._uplinks, host, exchanges=exchanges, signer=signer)
@@ -206,7 +206,7 @@ class _Opening:
         except BaseException as error:
             if self._resuming is None:
                 await connection.close()
-            else:  # a good-bye would end a link that the tower may have resumed by now
+            else:  # a close frame would end a link that the tower may have resumed by now
                 connection.transport.abort()
             if isinstance(error, NoLink):
                 raise
@@ -240,7 +240,7 @@ class _Opening:
         )
 
     async def _keep(self, tower_key: bytes) -> None:
-        """The link works whether or not the change is stored: the next sign-in repeats it."""
+        """Stores the result of the sign-in. If that fails, the link remains and the next sign-in tries again."""
         try:
             await asyncio.to_thread(self._identity.welcomed, tower_key)
         except NotKept as error:
@@ -253,7 +253,7 @@ class _Opening:
         return self._new_link(connection, answer, sign_in.welcomed(answer))
 
     async def _say_hello_of_old(self, connection: ClientConnection) -> OpenedChannel:
-        """To a tower that knows nothing of keys."""
+        """Sends the hello to a tower that does not support keys."""
         credential = self._identity.credential
         assert credential is not None
         private_key = X25519PrivateKey.generate()
@@ -272,7 +272,7 @@ class _Opening:
         return self._new_link(connection, answer, keys)
 
     async def _answer(self, connection: ClientConnection, hello: Hello) -> Welcome | OpenedChannel:
-        """The welcome; or the link that goes on."""
+        """Returns the welcome, or the link that continues."""
         resuming = self._resuming
         answer = await _ask(connection, hello)
         if isinstance(answer, ResumeChallenge) and resuming is not None:
@@ -325,10 +325,10 @@ async def upgrade(
     exchanges: bool = True,
     signer: DroneKey | None = None,
 ) -> ClientConnection:
-    """Connects, without a hello. Raises NoLink or CredentialRefused.
+    """Connects without sending a hello. Raises NoLink or CredentialRefused.
 
-    `credential`: is shown; None: `signer` will sign the hello. `exchanges`: there is a key to sign with. `uplinks`,
-    `host`: as in `connect_tcp`.
+    `credential`: sent with the request; None: `signer` will sign the hello. `exchanges`: there is a key to sign with.
+    `uplinks`, `host`: as in `connect_tcp`.
     """
     speaks = [KEY_SUBPROTOCOL] if exchanges else []
     if credential is not None:
@@ -376,5 +376,5 @@ async def upgrade(
 
 @functools.cache
 def trust() -> ssl.SSLContext:
-    """The system's certificates, read once: reading them takes longer than a stick's interval."""
+    """Returns the system's certificates, read once: reading them takes longer than the interval of sticks."""
     return ssl.create_default_context()

@@ -1,6 +1,6 @@
 """The data channel of one link: sealed datagrams over every uplink at once, or over the control channel's WebSocket.
 
-The asyncio shell around `wire.sealed_link` and `wire.transport_choice`: sockets, timers, nothing decided here.
+The asyncio shell around `wire.sealed_link` and `wire.transport_choice`: sockets and timers, no decisions.
 """
 
 import asyncio
@@ -26,29 +26,29 @@ UDP_SILENT_S: Final = 3.0
 """Silence after which an uplink tries another source port: a NAT may have forgotten the old one."""
 
 UPLINK_PING_S: Final = 0.5
-"""Each of several uplinks announces its address at this interval."""
+"""With several uplinks, each one sends its address at this interval."""
 
 UPLINK_LOST_S: Final = 1.0
-"""An uplink without traffic for this long, while others carry some six datagrams a second, is dead."""
+"""An uplink that receives nothing for this long is lost; normally about six datagrams a second arrive."""
 
 UPLINK_WORKS_S: Final = 0.6
-"""Another one works if something came by it within this: a little more than the interval of the keep-alives."""
+"""An uplink works if it received something within this time: a little more than the keep-alive interval."""
 
 TICK_S: Final = 0.1
 
 
 class DataUser(Protocol):
-    """The receiver of incoming frames and messages."""
+    """Receives what arrives on the data channel."""
 
     def frames(self, frames: Frames) -> None:
-        """Frames: authentic and fresh, not yet checked for drone and epoch."""
+        """Frames arrived: authentic and fresh, not yet checked for drone and epoch."""
 
     def tower_heard(self) -> None:
-        """Any authentic datagram."""
+        """Any authentic datagram arrived."""
 
 
 class _Uplink:
-    """One way out over UDP."""
+    """One UDP path to the tower."""
 
     def __init__(self, number: int, sock: DataSocket, now: float) -> None:
         self.number = number
@@ -60,9 +60,9 @@ class _Uplink:
 
 
 class DataChannel:
-    """`wake_writer`: called when `lane` has something for the WebSocket. `urgent`: an urgent message arrived.
-    `closely`: whether somebody flies: then silence must be noticed at once (wire.keepalive), and frames hardly wait for
-    others (wire.batching)."""
+    """`wake_writer`: called when `lane` has data for the WebSocket. `urgent`: called with each urgent message.
+    `closely`: whether somebody flies. Then a silent tower must be detected at once (wire.keepalive), and frames hardly
+    wait for others (wire.batching)."""
 
     def __init__(
         self,
@@ -97,7 +97,7 @@ class DataChannel:
         ]
 
     async def open(self) -> None:
-        """Opens every uplink that can be had. Raises OSError if none can."""
+        """Opens every available uplink. Raises OSError if none can be opened."""
         failed: OSError | None = None
         for uplink in self._uplinks:
             try:
@@ -108,10 +108,10 @@ class DataChannel:
         if failed is not None and not any(uplink.socket.is_open for uplink in self._uplinks):
             raise failed
 
-    # -- what the control channel has to know ------------------------------------------------------------------
+    # -- for the control channel -------------------------------------------------------------------------------
 
     def silent_s(self, now: float) -> float:
-        """Seconds since the tower was last heard on any path, without the time in which pings paused."""
+        """Seconds since the tower was last heard on any path, without the time in which the pings rested."""
         return max(0.0, self.sealed.keepalive.silent_for(now) - self.sealed.keepalive.rests_s)
 
     @property
@@ -120,12 +120,12 @@ class DataChannel:
         return self.choice.transport is Transport.UDP
 
     def uplinks_that_work(self, now: float) -> list[str]:
-        """Of several uplinks, those by which the tower was heard recently, latest first."""
+        """Returns the uplinks on which the tower was just heard, the most recent first."""
         working = [one for one in self._uplinks if now - one.heard_at <= UPLINK_WORKS_S]
         return [one.socket.uplink for one in sorted(working, key=lambda one: -one.heard_at)]
 
     def is_cut_off(self, local_address: str, now: float) -> bool:
-        """Whether the uplink with this address of ours is silent, while another one is not."""
+        """Whether the uplink with this local address is silent while another one is not."""
         lost = any(
             one.socket.local_address == local_address and now - one.heard_at > UPLINK_LOST_S for one in self._uplinks
         )
@@ -153,18 +153,18 @@ class DataChannel:
             await asyncio.sleep(TICK_S)
 
     def _there_is_time(self) -> bool:
-        """Whether silence may be noticed a little later. Each of several uplinks is judged by its own traffic."""
+        """Whether silence may be detected a little later. With several uplinks, each is judged by what it receives."""
         return self.over_udp and len(self._uplinks) == 1 and not self._closely()
 
     # -- out ---------------------------------------------------------------------------------------------------
 
     def send_frames(self, epoch: Epoch, frames: Sequence[bytes]) -> None:
-        """Urgent ones now, the others within the deadline of `wire.batching`."""
+        """Sends urgent frames now, the others within the deadline of `wire.batching`."""
         self._send_all(self.sealed.batch_frames(epoch, frames, self._loop.time()))
         self._set_alarm()
 
     def send_urgent(self, text: bytes) -> None:
-        """A message of the control channel."""
+        """Sends a control-channel message over the data channel."""
         self._send_all([self.sealed.seal_urgent(text)])
 
     def _set_alarm(self) -> None:
@@ -176,7 +176,7 @@ class DataChannel:
     def _send_batch(self) -> None:
         self._alarm_set = False
         self._send_all(self.sealed.batch_due(self._loop.time()))
-        # An urgent frame may have taken the waiting ones along, and more may have arrived since.
+        # An urgent frame may have sent the batch that the alarm was set for, and more frames have arrived since.
         self._set_alarm()
 
     def _send_all(self, datagrams: Sequence[bytes], *, keepalive: bool = False) -> None:
@@ -205,7 +205,7 @@ class DataChannel:
             uplink.socket.send(self.sealed.seal_probe(now))
 
     def _probe_mtu(self, now: float) -> None:
-        """By every way that works."""
+        """Probes the MTU of every path that works."""
         if self.choice.transport is not Transport.UDP or self.sealed.unproven_s(now) > IN_DOUBT_AFTER_S:
             return
         several = len(self._uplinks) > 1
@@ -216,7 +216,7 @@ class DataChannel:
         self.sealed.fill_datagrams(self._path_mtu.datagram_bytes)
 
     async def _renew(self, uplink: _Uplink, now: float) -> None:
-        """Opens an uplink again that is silent, or could not be opened."""
+        """Reopens an uplink that is silent or could not be opened."""
         if now - max(uplink.heard_at, uplink.opened_at) < UDP_SILENT_S:
             return
         if not uplink.failure_logged:
@@ -229,7 +229,7 @@ class DataChannel:
     # -- in ----------------------------------------------------------------------------------------------------
 
     def from_websocket(self, datagram: bytes) -> None:
-        """A binary message of the control channel."""
+        """Handles a binary message of the control channel."""
         try:
             self._received(datagram, Transport.WEBSOCKET)
         except Dropped as dropped:
@@ -243,7 +243,7 @@ class DataChannel:
         except Dropped as dropped:
             copy = dropped.reason is DropReason.REPLAYED and len(self._uplinks) > 1
             self._counts[DropReason.DUPLICATE if copy else dropped.reason] += 1
-            if copy:  # it is authentic, and the copy that came first came by another uplink
+            if copy:  # it is authentic; the first copy arrived on another uplink
                 self._heard(uplink)
             return
         self._heard(uplink)
@@ -255,7 +255,7 @@ class DataChannel:
         uplink.failure_logged = False
 
     def _received(self, datagram: bytes, transport: Transport) -> Received:
-        """Raises Dropped."""
+        """Handles a datagram. Raises Dropped."""
         now = self._loop.time()
         received = self.sealed.receive(datagram, now)
         self._user.tower_heard()

@@ -13,7 +13,7 @@ ANY_UPLINK: Final = ""
 """The kernel's routes decide."""
 
 _DONT_FRAGMENT: Final = {
-    # (level, option, value that sets "do not fragment" whatever the kernel believes of the path, value that does not)
+    # (level, option, value that sets "do not fragment" regardless of the kernel's path MTU, value that does not)
     socket.AF_INET: (socket.IPPROTO_IP, 10, 3, 0),
     socket.AF_INET6: (socket.IPPROTO_IPV6, 23, 3, 0),
 }
@@ -21,7 +21,7 @@ _DONT_FRAGMENT: Final = {
 
 
 class DataSocket:
-    """Connected to the tower's UDP address, so that the kernel already drops what others send.
+    """Connected to the tower's UDP address, so that the kernel drops packets from other senders.
 
     `uplink`: the name of a network interface, or a local address, or ANY_UPLINK.
     """
@@ -42,7 +42,7 @@ class DataSocket:
         return None if self._socket is None else str(self._socket.getsockname()[0])
 
     async def open(self, host: str, port: int) -> None:
-        """Opens, or opens again from another source port. Raises OSError, and then the old one is still in use."""
+        """Opens, or reopens with another source port. Raises OSError, and then the old socket stays in use."""
         opened = bound_socket(host, port, self.uplink)
         try:
             transport, _ = await asyncio.get_running_loop().create_datagram_endpoint(
@@ -55,12 +55,12 @@ class DataSocket:
         self._socket, self._transport = opened, transport
 
     def send(self, datagram: bytes) -> None:
-        """Sends at once; what the network cannot take is lost, as anything on UDP may be."""
+        """Sends at once. A datagram that the network cannot take is lost, as any UDP datagram may be."""
         if self._transport is not None and not self._transport.is_closing():
             self._transport.sendto(datagram)
 
     def send_whole(self, datagram: bytes) -> None:
-        """As `send`, but where it does not fit it is lost, never cut up: for trying out the path's MTU."""
+        """Like `send`, but never fragments: a datagram that does not fit is lost. Used to probe the path's MTU."""
         if self._socket is None:
             return
         level, option, whole, cut = _DONT_FRAGMENT[self._socket.family]
@@ -77,7 +77,7 @@ class DataSocket:
 
 
 def bound_socket(host: str, port: int, uplink: str) -> socket.socket:
-    """A UDP socket connected to (host, port), an IP address, that leaves by `uplink`. Raises OSError."""
+    """Returns a UDP socket over `uplink`, connected to (host, port); `host` is an IP address. Raises OSError."""
     address = ipaddress.ip_address(host)
     opened = socket.socket(socket.AF_INET6 if address.version == 6 else socket.AF_INET, socket.SOCK_DGRAM)
     try:
@@ -93,7 +93,7 @@ def bound_socket(host: str, port: int, uplink: str) -> socket.socket:
 
 
 def bind_to_uplink(opened: socket.socket, uplink: str) -> None:
-    """What is sent by this socket leaves by `uplink`, an interface or a local address. Raises OSError."""
+    """Binds the socket to `uplink`, an interface or a local address. Raises OSError."""
     try:
         ipaddress.ip_address(uplink)
     except ValueError:
@@ -103,7 +103,7 @@ def bind_to_uplink(opened: socket.socket, uplink: str) -> None:
 
 
 class _Inbox(asyncio.DatagramProtocol):
-    """Errors (an ICMP refusal while the tower restarts) are no news: the keep-alive tells."""
+    """Ignores errors (an ICMP refusal while the tower restarts), because the keep-alive detects them."""
 
     def __init__(self, received: Callable[[bytes], None]) -> None:
         self._received = received

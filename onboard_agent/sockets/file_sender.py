@@ -1,10 +1,11 @@
 """Sends a file to the tower by HTTP: `PUT /api/v1/agent/files/{transaction}`, with the ticket of the link.
 
-The bytes go out in a thread of their own, by the uplinks and under the trust of the control channel. A network that
-breaks off, and a tower that is not ready (status 5xx), are tried again; what the tower refuses is the end.
+A separate thread sends the bytes, over the uplinks and with the trusted certificates of the control channel. A network
+failure, or a tower that is not ready (status 5xx), leads to a retry; a refusal by the tower is final.
 
-Why http.client and not httpx: the socket comes connected, bound to an uplink, and another thread shuts it down. httpx
-takes no open socket without a network backend of ours. Its memory and start: onboard_agent/link/enrolment.py.
+It uses http.client because the socket is already connected and bound to an uplink, and another thread shuts it down.
+httpx accepts no open socket without a custom network backend. For its memory and start, see
+onboard_agent/link/enrolment.py.
 """
 
 import asyncio
@@ -29,13 +30,13 @@ _log = logging.getLogger(__name__)
 
 PIECE_BYTES: Final = 32 * 1024
 SILENCE_S: Final = 20.0
-"""A tower, or a network, that accepts nothing for this long."""
+"""Timeout for a tower or network that takes no data."""
 AGAIN_AFTER_S: Final = 2.0
 MAX_ANSWER_BYTES: Final = 64 * 1024
 
 
 class _Refused(Exception):
-    """The tower refuses the file, with a reason for people."""
+    """The tower refuses the file. The message gives the reason for a person."""
 
 
 class _NotSignedIn(_Refused):
@@ -43,14 +44,14 @@ class _NotSignedIn(_Refused):
 
 
 class _Stopped(Exception):
-    """The transfer was cancelled."""
+    """The transfer was stopped."""
 
 
 class TowerFileSender:
     """A FileSender. Create and use it inside one running event loop."""
 
     def __init__(self, url: TowerUrl, ticket: Callable[[], str], uplinks: Sequence[str] = (ANY_UPLINK,)) -> None:
-        """`ticket`: of the present link; empty: there is none."""
+        """`ticket`: returns the ticket of the current link; empty without a link."""
         self._url = url
         self._ticket = ticket
         self._uplinks = (*uplinks, ANY_UPLINK) if len(uplinks) > 1 else (ANY_UPLINK,)
@@ -59,17 +60,17 @@ class TowerFileSender:
 
     @property
     def state(self) -> Sending | Sent | NotSent:
-        """Of the file begun last."""
+        """State of the file that was begun last."""
         return self._state
 
     def begin(self, transaction_id: int, path: Path) -> None:
-        """Instead of any other."""
+        """Starts to send a file, in place of any other."""
         self.stop()
         self._state = Sending(0)
         self._task = asyncio.create_task(self._send(transaction_id, path), name=f"file {transaction_id}")
 
     def stop(self) -> None:
-        """Not any more."""
+        """Stops sending."""
         if self._task is not None:
             self._task.cancel()
             self._task = None
@@ -96,7 +97,7 @@ class TowerFileSender:
                 return
 
     async def _try(self, transaction_id: int, path: Path) -> None:
-        """Raises _Refused for good, anything else for another time."""
+        """Makes one attempt. _Refused is final; any other exception allows a retry."""
         ticket = self._ticket()
         if not ticket:
             raise OSError("there is no link to the tower")
@@ -113,7 +114,7 @@ class TowerFileSender:
         except _NotSignedIn as refusal:
             if self._ticket() == ticket:
                 raise
-            raise http.client.HTTPException(str(refusal)) from None  # the link it was of has ended meanwhile
+            raise http.client.HTTPException(str(refusal)) from None  # the ticket's link has ended meanwhile
         except asyncio.CancelledError:
             attempt.stop()
             with contextlib.suppress(_Refused, _Stopped, OSError, http.client.HTTPException):
@@ -137,14 +138,14 @@ class _Attempt:
         self._gone = gone
 
     def stop(self) -> None:
-        """From another thread."""
+        """Stops the request. Called from another thread."""
         self.stopped.set()
         with contextlib.suppress(OSError):
-            # Not SSLSocket's method, which drops its encryption first while the thread may be writing.
+            # Not SSLSocket.shutdown, which drops its encryption first while the thread may be writing.
             socket.socket.shutdown(self._socket, socket.SHUT_RDWR)
 
     def put(self, transaction_id: int, path: Path) -> None:
-        """Raises _Refused, _Stopped, OSError, HTTPException."""
+        """Sends the file. Raises _Refused, _Stopped, OSError, HTTPException."""
         with self._socket, path.open("rb") as file:
             size = path.stat().st_size
             self._socket.settimeout(SILENCE_S)
@@ -167,7 +168,7 @@ class _Attempt:
                         done += len(piece)
                         self._gone(done)
                 except (BrokenPipeError, ConnectionResetError):
-                    pass  # a tower that refuses it responds before it has all of it
+                    pass  # a tower that refuses the file responds before it has received all of it
                 _judge(connection.getresponse())
 
 

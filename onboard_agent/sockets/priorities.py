@@ -1,7 +1,7 @@
-"""Which of the agent's packets go first where they wait for one another. A thin shell over socket options.
+"""Priorities of the agent's packets in queues. A thin shell over socket options.
 
-What the network in between does with the marks is its own affair; the queue of this machine's own interface, and Wi-Fi,
-heed them. An option that the kernel does not take is left.
+Networks on the path may ignore the marks; the queue of this machine's own interface and Wi-Fi obey them. An option that
+the kernel refuses is skipped.
 """
 
 import contextlib
@@ -9,15 +9,15 @@ import socket
 from typing import Final
 
 EXPEDITED: Final = 46 << 2
-"""DSCP EF (RFC 3246) in the header byte: few packets, none of which may wait."""
+"""DSCP EF (RFC 3246) as the header byte: for few packets, none of which may wait."""
 
 _INTERACTIVE: Final = 6
 _BULK: Final = 2
-"""SO_PRIORITY: pfifo_fast and prio serve the first before everything else, and the other after it."""
+"""SO_PRIORITY: pfifo_fast and prio serve _INTERACTIVE before everything else, and _BULK after it."""
 
 
 def goes_first(opened: socket.socket) -> None:
-    """Sticks, telemetry, holds."""
+    """Gives a socket for sticks, telemetry and holds the highest priority."""
     with contextlib.suppress(OSError):
         if opened.family == socket.AF_INET6:
             opened.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_TCLASS, EXPEDITED)
@@ -28,6 +28,7 @@ def goes_first(opened: socket.socket) -> None:
 
 
 def waits_for_others(opened: socket.socket) -> None:
-    """Pictures. No mark: what there is below best effort, a cell or an access point may starve for good."""
+    """Gives a socket for pictures low priority. Sets no mark: a cell or an access point may starve packets below best
+    effort permanently."""
     with contextlib.suppress(OSError):
         opened.setsockopt(socket.SOL_SOCKET, socket.SO_PRIORITY, _BULK)

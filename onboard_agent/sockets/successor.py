@@ -1,4 +1,4 @@
-"""Watches one control channel of a link, and opens the one that takes its place. A thin shell around `succession`."""
+"""Watches one control channel of a link, and opens the one that replaces it. A thin shell around `succession`."""
 
 import asyncio
 import logging
@@ -15,14 +15,14 @@ _log = logging.getLogger(__name__)
 CHECK_EVERY_S: Final = 0.1
 
 OpenAnother = Callable[[OpenedChannel, Sequence[str]], Awaitable[OpenedChannel]]
-"""Opens a control channel for the link of the one given, by the first of these uplinks that leads to the tower."""
+"""Opens a control channel for the link of the given one, over the first of these uplinks that leads to the tower."""
 
 
 async def successor(
     opened: OpenedChannel, data: DataChannel, reading: asyncio.Task[None], open_another: OpenAnother
 ) -> OpenedChannel | None:
-    """The next control channel, once there is one: of the same link, or of a new one by the tower's choice. None if the
-    link has ended. `reading`: done when the control channel `opened` has ended."""
+    """Waits for the next control channel and returns it: of the same link, or of a new one if the tower decides so.
+    Returns None if the link has ended. `reading`: done when the control channel `opened` has ended."""
     loop = asyncio.get_running_loop()
     succession = Succession(Backoff(), loop.time())
     local_address = str(opened.connection.local_address[0])

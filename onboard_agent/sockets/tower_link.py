@@ -1,4 +1,4 @@
-"""The link to the tower: kept up for as long as the process lives. The asyncio shell around `wire.sealed_link`."""
+"""Keeps the link to the tower up while the process runs. The asyncio shell around `wire.sealed_link`."""
 
 import asyncio
 import contextlib
@@ -45,50 +45,51 @@ from wire.video import ClockAnswer, ClockProbe
 _log = logging.getLogger(__name__)
 
 REFUSED_RETRY_S: Final = 30.0
-"""A refused key is not cured by asking often."""
+"""Frequent retries do not help a refused key."""
 
 REPLACED_RETRY_S: Final = 5.0
-"""Two agents with one key would otherwise throw each other out many times a second."""
+"""Two agents with one key would otherwise replace each other many times a second."""
 
 REPLACED_CODE: Final = 4409
 
 URGENT_COPIES_AFTER_S: Final = (0.005, 0.03, 0.1)
-"""Further copies of an urgent message: a little apart, since losses come in a row."""
+"""Further copies of an urgent message, a little apart because losses occur in bursts."""
 
 STATE_AGAIN_S: Final = 1.0
-"""Interval of autopilot state reports on the data channel while there is no control channel."""
+"""Interval of the autopilot's state over the data channel while there is no control channel."""
 
 PROGRESS_KEPT: Final = 32
-"""Hold steps that are reported again on another control channel of the same link. The tower counts each once."""
+"""Steps of holds that are sent again on another control channel of the same link. The tower counts each once."""
 
 OUTBOX: Final = 64
-"""Messages that wait for the control channel. A tower that cannot take these is dead: the link is given up."""
+"""Maximum number of messages queued for the control channel. When it is full, the tower counts as dead and the link
+ends."""
 
 
 class LinkUser(Protocol):
-    """The receiver of the link's events."""
+    """Receives the events of the link."""
 
     def link_up(self, welcome: Welcome) -> None:
-        """Signed in; the data channel is open."""
+        """The agent has signed in and the data channel is open."""
 
     def link_down(self) -> None:
-        """The link ended."""
+        """The link has ended."""
 
     def link_resumed(self) -> None:
         """The link has another control channel, on which everything must be reported again."""
 
     def message(self, message: ToAgent) -> None:
-        """A message of the control channel."""
+        """A message arrived on the control channel."""
 
     def frames(self, frames: Frames) -> None:
-        """Frames of the data channel: authentic and fresh, not yet checked for drone and epoch."""
+        """Frames arrived on the data channel: authentic and fresh, not yet checked for drone and epoch."""
 
     def tower_heard(self) -> None:
-        """Any authentic datagram."""
+        """Any authentic datagram arrived."""
 
 
 class TowerLink:
-    """Run it; send through it. Whatever is sent while there is no link is dropped and counted, never queued."""
+    """Call `run`, and send through it. Frames sent without a link are dropped and counted, never queued."""
 
     def __init__(
         self,
@@ -98,7 +99,7 @@ class TowerLink:
         uplinks: Sequence[str] = (ANY_UPLINK,),
         takes: Sequence[str] = (),
     ) -> None:
-        """`takes`: capabilities in the hello besides the common ones."""
+        """`takes`: capabilities for the hello, besides those of every agent."""
         self._url = url
         self._takes = (TRANSACTIONS, FOLLOW, FOLLOW_PERSON, OPEN_HOLDS, PARAMETER_METADATA, *takes)
         self._identity = identity
@@ -108,33 +109,34 @@ class TowerLink:
         self._opened: OpenedChannel | None = None
         self._uplinks = uplinks
         self._ways = (*uplinks, ANY_UPLINK) if len(uplinks) > 1 else (ANY_UPLINK,)
-        """Of the control channel: one of several uplinks, or the route's."""
+        """Uplinks for the control channel: one of several, or as the kernel routes."""
         self._data: DataChannel | None = None
         self._outbox: deque[ToTower] = deque()
         self._progress: deque[HoldProgress] = deque(maxlen=PROGRESS_KEPT)
-        """The newest of this link."""
+        """The newest steps of this link."""
         self._pending_state: deque[HoldProgress] = deque(maxlen=PROGRESS_KEPT)
-        """Said while there was no control channel. If the link ends without another one, the next link tells it."""
+        """Steps sent while there was no control channel. If the link ends without another one, the next link sends
+        them."""
         self._state: AutopilotState | None = None
-        """As last reported on this link."""
+        """The state last reported on this link."""
         self._reading: asyncio.Task[None] | None = None
-        """Of the control channel; done when that has ended."""
+        """Reads the control channel; done when that has ended."""
         self._something_to_write = asyncio.Event()
         self._loop = asyncio.get_running_loop()
         self._last_reason = ""
         self.closely = True
-        """Whether it must be noticed at once that the tower is silent."""
+        """Whether silence of the tower must be detected at once."""
         self.counts: Counter[str] = Counter()
-        """Datagrams and frames not passed on, by reason."""
+        """Dropped datagrams and frames, by reason."""
 
     @property
     def drone_id(self) -> DroneId:
-        """The drone that the agent is of."""
+        """The drone that the agent runs on."""
         return self._identity.drone_id
 
     @property
     def ticket(self) -> str:
-        """What to show with requests by HTTP; empty while there is no link."""
+        """The ticket or credential for HTTP requests; empty while there is no link."""
         if self._opened is None:
             return ""
         credential = self._identity.credential
@@ -147,17 +149,17 @@ class TowerLink:
 
     @property
     def room(self) -> int:
-        """How many more messages, of those that can wait, may be sent: half of the outbox is for the others."""
+        """How many more messages that can wait may be sent. Half of the outbox is reserved for the others."""
         return max(0, OUTBOX // 2 - len(self._outbox))
 
     @property
     def rtt_s(self) -> float | None:
-        """The smoothed round trip to the tower; None without one."""
+        """The smoothed round trip to the tower; None if there is none."""
         return None if self._opened is None else self._opened.sealed.keepalive.rtt_s
 
     def measured(self, now: float) -> Measured | None:
-        """The link's quality; None without a link. What the tower does not report (yet, or because nothing passes) is
-        judged by unanswered pings."""
+        """Returns measurements of the link; None without one. If the tower reports no loss (not yet, or because nothing
+        gets through), the loss is estimated from unanswered pings."""
         if self._opened is None:
             return None
         sealed = self._opened.sealed
@@ -211,8 +213,8 @@ class TowerLink:
         )
 
     async def _live(self, opened: OpenedChannel) -> tuple[int | None, OpenedChannel | None]:
-        """From link up to link down. Returns the code with which the tower closed, if it did, and the new link that the
-        tower has given us instead, if it has."""
+        """Runs from link up to link down. Returns the code with which the tower closed, if it did, and the new link
+        that the tower has opened instead, if any."""
         data = self._data_channel(opened)
         running: list[asyncio.Task[None]] = []
         following: OpenedChannel | None = None
@@ -245,14 +247,14 @@ class TowerLink:
         return opened.connection.close_code, following
 
     def _resumed(self) -> None:
-        """What was written last may be lost with the old control channel: repeats everything."""
+        """Reports everything again, because the last messages may be lost with the old control channel."""
         _log.warning("the link goes on, with another control channel")
         self._outbox = deque(self._progress)
         self._pending_state.clear()
         self._user.link_resumed()
 
     async def _serve(self, opened: OpenedChannel, data: DataChannel) -> OpenedChannel | None:
-        """One control channel, until there is one to take its place; None: the link has ended with it."""
+        """Serves one control channel until another replaces it. Returns that one, or None if the link has ended."""
         reading = self._reading = asyncio.create_task(self._read(opened.connection, data))
         writing = asyncio.create_task(self._write(opened.connection, data))
         try:
@@ -288,12 +290,12 @@ class TowerLink:
                     return
                 if not isinstance(message, ClockProbe):
                     self._user.message(message)
-                elif self.room:  # late it would be of no use
+                elif self.room:  # a late response would be useless
                     self._outbox.appendleft(_clock_answer(message))
                     self._something_to_write.set()
 
     async def _write(self, connection: ClientConnection, data: DataChannel) -> None:
-        """Messages first; then what the data channel has for the WebSocket, as fast as it takes it."""
+        """Writes messages first, then the data channel's datagrams for the WebSocket, as fast as it takes them."""
         with contextlib.suppress(ConnectionClosed):
             while True:
                 if self._outbox:
@@ -325,7 +327,7 @@ class TowerLink:
             self._user.message(message)
 
     def _send_urgent(self, message: ToTower) -> None:
-        """How a hold goes must not wait until TCP has noticed a lost packet: it goes over the data channel as well."""
+        """Sends a message over the data channel too: hold progress must not wait for TCP to detect a lost packet."""
         text = encode_message(message).encode()
         if len(text) > MAX_URGENT_BYTES:
             return
@@ -342,26 +344,26 @@ class TowerLink:
         return self._reading is not None and self._reading.done()
 
     def _send_state(self) -> None:
-        """Always the newest over the data channel, for a tower to which the control channel is lost."""
+        """Sends the newest state over the data channel, in case the tower has lost the control channel."""
         if self._state is not None:
             self._send_copy(self._opened, encode_message(self._state).encode())
 
     async def _resend_state(self) -> None:
-        """The tower may see that the control channel is lost later than we do, and a change may have been then."""
+        """Repeats the state: the tower may detect the loss of the control channel later and miss a change meanwhile."""
         while True:
             await asyncio.sleep(STATE_AGAIN_S)
             if self._has_no_channel:
                 self._send_state()
 
     def send_frames(self, epoch: Epoch, frames: list[bytes]) -> None:
-        """Frames for the tower: the urgent ones now, the others within `wire.batching`'s deadline."""
+        """Sends frames to the tower: urgent ones now, the others within `wire.batching`'s deadline."""
         if self._data is None:
             self.counts["no link"] += len(frames)
             return
         self._data.send_frames(epoch, frames)
 
     def send_message(self, message: ToTower) -> None:
-        """A message for the control channel. One that a stuck channel cannot take ends the link."""
+        """Queues a message for the control channel. If a stuck channel cannot take it, the link ends."""
         if isinstance(message, HoldProgress):
             self._progress.append(message)
             if self._has_no_channel:
@@ -382,5 +384,5 @@ class TowerLink:
 
 
 def _clock_answer(probe: ClockProbe) -> ClockAnswer:
-    """By the clock by which pictures are timed; the loop's may stand still for a millisecond."""
+    """Uses the clock that timestamps pictures; the loop's may stand still for a millisecond."""
     return ClockAnswer(number=probe.number, at_us=time.monotonic_ns() // 1000)

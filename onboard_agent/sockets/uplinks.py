@@ -1,4 +1,4 @@
-"""The setting of the ways out: interface names or local addresses, checked before anything is opened."""
+"""The uplink setting: interface names or local addresses, checked before anything is opened."""
 
 import ipaddress
 import re
@@ -9,15 +9,17 @@ from onboard_agent.sockets.data_socket import ANY_UPLINK
 from onboard_agent.unusable import Unusable
 
 MAX_UPLINKS: Final = 4
-"""The tower sends to no more than these."""
+"""The tower sends to no more uplinks than this."""
 
 _INTERFACE: Final = re.compile(r"[^\s/:,]{1,15}")
-"""What Linux takes for the name of an interface."""
+"""Interface names that Linux accepts."""
 
 
 def parse_uplinks(words: Sequence[str]) -> tuple[str, ...]:
-    """`words`: each an interface or a local address, or several separated by commas; none: by the routes. Raises
-    Unusable."""
+    """Parses `words`: each an interface or a local address, or several separated by commas. Empty: the routes decide.
+
+    Raises Unusable.
+    """
     uplinks = tuple(part.strip() for word in words for part in word.split(",") if part.strip())
     for uplink in uplinks:
         if not _is_address(uplink) and not _INTERFACE.fullmatch(uplink):

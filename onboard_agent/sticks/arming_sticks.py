@@ -1,9 +1,9 @@
 """Sticks at rest, for arming a drone without a receiver. No I/O; takes `now`.
 
-Measured on ArduCopter without a receiver: without sticks it reports "RC not found" or "Radio failsafe on", with centred
-ones "Throttle not neutral"; with a low throttle it arms, from the second stick on. So while a person who may arm is
-present, the agent sends what a receiver would send for a transmitter at rest. The holder's own sticks pass once it is
-armed.
+Measured on ArduCopter without a receiver: no sticks give "RC not found" or "Radio failsafe on", centred sticks give
+"Throttle not neutral". With the throttle at the bottom it arms, from the second stick message on. So while somebody who
+may arm is present, the agent sends what a receiver sends for a transmitter at rest. The holder's own sticks pass once
+the drone is armed.
 """
 
 from typing import Final
@@ -11,11 +11,11 @@ from typing import Final
 from onboard_agent.autopilot.own_frames import FrameMaker, ground_station_sender, resting_sticks
 
 EVERY_S: Final = 0.2
-"""A radio failsafe waits for 1 s."""
+"""A radio failsafe starts after 1 s."""
 
 
 class ArmingSticks:
-    """Ask `due` at each tick; read `on`."""
+    """Call `due` at each tick; read `on`."""
 
     def __init__(self, maker: FrameMaker) -> None:
         self._maker = maker

@@ -1,4 +1,4 @@
-"""The agent's own sticks while a hold keeps them: centred at 20 Hz; near the ground and sinking they climb. No I/O."""
+"""The agent's sticks during a hold: centred at 20 Hz, or climbing when the drone is low and sinking. No I/O."""
 
 from typing import Final
 
@@ -8,11 +8,11 @@ from onboard_agent.failsafe.flying import Flying
 STICKS_INTERVAL_S: Final = 0.05
 
 _EARLY_S: Final = 0.005
-"""How much before its time a frame may go, so that the ticks' jitter does not halve the rate."""
+"""A frame may go this much early, so that tick jitter does not halve the rate."""
 
 
 class HeldSticks:
-    """`begin`, then `due` at each tick, until `on` is taken back."""
+    """Call `begin`, then `due` at each tick. Set `on` to False to stop."""
 
     def __init__(self, maker: FrameMaker) -> None:
         self._maker = maker

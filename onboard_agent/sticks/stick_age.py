@@ -1,23 +1,23 @@
-"""Whether sticks have been too old for too long: then the pilot no longer sees their effect. No I/O.
+"""Whether arriving sticks are too old for too long, so that the pilot sees their effect too late. No I/O.
 
-The drone's limit is for the whole round trip; half of it is for the sticks. Age is the delay by the tower's stamp
-(wire.lateness) plus half the round trip of an idle link. Late sticks were late before they arrived: the count begins
-when they became too old on their way.
+The drone's limit covers the whole round trip; sticks get half of it. Age is the delay by the tower's timestamp
+(wire.lateness) plus half the round trip of an idle link. The count starts when the sticks became too old on their way,
+not when they arrive.
 """
 
 from wire.control_messages import SafetySettings
 
 
 class StickAge:
-    """Tell it of each stick frame that comes, fresh enough or not; ask `too_old` at each tick."""
+    """Call `came` for each stick frame that arrives, fresh or not; call `too_old` at each tick."""
 
     def __init__(self) -> None:
         self._since: float | None = None
         self.age_s = 0.0
-        """Of the last sticks."""
+        """Age of the last sticks."""
 
     def came(self, age_s: float, now: float, settings: SafetySettings) -> None:
-        """Sticks of this age came."""
+        """Sticks of this age arrived."""
         self.age_s = age_s
         limit_s = settings.rtt_limit_ms / 2000.0
         if age_s <= limit_s:

@@ -1,7 +1,7 @@
 """Whether sticks from the tower may reach the autopilot. No I/O.
 
-After a hold the machine must not jump to wherever the new holder's sticks happen to be, so they are kept back until
-they have been centred once. Nothing else is kept back: a command always passes.
+After a hold the drone must not jump to the position of the new holder's sticks, so the gate blocks sticks until they
+have been centred once. It blocks nothing else: a command always passes.
 """
 
 from onboard_agent.autopilot.intent import Sticks
@@ -18,7 +18,7 @@ class StickGate:
         self.open = False
 
     def let_go(self) -> None:
-        """There is nothing to protect any more: the drone flies by command, or is disarmed."""
+        """Opens the gate, because the drone flies by command or is disarmed."""
         self.open = True
 
     def admit(self, sticks: Sticks) -> bool:

@@ -1,17 +1,16 @@
-"""Centred sticks for a person whose sticks stop, if the autopilot needs them. No I/O; takes `now`.
+"""Sends centred sticks when a person's sticks stop and the autopilot would react. No I/O; takes `now`.
 
-An assistant who only commands has no sticks, and the holder's are refused during the assistant's turn: none would
-arrive, and the autopilot would fly on with the last ones. And without a receiver the end of any sticks is a radio
-failsafe after a second, even in a return or a mission.
+An assistant only commands and has no sticks, and the holder's are refused during the assistant's turn: no sticks would
+arrive, and the autopilot would fly on with the last ones. Without a receiver, the end of any sticks is a radio failsafe
+after a second, in a return or a mission as well.
 
 Rules, each tested:
-
-- Never begun if none were in force: a drone that flies without sticks is not made to need them.
-- For an assistant: only after flight by hand, and only in modes that hold height with centred sticks. In any other mode
-  the sticks go stale, and the drone holds.
-- For the autopilot: in modes without sticks that it would leave when they end (`after_sticks`).
-- A person's own sticks win at once.
-- No gap is longer than KEEP_AFTER_S and a tick.
+- Never starts if no sticks were in force, so that a drone that flies without sticks does not come to need them.
+- For an assistant: only if a hand was on the sticks, and only in modes that hold height with centred sticks. In other
+  modes the sticks go stale, and the drone holds.
+- For the autopilot: in modes that use no sticks, if it would leave the mode when sticks end (`after_sticks`).
+- A person's own sticks take over at once.
+- No gap is longer than KEEP_AFTER_S plus a tick.
 """
 
 from typing import Final
@@ -21,11 +20,11 @@ from onboard_agent.autopilot.own_frames import FrameMaker, centred_sticks, groun
 STICKS_INTERVAL_S: Final = 0.05
 
 KEEP_AFTER_S: Final = 0.2
-"""Sticks missing for this long are not merely late; a radio failsafe waits for 1 s."""
+"""Sticks that are missing for this long are not merely late; a radio failsafe starts after 1 s."""
 
 
 class StickKeeper:
-    """Tell it whose turn it is and of all sticks that pass; ask `due` at each tick."""
+    """Report turns and all sticks that pass to it; call `due` at each tick."""
 
     def __init__(self, maker: FrameMaker) -> None:
         self._maker = maker
@@ -42,7 +41,7 @@ class StickKeeper:
 
     @property
     def for_assistant(self) -> bool:
-        """Whether they are in place of an assistant's."""
+        """Whether the agent's sticks replace an assistant's."""
         return self._keeps and self._for_assistant
 
     def turn(self, *, assistant_flies: bool) -> None:
@@ -50,26 +49,26 @@ class StickKeeper:
         self._assistant_flies = assistant_flies
 
     def end_turn(self) -> None:
-        """The link is gone, or a hold has taken over: ends until the tower reports again that an assistant flies."""
+        """The link is gone, or a hold has taken over. Lasts until the tower reports again that an assistant flies."""
         self.turn(assistant_flies=False)
         self._persons_at = float("-inf")
 
     def sticks_passed(self, now: float) -> None:
-        """Somebody's own sticks went to the autopilot."""
+        """A person's own sticks went to the autopilot."""
         self._persons_at = now
         self.others_sent(now)
 
     def others_sent(self, now: float) -> None:
-        """So did those of another part of the agent: a hold's, or for arming."""
+        """Another part of the agent has sent sticks: a hold's, or those for arming."""
         self._sticks_at = now
         self._keeps = False
 
     def person_fresh(self, now: float) -> bool:
-        """Whether a person's sticks have come just now."""
+        """Whether a person's sticks have just arrived."""
         return now - self._persons_at < KEEP_AFTER_S
 
     def in_force(self, now: float, *, lasts_s: float) -> bool:
-        """Whether the autopilot still goes by sticks that it got. `lasts_s`: how long it does."""
+        """Whether the autopilot still obeys sticks that it received. `lasts_s`: how long it does."""
         return now - self._sticks_at < lasts_s
 
     def due(
@@ -85,7 +84,7 @@ class StickKeeper:
         """Frames to send to the autopilot now.
 
         `for_assistant`: a hand was on the sticks of an armed drone, in a mode that holds when they are centred.
-        `for_autopilot`: armed, in a mode that uses none, and it would leave that mode when they end.
+        `for_autopilot`: armed, in a mode that uses no sticks, and the autopilot would leave that mode when they end.
         """
         self._for_assistant = self._assistant_flies and for_assistant
         wanted = self._for_assistant or for_autopilot

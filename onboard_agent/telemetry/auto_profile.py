@@ -1,10 +1,10 @@
-"""Which profile a link can carry, by what is measured on it: down at once, up slowly. No I/O; takes `now`.
+"""Selects the profile that a link can carry, from measurements: down at once, up slowly. No I/O; takes `now`.
 
-Two signs of a link that is too narrow: packets are lost, or they queue (the round trip grows beyond what it was while
-the link was at ease). A link that is merely long, a satellite's, shows neither.
+A link that is too narrow shows one of two signs: packets are lost, or they queue (the round trip grows beyond that of
+the unloaded link). A link with a merely long delay, such as a satellite's, shows neither.
 
-A step up is a try. If the link does not carry it, the next try waits twice as long, up to MAX_BACKOFF_FACTOR times, so
-that a link with room for `thin` and no more is not disturbed every half minute.
+A step up is an attempt. If the link does not carry it, the next attempt waits twice as long, up to MAX_BACKOFF_FACTOR
+times, so that a link with room for `thin` and no more is not disturbed every half minute.
 """
 
 from collections import deque
@@ -14,14 +14,14 @@ from wire.stream_profiles import StreamProfile
 
 
 class Measured(NamedTuple):
-    """What is known of the link now. Losses are shares, 0..1, of what the agent sends."""
+    """Current measurements of the link. Losses are shares, 0..1, of what the agent sends."""
 
     loss: float
-    """Over LOSS_OVER_S."""
+    """Loss over LOSS_OVER_S."""
     loss_now: float
-    """Over LOSS_NOW_OVER_S."""
+    """Loss over LOSS_NOW_OVER_S."""
     rtt_s: float | None
-    """The round trip, overdue answers included; None before the first."""
+    """The round trip, overdue responses included; None before the first."""
 
 
 class Limits(NamedTuple):
@@ -35,33 +35,33 @@ WORST_FOR: Final = {
     StreamProfile.FULL: Limits(0.10, 0.5),
     StreamProfile.THIN: Limits(0.25, 1.5),
 }
-"""At or beyond either limit a profile is too much."""
+"""At or beyond either limit, the link does not carry the profile."""
 
 LOSS_OVER_S: Final = 30.0
 LOSS_NOW_OVER_S: Final = 5.0
 LOSS_NOW_FACTOR: Final = 3.0
-"""A loss this many times above the limit need not last for LOSS_OVER_S. Of the few packets in five seconds, one or two
-are often missing."""
+"""A loss this many times the limit need not last for LOSS_OVER_S. One or two of the few packets in five seconds may
+always be missing."""
 
 AT_EASE: Final = Limits(0.04, 0.2)
-"""Below both: there may be room for more. Between this and WORST_FOR everything stays as it is."""
+"""Below both limits there may be room for more. Between these and WORST_FOR the profile does not change."""
 
 DOWN_AFTER_S: Final = 1.0
-"""A single late answer is no trend."""
+"""A single late response is not a trend."""
 
 MIN_STAY_S: Final = 3.0
-"""Between a step and the next one down: the measurement must have seen what the first step did."""
+"""Minimum time before the next step down: the measurement must show the effect of the previous step."""
 
 UP_AFTER_S: Final = 20.0
-"""One step up after this long without trouble."""
+"""After this time below AT_EASE, one step up."""
 
 FAILED_WITHIN_S: Final = 30.0
-"""A step down this soon after one up means that the try has failed."""
+"""A step down this soon after a step up means that the attempt has failed."""
 
 MAX_BACKOFF_FACTOR: Final = 8
 
 USUAL_OVER_S: Final = 60.0
-"""The least round trip of this time is the length of the way without a queue."""
+"""The shortest round trip in this time is that of the path without a queue."""
 
 
 class AutoProfile:
@@ -78,12 +78,12 @@ class AutoProfile:
         self._patience = 1
 
     def new_link(self) -> None:
-        """The way may be another one: round trips are learnt again. The profile stays until something is measured."""
+        """Forgets round trips, because the path may have changed. The profile stays until the next measurement."""
         self._least_rtts.clear()
         self._too_much_since = self._at_ease_since = None
 
     def measured(self, measured: Measured, now: float) -> None:
-        """The link as it is now."""
+        """Takes a measurement of the link."""
         rtt_s = measured.rtt_s
         queueing_s = 0.0 if rtt_s is None else rtt_s - self._usual_rtt_s(rtt_s, now)
         loss = max(measured.loss, measured.loss_now / LOSS_NOW_FACTOR)
@@ -98,7 +98,7 @@ class AutoProfile:
             self._at_ease_since = None
 
     def _carried(self, loss: float, queueing_s: float) -> StreamProfile | None:
-        """The most that the link carries, if that is less than the present profile."""
+        """Returns the richest profile that the link carries, if it is below the present one, else None."""
         order = list(StreamProfile)
         for profile in order[order.index(self.profile) :]:
             limits = WORST_FOR.get(profile)
@@ -142,7 +142,7 @@ class AutoProfile:
         self._too_much_since = self._at_ease_since = None
 
     def _usual_rtt_s(self, rtt_s: float, now: float) -> float:
-        """The least of the last while. Kept as falling candidates: each is the least since its own time."""
+        """Returns the shortest round trip in USUAL_OVER_S. Each stored candidate is the shortest since its own time."""
         least = self._least_rtts
         while least and least[0][0] <= now - USUAL_OVER_S:
             least.popleft()

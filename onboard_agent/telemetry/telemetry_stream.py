@@ -1,4 +1,4 @@
-"""The way up, from the autopilot to the tower: which profile is in force and why, and the thinning by it. No I/O."""
+"""Telemetry from the autopilot to the tower: the profile in force, the reason for it, and thinning by it. No I/O."""
 
 import logging
 from typing import Final
@@ -13,14 +13,14 @@ _log = logging.getLogger(__name__)
 MEASURE_EVERY_S: Final = 0.25
 
 SETTLED_AFTER_S: Final = 5.0
-"""A new link has sent too little before that: one packet lost of two is not a loss of a half."""
+"""Before this a new link has sent too little to measure: one packet lost out of two is not a loss of one half."""
 
 BY_HAND_FOR_S: Final = 3.0
 """The pilot's rates stay this long after the holder's last sticks: RC_OVERRIDE_TIME of the autopilots."""
 
 
 class TelemetryStream:
-    """Give frames to `admit`, send what it and `due` return. Tell it what was chosen and what the link is like."""
+    """Pass frames to `admit`, and send what it and `due` return. Report the setting and link measurements to it."""
 
     def __init__(self) -> None:
         self.thinner = Thinner()
@@ -37,21 +37,21 @@ class TelemetryStream:
         return self.thinner.profile
 
     def chosen(self, settings: StreamSettings) -> None:
-        """The tower tells what was chosen for this drone. Kept over a lost link."""
+        """The tower reports the setting for this drone. It is kept while the link is lost."""
         self._choice = settings.profile
         self._put_in_force()
 
     def link_up(self, now: float) -> None:
-        """A new link: it has to be measured again."""
+        """A new link is up and must be measured again."""
         self._link_up_at = now
         self._auto.new_link()
 
     def link_down(self) -> None:
-        """Nothing can be measured."""
+        """The link is down: no measurements until the next one."""
         self._link_up_at = None
 
     def wants_measurement(self, now: float) -> bool:
-        """Whether it is time for `measured` again."""
+        """Whether the next `measured` is due."""
         return (
             self._link_up_at is not None
             and now - self._link_up_at >= SETTLED_AFTER_S
@@ -59,7 +59,7 @@ class TelemetryStream:
         )
 
     def measured(self, measured: Measured, now: float) -> None:
-        """The link as it is now. Judged even while the profile is set by hand, so that `auto` begins where it is."""
+        """Takes a measurement of the link, even while the profile is set by hand, so that `auto` starts up to date."""
         self._measured_at = now
         self._auto.measured(measured, now)
         self._put_in_force()
@@ -69,20 +69,20 @@ class TelemetryStream:
         self._sticks_at = now
 
     def admit(self, frames: list[bytes]) -> list[bytes]:
-        """Those of the autopilot's frames that go to the tower at once."""
+        """Returns the autopilot's frames that go to the tower at once."""
         return self.thinner.admit(frames)
 
     def due(self, now: float) -> list[bytes]:
-        """Frames that have waited for their beat, at each tick."""
+        """Returns frames that waited for their interval. Call it at each tick."""
         self.thinner.by_hand = now - self._sticks_at < BY_HAND_FOR_S
         return self.thinner.due(now)
 
     def resend(self) -> None:
-        """A new tower link knows nothing."""
+        """Reports the state again on a new tower link."""
         self._sent = None
 
     def changed(self) -> StreamState | None:
-        """The report for the tower, if it differs from the last one."""
+        """Returns the state for the tower if it changed since the last report, else None."""
         state = self._state()
         if state == self._sent:
             return None

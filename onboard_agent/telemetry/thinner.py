@@ -1,12 +1,11 @@
-"""Thins what goes up to the tower: of state messages only the newest, at most at the profile's rate. No I/O.
+"""Thins telemetry to the tower: only the newest of each state message, no more often than the profile allows. No I/O.
 
 Rules:
-
-- In `full`, everything leaves at once and unchanged.
-- Otherwise state waits for a tick of BEAT_S, and a newer frame of the same kind replaces it. What is due leaves
-  together.
-- HEARTBEAT and everything that is not state leaves at once and in order, in every profile. Unknown messages are not
-  state; they are counted, to explain a stream that does not get thinner.
+- In `full`, everything passes at once and unchanged.
+- Otherwise a state frame waits for the next beat of BEAT_S, and a newer frame of the same kind replaces it meanwhile.
+  Frames that are due leave together.
+- HEARTBEAT and everything that is not state passes at once and in order, in every profile. An unknown message is not
+  state; it is counted, to explain a stream that does not get thinner.
 """
 
 from collections import Counter
@@ -18,18 +17,18 @@ from wire.state_messages import StateKey, state_key
 from wire.stream_profiles import BEAT_S, StreamProfile, beats_between
 
 MAX_KINDS: Final = 1024
-"""Maximum number of senders, messages and instances; several times what any drone has. Beyond it a new kind is dropped
-and counted: a companion computer has little memory, and a thousand kinds are noise."""
+"""Maximum number of kinds (sender, message, instance); several times what any drone has. Further kinds are dropped and
+counted, because a companion computer has little memory, and a thousand kinds are noise."""
 
 FORGET_EVERY_BEATS: Final = 100
-"""Kinds not sent for this long are forgotten; longer than the slowest rate."""
+"""Kinds that have not been sent for this long are forgotten; longer than the slowest rate."""
 
 _NEVER: Final = -1_000_000
 _HEARTBEAT: Final = mavlink.MAVLINK_MSG_ID_HEARTBEAT
 
 
 class _Kind:
-    """One sender's one message: the frame that waits, and the beat of the last that went."""
+    """One message of one sender: the frame that waits, and the beat of the last sent frame."""
 
     __slots__ = ("sent_at_beat", "waiting")
 
@@ -39,22 +38,22 @@ class _Kind:
 
 
 class Thinner:
-    """Give frames to `admit`, send what it returns; send what `due` returns at each tick."""
+    """Pass frames to `admit` and send what it returns. Call `due` at each tick and send what it returns."""
 
     def __init__(self) -> None:
         self.profile = StreamProfile.FULL
         self.by_hand = False
-        """Flown by hand through the tower: what a pilot needs goes more often."""
+        """Flown by hand through the tower: messages that a pilot needs are sent more often."""
         self.counts: Counter[str] = Counter()
-        """Frames not passed on, by reason."""
+        """Dropped frames, by reason."""
         self.unknown_passed = 0
-        """Frames of messages that our dialect lacks, passed on while thinning."""
+        """Frames of messages that the dialect lacks, passed on while thinning."""
         self._kinds: dict[StateKey, _Kind] = {}
         self._beat = 0
         self._forgot_at_beat = 0
 
     def admit(self, frames: list[bytes]) -> list[bytes]:
-        """Those of the autopilot's frames that go now; the others wait, or have lost their place to a newer one."""
+        """Returns the autopilot's frames that go now. The others wait, or a newer frame has replaced them."""
         if self.profile is StreamProfile.FULL:
             return self._all_that_wait() + frames if self._kinds else frames
         passed: list[bytes] = []
@@ -80,7 +79,7 @@ class Thinner:
         kind.waiting = frame
 
     def due(self, now: float) -> list[bytes]:
-        """Frames whose beat has come."""
+        """Returns the frames whose beat is due."""
         if self.profile is StreamProfile.FULL:
             return self._all_that_wait()
         beat = int(now / BEAT_S)
@@ -91,7 +90,7 @@ class Thinner:
         for key, kind in self._kinds.items():
             if kind.waiting is None:
                 continue
-            # Slow kinds share their beats: those of one a second all go at the same one, in one datagram.
+            # Slow kinds share their beats: all kinds at 1 Hz go on the same beat, in one datagram.
             every = beats_between(self.profile, key[2], by_hand=self.by_hand)
             if beat // every != kind.sent_at_beat // every:
                 frames.append(kind.waiting)
@@ -102,7 +101,7 @@ class Thinner:
         return frames
 
     def _all_that_wait(self) -> list[bytes]:
-        """The way to `full`: nothing that waited may come after what is newer."""
+        """Releases all waiting frames on a change to `full`, so that no old frame follows a newer one."""
         frames = [kind.waiting for kind in self._kinds.values() if kind.waiting is not None]
         self._kinds.clear()
         return frames
