@@ -1,5 +1,5 @@
-"""ArduPlane: watched, returned (RTL) and made to circle where it is (LOITER). Nothing of it is measured, so the agent
-changes none of its modes by itself."""
+"""ArduPlane: watching, return (RTL) and circling in place (LOITER). Nothing is measured on it, so the agent changes
+none of its modes by itself."""
 
 from __future__ import annotations
 
