@@ -7,11 +7,11 @@ from connect.tower_url import is_loopback
 from connect.unusable import Unusable
 
 DEFAULT_UDP = "127.0.0.1:14550"
-"""Default port of QGroundControl, Mission Planner and MAVProxy."""
+"""The default port of QGroundControl, Mission Planner and MAVProxy."""
 
 
 def endpoints_of(*, udp: list[str], udp_listen: list[str], tcp: list[str], other_machines: bool) -> list[Endpoint]:
-    """All requested addresses; UDP to the default port if there are none. Raises Unusable."""
+    """Returns all requested endpoints; UDP to the usual port if none is requested. Raises Unusable."""
     made: list[Endpoint] = []
     if not (udp or udp_listen or tcp):
         udp = [DEFAULT_UDP]

@@ -1,7 +1,7 @@
 """Frames between local programs and the tower. No I/O; takes `now`.
 
-Frames are neither changed nor stored for later. A frame from a program goes up with the drone's tag and the time of its
-reception, so the tower can measure delays. A frame from the drone goes to every program.
+Frames are neither changed nor stored. A frame from a program goes to the tower with the drone's tag and the time of its
+reception, so that the tower can measure delays. A frame from the drone goes to every program.
 """
 
 from collections.abc import Hashable
@@ -15,14 +15,14 @@ from wire.lateness import stamp_ms
 from wire.tagged import MAX_UPWARD_MESSAGE_BYTES, split_tagged, stamp, tag
 
 PROGRAM_GONE_AFTER_S: Final = 5.0
-"""Ground stations send a heartbeat each second; autopilots, too, treat five missing ones as a loss."""
+"""Ground stations send a heartbeat every second: after five missing ones autopilots, too, consider them gone."""
 
 MAX_PROGRAMS: Final = 32
-"""Streams remembered at a time; the one that was silent for longest makes room."""
+"""Streams kept at a time; a new one evicts the one that has been silent longest."""
 
 CHATTER: Final = frozenset({mavlink.MAVLINK_MSG_ID_HEARTBEAT, mavlink.MAVLINK_MSG_ID_REQUEST_DATA_STREAM})
-"""Messages that every ground station repeats. Without the controls the tower would refuse each of them, and a heartbeat
-that got through would tell the autopilot of a pilot who is not there."""
+"""Messages that every ground station repeats. The tower would refuse each of them from a user without the controls, and
+a heartbeat that passed would report a pilot to the autopilot who is not there."""
 
 
 class Bridge:
@@ -30,7 +30,7 @@ class Bridge:
 
     def __init__(self, drone_id: DroneId) -> None:
         self.has_controls = False
-        """Set by the follower of the tower's events."""
+        """Set by the code that follows the tower's events."""
         self.skipped_bytes = 0
         self._drone_id = drone_id
         self._streams: dict[Hashable, FrameStream] = {}
@@ -38,7 +38,7 @@ class Bridge:
         self._ever_heard = False
 
     def from_program(self, program: Hashable, data: bytes, now: float) -> list[bytes]:
-        """What came from a local program; returns binary messages for the live channel."""
+        """Takes bytes from a local program; returns binary messages for the live channel."""
         frames = self._stream_of(program, now).feed(data)
         if not frames:
             return []
@@ -60,12 +60,13 @@ class Bridge:
         return messages
 
     def program_gone(self, program: Hashable) -> None:
-        """Its connection has ended."""
+        """Forgets a program whose connection has ended."""
         self._streams.pop(program, None)
         self._heard_at.pop(program, None)
 
     def from_tower(self, message: bytes) -> list[bytes]:
-        """The drone's frames in a binary message of the live channel; those of the rest of the squad are left out."""
+        """Returns the drone's frames in a binary message of the live channel, without those of the rest of the
+        squad."""
         try:
             return [frame for drone_id, frame in split_tagged(message) if drone_id == self._drone_id]
         except MalformedFrame:
@@ -73,7 +74,8 @@ class Bridge:
             return []
 
     def has_programs(self, now: float) -> bool:
-        """Whether a program was heard recently. Before the first one it is the user who has just typed the command."""
+        """Returns whether a program has sent frames recently. Before the first frame the user who typed the command
+        counts."""
         if not self._ever_heard:
             return True
         return any(now - heard_at < PROGRAM_GONE_AFTER_S for heard_at in self._heard_at.values())

@@ -1,7 +1,7 @@
 """The command line of `tower connect`. Every error is one line on standard error; the exit code tells the kind.
 
 0: ended by the user. 1: the tower was unreachable at the start, or the controls were not available. 2: invalid input
-(an option, the token, the drone's name, a port in use); trying again will not help.
+(an option, the token, the drone's name, a port in use), so that a retry will not help.
 """
 
 import asyncio
@@ -95,7 +95,7 @@ async def _until_stopped(options: Options) -> None:
 
 
 def _run(main: Coroutine[Any, Any, None]) -> None:
-    """On uvloop where there is one: a datagram costs a sixth."""
+    """Runs on uvloop if installed: a datagram then costs a sixth."""
     try:
         from uvloop import new_event_loop
     except ImportError:
@@ -110,7 +110,7 @@ def _say(words: str) -> None:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """`tower connect ...`: `arguments` are what follows `connect`."""
+    """Runs `tower connect ...`: `arguments` follow `connect`."""
     try:
         app(args=arguments if arguments is not None else sys.argv[1:], prog_name="tower connect")
     except Ended as ended:

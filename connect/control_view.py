@@ -1,6 +1,6 @@
-"""Follows the tower's events about one drone and puts them into sentences for the terminal. No I/O.
+"""Follows the tower's events about one drone and turns them into sentences for the terminal. No I/O.
 
-Events in, replies and sentences out. It decides one thing only: whether we hold the controls.
+Events in, replies and sentences out. Its only decision is whether the user has the controls.
 """
 
 from collections import Counter
@@ -11,7 +11,7 @@ import msgspec
 from wire.ids import DroneId
 
 REPEATED_AFTER_S: Final = 10.0
-"""A repeated sentence is printed again after this long at the earliest, with its count."""
+"""Minimum interval between repetitions of a sentence, which then includes the count."""
 
 MAX_REMEMBERED: Final = 64
 
@@ -28,7 +28,7 @@ _STEPS: Final = {"ordered", "confirmed", "unconfirmed"}
 
 
 class ControlView:
-    """Feed it the live channel's text messages; read what to print."""
+    """Feed it text messages of the live channel; take its sentences."""
 
     def __init__(self, drone_id: DroneId, name: str) -> None:
         self.name = name
@@ -36,9 +36,9 @@ class ControlView:
         self.holder_id: int | None = None
         self.offered_to_us = False
         self.out_of_squad = False
-        """The drone is not ours to see any more."""
+        """The user may no longer see the drone."""
         self.loss_check_asked = False
-        """The tower has refused to arm before the loss check is acknowledged."""
+        """The tower has refused to arm until the loss check is acknowledged."""
         self._drone_id = drone_id
         self._online: bool | None = None
         self._sentences: list[str] = []
@@ -47,11 +47,11 @@ class ControlView:
 
     @property
     def has_controls(self) -> bool:
-        """Whether our user is the holder, by the tower's last message."""
+        """Whether the user is the holder, as far as the tower has reported."""
         return self.user_id is not None and self.holder_id == self.user_id
 
     def event(self, text: str, now: float) -> list[dict[str, Any]]:
-        """One text message; returns the replies to send at once. What is not understood is left alone."""
+        """Takes one text message; returns the replies to send at once. Ignores unknown messages."""
         try:
             event = msgspec.json.decode(text)
         except msgspec.DecodeError:
@@ -76,12 +76,12 @@ class ControlView:
         return []
 
     def pop_sentences(self) -> list[str]:
-        """What to print, in order."""
+        """Returns the pending sentences, in order."""
         sentences, self._sentences = self._sentences, []
         return sentences
 
     def say(self, text: str, now: float, count: int = 1) -> None:
-        """Prints it now, or counts it if it was just printed."""
+        """Adds the sentence, or only counts it if it was added recently."""
         if now - self._said_at.get(text, float("-inf")) < REPEATED_AFTER_S:
             self._unsaid[text] += count
             return

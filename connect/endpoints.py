@@ -13,13 +13,13 @@ Gone = Callable[[Hashable], None]
 
 PEER_FORGOTTEN_AFTER_S: Final = 30.0
 MAX_PEERS: Final = 16
-"""Programs on one UDP port. More of them are not answered until one falls silent."""
+"""Programs on one UDP port. More are not served until one falls silent."""
 
 MAGICS: Final = frozenset({0xFD, 0xFE})
-"""How a MAVLink program begins to speak: with a frame of version 2 or 1."""
+"""The first byte of a MAVLink program: a frame of version 2 or 1."""
 
 MAX_UNREAD_BYTES: Final = 1 << 20
-"""A TCP program that reads so little is cut off: half a minute of telemetry."""
+"""A TCP program with more unread bytes is disconnected: half a minute of telemetry."""
 
 
 class Endpoint(Protocol):
@@ -29,10 +29,10 @@ class Endpoint(Protocol):
     def name(self) -> str: ...
 
     async def open(self, received: Received, gone: Gone) -> None:
-        """Raises Unusable where the address cannot be had."""
+        """Raises Unusable if the address is not available."""
 
     def send(self, frames: list[bytes]) -> None:
-        """To every program here, at once or never."""
+        """Sends to every program here, at once or never."""
 
     def close(self) -> None: ...
 
@@ -44,7 +44,7 @@ def _unusable(name: str, error: OSError) -> Unusable:
 
 
 class UdpTo:
-    """Sends to one address from its own port, as autopilots do, and hears only that address."""
+    """Sends to one address from its own port, as autopilots do; receives from that address only."""
 
     def __init__(self, host: str, port: int) -> None:
         self.name = f"udp {host}:{port}"
@@ -71,7 +71,7 @@ class UdpTo:
 
 
 class UdpOn:
-    """Waits on a port; whoever has said something there lately is answered."""
+    """Waits on a port; sends to the programs that have sent something recently."""
 
     def __init__(self, host: str, port: int) -> None:
         self.name = f"udp {host}:{port}"
@@ -90,7 +90,7 @@ class UdpOn:
         sock = socket.socket(socket.AF_INET6 if ":" in self._host else socket.AF_INET, socket.SOCK_DGRAM)
         try:
             sock.setblocking(False)
-            sock.bind((self._host, self._port))  # here, because not every event loop says why it could not
+            sock.bind((self._host, self._port))  # here, because not every event loop reports why bind failed
         except OSError as error:
             sock.close()
             raise _unusable(self.name, error) from None
@@ -136,11 +136,11 @@ class TcpOn:
             try:
                 while data := await reader.read(16384):
                     if not is_known and data[0] not in MAGICS:
-                        return  # a web page, for one: any may send to ports of this machine, frames in its request too
+                        return  # for example a web page: it may send to local ports, even MAVLink frames in its request
                     is_known = True
                     received(writer, data)
             except OSError:
-                pass  # the program has gone without a word
+                pass  # the program has closed the connection
             finally:
                 self._writers.discard(writer)
                 gone(writer)
@@ -168,7 +168,7 @@ class TcpOn:
 
 
 class _Datagrams(asyncio.DatagramProtocol):
-    """A program that is not there (yet) is no error: the next frame finds it or does not."""
+    """A missing program is not an error: a frame sent before it starts is lost."""
 
     def __init__(self, received: Callable[[bytes, Any], None]) -> None:
         self._received = received

@@ -1,4 +1,4 @@
-"""The live channel: one WebSocket after another, for as long as the tower accepts us. Thin shell."""
+"""The live channel: a WebSocket that is reopened as long as the tower accepts the user. Thin shell."""
 
 import asyncio
 import contextlib
@@ -22,19 +22,20 @@ FIRST_WAIT_S: Final = 0.25
 MAX_WAIT_S: Final = 2.0
 OPEN_WITHIN_S: Final = 10.0
 STEADY_S: Final = 2.0
-"""A connection that ends sooner was none: a tower that lets us in and closes at once is not knocked at all the time."""
+"""A connection that ends sooner counts as failed: so a tower that accepts and closes at once is not retried
+constantly."""
 
 CHECK_EVERY_S: Final = 0.5
 
 MAX_WAITING: Final = 256
-"""Messages that the socket has not taken: two seconds of sticks and a mission. What does not fit is dropped."""
+"""Messages queued for the socket: two seconds of sticks and a mission. Any beyond that are dropped."""
 
 MAX_MESSAGE_BYTES: Final = 1 << 22
 
 
 class Live:
-    """`received` gets every message of the tower: text as str, frames as bytes. `shut` is told when the tower signs us
-    out, and raises if that is for good."""
+    """`received` gets every message of the tower: text as str, frames as bytes. `shut` is called when the tower signs
+    the user out, and raises if that is final."""
 
     def __init__(
         self,
@@ -63,15 +64,15 @@ class Live:
         return self._socket is not None and not self._watch_only
 
     def refresh(self) -> None:
-        """What `watch_only` answers may have changed."""
+        """Call when the result of `watch_only` may have changed."""
         self._recheck.set()
 
     def send_text(self, message: dict[str, Any]) -> None:
-        """Now or never."""
+        """Sends now or never."""
         self._put(msgspec.json.encode(message).decode())
 
     def send_frames(self, message: bytes) -> bool:
-        """Now or never: nothing is kept for a tower that comes back later. False if it was never."""
+        """Sends now or never: nothing is queued for a tower that comes back later. Returns False if not sent."""
         return self._put(message)
 
     def _put(self, message: str | bytes) -> bool:
@@ -81,7 +82,7 @@ class Live:
         return True
 
     async def run(self, *, watch_only: Callable[[], bool]) -> None:
-        """Until cancelled, or until `received` or `shut` raises."""
+        """Runs until cancelled, or until `received` or `shut` raises."""
         wait_s = 0.0
         lost = False
         loop = asyncio.get_running_loop()
@@ -95,7 +96,7 @@ class Live:
                         self._say(f"connected with {self._tower.origin} again")
                     lost = False
                     await self._serve(socket, watch_only)
-                    continue  # on purpose, to come back with other scopes
+                    continue  # on purpose, to reconnect with other scopes
             except ConnectionClosed as closed:
                 why = (closed.rcvd.reason if closed.rcvd else "") or "the connection was cut"
                 if closed.rcvd is not None and closed.rcvd.code in (SIGNED_OUT, NOT_ALLOWED):

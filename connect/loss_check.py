@@ -11,7 +11,8 @@ Ask = Callable[[str], Awaitable[str]]
 
 
 async def before_flight(rest: Rest, drone: Chosen, *, acknowledge: bool, say: Say, ask: Ask) -> None:
-    """Says what would be dangerous. With `acknowledge` asks, and tells the tower the answer; raises Ended on a no."""
+    """Reports what would be dangerous. With `acknowledge`, asks and sends the answer to the tower; raises Ended on a
+    no."""
     path = f"/drones/{drone.drone_id}/loss-check"
     answer = await rest.ask("GET", path)
     if not answer.done:

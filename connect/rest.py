@@ -1,7 +1,7 @@
-"""The part of the tower's REST API that `tower connect` needs, over the standard library's client in a thread.
+"""The part of the tower's REST API that `tower connect` needs, on the standard library's client in a thread.
 
-Not httpx, because this runs on users' machines: `httpx.AsyncClient` would add 9.5 MB and 0.11 s of CPU to a start of
-25 MB and 0.14 s, for a handful of requests.
+Not httpx, because this runs on users' machines: `httpx.AsyncClient` would add 9.5 MB and 0.11 s of CPU to a start of 25
+MB and 0.14 s, for a handful of requests.
 """
 
 import asyncio
@@ -20,7 +20,7 @@ ANSWER_WITHIN_S: Final = 10.0
 
 @dataclass(frozen=True)
 class Answer:
-    """`body` is what the JSON says, None where there is none."""
+    """`body`: the parsed JSON, None if there is none."""
 
     status: int
     body: Any
@@ -31,19 +31,19 @@ class Answer:
 
     @property
     def code(self) -> str:
-        """Which problem, for programs."""
+        """The problem, for programs."""
         kind = self.body.get("type", "") if isinstance(self.body, dict) else ""
         return str(kind).rpartition("/")[2]
 
     @property
     def words(self) -> str:
-        """Which problem, for people."""
+        """The problem, for people."""
         body = self.body if isinstance(self.body, dict) else {}
         return str(body.get("detail") or body.get("title") or f"HTTP status {self.status}")
 
 
 class Rest:
-    """Raises TowerAway where the tower is not there, Unusable where it does not accept the token."""
+    """Raises TowerAway if the tower is unreachable, Unusable if it does not accept the token."""
 
     def __init__(self, tower: TowerUrl, token: str) -> None:
         self._tower = tower
@@ -52,7 +52,7 @@ class Rest:
         self._opener = urllib.request.build_opener(_NoRedirects, proxies)
 
     async def ask(self, method: str, path: str, body: Any = None) -> Answer:
-        """`path` begins behind `/api/v1`."""
+        """`path` is relative to `/api/v1`."""
         answer = await asyncio.to_thread(self._ask, method, path, body)
         if answer.status == 401:
             raise Unusable(f"{self._tower.origin} refuses: {answer.words}")
@@ -61,7 +61,7 @@ class Rest:
     def _ask(self, method: str, path: str, body: Any) -> Answer:
         data = None if body is None else json.dumps(body).encode()
         headers = {"Authorization": f"Bearer {self._token}", "Content-Type": "application/json"}
-        # The address was checked to be http or https (connect.tower_url).
+        # The address is known to be http or https (connect.tower_url).
         request = urllib.request.Request(self._tower.api + path, data=data, method=method, headers=headers)  # noqa: S310
         try:
             with self._opener.open(request, timeout=ANSWER_WITHIN_S) as answer:
@@ -78,7 +78,7 @@ class Rest:
 
 
 class _NoRedirects(urllib.request.HTTPRedirectHandler):
-    """The token is for the tower that was named, not for whatever it points at."""
+    """The token is only for the named tower, not for a redirect target."""
 
     def redirect_request(self, *_: object) -> None:
         return None

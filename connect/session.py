@@ -1,6 +1,7 @@
-"""One run of `tower connect`: finds the drone, takes the controls if asked to, carries frames, releases the controls.
+"""One run of `tower connect`: finds the drone, acquires the controls if asked to, carries frames, releases the
+controls.
 
-The shell that connects the parts. It never decides who may fly: the tower does.
+This shell connects the parts. It never decides who may fly: the tower does.
 """
 
 import asyncio
@@ -22,7 +23,7 @@ from connect.unusable import Ended, Unusable
 
 ALREADY_OURS: Final = "already-yours"
 WATCH_RATE_HZ: Final = 0.2
-"""For the rest of the squad, which is thrown away: as little as the tower lets us ask for."""
+"""For the other drones of the squad, whose frames are discarded: the lowest rate that the tower accepts."""
 
 RELEASE_WITHIN_S: Final = 5.0
 _BODIES: Final[dict[str, Any]] = {"accept": {"sticks_centred": True}}
@@ -30,7 +31,7 @@ _BODIES: Final[dict[str, Any]] = {"accept": {"sticks_centred": True}}
 
 @dataclass(frozen=True)
 class Options:
-    """What was asked for on the command line. `drone` is a name or an id."""
+    """The options of the command line. `drone` is a name or an id."""
 
     drone: str
     tower: TowerUrl
@@ -41,7 +42,7 @@ class Options:
 
 
 class Session:
-    """Use `run` once."""
+    """Call `run` once."""
 
     def __init__(self, options: Options, say: Callable[[str], None]) -> None:
         self._options = options
@@ -52,7 +53,7 @@ class Session:
         self._terminal = Terminal(self._typed)
 
     async def run(self) -> None:
-        """Until cancelled. Raises Ended with the reason when it cannot go on."""
+        """Runs until cancelled. Raises Ended with the reason if it cannot continue."""
         options = self._options
         answer = await self._rest.ask("GET", "/drones")
         if not answer.done:
@@ -82,7 +83,7 @@ class Session:
     # Frames
 
     def _from_program(self, program: Hashable, data: bytes) -> None:
-        # A connection opened only for watching, because no program was there, must not get frames that fly.
+        # While no program runs, the connection is open for watching only and must not carry commands.
         self._bridge.has_controls = self._view.has_controls and self._live.may_fly
         now = self._loop.time()
         for message in self._bridge.from_program(program, data, now):
@@ -115,7 +116,8 @@ class Session:
             self._say(sentence)
 
     def _watch_only(self) -> bool:
-        """Without --fly always; with it while every ground station is silent, so that nobody takes us for a pilot."""
+        """Without --fly always; with it while every ground station is silent, so that the user does not count as a
+        pilot."""
         if not self._options.fly:
             return True
         there = self._bridge.has_programs(self._loop.time())
@@ -125,7 +127,7 @@ class Session:
         return not there
 
     async def _tower_closed(self, why: str) -> None:
-        """Signed out. A new password or role does that once, and the token is still good; otherwise raises."""
+        """Handles a sign-out. A new password or role causes one, and the token is still valid; otherwise raises."""
         answer = await self._rest.ask("GET", "/drones")
         if not answer.done:
             raise Unusable(f"{self._options.tower.origin} has shut the door: {why}")
@@ -133,7 +135,8 @@ class Session:
     # The controls
 
     async def _acquire(self, drone: Chosen) -> bool:
-        """False if they were ours before, perhaps by a browser: then they are not ours to release."""
+        """Returns False if the user had the controls before, perhaps in a browser: then they are not released at the
+        end."""
         answer = await self._rest.ask("POST", f"/drones/{drone.drone_id}/control/acquire", {})
         if answer.code == ALREADY_OURS:
             self._say(f"you had the controls of {drone.name} before, and they stay yours when this ends")
@@ -170,7 +173,7 @@ class Session:
             self._say(answer.words)
 
     def _in_background(self, work: Coroutine[Any, Any, None]) -> None:
-        """What fails here is said, and does not end the flight."""
+        """Reports a failure without ending the flight."""
 
         async def done() -> None:
             try:

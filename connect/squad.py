@@ -14,7 +14,7 @@ class Chosen:
 
 
 def choose(squad: list[dict[str, Any]], which: str) -> Chosen:
-    """The drone of the squad whose name (upper and lower case do not count) or id is `which`. Raises Unusable."""
+    """Returns the drone of the squad with the name (case ignored) or id `which`. Raises Unusable."""
     wanted = which.strip().casefold()
     by_name = [drone for drone in squad if drone["name"].casefold() == wanted]
     by_id = [drone for drone in squad if str(drone["id"]) == wanted]

@@ -1,6 +1,6 @@
 """Lines typed while `tower connect --fly` runs. Thin shell around standard input.
 
-Read by the event loop, never by a thread: a thread waiting for a line keeps the program from ending.
+The event loop reads them, never a thread: a thread waiting for a line keeps the program from ending.
 """
 
 import asyncio
@@ -13,7 +13,7 @@ MAX_LINE_BYTES: Final = 1024
 
 
 class Terminal:
-    """`typed` gets each line, trimmed, unless a question waits for it. Without a standard input nothing comes."""
+    """`typed` gets each line, trimmed, unless a question waits for it. Without a standard input there are no lines."""
 
     def __init__(self, typed: Callable[[str], None]) -> None:
         self._typed = typed
@@ -22,12 +22,12 @@ class Terminal:
         self._answer: asyncio.Future[str] | None = None
 
     def open(self) -> None:
-        """Starts to listen."""
+        """Starts reading."""
         try:
             number = sys.stdin.fileno()
             asyncio.get_running_loop().add_reader(number, self._readable)
         except (AttributeError, ValueError, OSError, NotImplementedError):
-            return  # there is none; or it is a file, which cannot be waited for
+            return  # no standard input; or a file, which the event loop cannot wait for
         self._number = number
 
     def close(self) -> None:
@@ -37,7 +37,7 @@ class Terminal:
             self._number = None
 
     async def ask(self, question: str) -> str:
-        """The next line; empty where nobody sits before a terminal."""
+        """Returns the next line; empty without a terminal."""
         if self._number is None or not os.isatty(self._number):
             return ""
         print(question, end=" ", flush=True)
@@ -51,7 +51,7 @@ class Terminal:
         number = self._number
         assert number is not None
         if _in_the_background(number):
-            return  # reading would stop us
+            return  # reading would stop the process
         data = os.read(number, MAX_LINE_BYTES)
         if not data:
             self.close()
@@ -69,8 +69,8 @@ class Terminal:
 
 
 def _in_the_background(number: int) -> bool:
-    """Whether this is our terminal, and somebody else has it at the moment."""
+    """Returns whether this is the process's terminal, but another process group is in the foreground."""
     try:
         return os.tcgetpgrp(number) != os.getpgrp()
     except OSError:
-        return False  # no terminal, or not ours
+        return False  # no terminal, or not this process's

@@ -12,28 +12,28 @@ _API: Final = "/api/v1"
 
 @dataclass(frozen=True)
 class TowerUrl:
-    """`origin` is what was given, without a slash at its end."""
+    """`origin` is the given address without a trailing slash."""
 
     origin: str
 
     @property
     def secure(self) -> bool:
-        """Whether nobody on the way can read the token. Where not, it may not leave this machine: no proxy."""
+        """Whether the token is encrypted in transit. If not, it must not leave this machine: no proxy."""
         return self.origin.startswith("https:")
 
     @property
     def api(self) -> str:
-        """What REST paths are put behind."""
+        """The prefix of REST paths."""
         return self.origin + _API
 
     def live(self, *, watch_only: bool) -> str:
-        """The live channel. `watch_only` asks for less than the token allows."""
+        """Returns the address of the live channel. `watch_only` requests less than the token allows."""
         address = self.origin.replace("http", "ws", 1) + _API + "/live"
         return f"{address}?scopes=watch" if watch_only else address
 
 
 def is_loopback(host: str) -> bool:
-    """Whether a host's name or address never leaves this machine."""
+    """Returns whether traffic to a host never leaves this machine."""
     try:
         return host == "localhost" or ip_address(host).is_loopback
     except ValueError:
@@ -41,7 +41,7 @@ def is_loopback(host: str) -> bool:
 
 
 def parse_tower_url(text: str) -> TowerUrl:
-    """`https://HOST[:PORT]`, or `http://` with a loopback host. Raises Unusable with the reason."""
+    """Parses `https://HOST[:PORT]`, or `http://` with a loopback host. Raises Unusable with the reason."""
     text = text.strip().rstrip("/")
     try:
         parts = urlsplit(text)

@@ -4,16 +4,17 @@ from typing import ClassVar
 
 
 class Ended(Exception):
-    """Over, for a reason outside: the controls were refused, the tower was not there. The message is for people."""
+    """Ended for an external reason: the controls were refused, or the tower was unreachable. The message is for
+    people."""
 
     exit_code: ClassVar[int] = 1
 
 
 class TowerAway(Ended):
-    """The tower cannot be reached at this moment."""
+    """The tower is unreachable at present."""
 
 
 class Unusable(Ended):
-    """Something given is wrong, and trying again will not help: an option, the token, the drone's name, the port."""
+    """An input is invalid, and a retry will not help: an option, the token, the drone's name, the port."""
 
     exit_code: ClassVar[int] = 2

@@ -1,8 +1,8 @@
-"""Asks the public lists of known weaknesses about every pinned package: `make audit`.
+"""Checks every pinned package against the public lists of known vulnerabilities: `make audit`.
 
-Fatal: any finding in what the tower or the agent runs (pip-audit tells no severity), and a finding of high severity in
-the console's packages. Not fatal: lists that do not answer, or do not know a package. That is said, and is not "none".
-Needs no network to be imported: the two readers are plain functions.
+Fatal: any finding in the packages of the tower or the agent (pip-audit reports no severity), and a finding of high
+severity in the console's packages. Not fatal: lists that do not answer, or do not know a package. That is reported, and
+does not count as "none". Importing this module needs no network: the two readers are plain functions.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ FATAL_IN_CONSOLE: Final = ("high", "critical")
 
 @dataclass(frozen=True)
 class Found:
-    """`weak`: what is known, for people; `unknown`: how many packages no list said anything of, None: it did not
-    answer at all."""
+    """`weak`: the findings, for people. `unknown`: the number of packages that no list knows, None: the list did not
+    answer."""
 
     weak: tuple[str, ...]
     unknown: int | None
@@ -32,7 +32,7 @@ class Found:
 
 
 def read_pip_audit(text: str) -> Found:
-    """Of `pip-audit --format json`."""
+    """Reads the output of `pip-audit --format json`."""
     try:
         packages: list[dict[str, Any]] = json.loads(text)["dependencies"]
     except (ValueError, KeyError, TypeError):
@@ -46,7 +46,7 @@ def read_pip_audit(text: str) -> Found:
 
 
 def read_npm_audit(text: str) -> Found:
-    """Of `npm audit --json`."""
+    """Reads the output of `npm audit --json`."""
     try:
         told: dict[str, Any] = json.loads(text)
         counts, packages = told["metadata"]["vulnerabilities"], told["vulnerabilities"]
@@ -63,7 +63,7 @@ def read_npm_audit(text: str) -> Found:
 
 
 def say(what: str, found: Found) -> bool:
-    """Whether nothing fatal is known."""
+    """Prints the findings; returns whether none is fatal."""
     for one in found.weak:
         print(f"{what}: KNOWN WEAKNESS: {one}")
     if found.unknown is None:
@@ -76,7 +76,7 @@ def say(what: str, found: Found) -> bool:
 
 
 def _output_of(command: Sequence[str], folder: Path) -> str:
-    """What it prints, whatever it ends with; empty where it does not end."""
+    """Returns the output, whatever the exit status; empty if the command does not end in time."""
     try:
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=WITHIN_S, check=False)
     except (OSError, subprocess.TimeoutExpired):
@@ -96,7 +96,7 @@ def _pip_audit() -> str:
 
 def main() -> int:
     python = say("Python", read_pip_audit(_pip_audit()))
-    # All of them: what the console is built of is in its pages, whatever the kind of dependency.
+    # All kinds of dependencies, because each of them can contribute to the console's pages.
     console = say("Console", read_npm_audit(_output_of(("npm", "audit", "--json"), ROOT / "web")))
     return 0 if python and console else 1
 

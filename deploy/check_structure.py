@@ -1,10 +1,10 @@
-"""What `make check` says about the structure: circles of imports, and files that are too long.
+"""The structure checks of `make check`: circular imports, and files that are too long.
 
     python deploy/check_structure.py
 
-Imports count wherever they stand, also below `TYPE_CHECKING` and in functions: a circle is a circle for the reader.
-Exit status 1 where files import each other in a circle, or a file has more than `MAX_LINES` lines. `LONG_FILES` only
-ever shrinks: remove what is no longer needed.
+Imports count wherever they are, including below `TYPE_CHECKING` and in functions: a circle is a circle for the reader.
+Exit status 1 if files import each other in a circle, or a file has more than `MAX_LINES` lines. `LONG_FILES` may only
+shrink: remove entries that are no longer needed.
 """
 
 import ast
@@ -18,11 +18,11 @@ MAX_LINES: Final = 400
 PACKAGES: Final = ("server", "onboard_agent", "connect", "wire", "simulator")
 
 LONG_FILES: Final[Mapping[str, int]] = {}
-"""Files that are longer than `MAX_LINES`, and how long they may be."""
+"""Files longer than `MAX_LINES`, and the length permitted for each."""
 
 
 def modules_of(package: str) -> dict[str, Path]:
-    """Names and files of all modules of a package."""
+    """Returns names and files of all modules of a package."""
     found = {}
     for path in sorted(Path(package).rglob("*.py")):
         parts = path.with_suffix("").parts
@@ -31,7 +31,7 @@ def modules_of(package: str) -> dict[str, Path]:
 
 
 def imports_of(path: Path, modules: Mapping[str, Path]) -> Iterator[str]:
-    """The modules among these that a file imports."""
+    """Yields those of these modules that a file imports."""
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names if alias.name in modules)
@@ -45,7 +45,7 @@ def imports_of(path: Path, modules: Mapping[str, Path]) -> Iterator[str]:
 
 
 def circles(graph: Mapping[str, set[str]]) -> list[list[str]]:
-    """Strongly connected components of more than one module, largest first (Tarjan, without recursion)."""
+    """Returns the strongly connected components of more than one module, largest first (Tarjan, without recursion)."""
     index: dict[str, int] = {}
     low: dict[str, int] = {}
     stack: list[str] = []
@@ -78,13 +78,13 @@ def circles(graph: Mapping[str, set[str]]) -> list[list[str]]:
 
 
 def source_files() -> list[Path]:
-    """All Python, TypeScript and Svelte files under version control that people write."""
+    """Returns all hand-written Python, TypeScript and Svelte files under version control."""
     names = subprocess.run(["git", "ls-files", "*.py", "*.ts", "*.svelte"], capture_output=True, text=True, check=True)
     return [path for path in map(Path, names.stdout.splitlines()) if path.exists() and "generated" not in path.parts]
 
 
 def main() -> int:
-    """Print what there is; the exit status."""
+    """Prints the findings; returns the exit status."""
     wrong = False
     for package in PACKAGES:
         modules = modules_of(package)

@@ -1,8 +1,8 @@
 """`make run`: a tower with a simulated squad on this machine, each drone behind a real agent process.
 
-It only starts programs and watches them: `tower`, `tower-sim` and one `tower-agent` per drone, which meet on the
-wire as they would in the field. Ctrl-C ends everything it started. What it knows from run to run is in
-`$TOWER_VAR/squad.json` (names, and the first passwords until they are changed, readable by you alone).
+It only starts programs and monitors them: `tower`, `tower-sim` and one `tower-agent` per drone, which communicate as
+they would in the field. Ctrl-C ends everything it started. `$TOWER_VAR/squad.json` keeps its state between runs (names,
+and the first passwords until they are changed, readable only by you).
 """
 
 import os
@@ -27,20 +27,20 @@ DRONE_NAMES: Final = ("Kestrel", "Merlin", "Osprey", "Harrier", "Goshawk", "Hobb
 HOME: Final = "47.3977,8.5456,488,0"
 READY_WITHIN_S: Final = 60.0
 CHECK_PASSWORDS_EVERY_S: Final = 300.0
-"""How long a first password stays in `squad.json` after it was changed: each look starts a program."""
+"""Maximum time that a changed first password stays in `squad.json`: each check starts a program."""
 
 
 class CannotRun(Exception):
-    """Something that the person at the keyboard has to change. One clear line."""
+    """The user has to change something. One clear line."""
 
 
 def say(text: str) -> None:
-    """Progress, in the same shape as the Makefile's."""
+    """Prints progress, in the same format as the Makefile."""
     print(f"\033[1m==>\033[0m {text}" if sys.stdout.isatty() else f"==> {text}", flush=True)
 
 
 def whole_number(variable: str, default: int, *, least: int, most: int) -> int:
-    """An environment variable as a number in a range. Raises CannotRun naming the variable."""
+    """Reads an environment variable as a number in a range. Raises CannotRun naming the variable."""
     text = os.environ.get(variable, "").strip() or str(default)
     if not text.isdecimal() or not least <= int(text) <= most:
         raise CannotRun(f"{variable} must be a whole number from {least} to {most}")
@@ -48,7 +48,7 @@ def whole_number(variable: str, default: int, *, least: int, most: int) -> int:
 
 
 def check_port(kind: socket.SocketKind, host: str, port: int, variable: str) -> None:
-    """Raises CannotRun if nobody could listen there now."""
+    """Raises CannotRun if the port is not free now."""
     what = "TCP" if kind is socket.SOCK_STREAM else "UDP"
     with socket.socket(socket.AF_INET, kind) as probe:
         if kind is socket.SOCK_STREAM:
@@ -63,7 +63,7 @@ def check_port(kind: socket.SocketKind, host: str, port: int, variable: str) -> 
 
 
 def free_ports(kind: socket.SocketKind, count: int) -> list[int]:
-    """Ports that the kernel says are free right now; agents and simulator take them a moment later."""
+    """Returns ports that the kernel reports as free now; agents and simulator take them a moment later."""
     probes = [socket.socket(socket.AF_INET, kind) for _ in range(count)]
     try:
         for probe in probes:
@@ -75,12 +75,12 @@ def free_ports(kind: socket.SocketKind, count: int) -> list[int]:
 
 
 def drone_name(number: int) -> str:
-    """Birds of prey first, numbers when they run out."""
+    """Returns birds of prey first, then numbers."""
     return DRONE_NAMES[number] if number < len(DRONE_NAMES) else f"Drone {number + 1}"
 
 
 def prepare(var: Path, count: int) -> tuple[Squad, list[str]]:
-    """Database, accounts and drones. Returns the squad and the drones of this run."""
+    """Prepares database, accounts and drones. Returns the squad and the drones of this run."""
     say("Preparing the database")
     run_once(BIN / "tower", "migrate")
     squad = Squad(var)
@@ -91,14 +91,14 @@ def prepare(var: Path, count: int) -> tuple[Squad, list[str]]:
     wanted |= {operator: ("operator", secrets.token_urlsafe(12), False) for operator in OPERATORS}
     squad.add_users(wanted)
     names = [drone_name(number) for number in range(count)]
-    # The two operators own the drones between them: the first half and the rest.
+    # The two operators share the drones: the first half and the rest.
     for number, name in enumerate(names):
         squad.add_drone(name, OPERATORS[0] if number < (count + 1) // 2 else OPERATORS[1])
     return squad, names
 
 
 def wait_for_tower(tower: Program, address: str) -> None:
-    """Until it answers. Raises ProgramFailed if it ends instead."""
+    """Waits until the tower answers. Raises ProgramFailed if it ends instead."""
     deadline = time.monotonic() + READY_WITHIN_S
     while time.monotonic() < deadline:
         tower.check()
@@ -112,7 +112,7 @@ def wait_for_tower(tower: Program, address: str) -> None:
 
 
 def start_squad(address: str, squad: Squad, names: list[str], log: Path) -> list[Program]:
-    """The agents, then the simulator that they listen to and look through."""
+    """Starts the agents, then the simulator whose vehicles and cameras they use."""
     ports = free_ports(socket.SOCK_DGRAM, len(names))
     camera_ports = free_ports(socket.SOCK_STREAM, len(names))
     started: list[Program] = []
@@ -140,7 +140,7 @@ def start_squad(address: str, squad: Squad, names: list[str], log: Path) -> list
 
 
 def print_welcome(address: str, squad: Squad, names: list[str], *, first: bool) -> None:
-    """The address, and who may sign in."""
+    """Prints the address, and who may sign in."""
     owned = {
         operator: ", ".join(name for name in names if squad.drones[name] == operator) or "no drone in this run"
         for operator in OPERATORS
@@ -164,7 +164,7 @@ def print_welcome(address: str, squad: Squad, names: list[str], *, first: bool) 
 
 
 def run() -> None:
-    """From the first check to Ctrl-C."""
+    """Runs from the first check to Ctrl-C."""
     count = whole_number("SQUAD", 3, least=0, most=200)
     port = whole_number("TOWER_PORT", 8000, least=1, most=65535)
     udp_port = whole_number("TOWER_UDP_PORT", 14650, least=1, most=65535)
@@ -213,8 +213,8 @@ def stop(*_: object) -> NoReturn:
 
 
 def main() -> int:
-    """The exit code: 0 after Ctrl-C, 1 if something failed, 2 if something has to be changed first."""
-    # SIGINT too: a script that starts this in the background has it ignored otherwise.
+    """Returns the exit code: 0 after Ctrl-C, 1 if something failed, 2 if something has to be changed first."""
+    # SIGINT too: otherwise it is ignored if a script starts this in the background.
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, stop)
     try:

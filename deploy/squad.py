@@ -1,7 +1,7 @@
-"""Who and what `make run` has made in a data folder: accounts, drones, and their secrets, from run to run.
+"""The accounts, drones and secrets that `make run` keeps in a data folder between runs.
 
-Whatever is made is written down before it is made, and again when it is there. So a run that ends in between (Ctrl-C, a
-closed terminal, a kill) is taken up by the next: it finds what it was about to make either there or not there yet.
+Each object is recorded before it is created, and again afterwards. So the next run continues an interrupted one
+(Ctrl-C, a closed terminal, a kill): the object that was about to be created either exists or does not exist yet.
 """
 
 import json
@@ -17,24 +17,24 @@ BIN: Final = Path(sys.executable).parent
 
 
 def accounts_now() -> dict[str, dict[str, Any]]:
-    """What the database says of the accounts, by name."""
+    """Returns the accounts in the database, by name."""
     return {one["name"]: one for one in json.loads(run_once(BIN / "tower", "user", "list", "--json"))}
 
 
 class Squad:
-    """The accounts and drones of one data folder. Reads `squad.json` there, and keeps it true."""
+    """The accounts and drones of one data folder. Reads `squad.json` there, and keeps it current."""
 
     def __init__(self, var: Path) -> None:
         self._file = var / "squad.json"
         self.tokens = var / "tokens"
         self.accounts: list[str] = []
-        """Those that were made here."""
+        """Those created here."""
         self.first_passwords: dict[str, str] = {}
-        """Of those whose user has not chosen another one yet."""
+        """Of users who have not chosen a new one yet."""
         self.drones: dict[str, str] = {}
         """Drone name to its operator."""
         self._begun: dict[str, str] = {}
-        """What is just being made: a `user` with a `password`, or a `drone`."""
+        """The object being created: a `user` with a `password`, or a `drone`."""
         if self._file.exists():
             known = json.loads(self._file.read_text())
             self.first_passwords, self.drones = known["first_passwords"], known["drones"]
@@ -42,14 +42,14 @@ class Squad:
             self._begun = known.get("begun", {})
 
     def token_file(self, drone: str) -> Path:
-        """Where the drone's key is; before its agent's first start, the token that enrols it."""
+        """Returns the file of the drone's key; before its agent's first start, the file has its enrolment token."""
         return self.tokens / f"{drone.lower().replace(' ', '-')}.token"
 
     def add_users(self, wanted: Mapping[str, tuple[str, str, bool]]) -> None:
-        """Those that are not there yet: name to role, password, and whether somebody has chosen the password.
+        """Adds missing accounts: name to role, password, and whether somebody chose the password.
 
-        One that somebody has chosen need not be changed at the first sign-in. Raises StepFailed if there is an account
-        of such a name that was not made here: nobody's password is changed.
+        A chosen password need not be changed at the first sign-in. Raises StepFailed if an account of such a name
+        exists that was not created here: no existing password is changed.
         """
         missing = {name: new for name, new in wanted.items() if name not in self.accounts}
         accounts = accounts_now() if missing else {}
@@ -70,9 +70,9 @@ class Squad:
             self._done()
 
     def forget_changed_passwords(self, accounts: Mapping[str, Mapping[str, Any]]) -> None:
-        """A first password that was changed opens nothing, and still says how somebody thinks up passwords.
+        """Forgets changed first passwords: they are void, but still show how somebody chooses passwords.
 
-        `accounts`: what `accounts_now` says.
+        `accounts`: from `accounts_now`.
         """
         changed = [
             name for name in self.first_passwords if name not in accounts or not accounts[name]["first_password"]
@@ -84,9 +84,9 @@ class Squad:
             self._save()
 
     def add_drone(self, name: str, operator: str) -> None:
-        """Unless there is one already."""
+        """Adds a drone unless it exists."""
         if name in self.drones:
-            if self._is_not_enrolled(name):  # a token does not last as long as a folder
+            if self._is_not_enrolled(name):  # a token expires earlier than a folder
                 self._has_new_token(name)
             return
         self.tokens.mkdir(mode=0o700, exist_ok=True)
@@ -101,7 +101,7 @@ class Squad:
         return file.exists() and file.read_text().startswith("twe_")
 
     def _has_new_token(self, drone: str) -> bool:
-        """Whether the drone is there. The file may hold the token of a moment before: it gets a new one."""
+        """Writes a new token, because the file may have an earlier one; returns whether the drone exists."""
         try:
             run_once(BIN / "tower", "drone", "enrol", drone, "--token-file", self.token_file(drone))
         except StepFailed:

@@ -1,4 +1,4 @@
-"""Programs that are started, watched, started again when they die, and ended, for `make run`."""
+"""Starts, monitors, restarts and ends programs, for `make run`."""
 
 import ctypes
 import os
@@ -21,20 +21,20 @@ _libc: Final = ctypes.CDLL(None, use_errno=True) if sys.platform == "linux" else
 
 
 def _die_with_parent() -> None:
-    # Even a kill -9 of the watcher must leave nothing behind. Linux only; elsewhere Ctrl-C and SIGTERM still work.
+    # Even a kill -9 of this process must leave nothing behind. Linux only; elsewhere Ctrl-C and SIGTERM still work.
     if _libc is not None:
         _libc.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
 
 
 class ProgramFailed(Exception):
-    """A program ended and cannot be kept running. Says which, why, and what it said last."""
+    """A program ended and cannot be kept running. Names the program, the reason, and its last output."""
 
     def __init__(self, program: "Program", why: str) -> None:
         super().__init__(f"The {program.name} failed: {why}.\n{program.last_words()}")
 
 
 class Program:
-    """One program with its log file. The log is appended to, so that the reason of a death is not lost."""
+    """One program with its log file. The log is appended to, so that the reason of a crash is not lost."""
 
     def __init__(self, name: str, command: Sequence[str | Path], log: Path) -> None:
         self.name = name
@@ -46,7 +46,7 @@ class Program:
         self._quick_deaths = 0
 
     def start(self) -> None:
-        """In a session of its own: Ctrl-C must reach the watcher alone, which then ends things in order."""
+        """In its own session: Ctrl-C must reach only this process, which then ends the programs in order."""
         out: IO[bytes] = self._log.open("ab")
         with out:
             self._process = subprocess.Popen(
@@ -66,7 +66,7 @@ class Program:
             raise ProgramFailed(self, f"it ended with code {self._process.returncode}")
 
     def keep_alive(self, say: Callable[[str], None]) -> None:
-        """Starts it again if it has died, as systemd would. Raises ProgramFailed if it keeps dying."""
+        """Restarts it if it has ended, as systemd would. Raises ProgramFailed if it keeps failing."""
         now = time.monotonic()
         if self._again_at is not None:
             if now >= self._again_at:
@@ -86,12 +86,12 @@ class Program:
         return f"signal {signal.Signals(-code).name}" if code < 0 else f"code {code}"
 
     def ask_to_end(self) -> None:
-        """SIGTERM, without waiting."""
+        """Sends SIGTERM, without waiting."""
         if self._process is not None and self._process.poll() is None:
             self._process.terminate()
 
     def wait_or_kill(self, deadline: float) -> None:
-        """Until it has ended; by force after the deadline."""
+        """Waits until it has ended; kills it after the deadline."""
         if self._process is None:
             return
         try:
@@ -101,7 +101,7 @@ class Program:
             self._process.wait()
 
     def last_words(self) -> str:
-        """The end of its log."""
+        """Returns the end of its log."""
         try:
             lines = self._log.read_text(errors="replace").splitlines()[-TAIL_LINES:]
         except OSError:
@@ -110,7 +110,7 @@ class Program:
 
 
 def end_all(programs: Sequence[Program]) -> None:
-    """All at once, the last started first; nothing is left behind, even if Ctrl-C is pressed again meanwhile."""
+    """Ends all at once, the last started first; nothing is left behind, even if Ctrl-C is pressed again meanwhile."""
     held = {number: signal.signal(number, signal.SIG_IGN) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         for program in reversed(programs):
@@ -124,7 +124,7 @@ def end_all(programs: Sequence[Program]) -> None:
 
 
 def run_once(*command: str | Path, stdin: str = "") -> str:
-    """Runs a program to its end and returns what it printed. Raises StepFailed with what it said."""
+    """Runs a program to its end and returns its output. Raises StepFailed with the program's error output."""
     done = subprocess.run([str(word) for word in command], input=stdin, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         name = " ".join(Path(str(word)).name if index == 0 else str(word) for index, word in enumerate(command))

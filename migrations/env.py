@@ -1,4 +1,4 @@
-"""Runs the migrations on whatever database the settings name (SQLite or PostgreSQL), asynchronously."""
+"""Runs the migrations on the database in the settings (SQLite or PostgreSQL), asynchronously."""
 
 import asyncio
 import os

@@ -1,7 +1,7 @@
 """The quadrotor as a rigid body: four motors with lag, thrust, drag, gravity and the ground.
 
-World axes are north, east, down (metres); body axes are forward, right, down. The ground is flat at
-down = 0. Nothing here knows about flight modes or MAVLink: motor commands in, motion out.
+World axes are north, east, down (metres); body axes are forward, right, down. The ground is flat at down = 0. This
+module knows neither flight modes nor MAVLink: motor commands in, motion out.
 """
 
 from __future__ import annotations
@@ -11,17 +11,17 @@ import math
 GRAVITY_MSS = 9.80665
 MASS_KG = 1.5
 MOTOR_MAX_N = 8.2
-"""Each motor at full command and full battery: a thrust to weight ratio of 2.2."""
+"""Each motor at full command and full battery: a thrust-to-weight ratio of 2.2."""
 MOTOR_LAG_S = 0.03
 ARM_M = 0.177
 """Distance of each motor from the roll and the pitch axis (an X frame)."""
 YAW_TORQUE_M = 0.016
-"""Newton metres of reaction torque for each newton of thrust."""
+"""Newton metres of reaction torque per newton of thrust."""
 INERTIA_XY = 0.020
 INERTIA_Z = 0.036
 DRAG_LINEAR = 0.25
 DRAG_QUADRATIC = 0.030
-"""Measured: leaning fully, 10.2 m/s; level again, 1.6 m/s are left of that after five seconds and 23 m."""
+"""Measured: 10.2 m/s at full lean; 1.6 m/s of that remain five seconds and 23 m after levelling."""
 ROTATION_DRAG = 0.4
 
 WEIGHT_N = MASS_KG * GRAVITY_MSS
@@ -29,16 +29,16 @@ HOVER_COMMAND = WEIGHT_N / (4.0 * MOTOR_MAX_N)
 
 
 def drag_of(speed_mps: float) -> float:
-    """How much of its speed through the air the vehicle loses in a second, as a share of it."""
+    """Returns the share of its airspeed that the vehicle loses per second."""
     return DRAG_LINEAR + DRAG_QUADRATIC * speed_mps
 
 
 Commands = tuple[float, float, float, float]
-"""Motors 1 to 4 as ArduPilot numbers them (front right, rear left, front left, rear right), 0..1."""
+"""Motors 1 to 4 in ArduPilot's numbering (front right, rear left, front left, rear right), 0..1."""
 
 
 class Airframe:
-    """Where the vehicle is and how it moves; `step` moves it on by `dt_s`."""
+    """Position and motion of the vehicle; `step` advances it by `dt_s`."""
 
     def __init__(self, yaw_rad: float = 0.0) -> None:
         self.north_m = self.east_m = self.down_m = 0.0
@@ -50,7 +50,7 @@ class Airframe:
         self.on_ground = True
         self.impact_mps = 0.0
         self.force_body_mss = (0.0, 0.0, -GRAVITY_MSS)
-        """What an accelerometer would read."""
+        """The reading of an accelerometer."""
         self._roll_pitch_yaw = (0.0, 0.0, yaw_rad)
 
     @property
@@ -65,12 +65,12 @@ class Airframe:
         return math.hypot(self.vn_mps, self.ve_mps)
 
     def turn_to(self, yaw_rad: float) -> None:
-        """Stand level with this heading."""
+        """Levels the vehicle with this heading."""
         self.qw, self.qx, self.qy, self.qz = math.cos(yaw_rad / 2), 0.0, 0.0, math.sin(yaw_rad / 2)
         self._roll_pitch_yaw = (0.0, 0.0, yaw_rad)
 
     def step(self, commands: Commands, dt_s: float, wind_mps: tuple[float, float, float], power: float) -> None:
-        """`power` is what the battery's sag leaves of the full thrust, 0..1."""
+        """`power`: share of the full thrust that remains at the present battery voltage, 0..1."""
         blend = dt_s / (MOTOR_LAG_S + dt_s)
         thrust, health = self.thrust_n, self.motor_health
         full_n = MOTOR_MAX_N * power
@@ -79,7 +79,7 @@ class Airframe:
         f1, f2, f3, f4 = thrust
         total_n = f1 + f2 + f3 + f4
         if self.on_ground and total_n < 0.2 * WEIGHT_N and self.vn_mps == 0.0 and self.ve_mps == 0.0:
-            return  # parked: nothing can move, so nothing is worth computing
+            return  # parked: nothing can move
         self._rotate(ARM_M * (f2 + f3 - f1 - f4), ARM_M * (f1 + f3 - f2 - f4), f1 + f2 - f3 - f4, dt_s)
         self._translate(total_n, dt_s, wind_mps)
         self._touch_ground(total_n)
@@ -131,7 +131,7 @@ class Airframe:
         self.ve_mps *= grip
         if math.hypot(self.vn_mps, self.ve_mps) < 0.01:
             self.vn_mps = self.ve_mps = 0.0
-        # The landing gear stands level: only the heading survives the touch.
+        # The landing gear stands level: only the heading survives the touchdown.
         self.p_rps = self.q_rps = self.r_rps = 0.0
         self.turn_to(self._euler()[2])
         self.force_body_mss = (0.0, 0.0, -GRAVITY_MSS)

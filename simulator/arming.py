@@ -13,17 +13,17 @@ SKIP_ROLL_PITCH_YAW = 64
 SPRUNG_THROTTLE = 1
 """PILOT_THR_BHV: the throttle rests in its middle."""
 STICKS_FRESH_S = 1.0
-"""Older stick positions are not looked at."""
+"""Older stick positions are ignored."""
 
 
 def why_not_ready(flight: Flight) -> str | None:
-    """The first of the checks that go on all the time while it stands disarmed."""
+    """Returns the first failure of the checks that run continuously while disarmed."""
     reason = _before_arming(flight) if flight.parameters.whole("ARMING_CHECK") else None
     return f"PreArm: {reason}" if reason else None
 
 
 def why_not_arm(flight: Flight) -> str | None:
-    """The first check that fails now that somebody wants to arm."""
+    """Returns the first check that fails on an attempt to arm."""
     mode, rules = flight.mode, RULES[flight.mode]
     checks = flight.parameters.whole("ARMING_CHECK")
     reason = _before_arming(flight) if checks else None

@@ -16,7 +16,7 @@ YAW_RATE_P = 4.0
 RATE_MAX_RPS = math.radians(220.0)
 YAW_RATE_MAX_RPS = math.radians(90.0)
 LEAN_SMOOTHING_S = 0.12
-"""Pilots' and the position controller's unplug_requests are rounded off by this, as ATC_INPUT_TC does."""
+"""Time constant that smooths the lean requests of pilots and of the position controller, as ATC_INPUT_TC does."""
 IDLE_COMMAND = 0.06
 """Armed motors never stop in flight (MOT_SPIN_ARM)."""
 
@@ -34,7 +34,7 @@ class AttitudeControl:
         self._integral = [0.0, 0.0, 0.0]
 
     def turn(self, rate_rps: float, dt_s: float) -> None:
-        """Move the wanted heading on: a pilot's yaw stick."""
+        """Moves the wanted heading: a pilot's yaw stick."""
         self.yaw_target_rad = wrap_pi(self.yaw_target_rad + rate_rps * dt_s)
 
     def turn_towards(self, yaw_rad: float, rate_rps: float, dt_s: float) -> None:
@@ -43,7 +43,7 @@ class AttitudeControl:
         self.yaw_target_rad = wrap_pi(self.yaw_target_rad + clamp(error, -step, step))
 
     def commands(self, body: Airframe, lean: tuple[float, float], thrust_n: float, dt_s: float) -> Commands:
-        """`lean` is roll and pitch in radians; `thrust_n` what all motors together shall give."""
+        """`lean`: roll and pitch in radians. `thrust_n`: total thrust of all motors."""
         blend = dt_s / (LEAN_SMOOTHING_S + dt_s)
         self._roll_rad += (lean[0] - self._roll_rad) * blend
         self._pitch_rad += (lean[1] - self._pitch_rad) * blend
@@ -62,7 +62,7 @@ class AttitudeControl:
         return gain * error_rps + integral
 
     def _error(self, body: Airframe) -> tuple[float, float, float]:
-        """The rotation still to make, as an axis in body frame times an angle."""
+        """Returns the remaining rotation, as an axis in the body frame times an angle."""
         cr, sr = math.cos(self._roll_rad / 2), math.sin(self._roll_rad / 2)
         cp, sp = math.cos(self._pitch_rad / 2), math.sin(self._pitch_rad / 2)
         cy, sy = math.cos(self.yaw_target_rad / 2), math.sin(self.yaw_target_rad / 2)
@@ -80,7 +80,7 @@ class AttitudeControl:
 
 
 def mix(thrust_n: float, roll_nm: float, pitch_nm: float, yaw_nm: float) -> Commands:
-    """Roll and pitch come first, then thrust, then yaw: a vehicle that cannot stay level falls."""
+    """Roll and pitch have priority over thrust, and thrust over yaw: a vehicle that cannot stay level falls."""
     full = 4.0 * MOTOR_MAX_N
     level = clamp(thrust_n / full, IDLE_COMMAND, 1.0)
     roll = clamp(roll_nm / (ARM_M * full), -0.35, 0.35)

@@ -37,12 +37,12 @@ from simulator.orbit import Orbit, look_at_roi
 
 JUMP_FOREVER = -1
 STEPS_PER_TICK_MAX = 100
-"""A mission of nothing but jumps must not hang the vehicle."""
+"""A mission of only jumps must not hang the vehicle."""
 
 
 @dataclass(slots=True)
 class Progress:
-    """How far the item that is being flown has come."""
+    """Progress of the current item."""
 
     destination: tuple[float, float, float]
     reached_since_s: float | None = None
@@ -56,7 +56,7 @@ class Auto(Behaviour):
         self._progress: Progress | None = None
         self._flown: int | None = None
         self._do_commands: deque[Item] = deque()
-        """To be done beside the flight to the current item, the first one perhaps begun."""
+        """Commands to run during the flight to the current item; the first may already be running."""
         self._do_command_since_s: float | None = None
         self._jumps_left: dict[int, int] = {}
         self._paused = False
@@ -99,7 +99,7 @@ class Auto(Behaviour):
         self._take_off_allowed = not self.flight.landed
 
     def start(self) -> None:
-        """MAV_CMD_MISSION_START: leave to take off without a raised throttle."""
+        """MAV_CMD_MISSION_START: permits take-off without a raised throttle."""
         self._take_off_allowed = True
 
     @property
@@ -108,7 +108,7 @@ class Auto(Behaviour):
 
     @property
     def ended(self) -> bool:
-        """The last item has been passed."""
+        """Whether the last item has been passed."""
         return self._ended
 
     def jump_to(self, seq: int, *, reset_jumps: bool = False) -> None:
@@ -153,7 +153,7 @@ class Auto(Behaviour):
         return plans.mission[plans.current] if plans.first <= plans.current < len(plans.mission) else None
 
     def _advance(self) -> bool:
-        """Begin the current item if it has not begun, or go on to the next if it is done; True if one was passed."""
+        """Starts the current item if it has not started, or the next one if it is done; True if one was passed."""
         flight, plans = self.flight, self.flight.plans
         if self._ended:
             return False
@@ -176,7 +176,7 @@ class Auto(Behaviour):
         return True
 
     def _finish(self) -> None:
-        """Nowhere left to fly to: what is still to be done is done, where nothing has to be waited for."""
+        """Ends the mission: runs the remaining commands, without waiting for any."""
         self._ended = True
         self._progress = None
         for item in self._do_commands:
@@ -185,7 +185,7 @@ class Auto(Behaviour):
         self.flight.notify(Severity.INFO, "Mission complete")
 
     def _choose(self, seq: int) -> None:
-        """From `seq` on: gather what is to be done beside, follow jumps, and stop at where to fly next."""
+        """From `seq` on: collects the commands, follows jumps, and stops at the next navigation item."""
         plans = self.flight.plans
         self._do_commands.clear()
         self._do_command_since_s = None
@@ -241,7 +241,7 @@ class Auto(Behaviour):
             self._progress.orbit = self._orbit(item, self._progress.destination)
 
     def _orbit(self, item: Item, destination: tuple[float, float, float]) -> Orbit:
-        """Its third parameter is the radius in metres (0: CIRCLE_RADIUS), negative for against the clock."""
+        """The third parameter is the radius in metres (0: CIRCLE_RADIUS); negative is counter-clockwise."""
         body = self.flight.body
         north_m, east_m, _ = destination
         radius_m = abs(item.number(2)) or self.flight.parameters["CIRCLE_RADIUS"] / 100.0

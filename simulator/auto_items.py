@@ -31,7 +31,7 @@ YAW_REACHED_RAD = math.radians(3.0)
 
 
 def begin_do_command(flight: FlightState, item: Item) -> None:
-    """Execute a DO or CONDITION command. Unknown commands have no effect."""
+    """Executes a DO or CONDITION command. Unknown commands have no effect."""
     command = item.command
     if command == CHANGE_SPEED and item.number(0) in (0.0, 1.0) and item.number(1) > 0:
         flight.speed_override_mps = item.number(1)
@@ -57,7 +57,7 @@ def begin_do_command(flight: FlightState, item: Item) -> None:
 
 
 def do_command_is_done(flight: FlightState, item: Item, *, since_s: float, to_go_m: float) -> bool:
-    """Whether the next command may start. `to_go_m`: distance left to the waypoint being flown to."""
+    """Returns whether the next command may start. `to_go_m`: distance left to the target waypoint."""
     if item.command == CONDITION_DELAY:
         return flight.now_s - since_s >= item.number(0)
     if item.command == CONDITION_DISTANCE:

@@ -14,7 +14,7 @@ HOVER_A = 14.0
 FULL_V = 4.2 * CELLS
 
 _CELL_CURVE = ((0.0, 3.00), (0.05, 3.45), (0.2, 3.65), (0.5, 3.80), (0.8, 4.00), (1.0, 4.20))
-"""Open-circuit volts of one cell over the share of the charge that is left."""
+"""Open-circuit volts of one cell over the remaining share of the charge."""
 
 
 class Battery:
@@ -26,12 +26,12 @@ class Battery:
 
     @property
     def left(self) -> float:
-        """Share of the charge that is left, 0..1."""
+        """Remaining share of the charge, 0..1."""
         return max(0.0, 1.0 - self.used_mah / self.capacity_mah)
 
     @property
     def power(self) -> float:
-        """What is left of the full thrust at this voltage; nothing once the battery is flat."""
+        """Share of the full thrust at this voltage; 0 once the battery is flat."""
         if self.left <= 0.0:
             return 0.0
         share = self.voltage_v / FULL_V

@@ -17,18 +17,18 @@ class Behaviour:
 
     @property
     def waits_to_take_off(self) -> bool:
-        """On the ground with a take-off under way: must not be disarmed for want of throttle."""
+        """On the ground during a take-off: low throttle must not disarm the vehicle."""
         return False
 
     def why_not(self) -> str | None:
-        """A reason of this mode's own not to be entered."""
+        """Returns a reason specific to this mode to refuse entry."""
         return None
 
     def enter(self) -> None:
         """The target starts at the vehicle, with its velocity."""
 
     def run(self) -> None:
-        """Fly one tick: set the motor commands."""
+        """Flies one tick: sets the motor commands."""
         raise NotImplementedError
 
     def take_off(self, alt_over_home_m: float) -> bool:

@@ -1,4 +1,4 @@
-"""`tower-sim`: a squad of simulated vehicles, each on a link of its own."""
+"""`tower-sim`: a squad of simulated vehicles, each on its own link."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 uvloop: Any
 try:
     import uvloop
-except ImportError:  # not on every system
+except ImportError:  # not available on every system
     uvloop = None
 
 FLAVOURS = {flavour.name: flavour for flavour in (ARDUPILOT, PX4)}
@@ -128,7 +128,7 @@ def simulate(
 
 
 def _cameras(texts: list[str], vehicles: list[Vehicle], home: Place, seed: int) -> SquadCameras:
-    # OpenCV takes time and memory, which those without a camera need not pay.
+    # OpenCV takes time and memory, so it is imported only for a camera.
     from simulator.camera.on_board import SquadCameras
     from simulator.camera.server import parse_camera
 
@@ -140,7 +140,7 @@ def _cameras(texts: list[str], vehicles: list[Vehicle], home: Place, seed: int) 
 
 
 def _run(flight: Coroutine[Any, Any, None]) -> None:
-    """On uvloop where there is one: its datagrams cost a fifth."""
+    """Runs on uvloop if installed: its datagrams cost a fifth."""
     with asyncio.Runner(loop_factory=uvloop.new_event_loop if uvloop is not None else None) as runner:
         runner.run(flight)
 

@@ -1,4 +1,4 @@
-"""COMMAND_LONG and COMMAND_INT read into one shape, and the results that answer them."""
+"""COMMAND_LONG and COMMAND_INT as one type, and the results in their acknowledgements."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ALT_MAX_M = 50_000.0
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """Both messages in one shape. What was not a finite number has become 0."""
+    """Both messages as one type. Values that are not finite are 0."""
 
     number: int
     params: tuple[float, float, float, float]
@@ -28,9 +28,9 @@ class Command:
     alt_m: float
     frame: int
     raw: tuple[float, ...]
-    """The seven parameters of a COMMAND_LONG as they came; of a COMMAND_INT only the first four."""
+    """The seven parameters of a COMMAND_LONG as received; of a COMMAND_INT only the first four."""
     alt_is_given: bool = True
-    """Not NaN, which some autopilots read as "as it is"."""
+    """Not NaN, which some autopilots read as "unchanged"."""
 
     @property
     def is_long(self) -> bool:
@@ -73,5 +73,5 @@ def _finite(value: float) -> float:
 
 
 def _altitude(value: float) -> float:
-    """Kept where it can be computed with and told in millimetres."""
+    """Clamps the altitude to a range for computation and for millimetres."""
     return clamp(_finite(value), -ALT_MAX_M, ALT_MAX_M)

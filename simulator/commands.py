@@ -1,7 +1,7 @@
 """What each MAV_CMD does, and how ArduCopter answers it.
 
-Commands are accepted from any sender (sticks are not). The vehicle sends the answer, always before the effects of the
-command.
+Commands are accepted from any sender (sticks are not). The vehicle sends the acknowledgement, always before the effects
+of the command.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Commands for where to look and what to photograph."""
+"""Commands that point the camera and take photographs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ ACCEPTED, DENIED, FAILED = 0, 2, 4
 
 
 def look_at(flight: Flight, command: Command) -> int:
-    """DO_SET_ROI_LOCATION and the older DO_SET_ROI, for which no place is none."""
+    """DO_SET_ROI_LOCATION and the older DO_SET_ROI, for which a zero position clears the ROI."""
     if command.lat_e7 == 0 and command.lon_e7 == 0 and command.alt_m == 0.0:
         flight.roi = None
         return ACCEPTED
@@ -47,7 +47,7 @@ def stop_capture(flight: Flight, command: Command) -> int:
 
 
 def control_camera(flight: Flight, command: Command) -> int:
-    """DO_DIGICAM_CONTROL: a fifth parameter of 1 takes one."""
+    """DO_DIGICAM_CONTROL: a fifth parameter of 1 takes a photograph."""
     shoots = command.raw[4] == 1.0 if command.is_long else command.lat_e7 == 1
     if shoots:
         flight.camera.shoot(flight)

@@ -148,7 +148,7 @@ def start_mission(flight: Flight, command: Command) -> int:
 
 
 def set_current_item(flight: Flight, command: Command) -> int:
-    """A second parameter of 1 lets counted jumps begin again."""
+    """A second parameter of 1 resets the jump counters."""
     done = jump_to_item(flight, int(command.params[0]), reset_jumps=command.params[1] == 1.0)
     return ACCEPTED if done else DENIED
 

@@ -1,7 +1,7 @@
-"""Components beside the autopilot, with heartbeats and answers of their own: a camera, and a gimbal device.
+"""Components besides the autopilot, with their own heartbeats and answers: a camera, and a gimbal device.
 
-The manager of the gimbal is the autopilot, as with PX4 and with ArduPilot's mounts. Source: mavlink.io, services/camera
-and services/gimbal_v2.
+The autopilot is the gimbal manager, as in PX4 and in ArduPilot's mounts. Source: mavlink.io, services/camera and
+services/gimbal_v2.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ Send = Callable[[Message, Codec], None]
 
 
 class Payload(Protocol):
-    """What a component carries and says."""
+    """The function and the messages of a component."""
 
     heartbeat_type: int
     """MAV_TYPE."""
     intervals_s: dict[int, float]
-    """What it sends without being asked."""
+    """What it sends unrequested."""
 
     def report(self, message_id: int, flight: Flight) -> Message | None: ...
     def carry_out(self, flight: Flight, command: Command) -> int: ...
@@ -43,7 +43,7 @@ class Component:
         self._due_s = dict.fromkeys((_HEARTBEAT, *payload.intervals_s), 0.0)
 
     def receive(self, flight: Flight, command: Command, sender: tuple[int, int]) -> None:
-        """A command for it: the acknowledgement first, then what was asked for."""
+        """Handles a command for this component: the acknowledgement first, then the requested message."""
         asked = int(command.params[0]) if command.number == mavlink.MAV_CMD_REQUEST_MESSAGE else None
         report = None if asked is None else self._report(asked, flight)
         if asked is None:
@@ -85,11 +85,11 @@ OLD_REQUESTS = {
     int(mavlink.MAV_CMD_REQUEST_VIDEO_STREAM_INFORMATION): int(mavlink.MAVLINK_MSG_ID_VIDEO_STREAM_INFORMATION),
     int(mavlink.MAV_CMD_REQUEST_VIDEO_STREAM_STATUS): int(mavlink.MAVLINK_MSG_ID_VIDEO_STREAM_STATUS),
 }
-"""Commands that REQUEST_MESSAGE has taken the place of; ground stations still ask by them."""
+"""Commands superseded by REQUEST_MESSAGE; ground stations still send them."""
 
 
 class Components:
-    """Those of one vehicle, by their component id; there may be none."""
+    """The components of one vehicle, by component id; there may be none."""
 
     def __init__(self, system_id: int, send: Send, *, camera: bool, gimbal: bool) -> None:
         self.gimbal = Gimbal() if gimbal else None

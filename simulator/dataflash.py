@@ -1,6 +1,6 @@
-"""ArduPilot's log format: records that begin with two fixed bytes and a type, each type described by an FMT record.
+"""ArduPilot's log format: records that begin with two fixed bytes and a type; an FMT record describes each type.
 
-A small part of what a real Copter writes, under its names and in its units.
+A small part of a real Copter's log, with its names and units.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def us(flight: Flight) -> int:
 
 
 def beginning(flight: Flight, banner: Sequence[str]) -> bytes:
-    """What every log starts with: what its records are, what the vehicle is, and all its parameters."""
+    """Returns the start of every log: its record types, the identity of the vehicle, and all its parameters."""
     now = us(flight)
     parts = [kind.described() for kind in KINDS]
     parts += [MSG.record(now, line.encode()[:64]) for line in banner]

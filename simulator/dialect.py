@@ -20,11 +20,11 @@ AUTOPILOT_COMPONENT = 1
 COMPONENT_METADATA = 397
 
 RECEIVE_BUFFER_MAX = 4096
-"""What one call may bring; the rest of a longer one is dropped. A UDP datagram carries at most a few frames."""
+"""The limit for one call; the rest is dropped. A UDP datagram carries at most a few frames."""
 
 
 class Codec:
-    """Bytes to messages and back for one vehicle on one link."""
+    """Converts bytes to messages and back for one vehicle on one link."""
 
     def __init__(self, system_id: int, component_id: int = AUTOPILOT_COMPONENT) -> None:
         self._system_id = system_id
@@ -37,10 +37,10 @@ class Codec:
         self._mav.robust_parsing = True
 
     def decode(self, data: bytes) -> list[Message]:
-        """The whole messages that `data` completes. Bad frames are counted and skipped."""
+        """Returns the whole messages that `data` completes. Bad frames are counted and skipped."""
         try:
             parsed = self._mav.parse_buffer(data[:RECEIVE_BUFFER_MAX]) or []
-        except Exception:  # other people's parser, fed by strangers: whatever it raises ends here
+        except Exception:  # a third-party parser with untrusted input: it may raise anything
             self.bad_frames += 1
             sequence = self._mav.seq
             self._restart()
@@ -55,19 +55,19 @@ class Codec:
         return good
 
     def encode(self, message: Message) -> bytes:
-        """One MAVLink 2 frame with the next sequence number."""
+        """Returns one MAVLink 2 frame with the next sequence number."""
         packed = bytes(message.pack(self._mav))
         self._mav.seq = (self._mav.seq + 1) % 256
         return packed
 
 
 def number_of(message_class: Message) -> int:
-    """The message id of a generated message class."""
+    """Returns the message id of a generated message class."""
     return int(message_class.id)
 
 
 class ComponentMetadata:
-    """COMPONENT_METADATA, which this dialect lacks: as its own messages are, as far as `Codec.encode` goes."""
+    """COMPONENT_METADATA, which this dialect lacks: imitates a generated message as far as `Codec.encode` needs it."""
 
     _CRC_EXTRA = 182
     _FIELDS = struct.Struct("<II100s")

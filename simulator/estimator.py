@@ -1,4 +1,4 @@
-"""Whether the vehicle knows its position: boot, GPS loss, and the seconds that dead reckoning bridges.
+"""Whether the vehicle knows its position: boot, GPS loss, and the seconds of dead reckoning.
 
 While the position is known, the estimate equals the truth: sensor errors are not modelled.
 """
@@ -6,10 +6,10 @@ While the position is known, the estimate equals the truth: sensor errors are no
 from __future__ import annotations
 
 DEAD_RECKONING_S = 6.0
-"""For so long after the GPS is lost the position still counts (measured on ArduCopter 4.6.2)."""
+"""The position remains valid for this long after the loss of GPS (measured on ArduCopter 4.6.2)."""
 ATTITUDE_SHARE = 0.3
 FIX_SHARE = 0.6
-"""When attitude and GPS fix are there, as shares of the boot time."""
+"""When attitude and GPS fix become available, as shares of the boot time."""
 
 
 class Estimator:
@@ -29,7 +29,7 @@ class Estimator:
 
     @property
     def lost_for_s(self) -> float:
-        """How long the position has been lost, after it had been there; 0 where it is there, or never was."""
+        """Seconds since the position was lost; 0 if it is known, or never was."""
         if self._lost_since_s is None or self.position_ok or self._lost_since_s < self.ready_s:
             return 0.0
         return self._now_s - self._lost_since_s - DEAD_RECKONING_S

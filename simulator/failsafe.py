@@ -1,6 +1,6 @@
 """ArduCopter's own failsafes: radio, ground station, battery, position estimate.
 
-Each acts once, when it sets in. When its cause goes away, the flag clears and the mode stays.
+Each acts once, when it sets in. When its cause ends, the flag clears and the mode stays.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ CONTINUE_PILOTED_ON_GCS_LOSS = 16
 """FS_OPTIONS."""
 
 POSITION_LOST_S = 1.0
-"""The position estimate must be bad, or good, for so long before that is a failsafe, or the end of one."""
+"""The position estimate must be bad, or good, for this long before that failsafe sets in or ends."""
 REPORT_ONLY, ALT_HOLD, LAND_EVEN_STABILIZE = 0, 2, 3
-"""FS_EKF_ACTION; anything else is LAND in modes that need a position."""
+"""FS_EKF_ACTION; any other value means LAND in modes that need a position."""
 
 
 class Failsafes(OwnFailsafes):
     def __init__(self) -> None:
         super().__init__()
         self._position_turned_s: float | None = None
-        """Since when the position is there in its failsafe, or missing out of it."""
+        """Start of the present contradiction: a position during its failsafe, or no position outside it."""
         self._low_since_s: float | None = None
         self._critical_since_s: float | None = None
 
@@ -171,13 +171,13 @@ def _may_disarm(flight: Flight) -> bool:
 
 
 def _leave(flight: Flight, mode: Mode) -> None:
-    """Change to the failsafe's mode; where that needs a position nobody has, land."""
+    """Changes to the failsafe's mode; lands if that mode needs a position and there is none."""
     if mode is Mode.LAND or not flight.set_mode(mode):
         _land(flight)
 
 
 def _land(flight: Flight) -> None:
-    """In LAND, at this height for a while; one that lands already goes on."""
+    """Enters LAND and first waits at this height; a landing in progress continues."""
     landing = flight.behaviour(Mode.LAND)
     if flight.mode is not Mode.LAND and flight.set_mode(Mode.LAND) and isinstance(landing, Land):
         landing.wait_first()

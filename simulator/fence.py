@@ -1,8 +1,8 @@
 """Fences: drawn areas (polygons and circles to stay in or out of), limits of height and distance, and breaches.
 
-The flavour says which limits apply and what a breach leads to. A breach acts when it sets in, and again every AGAIN_M
-farther out; it ends when the vehicle is inside again. A minimum height applies once the vehicle has been above it,
-until it lands. Nothing here steers away from a fence.
+The flavour determines which limits apply and what a breach causes. A breach acts when it sets in, and again every
+AGAIN_M farther out; it ends when the vehicle is inside again. A minimum height applies once the vehicle has been above
+it, until it lands. Nothing here steers away from a fence.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Breach(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Area:
-    """A polygon, or where it has a radius a circle around its only point."""
+    """A polygon, or with a radius a circle around its only point."""
 
     corners: tuple[Point, ...]
     inclusion: bool
@@ -54,16 +54,16 @@ class Area:
 
 @dataclass(frozen=True, slots=True)
 class FenceLimits:
-    """What holds now. Heights are metres over home; None is no limit."""
+    """The limits at present. Heights are metres above home; None is no limit."""
 
     alt_max_m: float | None = None
     alt_min_m: float | None = None
     radius_m: float | None = None
     """Around home."""
     drawn: bool = False
-    """The areas that were uploaded count."""
+    """Whether the uploaded areas apply."""
     any_inclusion: bool = False
-    """It is enough to be in one of the inclusion areas; otherwise one must be in all."""
+    """Being in one of the inclusion areas is enough; otherwise the vehicle must be in all."""
 
     @property
     def none(self) -> bool:
@@ -73,16 +73,16 @@ class FenceLimits:
 @dataclass(slots=True)
 class Fence:
     limits: Callable[[FlightState], FenceLimits]
-    """Which fences hold now."""
+    """Returns the limits at present."""
     on_breach: Callable[[FlightState], IntEnum | None]
-    """Acts; the mode that may not be left before the breach is over, if any."""
+    """Acts; returns the mode that must be kept until the breach is over, if any."""
     breaches: dict[str, float] = field(default_factory=dict)
-    """What is breached now, by its name, and how far out it acted last, metres."""
+    """Present breaches by name, and the distance outside at the last action, metres."""
     count: int = 0
     last: Breach = Breach.NONE
     last_s: float = 0.0
     kept_mode: IntEnum | None = None
-    """The mode that a breach led to, as long as the breach lasts."""
+    """The mode that a breach caused, as long as the breach lasts."""
     _above_floor: bool = False
     _areas: tuple[Area, ...] = ()
     _areas_are_whole: bool = True
@@ -97,7 +97,8 @@ class Fence:
         return self._areas
 
     def outside(self, flight: FlightState, point: Point, alt_m: float) -> dict[str, float]:
-        """Names of the fences outside of which a place over home is, and by how much; 0 where that is not measured."""
+        """Returns the names of the fences that this position violates, and the distance outside; 0 if that is not
+        measured."""
         limits, found = self.limits(flight), {}
         home_n, home_e, _ = flight.home_local()
         from_home_m = math.dist(point, (home_n, home_e))
@@ -159,9 +160,9 @@ def allowed(areas: Sequence[Area], point: Point, *, any_inclusion: bool) -> bool
 
 
 def read_areas(items: Sequence[Item], to_local: Callable[[float, float], Point]) -> tuple[tuple[Area, ...], bool]:
-    """The areas that the items of a fence make, and whether all of them do make one.
+    """Returns the areas of a fence's items, and whether all of the items form areas.
 
-    Each corner says how many its polygon has, and they follow each other.
+    Each corner states how many corners its polygon has; they are consecutive.
     """
     areas: list[Area] = []
     whole, at = True, 0

@@ -1,4 +1,4 @@
-"""ArduCopter's fence parameters: which limits hold, and what a breach leads to."""
+"""ArduCopter's fence parameters: which limits apply, and what a breach causes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ ALT_MAX, CIRCLE, DRAWN, ALT_MIN = 1, 2, 4, 8
 KEEPS_MODE, ANY_INCLUSION = 1, 2
 """FENCE_OPTIONS."""
 ACTIONS = {1: Mode.RTL, 2: Mode.LAND, 3: Mode.RTL, 4: Mode.BRAKE, 5: Mode.LAND}
-"""FENCE_ACTION. There is no SMART_RTL here, so 3 is as 1 and 5 as 2, which is what they fall back to."""
+"""FENCE_ACTION. Without SMART_RTL, 3 equals 1 and 5 equals 2, the modes that they fall back to."""
 ACCEPTED, FAILED = 0, 4
 
 
@@ -33,7 +33,7 @@ def fence_limits(flight: FlightState) -> FenceLimits:
 
 
 def on_fence_breach(flight: FlightState) -> IntEnum | None:
-    """The mode that must be kept until the breach is over, or None."""
+    """Returns the mode that must be kept until the breach is over, or None."""
     wanted = ACTIONS.get(flight.parameters.whole("FENCE_ACTION"))
     if wanted is None or flight.mode is Mode.LAND:
         return None

@@ -1,6 +1,6 @@
 """The server half of MAVLink FTP, read-only: open, read, burst, close.
 
-ArduPilot's parameter file is generated for the block size that the client asks for; other files are served as they are.
+ArduPilot's parameter file is generated for the block size that the client requests; other files are served unchanged.
 
 One session serves all clients. While it is open, requests for another session are refused until it has been silent for
 a while.
@@ -20,10 +20,10 @@ HEAD = struct.Struct("<HBBBBBxI")
 BLOCK_MAX = 239
 PAYLOAD = HEAD.size + BLOCK_MAX
 WAITING_MAX = 5
-"""Requests; what comes when so many wait is lost."""
+"""Queued requests; further ones are lost."""
 SESSION_SILENT_S = 3.0
 ENTRY_USUAL = 12
-"""Bytes; how long the file is said to be is an estimate."""
+"""Bytes; the reported file length is an estimate."""
 
 TERMINATE, RESET, OPEN_TO_READ, READ, BURST = 1, 2, 4, 5, 15
 ACK, NACK = 128, 129
@@ -41,7 +41,8 @@ class FileServer:
         packs_parameters: bool = True,
         file: Callable[[bytes], bytes | None] = lambda _name: None,
     ) -> None:
-        """`packs_parameters`: there is ArduPilot's file of them. `file`: any other one by its name, if there is one."""
+        """`packs_parameters`: serves ArduPilot's parameter file. `file`: returns any other file by its name, if it
+        exists."""
         self._parameters = parameters
         self._send = send
         self._packs_parameters = packs_parameters
@@ -49,13 +50,13 @@ class FileServer:
         self._waiting: deque[tuple[bytes, Peer]] = deque()
         self._session: int | None = None
         self._block = 0
-        """Bytes of the first block of the file of parameters that was asked for: the session keeps to it. 0: any."""
+        """Block size of the first read of the parameter file, which the session keeps. 0: any."""
         self._content: bytes | None = None
         self._heard_at = float("-inf")
         self._now_s = 0.0
         self._answers = 0
         self._last: tuple[Peer, int, int, bytes] | None = None
-        """To whom, session and sequence of the last answer, and what it was."""
+        """Peer, session and sequence of the last response, and the response."""
         self.refuses = False
         self.drop_every_seventh = False
 

@@ -1,7 +1,7 @@
 """What distinguishes one autopilot from another: modes, sticks, failsafes, commands, parameters, telemetry.
 
 Airframe, controllers and the behaviour of flight modes are shared. `ardupilot` and `px4` define one Flavour each; no
-other module may ask which autopilot it is.
+other module may check which autopilot it is.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ from simulator.receiver import Receiver
 
 
 class Storage(NamedTuple):
-    """What becomes of the items of plans."""
+    """How plan items are stored."""
 
     accept: Callable[[Item, PlanKind], Item | int]
-    """The item as it is stored and read back, or the MAV_MISSION_RESULT with which it is refused."""
+    """Returns the item as stored and read back, or the MAV_MISSION_RESULT that refuses it."""
     why_not_jump: Callable[[Item, int], int | None]
-    """Given the number of the last item of the plan."""
+    """Takes the number of the last item of the plan."""
     why_not_whole: Callable[[Sequence[Item], PlanKind], int | None]
     """At the end of an upload."""
     fence_total: Callable[[Sequence[Item]], int] = lambda _items: 1
-    """A number beside a fence. Where it becomes 0 the fence is dropped when it is looked at next."""
+    """A number stored with a fence. If it becomes 0, the fence is dropped at the next check."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,45 +48,45 @@ class Flavour:
     make_sticks: Callable[[Parameters, Receiver], PilotInput]
     make_failsafes: Callable[[], OwnFailsafes]
     why_not_ready: Callable[[Flight], str | None]
-    """What a check finds before anybody wants to arm."""
+    """Returns the first failed check before an attempt to arm."""
     why_not_arm: Callable[[Flight], str | None]
     home_slot: bool
     """Item 0 of a mission is home, not something to fly."""
     keeps_dataflash_logs: bool
     keeps_parameter_file: bool
-    """All parameters can be read as a file by MAVLink FTP."""
+    """MAVLink FTP serves all parameters as a file."""
     offers_metadata: bool
-    """COMPONENT_METADATA is answered, unless the vehicle is told otherwise."""
+    """COMPONENT_METADATA is answered, unless the vehicle's settings differ."""
     storage: Storage
     items_max: Mapping[PlanKind, int]
     fence_limits: Callable[[FlightState], FenceLimits]
-    """Which fences hold now."""
+    """Returns the limits at present."""
     on_fence_breach: Callable[[FlightState], IntEnum | None]
-    """Acts; the mode that may not be left before the breach is over, if any."""
+    """Acts; returns the mode that must be kept until the breach is over, if any."""
     handlers: Mapping[int, Callable[[Flight, Command], int]]
-    """MAV_CMD to what it does; the commands about messages and reboots are the vehicle's own."""
+    """MAV_CMD to its handler; the vehicle itself handles commands about messages and reboots."""
     reports: Mapping[int, Callable[[Flight], Any]]
     photo_message: Callable[[Flight, Photo], Any]
-    """What it sends for each photograph."""
+    """Returns the message for a photograph."""
     intervals_s: Mapping[int, float]
-    """What is sent without being asked for."""
+    """What is sent unrequested."""
     fixed_rates: frozenset[int]
-    """Messages whose rate nobody can change, though the request is accepted."""
+    """Messages with a fixed rate, although a request to change it is accepted."""
     obeys_stream_requests: bool
     reports_mode_at_once: bool
-    """A HEARTBEAT goes out with each change of mode, not only once a second."""
+    """Each mode change sends a HEARTBEAT, in addition to one per second."""
     system_id_parameter: str
     battery_parameter: str
     heeds_any_ground_station: bool
     """Heartbeats of any ground station count, not only of the configured one."""
     disarm_delay_s: Callable[[Flight], float]
-    """On the ground with nobody asking to fly; 0 is never."""
+    """Time on the ground without pilot input; 0 is never."""
     lands_with_throttle_up: bool
     """On the ground it may disarm itself although the throttle is not at its bottom."""
     set_mode_number: Callable[[Flight, int], int]
     """SET_MODE (11)."""
 
     def carry_out(self, flight: Flight, command: Command) -> int:
-        """The MAV_RESULT of a command that needs nothing but the flight code."""
+        """Returns the MAV_RESULT of a command that needs only the flight code."""
         handler = self.handlers.get(command.number)
         return handler(flight, command) if handler is not None else UNSUPPORTED

@@ -1,7 +1,7 @@
-"""The flight code: one vehicle's body, senses and modes, moved on tick by tick. No MAVLink in here.
+"""The flight code: one vehicle's body, senses and modes, advanced tick by tick. Independent of MAVLink.
 
-`tick` is called every TICK_S of simulated time. The order within a tick is fixed: sense, decide (failsafes,
-mode switch), fly the mode, move the body, notice the ground.
+`tick` is called every TICK_S of simulated time. The order within a tick is fixed: sense, decide (failsafes, mode
+switch), fly the mode, move the body, detect ground contact.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ HARD_IMPACT_MPS = 5.0
 
 
 class OwnFailsafes(FailsafeFlags, ABC):
-    """What the autopilot does by itself when something is lost."""
+    """What the autopilot does by itself on a loss."""
 
     @abstractmethod
     def update(self, flight: Flight) -> None: ...
 
 
 class Autopilot(Protocol):
-    """What the flight code needs to know of the autopilot that it flies as; `flavour.Flavour` has it all."""
+    """The flight code's interface to its autopilot; `flavour.Flavour` implements it."""
 
     @property
     def first_mode(self) -> IntEnum: ...
@@ -91,7 +91,7 @@ class Flight(FlightState):
         self._switch_since_s = 0.0
         self._switch_settled: int | None = None
 
-    # Asked for from outside.
+    # Requests from outside.
 
     def behaviour(self, mode: IntEnum) -> Behaviour:
         return self._behaviours[mode]
@@ -101,7 +101,7 @@ class Flight(FlightState):
 
     @property
     def flying(self) -> Behaviour:
-        """What the present mode does."""
+        """The behaviour of the present mode."""
         return self._behaviours[self.mode]
 
     @property
@@ -109,14 +109,14 @@ class Flight(FlightState):
         return self.flying.disarms_on_landing
 
     def why_not_ready(self) -> str | None:
-        """What a check finds before anybody wants to arm."""
+        """Returns the first failed check before an attempt to arm."""
         return self._autopilot.why_not_ready(self)
 
     def rules(self, mode: IntEnum) -> ModeRules:
         return self._autopilot.rules[mode]
 
     def set_mode(self, mode: IntEnum) -> bool:
-        """The same mode again is fine and changes nothing. Refusals say why in a notice."""
+        """Selecting the present mode succeeds and changes nothing. A refusal gives its reason in a notice."""
         if mode is self.mode:
             return True
         refusal: str | None = None
@@ -201,7 +201,7 @@ class Flight(FlightState):
         self.notify(Severity.INFO, "EKF3 IMU0 origin set")
 
     def _read_mode_switch(self) -> None:
-        """Act on a change of the switch, not on its position: that is how a lapsing channel 5 changes the mode."""
+        """Acts on a change of the switch, not on its position: that is how an expiring channel 5 changes the mode."""
         switch = self.sticks.mode_switch
         if switch != self._switch_seen:
             self._switch_seen, self._switch_since_s = switch, self.now_s

@@ -36,7 +36,7 @@ NOTICES_MAX = 64
 
 @dataclass(frozen=True, slots=True)
 class FlightSettings:
-    """How one vehicle starts. Angles in degrees, `wind_from_deg` as weather reports give it."""
+    """Initial state of one vehicle. Angles in degrees, `wind_from_deg` as in weather reports."""
 
     place: Place
     heading_deg: float = 0.0
@@ -58,7 +58,8 @@ class FailsafeFlags:
         self.battery_critical = False
         self.position = False
         self.ground_station_seen_s: float | None = None
-        """When a heartbeat (or, on ArduPilot, stick message) that counts came last; None: never, so never missed."""
+        """Time of the last heartbeat (or, on ArduPilot, stick message) that counts; None: never, so its loss does not
+        count."""
 
     @property
     def any(self) -> bool:
@@ -97,7 +98,7 @@ class FlightState(ABC):
         self.armed = False
         self.landed = True
         self.has_flown = False
-        """Since it was armed."""
+        """Since arming."""
         self.home: Place | None = None
         self.home_is_chosen = False
         """Set by command, so arming must not move it."""
@@ -108,7 +109,7 @@ class FlightState(ABC):
         self.speed_override_mps: float | None = None
         self.yaw_override_rad: float | None = None
         self.roi: tuple[float, float] | None = None
-        """Where the nose points while one of the modes for it flies: north and east of the origin, metres."""
+        """Target of the nose in the modes that point it: north and east of the origin, metres."""
         self.commands: Commands = STOPPED
         self.thrust_wanted_n = 0.0
         self._last_known: Place | None = None
@@ -119,11 +120,11 @@ class FlightState(ABC):
     @property
     @abstractmethod
     def disarms_on_landing(self) -> bool:
-        """The present mode disarms as soon as the vehicle has landed."""
+        """Whether the present mode disarms as soon as the vehicle has landed."""
 
     @abstractmethod
     def set_mode(self, mode: IntEnum) -> bool:
-        """The same mode again is fine and changes nothing. Refusals say why in a notice."""
+        """Selecting the present mode succeeds and changes nothing. A refusal gives its reason in a notice."""
 
     @abstractmethod
     def disarm(self) -> None: ...
@@ -136,12 +137,12 @@ class FlightState(ABC):
         self.plans.home_moved(place)
 
     def lift_off(self) -> None:
-        """A mode has decided to leave the ground."""
+        """Called by a mode that leaves the ground."""
         self.landed = False
         self.has_flown = True
         self._on_ground_since_s = None
 
-    # Asked by the modes and the telemetry.
+    # Read by the modes and the telemetry.
 
     def place(self) -> Place:
         body = self.body
@@ -149,13 +150,13 @@ class FlightState(ABC):
 
     @property
     def known_place(self) -> Place | None:
-        """What the estimate says: nothing before the first position, the last one after a loss."""
+        """The estimated position: None before the first one, the last one after a loss."""
         if self.estimator.position_ok:
             self._last_known = self.place()
         return self._last_known
 
     def home_local(self) -> tuple[float, float, float]:
-        """North, east and height of home over the origin; the origin itself while there is no home."""
+        """Returns north, east and height of home relative to the origin; the origin itself without a home."""
         if self.home is None:
             return 0.0, 0.0, 0.0
         north_m, east_m = self.origin.to_local(self.home.lat_deg, self.home.lon_deg)
@@ -165,7 +166,7 @@ class FlightState(ABC):
         return self.body.alt_m - self.home_local()[2]
 
     def limits(self) -> Limits:
-        """What the waypoint controller may do."""
+        """Returns the limits of the waypoint controller."""
         parameters = self.parameters
         speed = self.speed_override_mps or parameters["WPNAV_SPEED"] / 100.0
         return Limits(
@@ -182,13 +183,13 @@ class FlightState(ABC):
     # How the modes fly.
 
     def rest(self) -> None:
-        """On the ground with motors idling: nothing may wind up."""
+        """On the ground with motors idling: prevents integrator windup."""
         self.commands = IDLE
         self.thrust_wanted_n = 0.0
         self.restart_controllers()
 
     def fly(self, lean: tuple[float, float] | None = None) -> None:
-        """Follow the target in height, and in place too unless a pilot gives `lean` (roll, pitch)."""
+        """Follows the target in height, and horizontally too unless a pilot gives `lean` (roll, pitch)."""
         self.thrust_wanted_n = self.position.thrust_n(self.body, self.target, TICK_S)
         if lean is None:
             lean = self.position.lean(self.body, self.target, self.lean_max_rad(), TICK_S)

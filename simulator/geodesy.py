@@ -1,6 +1,6 @@
-"""Latitude and longitude to metres and back, on the flat earth that ArduPilot itself uses.
+"""Latitude and longitude to metres and back, with ArduPilot's own flat-earth approximation.
 
-Good to centimetres within a few kilometres of the origin, which is all that a quadrotor flies.
+Accurate to centimetres within a few kilometres of the origin, enough for a quadrotor.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 
 METRES_PER_E7 = 0.011131884502145034
-"""Metres of latitude in 1e-7 degree."""
+"""Metres per 1e-7 degree of latitude."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,14 +34,14 @@ class LocalFrame:
         return Place(lat_deg, wrap_180(lon_deg), self.origin.alt_amsl_m - down_m)
 
     def to_local(self, lat_deg: float, lon_deg: float) -> tuple[float, float]:
-        """North and east, metres."""
+        """Returns north and east, metres."""
         north_m = (lat_deg - self.origin.lat_deg) * 1e7 * METRES_PER_E7
         east_m = wrap_180(lon_deg - self.origin.lon_deg) * 1e7 * METRES_PER_E7 * self._lon_scale
         return north_m, east_m
 
 
 def e7(degrees: float) -> int:
-    """Degrees as the integers that MAVLink carries."""
+    """Converts degrees to MAVLink's integers."""
     return round(degrees * 1e7)
 
 
@@ -54,7 +54,7 @@ def wrap_pi(radians: float) -> float:
 
 
 def heading_deg(yaw_rad: float) -> float:
-    """0..360 from a yaw angle."""
+    """Converts a yaw angle to 0..360."""
     return math.degrees(yaw_rad) % 360.0
 
 

@@ -15,7 +15,7 @@ TURN_RATE_RPS = math.radians(60.0)
 
 @dataclass(frozen=True, slots=True)
 class GoTo:
-    """A place over the origin, metres. `yaw_rad` None: look where you fly."""
+    """A position relative to the origin, metres. `yaw_rad` None: nose in the direction of flight."""
 
     north_m: float
     east_m: float
@@ -25,7 +25,7 @@ class GoTo:
 
 @dataclass(frozen=True, slots=True)
 class FlyWith:
-    """A velocity, metres per second, that lapses GUID_TIMEOUT after `since_s`."""
+    """A velocity, metres per second, that expires GUID_TIMEOUT after `since_s`."""
 
     vn_mps: float
     ve_mps: float
@@ -61,7 +61,7 @@ class Guided(Behaviour):
 
     def go(self, goal: GoTo | FlyWith) -> None:
         self._paused = False
-        if not self.flight.landed:  # on the ground nothing but a take-off leaves it
+        if not self.flight.landed:  # on the ground only a take-off has an effect
             self.goal = goal
 
     def pause(self) -> bool:
@@ -117,7 +117,7 @@ class Guided(Behaviour):
 
 
 def look_ahead(behaviour: Behaviour, north_m: float, east_m: float) -> None:
-    """Turn towards a place that is far enough away to have a direction."""
+    """Turns towards a position that is far enough away to have a direction."""
     flight = behaviour.flight
     gap_n, gap_e = north_m - flight.body.north_m, east_m - flight.body.east_m
     if math.hypot(gap_n, gap_e) > 2.0 and flight.parameters.whole("WP_YAW_BEHAVIOR"):

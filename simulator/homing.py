@@ -20,7 +20,8 @@ FAILSAFE_LAND_WAIT_S = 4.0
 
 
 def descend(behaviour: Behaviour, *, waiting: bool = False) -> None:
-    """One tick of landing on the spot, or of waiting at this height to begin; with no position, as the pilot leans."""
+    """Flies one tick of a landing on the spot, or of the wait before it; without a position, the pilot's sticks lean
+    it."""
     flight = behaviour.flight
     if flight.landed:
         flight.rest()
@@ -54,7 +55,7 @@ class Land(Behaviour):
         self._waits_until_s = 0.0
 
     def wait_first(self) -> None:
-        """Stay at this height for a while, as after a failsafe."""
+        """Stays at this height for a while first, as after a failsafe."""
         self._waits_until_s = self.flight.now_s + FAILSAFE_LAND_WAIT_S
 
     def run(self) -> None:

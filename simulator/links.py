@@ -1,6 +1,6 @@
 """How a vehicle's bytes leave the process: one UDP socket or TCP connection for each vehicle.
 
-UDP sockets that speak first are connected, so the kernel itself drops packets of anybody but the peer.
+UDP sockets that send first are connected, so the kernel drops packets of all but the peer.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Protocol, cast
 
 RECONNECT_S = 1.0
 UNSENT_MAX = 256 * 1024
-"""Bytes waiting for a slow TCP peer; beyond it frames are dropped, as a full radio link would."""
+"""Bytes queued for a slow TCP peer; beyond it frames are dropped, as on a full radio link."""
 
 Receive = Callable[[bytes], None]
 
@@ -31,7 +31,8 @@ class Endpoint:
 
 
 def parse_endpoint(text: str) -> Endpoint:
-    """`udp:HOST:PORT` (speaks first), `udpin:HOST:PORT` (waits to be spoken to), and the same for `tcp` and `tcpin`."""
+    """Parses `udp:HOST:PORT` (sends first), `udpin:HOST:PORT` (waits for a peer), and the same for `tcp` and
+    `tcpin`."""
     scheme, _, rest = text.partition(":")
     host, _, port = rest.rpartition(":")
     if scheme not in OPENERS or not host or not port.isdecimal() or not 0 < int(port) < 65536:
@@ -51,14 +52,14 @@ class UdpLink(asyncio.DatagramProtocol):
         self._transport: asyncio.DatagramTransport | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        self._transport = cast(asyncio.DatagramTransport, transport)  # no base class of uvloop's
+        self._transport = cast(asyncio.DatagramTransport, transport)  # uvloop's transport has no base class
 
     def datagram_received(self, data: bytes, addr: object) -> None:
         del addr
         self._receive(data)
 
     def error_received(self, exc: Exception) -> None:
-        """Nobody listens there (yet): an autopilot goes on talking."""
+        """No listener (yet): an autopilot continues to send."""
 
     def send(self, frames: list[bytes]) -> None:
         if self._transport is not None:
@@ -71,7 +72,7 @@ class UdpLink(asyncio.DatagramProtocol):
 
 
 class UdpInLink(UdpLink):
-    """Bound to an address; answers whoever spoke last, as an autopilot's network port does."""
+    """Bound to an address; sends to the last sender, as an autopilot's network port does."""
 
     def __init__(self, receive: Receive) -> None:
         super().__init__(receive)
@@ -88,7 +89,7 @@ class UdpInLink(UdpLink):
 
 
 class TcpLink(asyncio.Protocol):
-    """One stream at a time; a newer connection takes the place of the older."""
+    """One stream at a time; a newer connection replaces the older."""
 
     def __init__(self, receive: Receive) -> None:
         self._receive = receive

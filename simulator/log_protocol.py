@@ -1,4 +1,4 @@
-"""The server half of the log protocol: list, data, end, erase. One at a time; while armed it sends nothing."""
+"""The server half of the log protocol: list, data, end, erase. One request at a time; silent while armed."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class LogServer:
                 self._send_next(self._download)
 
     def _send_next_entry(self, listing: Listing) -> None:
-        """One a tick. With none on board a single entry says so."""
+        """Sends one per tick. Without logs on board a single entry reports that."""
         logs = self._logbook.logs
         if not logs:
             self._listing = None
@@ -81,7 +81,7 @@ class LogServer:
             self._listing = None
 
     def _begin(self, message: Message, peer: Peer) -> None:
-        """What is not there gets no answer; behind the end there is an empty chunk."""
+        """A log that does not exist gets no answer; a range past the end gets an empty chunk."""
         self._listing = self._download = None
         if not 0 < message.id <= len(self._logbook.logs):
             return

@@ -1,4 +1,4 @@
-"""The logs on board, one for each arming. The oldest is deleted when there are too many; a full one is closed."""
+"""The logs on board, one for each arming. Excess logs are deleted, oldest first; a full one is closed."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Logbook:
     def __init__(self, banner: Sequence[str] = ()) -> None:
         self._banner = banner
         self.logs: list[Log] = []
-        """The oldest first; on the wire they are numbered from 1."""
+        """The oldest first; numbered from 1 on the wire."""
         self._writing: Log | None = None
         self._mode: IntEnum | None = None
         self._due_s: dict[str, float] = {}
@@ -36,7 +36,7 @@ class Logbook:
         self._writing = None
 
     def update(self, flight: Flight, notices: Iterable[str]) -> None:
-        """One tick; `notices` are the texts that it has brought."""
+        """Logs one tick; `notices` are the texts of this tick."""
         if not flight.armed:
             self._writing = None
             return

@@ -24,12 +24,12 @@ _TYPES = {Kind.INT8: "Int8", Kind.INT16: "Int16", Kind.INT32: "Int32", Kind.FLOA
 
 
 def mavlink_crc32(data: bytes) -> int:
-    """CRC-32 that begins with 0 and is not inverted at the end."""
+    """Returns a CRC-32 with initial value 0 and no final inversion."""
     return zlib.crc32(data, 0xFFFFFFFF) ^ 0xFFFFFFFF
 
 
 class ComponentFiles:
-    """`missing`, `damaged`: what goes wrong with the file of the parameters. They are made when somebody asks."""
+    """`missing`, `damaged`: faults of the parameter file. The files are generated on the first request."""
 
     def __init__(self, parameters: Parameters) -> None:
         self._parameters = parameters
@@ -63,7 +63,7 @@ class ComponentFiles:
 
 
 def parameter_document(parameters: Parameters) -> dict[str, Any]:
-    """COMP_METADATA_TYPE_PARAMETER, version 1: type and default of each, and what the simulator makes of some."""
+    """Returns COMP_METADATA_TYPE_PARAMETER, version 1: type and default of each, and how the simulator uses some."""
     defaults = {name: value for name, _, value in parameters.table}
     entries = [
         {"name": one.name, "type": _TYPES[one.kind], "group": one.name.split("_")[0]}

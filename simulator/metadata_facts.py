@@ -48,7 +48,7 @@ _WORDS = {"RTL_ALT": "Height of a return", "RTL_RETURN_ALT": "Height of a return
 
 
 def facts_of(name: str) -> dict[str, Any]:
-    """The fields of parameter.schema.json that are known of it."""
+    """Returns the fields of parameter.schema.json that are known for this parameter."""
     facts: dict[str, Any] = {}
     if name in _WORDS:
         facts["shortDesc"] = _WORDS[name]

@@ -9,7 +9,7 @@ from simulator.mission_plan import Item
 
 
 def read_item(message: Message) -> Item:
-    """From either message. An old one without whole numbers has a place of 2^31 - 1 where its own is none."""
+    """Reads either message. An item of the old message with an invalid position gets 2^31 - 1 for it."""
     if message.get_type() == "MISSION_ITEM":
         x, y = (round(v * 1e7) if math.isfinite(v) and abs(v) < 200 else 2**31 - 1 for v in (message.x, message.y))
     else:

@@ -1,4 +1,4 @@
-"""The three plans a vehicle stores (mission, fence, rally points), as plain items."""
+"""The three plans that a vehicle stores (mission, fence, rally points), as plain items."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from enum import IntEnum
 from simulator.geodesy import Place, e7
 
 WAYPOINT = 16
-"""MAV_CMD_NAV_WAYPOINT, as which home is listed."""
+"""MAV_CMD_NAV_WAYPOINT; home is listed with it."""
 
 
 class Frame(IntEnum):
@@ -42,7 +42,7 @@ class Item:
     autocontinue: int = 1
 
     def number(self, index: int) -> float:
-        """One of the four parameters, to fly by; NaN ("as it is") is 0."""
+        """Returns one of the four parameters for flight; NaN ("unchanged") is 0."""
         value = self.params[index]
         return 0.0 if math.isnan(value) else value
 
@@ -57,7 +57,7 @@ def home_item(home: Place) -> Item:
 
 @dataclass(slots=True)
 class Plans:
-    """What is stored. Where there is a home slot, item 0 of the mission is home, whatever was uploaded there."""
+    """The stored plans. With a home slot, item 0 of the mission is home, whatever was uploaded there."""
 
     home_slot: bool = True
     items: dict[PlanKind, list[Item]] = field(default_factory=lambda: {kind: [] for kind in PlanKind})
@@ -85,12 +85,12 @@ class Plans:
             self.home_moved(home)
 
     def begin_in_place(self, kind: PlanKind, count: int) -> None:
-        """What ArduPilot does with a MISSION_COUNT: the stored plan loses what would be too long."""
+        """Truncates the stored plan to the new length, as ArduPilot does on a MISSION_COUNT."""
         self.items[kind] = self.items[kind][:count]
         self.changes[kind] += 1
 
     def write_in_place(self, kind: PlanKind, seq: int, item: Item, home: Place | None) -> None:
-        """One item, over the old one of that number or behind the last."""
+        """Writes one item over the old one of that number or behind the last."""
         items = self.items[kind]
         self.items[kind] = [*items[:seq], item, *items[seq + 1 :]]
         self.changes[kind] += 1

@@ -1,8 +1,8 @@
-"""How ArduPilot stores an item: 15 bytes by its command, from which it makes up what it sends back.
+"""How ArduPilot stores an item: in 15 bytes by its command, from which it reconstructs what it sends back.
 
-Here they are packed and unpacked as there: a command number, 16 bits (`p1`), and a place (latitude, longitude, whole
-centimetres, a byte of flags) or what the command's structure has. What the bytes have no room for is cut as a processor
-cuts it (x86-64: towards 0, then the lowest bits).
+Items are packed and unpacked as there: a command number, 16 bits (`p1`), and a position (latitude, longitude, whole
+centimetres, a byte of flags) or the fields of the command's structure. Values that do not fit are truncated as a
+processor does it (x86-64: towards 0, then the lowest bits).
 
 Read in ArduPilot's source (4.7-dev of July 2025): AP_Mission, AC_PolyFence_loader, AP_Rally and their
 MissionItemProtocol. Compared with what ArduCopter of that source gave back (tests/unit/simulator/kept_by_arducopter).
@@ -21,7 +21,7 @@ from simulator.mission_plan import Item, PlanKind
 RELATIVE, OVER_TERRAIN, ABSOLUTE = frozenset({3, 6}), frozenset({10, 11}), frozenset({0, 2, 5})
 MAX_ALT_M = 83_000.0
 COUNTER_CLOCKWISE, BY_TANGENT, TENS, FRACTION = 1, 2, 4, 8
-"""Flags beside a place."""
+"""Flags stored with a position."""
 JUMP = 177
 
 Four = tuple[float, float, float, float]
@@ -29,14 +29,14 @@ Four = tuple[float, float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class Stored:
-    """`p1` of 16 bits and flags of a command with a place."""
+    """The 16 bits of `p1` and the flags of a command with a position."""
 
     p1: int
     flags: int = 0
 
 
 def _cast(value: float, code: str) -> float:
-    """As a C cast of a float to that type of the struct module."""
+    """Casts a float as C does to that type of the struct module."""
     if code in "fe":
         try:
             number: float = struct.unpack("<" + code, struct.pack("<" + code, value))[0]
@@ -129,10 +129,10 @@ PLACED: dict[int, tuple[Callable[[Item], Stored], Callable[[Stored], Four]]] = {
     ),
     94: (_payload, lambda one: (single(one.p1 * single(0.01)), 0.0, 0.0, 0.0)),
 }
-"""By command: what of its parameters is stored beside the place, and how that is told."""
+"""By command: what is stored of its parameters besides the position, and how it is read back."""
 
 P1_ALONE = frozenset({193, 194, 197, 207, 208, 210, 212, 215, 216, 2001})
-"""Commands without a place of which 16 bits of param1 are all."""
+"""Commands without a position that store only 16 bits of param1."""
 
 STRUCTURES: dict[int, tuple[str, str]] = {
     20: ("", ""),
@@ -169,17 +169,17 @@ STRUCTURES: dict[int, tuple[str, str]] = {
     42600: ("BBff", "1234"),
     42702: ("BBeehh", "1234xy"),
 }
-"""The other commands: the types of their structure, and which fields of the message go there."""
+"""The other commands: the types of their structure, and the message fields that it stores."""
 
 OPEN = {16: (3,), 17: (3,), 21: (3,), 22: (3,), 84: (3,), 85: (2, 3)}
-"""By command the parameters that may be NaN."""
+"""By command, the parameters that may be NaN."""
 
 ENGINE, ATTITUDE, MOUNT = 223, 42703, 205
 COMMANDS = frozenset({*PLACED, *P1_ALONE, *STRUCTURES, ENGINE, ATTITUDE})
 
 
 def accept_item(item: Item, kind: PlanKind) -> Item | int:
-    """The item as it will be read back, or the MAV_MISSION_RESULT with which it is refused."""
+    """Returns the item as it will be read back, or the MAV_MISSION_RESULT that refuses it."""
     if kind is PlanKind.FENCE:
         return _accept_fence(item)
     if kind is PlanKind.RALLY:
@@ -195,7 +195,7 @@ def accept_item(item: Item, kind: PlanKind) -> Item | int:
 
 
 def why_not_whole(items: Sequence[Item], kind: PlanKind) -> int | None:
-    """The MAV_MISSION_RESULT at the end of an upload, or None. Only a fence is looked at as a whole."""
+    """Returns the MAV_MISSION_RESULT at the end of an upload, or None. Only a fence is checked as a whole."""
     expected, first, returns = 0, items[0] if items else None, 0
     for item in items if kind is PlanKind.FENCE else ():
         if item.command in (5001, 5002):
@@ -214,14 +214,14 @@ def why_not_whole(items: Sequence[Item], kind: PlanKind) -> int | None:
 
 
 def fence_total(items: Sequence[Item]) -> int:
-    """FENCE_TOTAL: corners and circles, and two, but 0 for fewer than three. To the autopilot a total that becomes 0
-    is an old ground station that clears the fence, whatever has just been stored."""
+    """Returns FENCE_TOTAL: the number of corners and circles plus two, but 0 for fewer than three. To the autopilot a
+    total that becomes 0 is an old ground station clearing the fence, whatever has just been stored."""
     points = sum(item.command != 5000 for item in items)
     return points + 2 if points >= 3 else 0
 
 
 def why_not_jump(item: Item, last: int) -> int | None:
-    """A jump to home or past the end is refused. `last`: number of the last item."""
+    """Refuses a jump to home or past the end. `last`: number of the last item."""
     if item.command == JUMP and not 0 < int(item.params[0]) <= last:
         return int(mavlink.MAV_MISSION_ERROR)
     return None

@@ -1,7 +1,7 @@
 """The server half of the mission protocol, for missions, fences and rally points.
 
-An upload is collected beside the stored plan and replaces it only when complete, so an upload that fails half-way
-leaves the old plan intact (unless the failure that writes plans in place is on). One upload at a time.
+An upload is collected separately from the stored plan and replaces it only when complete, so an upload that fails
+half-way leaves the old plan intact (unless the failure that writes plans in place is active). One upload at a time.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ CHECK_FENCE_S = 0.1
 
 ACCEPTED = mavlink.MAV_MISSION_ACCEPTED
 Peer = tuple[int, int]
-"""System and component of whoever we talk with."""
+"""System and component of the peer."""
 
 
 @dataclass(slots=True)
@@ -107,7 +107,7 @@ class MissionServer:
         return failure in self._flight.failures
 
     def _ignores(self, step: str) -> bool:
-        """The first of each step, where that failure is switched on."""
+        """Ignores the first message of each step while that failure is active."""
         if not self._fails(Failure.FIRST_MISSION_REQUEST_IGNORED) or step in self._ignored:
             return False
         self._ignored.add(step)
@@ -155,7 +155,7 @@ class MissionServer:
                 self._ask_next(upload)
             elif message.seq > len(upload.items):
                 self._ack(peer, mavlink.MAV_MISSION_INVALID_SEQUENCE, kind)
-            return  # one that came twice is no error
+            return  # a duplicate is no error
         upload.last_heard_s = self._flight.now_s
         storage, sent = self._flavour.storage, read_item(message)
         taken = storage.accept(sent, kind)

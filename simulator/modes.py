@@ -1,6 +1,6 @@
 """The flight modes of ArduCopter: their numbers, and the rules for each.
 
-Another autopilot brings another table, not other physics.
+Another autopilot has another table, but the same physics.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Mode(IntEnum):
 @dataclass(frozen=True, slots=True)
 class ModeRules:
     needs_position: bool
-    """Armed, it can only be entered (and kept) with a position estimate."""
+    """An armed vehicle can enter and keep it only with a position estimate."""
     armable: bool
     manual_throttle: bool = False
     pilot_controlled: bool = False

@@ -10,7 +10,7 @@ from simulator.geodesy import clamp
 
 TURN_RATE_RPS = math.radians(60.0)
 ON_IT_M = 2.0
-"""So near to the point that leads round, the turns begin to count."""
+"""Turns count once the vehicle is this close to the point that it follows."""
 
 
 class Orbit:
@@ -23,8 +23,8 @@ class Orbit:
         self._begun = False
 
     def run(self, flight: FlightState, rate_rps: float) -> None:
-        """One tick; positive is clockwise. No faster than the limits of speed and acceleration allow. Height is left
-        to the caller, and so is `flight.fly`."""
+        """Flies one tick; positive is clockwise. The limits of speed and acceleration apply. The caller controls the
+        height and calls `flight.fly`."""
         limits, body = flight.limits(), flight.body
         if self._begun:
             fastest = min(limits.speed_mps, math.sqrt(limits.acceleration_mss * self.radius_m)) / self.radius_m
@@ -42,7 +42,7 @@ class Orbit:
 
 
 def look_at_roi(flight: FlightState) -> bool:
-    """Turn towards the region of interest; False where there is none, or it is underneath."""
+    """Turns towards the region of interest; False if there is none, or it is directly below."""
     if flight.roi is None:
         return False
     gap_n, gap_e = flight.roi[0] - flight.body.north_m, flight.roi[1] - flight.body.east_m

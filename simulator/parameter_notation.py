@@ -1,6 +1,6 @@
-"""A short way to write parameter tables: lines of `PREFIX_ NAME=tVALUE ...`, with `-` for no prefix.
+"""A short notation for parameter tables: lines of `PREFIX_ NAME=tVALUE ...`, with `-` for no prefix.
 
-The letter t is the type: b INT8, h INT16, i INT32, f FLOAT. `numbered` repeats a group for each of some numbers.
+The letter t is the type: b INT8, h INT16, i INT32, f FLOAT. `numbered` repeats a group for several numbers.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from enum import IntEnum
 
 
 class Kind(IntEnum):
-    """MAV_PARAM_TYPE of what ArduPilot has."""
+    """MAV_PARAM_TYPE, as far as ArduPilot uses it."""
 
     INT8 = 2
     INT16 = 4
@@ -24,7 +24,8 @@ _KINDS = {"b": Kind.INT8, "h": Kind.INT16, "i": Kind.INT32, "f": Kind.FLOAT}
 
 
 def rows(text: str) -> list[Row]:
-    """In the order in which they are written. KeyError, IndexError or ValueError: not in the notation."""
+    """Returns the rows in their written order. Raises KeyError, IndexError or ValueError for text not in the
+    notation."""
     found: list[Row] = []
     for line in text.split("\n"):
         prefix, *cells = line.split() or [""]
@@ -36,5 +37,5 @@ def rows(text: str) -> list[Row]:
 
 
 def numbered(text: str, numbers: Iterable[int | str]) -> list[Row]:
-    """The rows of `text` for each number, which stands where `#` is."""
+    """Returns the rows of `text` for each number, which replaces `#`."""
     return [row for number in numbers for row in rows(text.replace("#", str(number)))]

@@ -1,4 +1,4 @@
-"""All parameters as ArduPilot's `@PARAM/param.pck` has them (AP_Filesystem_Param), for blocks of one size."""
+"""All parameters in the format of ArduPilot's `@PARAM/param.pck` (AP_Filesystem_Param), for blocks of one size."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from simulator.parameters import Kind, Parameters
 
 MAGIC = 0x671B
 _VALUES = {Kind.INT8: (1, "<b"), Kind.INT16: (2, "<h"), Kind.INT32: (3, "<i"), Kind.FLOAT: (4, "<f")}
-"""Its own number of each type, and how the value lies there."""
+"""ArduPilot's number of each type, and its layout."""
 MAX_COMMON_CHARS = 15
 
 
 def pack_parameters(parameters: Parameters, block_bytes: int) -> bytes:
-    """Padded with zero bytes, so that no value lies across two blocks."""
+    """Pads with zero bytes, so that no value crosses a block boundary."""
     packed = bytearray(struct.pack("<HHH", MAGIC, len(parameters), len(parameters)))
     before = b""
     for parameter in parameters:

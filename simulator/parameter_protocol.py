@@ -12,14 +12,14 @@ from simulator.parameters import NAME_MAX, Parameter, Parameters
 UNNUMBERED = 65535
 """The index in an answer that is not part of a list."""
 HASH_NAME = "_HASH_CHECK"
-"""PX4: not a parameter, but the hash of all of them; told before a list, and asked for by this name."""
+"""PX4: not a parameter, but the hash of all of them; sent before a list, and on request by this name."""
 HASH_KIND = int(mavlink.MAV_PARAM_TYPE_UINT32)
 LOCKED_PREFIX = "BRD_"
 SLOW_TICKS = 4
-"""Between two single values where they are slow: 20 ms (seen on ArduCopter 4.7-dev on a busy machine)."""
+"""Between two single values while they are slow: 20 ms (seen on ArduCopter 4.7-dev on a busy machine)."""
 QUESTIONS_MAX = 20
 VALUES_PER_TICK = 10
-"""2000 a second: what a real one sends where the line lets it. A list of 1,400 takes 0.7 s."""
+"""2000 per second, as a real autopilot sends if the link permits. A list of 1,400 takes 0.7 s."""
 
 
 class ParameterServer:
@@ -41,13 +41,13 @@ class ParameterServer:
         self._ticks = 0
 
     def list_all(self) -> None:
-        """Start over: a second request during a list is the requester's way to say that it lost some."""
+        """Starts over: a second request during a list means that the requester has lost some values."""
         if self._next is None:
             self._hash_due = True
         self._next = 0
 
     def read(self, name: str, index: int) -> None:
-        """By index, or by name where the index is -1. What does not exist gets no answer."""
+        """Reads by index, or by name if the index is -1. Unknown parameters get no answer."""
         if index < 0 and name == HASH_NAME:
             self._send_hash()
         elif not self.is_slow:
@@ -66,7 +66,7 @@ class ParameterServer:
             self._send(self._value(parameter, number))
 
     def set(self, name: str, value: float, kind: int) -> None:
-        """Of PX4's hash: whatever the value, the list is not wanted any more."""
+        """For PX4's hash, any value stops the list."""
         if name == HASH_NAME and self._parameters.hash_on_the_wire() is not None:
             self._next = None
             return

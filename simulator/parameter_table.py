@@ -1,8 +1,8 @@
-"""What is in the parameter table by default: ArduCopter 4.6 names, types and (mostly) default values.
+"""The default parameter table: ArduCopter 4.6 names, types and (mostly) default values.
 
-Where a default of the real autopilot differs from what its own simulator is started with, the simulator's is here
-(radio ranges, flight modes on channel 5), and batteries have their failsafe switched on. What is written here is what
-the simulator flies by, or was measured; the rest of a real vehicle's list is in `parameter_groups`.
+Where the real autopilot's default differs from the one in its own simulator, this table has the simulator's (radio
+ranges, flight modes on channel 5), and the battery failsafe is enabled. This table has the parameters that the
+simulator uses, and measured values; the rest of a real vehicle's list is in `parameter_groups`.
 """
 
 from __future__ import annotations
@@ -228,7 +228,7 @@ _SIMULATED: list[tuple[str, Kind, float]] = [
     ("SIM_SPEEDUP", _F, 1),
     ("SIM_RATE_HZ", _I16, 1200),
 ]
-"""Only a simulated ArduPilot has any; their names tell what it is. They are told and change nothing."""
+"""Only a simulated ArduPilot has these; their names identify it. They are listed but have no effect."""
 
 TABLE: list[tuple[str, Kind, float]] = [
     *_COPTER,

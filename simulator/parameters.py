@@ -1,4 +1,4 @@
-"""The parameter table: names, types and values as ArduCopter 4.6 has them.
+"""The parameter table: names, types and values of ArduCopter 4.6.
 
 Every parameter travels as a float, whatever its type; ArduPilot casts the value, it does not copy the bits.
 """
@@ -29,12 +29,12 @@ class Parameter:
 
 
 class Parameters:
-    """Values by name, and by index in the order in which they are listed."""
+    """Values by name, and by index in the order of the list."""
 
     table: ClassVar[list[tuple[str, Kind, float]]] = TABLE
 
     def __init__(self, overrides: Iterable[tuple[str, float]] = (), total_count: int = 0) -> None:
-        """Fill up with generated ones to `total_count`, if the table is shorter than that."""
+        """Adds generated parameters up to `total_count` if the table is shorter."""
         rows: list[tuple[str, Kind, float]] = list(self.table)
         rows += _fillers(total_count - len(rows))
         self._ordered = [Parameter(name, kind, value, i) for i, (name, kind, value) in enumerate(rows)]
@@ -65,16 +65,16 @@ class Parameters:
         return parameter.value
 
     def hash_on_the_wire(self) -> float | None:
-        """None where the autopilot has no such thing."""
+        """None if the autopilot has no such hash."""
         return None
 
     def from_the_wire(self, name: str, value: float, kind: int) -> Parameter | None:
-        """PARAM_SET; ArduPilot does not care which type the sender names."""
+        """PARAM_SET; ArduPilot ignores the type that the sender states."""
         del kind
         return self.set(name, value)
 
     def set(self, name: str, value: float) -> Parameter | None:
-        """The parameter with its new value, or None where there is none or the value is not finite."""
+        """Returns the parameter with its new value, or None if it does not exist or the value is not finite."""
         parameter = self._by_name.get(name)
         if parameter is None or not math.isfinite(value):
             return None
@@ -89,7 +89,7 @@ class Parameters:
 
 
 def _fillers(count: int) -> list[tuple[str, Kind, float]]:
-    """Stable names and values, so that two runs list the same table."""
+    """Names and values are deterministic, so that every run lists the same table."""
     kinds = (Kind.FLOAT, Kind.INT8, Kind.INT16, Kind.INT32)
     fillers = []
     for i in range(max(count, 0)):

@@ -1,4 +1,4 @@
-"""A camera as a MAVLink component: what it is, its settings, its storage, what it captures, and its video stream."""
+"""A camera as a MAVLink component: information, settings, storage, captures, and its video stream."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from simulator.flight import Flight
 from simulator.reports_common import ms
 
 FIELD_OF_VIEW_DEG = 75.0
-"""As `simulator.camera.view`, which needs OpenCV, draws."""
+"""The same as in `simulator.camera.view`, which needs OpenCV."""
 SENSOR_WIDTH_MM, SENSOR_HEIGHT_MM = 6.2, 4.65
 PHOTO_WIDTH_PX, PHOTO_HEIGHT_PX = 4000, 3000
 PHOTO_MIB = 8.0
 STORAGE_MIB = 32_768.0
 FIRMWARE = 1 | 0 << 8
-"""Version 1.0, each part a byte."""
+"""Version 1.0, one byte each."""
 _UNKNOWN = math.nan
 _CAPTURES = frozenset(
     {
@@ -31,7 +31,7 @@ _CAPTURES = frozenset(
 
 
 class CameraReports:
-    """`gimbal_device_id`: the gimbal that carries it, 0 where none does. `video_uri`: empty where it films nothing."""
+    """`gimbal_device_id`: the gimbal that carries it, 0 if none. `video_uri`: empty without video."""
 
     heartbeat_type = int(mavlink.MAV_TYPE_CAMERA)
     intervals_s: dict[int, float] = {}  # noqa: RUF012 - of the protocol; nobody writes it
@@ -58,7 +58,7 @@ class CameraReports:
         return None
 
     def carry_out(self, flight: Flight, command: Command) -> int:
-        """Captures are the flight's: its missions take photographs with the same camera."""
+        """The flight handles captures: its missions take photographs with the same camera."""
         if command.number not in _CAPTURES:
             return UNSUPPORTED
         return CAMERA_HANDLERS[command.number](flight, command)
@@ -108,14 +108,14 @@ class CameraReports:
     def _capture(self, flight: Flight) -> Message:
         camera = flight.camera
         interval_s = camera.interval_s
-        status = 0 if interval_s is None else 2  # idle; idle between those of an interval
+        status = 0 if interval_s is None else 2  # idle; idle between the photographs of an interval
         left = STORAGE_MIB - _used_mib(flight)
         return mavlink.MAVLink_camera_capture_status_message(
             ms(flight), status, 0, interval_s or 0.0, 0, left, camera.taken
         )
 
     def _stream(self) -> Message:
-        """Its pictures are JPEG over HTTP, for which there is no VIDEO_STREAM_TYPE: the nearest is a stream on TCP."""
+        """The pictures are JPEG over HTTP, for which there is no VIDEO_STREAM_TYPE: the nearest is a TCP stream."""
         return mavlink.MAVLink_video_stream_information_message(
             1,
             1,
@@ -128,7 +128,7 @@ class CameraReports:
 
 
 def _stream_fields() -> tuple[int, float, int, int, int, int, int]:
-    """Flags, rate, width, height, bits a second (it depends on the picture), rotation, field of view in degrees."""
+    """Returns flags, rate, width, height, bits per second (unknown: 0), rotation, field of view in degrees."""
     (_, _, rate), (_, _, width), (_, _, height) = LIMITS["rate"], LIMITS["width"], LIMITS["height"]
     return (int(mavlink.VIDEO_STREAM_STATUS_FLAGS_RUNNING), float(rate), width, height, 0, 0, round(FIELD_OF_VIEW_DEG))
 

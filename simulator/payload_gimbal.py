@@ -1,4 +1,4 @@
-"""A gimbal of two axes, and its manager in the autopilot: where it looks, and who may turn it."""
+"""A two-axis gimbal, and its manager in the autopilot: its direction, and who may turn it."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ CAPABILITIES = int(
     | mavlink.GIMBAL_DEVICE_CAP_FLAGS_HAS_YAW_AXIS
     | mavlink.GIMBAL_DEVICE_CAP_FLAGS_HAS_YAW_FOLLOW
 )
-"""As device and as manager: the numbers of both are the same."""
+"""As device and as manager: both use the same numbers."""
 MANAGER_INFORMATION = int(mavlink.MAVLINK_MSG_ID_GIMBAL_MANAGER_INFORMATION)
 MANAGER_STATUS = int(mavlink.MAVLINK_MSG_ID_GIMBAL_MANAGER_STATUS)
 _ATTITUDE = int(mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_ATTITUDE_STATUS)
 _LIMITS = (0.0, 0.0, *(math.radians(deg) for deg in (PITCH_MIN_DEG, PITCH_MAX_DEG, -YAW_MAX_DEG, YAW_MAX_DEG)))
-"""Least and most of roll, pitch, yaw, in radians."""
+"""Minimum and maximum of roll, pitch, yaw, in radians."""
 _KEEP, _MYSELF, _NOBODY = -1, -2, -3
-"""Ids in DO_GIMBAL_MANAGER_CONFIGURE; 0 is nobody as well."""
+"""Ids in DO_GIMBAL_MANAGER_CONFIGURE; 0 also means nobody."""
 
 
 class Gimbal:
@@ -39,10 +39,10 @@ class Gimbal:
 
     def __init__(self) -> None:
         self.pitch_deg = self.yaw_deg = 0.0
-        """Pitch over the horizon, yaw from the nose."""
+        """Pitch relative to the horizon, yaw relative to the nose."""
         self._wanted = (0.0, 0.0)
         self._primary = (0, 0)
-        """Who turns it: system and component id."""
+        """The component in control: system and component id."""
         self._ticked_s: float | None = None
 
     # The device.
@@ -60,7 +60,7 @@ class Gimbal:
         return None
 
     def carry_out(self, flight: Flight, command: Command) -> int:
-        """It is turned by its manager."""
+        """The manager turns it."""
         del flight, command
         return UNSUPPORTED
 
@@ -74,7 +74,7 @@ class Gimbal:
         self.yaw_deg += min(max(yaw - self.yaw_deg, -most_deg), most_deg)
 
     def _quaternion(self) -> list[float]:
-        """Of no roll, the pitch over the horizon, and the yaw from the nose."""
+        """Returns the attitude with no roll, pitch relative to the horizon and yaw relative to the nose."""
         half_pitch, half_yaw = math.radians(self.pitch_deg) / 2.0, math.radians(self.yaw_deg) / 2.0
         cos_p, sin_p, cos_y, sin_y = math.cos(half_pitch), math.sin(half_pitch), math.cos(half_yaw), math.sin(half_yaw)
         return [cos_p * cos_y, -sin_p * sin_y, sin_p * cos_y, cos_p * sin_y]
@@ -89,7 +89,8 @@ class Gimbal:
         return None
 
     def manage(self, command: Command, sender: tuple[int, int]) -> int | None:
-        """None: no command for the manager. DO_GIMBAL_MANAGER_CONFIGURE first: the primary in control turns it."""
+        """Returns None for a command that is not for the manager. Only the primary in control, which
+        DO_GIMBAL_MANAGER_CONFIGURE sets, turns the gimbal."""
         if command.number == mavlink.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE:
             self._configure(command, sender)
             return ACCEPTED

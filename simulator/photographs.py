@@ -1,6 +1,6 @@
 """Takes photographs on command, by distance or by time.
 
-No pictures are made: each photograph results in one message.
+It produces no pictures: each photograph results in one message.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class Photo:
 
 
 class Carrier(Protocol):
-    """What the camera needs of the vehicle that carries it."""
+    """The camera's interface to the vehicle that carries it."""
 
     now_s: float
     body: Airframe
@@ -45,23 +45,23 @@ class Camera:
         self._last: tuple[float, float] | None = None
         self._every_s = 0.0
         self._left = 0
-        """Of those in a row; -1 is no end."""
+        """Remaining photographs of a series; -1 is no end."""
         self._due_s = 0.0
 
     @property
     def interval_s(self) -> float | None:
-        """Between those that it takes in a row; None: it takes none."""
+        """Interval of the running series; None: no series."""
         return self._every_s if self._left else None
 
     def every_metres(self, carrier: Carrier, distance_m: float, *, at_once: bool) -> None:
-        """0 ends it."""
+        """A distance of 0 stops the series."""
         self._every_m = max(distance_m, 0.0)
         self._last = None
         if at_once and self._every_m > 0.0:
             self.shoot(carrier)
 
     def every_seconds(self, carrier: Carrier, interval_s: float, count: int) -> None:
-        """The first one now; `count` 0 goes on until `stop`."""
+        """Takes the first one now; `count` 0 continues until `stop`."""
         self._every_s = max(interval_s, INTERVAL_MIN_S)
         self._left = count if count > 0 else -1
         self._due_s = carrier.now_s
@@ -70,7 +70,7 @@ class Camera:
         self._left = 0
 
     def update(self, carrier: Carrier) -> None:
-        """One tick."""
+        """Runs one tick."""
         if self._left and carrier.now_s >= self._due_s:
             self._due_s += self._every_s
             self._left -= self._left > 0
@@ -84,7 +84,7 @@ class Camera:
             self.shoot(carrier)
 
     def shoot(self, carrier: Carrier) -> None:
-        """With no position it takes none: nobody could say where."""
+        """Takes none without a position, because it would have no location."""
         place = carrier.known_place
         if place is None:
             return

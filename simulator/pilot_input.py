@@ -8,7 +8,7 @@ from simulator.receiver import Receiver
 
 
 class PilotInput(Protocol):
-    """Where stick positions come from, and what the flight modes read from them."""
+    """The source of stick positions, and what the flight modes read from them."""
 
     receiver: Receiver
     radio_pwm: list[int]

@@ -13,14 +13,14 @@ from simulator.orbit import Orbit
 from simulator.position_control import TILT_LAG_S, Limits
 
 PILOT_CLIMB_LAG_S = 0.4
-"""Climbing and sinking end as softly as that: 2.2 m after the stick is centred at 2.5 m/s (measured)."""
+"""Softness of the end of a climb or descent: 2.2 m after the stick is centred at 2.5 m/s (measured)."""
 BRAKE_S = 5.5
-"""BRAKE needs so long to stand still."""
+"""Time that BRAKE needs to stop."""
 BRAKE_LIMITS = Limits(1.0, 1.0, 1.0, 7.5, 2.5)
 
 
 class Stabilize(Behaviour):
-    """Angles from the sticks, thrust straight from the throttle; the middle is about hover."""
+    """Lean angles from the sticks, thrust directly from the throttle; the middle is about hover."""
 
     def run(self) -> None:
         flight = self.flight
@@ -41,7 +41,7 @@ class Stabilize(Behaviour):
 
 
 class AltHold(Behaviour):
-    """Height is held, place is not: the wind carries the vehicle away."""
+    """Holds the height but not the position: the wind carries the vehicle away."""
 
     def run(self) -> None:
         flight = self.flight
@@ -52,7 +52,7 @@ class AltHold(Behaviour):
 
 
 class Loiter(Behaviour):
-    """Sticks move the target; centred, the target stays and so does the vehicle."""
+    """Sticks move the target; when they are centred, target and vehicle stop."""
 
     def __init__(self, flight: FlightState) -> None:
         super().__init__(flight)
@@ -93,7 +93,7 @@ class Loiter(Behaviour):
 
 
 class Brake(Behaviour):
-    """Stop and stay; no stick does anything. From any speed it takes as long, and fades out softly (measured)."""
+    """Stops and holds position, without sticks. Takes the same time from any speed, and fades out softly (measured)."""
 
     def __init__(self, flight: FlightState) -> None:
         super().__init__(flight)
@@ -110,14 +110,14 @@ class Brake(Behaviour):
             flight.rest()
             return
         flight.target.climb_with(0.0, BRAKE_LIMITS, TICK_S, PILOT_CLIMB_LAG_S)
-        # The target is late by what leaning over takes; a vehicle that is level loses nothing of it.
+        # The target lags by the time of leaning over; a vehicle that is level loses nothing by this.
         left = max(1.0 - (flight.now_s - self._since_s + TILT_LAG_S) / BRAKE_S, 0.0) ** 2
         flight.target.fly_with(self._from[0] * left, self._from[1] * left, BRAKE_LIMITS, TICK_S)
         flight.fly()
 
 
 class Circle(Behaviour):
-    """Round a centre that lies CIRCLE_RADIUS ahead of where the mode was entered, nose inwards."""
+    """Circles a centre CIRCLE_RADIUS ahead of where the mode was entered, nose inwards."""
 
     def __init__(self, flight: FlightState) -> None:
         super().__init__(flight)
@@ -137,7 +137,7 @@ class Circle(Behaviour):
 
 
 def lean_of_sticks(behaviour: Behaviour) -> tuple[float, float]:
-    """Roll and pitch, radians; both sticks at full lean no farther than one. Level in a radio failsafe."""
+    """Returns roll and pitch, radians; both sticks together lean no farther than one. Level in a radio failsafe."""
     flight = behaviour.flight
     roll, pitch, _ = sticks_flown(flight)
     size = math.hypot(roll, pitch)
@@ -146,7 +146,7 @@ def lean_of_sticks(behaviour: Behaviour) -> tuple[float, float]:
 
 
 def sticks_flown(flight: FlightState) -> tuple[float, float, float]:
-    """Roll, pitch and yaw, -1..1: in a radio failsafe centred, whatever came last."""
+    """Returns roll, pitch and yaw, -1..1: centred in a radio failsafe, whatever the last input."""
     if flight.failsafes.radio:
         return 0.0, 0.0, 0.0
     return flight.sticks.roll, flight.sticks.pitch, flight.sticks.yaw
@@ -159,7 +159,7 @@ def turn_with_stick(behaviour: Behaviour) -> None:
 
 
 def climb_with_stick(behaviour: Behaviour) -> bool:
-    """Move the target's height with the throttle; False while the vehicle stands on the ground and rests."""
+    """Moves the target's height with the throttle; False while the vehicle rests on the ground."""
     flight = behaviour.flight
     climb = 0.0 if flight.failsafes.radio else clamp(flight.sticks.climb_mps, -20.0, 20.0)
     if flight.landed:

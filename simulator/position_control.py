@@ -16,15 +16,15 @@ CLIMB_P = 5.0
 CLIMB_I = 2.5
 CLIMB_ACCELERATION_MAX = 5.0
 TILT_LAG_S = 0.3
-"""How long the vehicle takes to lean over: the target's velocity follows its acceleration as late as that,
-while the acceleration itself is flown at once, so that the two meet and nothing overshoots."""
+"""Time that the vehicle takes to lean over: the target's velocity follows its acceleration with this lag, while the
+acceleration itself is flown at once, so that the two match and nothing overshoots."""
 LEASH_M = 4.0
-"""A target that runs farther ahead of the vehicle than this waits for it."""
+"""A target farther ahead of the vehicle than this waits for it."""
 
 
 @dataclass(slots=True)
 class Limits:
-    """How fast a target may travel. Whatever the parameters say, no faster than a quadrotor can follow."""
+    """How fast a target may travel. Whatever the parameters, no faster than a quadrotor can follow."""
 
     speed_mps: float
     climb_mps: float
@@ -41,7 +41,7 @@ class Limits:
 
 
 class Target:
-    """Where the vehicle should be at this instant, and how fast that place itself moves."""
+    """The vehicle's wanted position at this instant, and the velocity of that position."""
 
     def __init__(self) -> None:
         self.north_m = self.east_m = self.alt_m = 0.0
@@ -51,14 +51,14 @@ class Target:
         """The velocity that the target is about to have."""
 
     def reset(self, body: Airframe) -> None:
-        """Start from the vehicle as it flies now, so that a mode change gives no jerk."""
+        """Starts from the vehicle's present motion, so that a mode change causes no jerk."""
         self.north_m, self.east_m, self.alt_m = body.north_m, body.east_m, body.alt_m
         self.vn_mps, self.ve_mps, self.climb_mps = body.vn_mps, body.ve_mps, -body.vd_mps
         self.an_mss = self.ae_mss = 0.0
         self._vn_ahead, self._ve_ahead, self._climb_ahead = self.vn_mps, self.ve_mps, self.climb_mps
 
     def fly_with(self, vn_mps: float, ve_mps: float, limits: Limits, dt_s: float) -> None:
-        """Take on a horizontal velocity, no faster than the acceleration allows."""
+        """Approaches a horizontal velocity within the acceleration limit."""
         dn, de = vn_mps - self._vn_ahead, ve_mps - self._ve_ahead
         change = math.hypot(dn, de)
         most = limits.acceleration_mss * dt_s
@@ -73,14 +73,14 @@ class Target:
         self.east_m += self.ve_mps * dt_s
 
     def climb_with(self, climb_mps: float, limits: Limits, dt_s: float, lag_s: float = 0.0) -> None:
-        """Take on a climb rate; with `lag_s` the acceleration is rounded off, so that it takes that much longer."""
+        """Approaches a climb rate; `lag_s` smooths the acceleration and delays it by that much."""
         most = limits.climb_acceleration_mss * dt_s
         self._climb_ahead += clamp(climb_mps - self._climb_ahead, -most, most)
         self.climb_mps += (self._climb_ahead - self.climb_mps) * dt_s / (lag_s + dt_s)
         self.alt_m += self.climb_mps * dt_s
 
     def fly_to(self, north_m: float, east_m: float, limits: Limits, body: Airframe, dt_s: float) -> None:
-        """Travel straight to a place and stop there."""
+        """Travels straight to a position and stops there."""
         dn, de = north_m - self.north_m, east_m - self.east_m
         distance = math.hypot(dn, de)
         lag_m = math.hypot(self.north_m - body.north_m, self.east_m - body.east_m)
@@ -99,9 +99,9 @@ class Target:
 
 
 def approach_speed(distance_m: float, fastest_mps: float, braking_mss: float) -> float:
-    """The speed from which one can still stop in `distance_m`; linear close in, so that it never chatters."""
+    """Returns the speed that still allows a stop in `distance_m`; linear close in, to avoid chatter."""
     braking = 0.7 * braking_mss
-    linear_m = braking  # where the root and the straight line (1 m/s for each metre) have one slope
+    linear_m = braking  # where the root and the straight line (1 m/s per metre) have the same slope
     if distance_m <= linear_m:
         return min(distance_m, fastest_mps)
     return min(math.sqrt(2.0 * braking * (distance_m - linear_m / 2.0)), fastest_mps)
@@ -128,7 +128,7 @@ class PositionControl:
         return clamp(MASS_KG * (GRAVITY_MSS + wanted) / upright, 0.0, 4.0 * MOTOR_MAX_N)
 
     def lean(self, body: Airframe, target: Target, lean_max_rad: float, dt_s: float) -> tuple[float, float]:
-        """Roll and pitch, radians, that bring the vehicle to the target and keep it there in wind."""
+        """Returns roll and pitch, radians, that bring the vehicle to the target and hold it there in wind."""
         error_n = target.vn_mps - body.vn_mps + POSITION_P * clamp(target.north_m - body.north_m, -8.0, 8.0)
         error_e = target.ve_mps - body.ve_mps + POSITION_P * clamp(target.east_m - body.east_m, -8.0, 8.0)
         most = GRAVITY_MSS * math.tan(lean_max_rad)
@@ -138,7 +138,7 @@ class PositionControl:
         size = math.hypot(accel_n, accel_e)
         if size > most:
             accel_n, accel_e = accel_n * most / size, accel_e * most / size
-        else:  # only learn the wind while there is lean to spare, else the push winds up
+        else:  # learn the wind only while there is lean to spare, else the integrator winds up
             self._push_n += VELOCITY_I * error_n * dt_s
             self._push_e += VELOCITY_I * error_e * dt_s
         yaw = body.attitude()[2]

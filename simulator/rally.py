@@ -11,7 +11,7 @@ from simulator.mission_plan import Frame, PlanKind
 
 @dataclass(frozen=True, slots=True)
 class ReturnPoint:
-    """Metres from the origin. `alt_over_home_m` None: it does not say at which height to come, as home."""
+    """Metres from the origin. `alt_over_home_m` None: the point sets no return height, as with home."""
 
     north_m: float
     east_m: float
@@ -19,8 +19,8 @@ class ReturnPoint:
 
 
 def nearest_return_point(flight: FlightState) -> ReturnPoint:
-    """Rally points farther than RALLY_LIMIT_KM do not count (0: all do); home only if RALLY_INCL_HOME says so or
-    there is no other."""
+    """Rally points farther than RALLY_LIMIT_KM do not count (0: all do); home counts only if RALLY_INCL_HOME is set or
+    there is no other point."""
     here = (flight.body.north_m, flight.body.east_m)
     home_n, home_e, home_alt = flight.home_local()
     home = ReturnPoint(home_n, home_e)

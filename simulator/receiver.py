@@ -1,4 +1,4 @@
-"""The radio receiver on board, and the stick positions while nobody touches the transmitter."""
+"""The radio receiver on board, and the stick positions while the transmitter is untouched."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import StrEnum
 
 CHANNELS = 18
 RECEIVER_CHANNELS = 8
-"""How many channels a receiver hands on."""
+"""The number of channels of a receiver."""
 
 _SWITCHES = (1800, 1000, 1000, 1800)
 """Channels 5 to 8: the mode switch is in its last position."""
@@ -26,7 +26,7 @@ class Receiver(StrEnum):
 
     @property
     def at_rest(self) -> list[int]:
-        """PWM of all channels; 0 where nothing is received."""
+        """Returns the PWM of all channels; 0 if nothing is received."""
         if not self.is_fitted:
             return [0] * CHANNELS
         throttle = 1000 if self is Receiver.LOW else 1500

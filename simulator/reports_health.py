@@ -11,7 +11,7 @@ from simulator.geodesy import e7
 from simulator.reports_common import int16, milli, ms, us
 
 BOOT_UNIX_US = 1_767_225_600_000_000
-"""The GPS clock at switch-on, always the same, so that runs can be repeated byte for byte."""
+"""The GPS clock at power-on, always the same, so that runs are repeatable byte for byte."""
 
 VERSION = (4 << 24) | (6 << 16) | (2 << 8) | 255
 """4.6.2, official release."""
@@ -59,7 +59,7 @@ def heartbeat(flight: Flight) -> Message:
 
 
 def sys_status(flight: Flight) -> Message:
-    """Sticks of a ground station count as a receiver, for ever; it is healthy outside of the radio failsafe."""
+    """Sticks of a ground station count as a receiver permanently; it is healthy except in the radio failsafe."""
     ready = flight.armed or flight.why_not_ready() is None
     heard = flight.sticks.ever_heard
     healthy = heard and not flight.failsafes.radio
@@ -67,7 +67,7 @@ def sys_status(flight: Flight) -> Message:
 
 
 def sensors(flight: Flight, *, with_prearm: bool, with_receiver: bool, receiver_healthy: bool) -> Message:
-    """SYS_STATUS. Of the receiver each autopilot has a notion of its own."""
+    """SYS_STATUS. Each autopilot defines the receiver's presence differently."""
     battery, present = flight.battery, _SENSORS
     if with_receiver:
         present |= mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
@@ -134,12 +134,12 @@ _EKF_PLACED = (
 )
 _EKF_STANDING = _EKF_LEVEL | mavlink.EKF_VELOCITY_HORIZ | mavlink.EKF_CONST_POS_MODE
 STILL_AIDED_S = 8.0
-"""So long after its position is lost an estimator takes itself to be standing still (measured)."""
+"""After a loss of position the estimator assumes for this long that it stands still (measured)."""
 
 
 def ekf_status(flight: Flight) -> Message:
-    """Before the first position, and some time after a loss, it takes itself to be standing still. The variances
-    tell nothing: they stay small."""
+    """Before the first position, and for a while after a loss, it assumes that it stands still. The variances do not
+    show this: they stay small."""
     estimator = flight.estimator
     if not estimator.attitude_ok:
         flags = 0
@@ -197,7 +197,7 @@ def autopilot_version(_flight: Flight) -> Message:
 
 
 def rc_channels(flight: Flight) -> Message:
-    """`chancount` is the receiver's own: 0 where there is none, whatever comes from a ground station (measured)."""
+    """`chancount` is the receiver's own: 0 without a receiver, whatever a ground station sends (measured)."""
     return mavlink.MAVLink_rc_channels_message(ms(flight), flight.sticks.channel_count, *flight.sticks.pwm, 255)
 
 
@@ -207,7 +207,7 @@ def servo_outputs(flight: Flight) -> Message:
 
 
 def mission_current(flight: Flight) -> Message:
-    """The dialect that is installed has no mission_id, fence_id and rally_points_id yet."""
+    """The installed dialect has no mission_id, fence_id and rally_points_id yet."""
     plans = flight.plans
     auto = next((one for one in flight.behaviours() if isinstance(one, Auto)), None)
     if not plans.has_mission or auto is None:

@@ -1,4 +1,4 @@
-"""Telemetry about where the vehicle is and how it moves, in MAVLink's units."""
+"""Telemetry about the vehicle's position and motion, in MAVLink's units."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def local_position(flight: Flight) -> Message:
 
 
 def global_position(flight: Flight) -> Message:
-    """Before there is a position the coordinates are zero, as on the real one."""
+    """The coordinates are zero before the first position, as on the real autopilot."""
     body, place = flight.body, flight.known_place
     if place is None:
         return mavlink.MAVLink_global_position_int_message(

@@ -13,7 +13,7 @@ from simulator.guided import FlyWith, GoTo, Guided
 from simulator.mission_plan import Frame
 
 MAX_COORDINATE = 50_000.0
-"""Metres, or metres a second: beyond it a set-point is nonsense and is dropped."""
+"""Metres, or metres per second: a set-point beyond it is invalid and dropped."""
 
 NO_POSITION = 0b000000000111
 NO_VELOCITY = 0b000000111000

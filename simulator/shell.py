@@ -1,4 +1,4 @@
-"""The asyncio shell: drives the vehicles' clocks and carries their bytes. Contains no autopilot logic."""
+"""The asyncio shell: advances the vehicles' clocks and carries their bytes. Contains no autopilot logic."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from simulator.camera.on_board import SquadCameras, VehicleCamera
 
 BEHIND_MAX_S = 0.25
-"""Wall time by which the simulation may lag before it gives up catching up and runs late instead."""
+"""Wall time by which the simulation may lag before it stops catching up and runs late instead."""
 LATE_REPORT_S = 10.0
 
 log = logging.getLogger("simulator")
@@ -24,7 +24,7 @@ log = logging.getLogger("simulator")
 
 @dataclass(slots=True)
 class VehicleSlot:
-    """A vehicle and the link that it talks on."""
+    """A vehicle and its link."""
 
     vehicle: Vehicle
     link: Link
@@ -43,14 +43,14 @@ class Clock:
         return (self._loop.time() - self._origin_s) * self.speed
 
     def fall_back(self, simulated_s: float) -> None:
-        """Pretend that less time has passed."""
+        """Pretends that less time has passed."""
         self._origin_s += simulated_s / self.speed
 
 
 async def fly(
     vehicles: list[Vehicle], endpoints: list[Endpoint], speed: float, cameras: SquadCameras | None = None
 ) -> None:
-    """Until SIGINT or SIGTERM."""
+    """Runs until SIGINT or SIGTERM."""
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM):

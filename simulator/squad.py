@@ -1,4 +1,4 @@
-"""A squad of vehicles around a home: where each stands, and how each is set up."""
+"""A squad of vehicles around a home: positions and settings."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SPACING_M = 20.0
 
 
 def standing_places() -> Iterator[tuple[float, float]]:
-    """North and east of home for vehicle after vehicle: home itself, then rings of 6, 12, 18, ... about 20 m apart."""
+    """Yields north and east of home for each vehicle: home itself, then rings of 6, 12, 18, ... about 20 m apart."""
     yield 0.0, 0.0
     ring = 1
     while True:
@@ -26,7 +26,7 @@ def standing_places() -> Iterator[tuple[float, float]]:
 
 
 def make_squad(count: int, settings: VehicleSettings) -> list[Vehicle]:
-    """Each vehicle with a place and a seed of its own; all else, the sysid too, is the same for all."""
+    """Each vehicle has its own position and seed; everything else, including the sysid, is the same."""
     frame = LocalFrame(settings.flight.place)
     vehicles = []
     for index, (north_m, east_m) in zip(range(count), standing_places(), strict=False):
@@ -36,7 +36,7 @@ def make_squad(count: int, settings: VehicleSettings) -> list[Vehicle]:
 
 
 def spread_endpoints(outs: list[Endpoint], count: int) -> list[Endpoint]:
-    """One for each vehicle; a single one stands for as many as needed, on the ports that follow."""
+    """Returns one endpoint per vehicle; a single one is repeated on consecutive ports."""
     if len(outs) == 1:
         return [outs[0].moved(index) for index in range(count)]
     if len(outs) != count:
@@ -45,7 +45,7 @@ def spread_endpoints(outs: list[Endpoint], count: int) -> list[Endpoint]:
 
 
 def parse_home(text: str) -> tuple[Place, float]:
-    """`LAT,LON[,ALT[,HEADING]]`: the place, and the heading in degrees."""
+    """Parses `LAT,LON[,ALT[,HEADING]]`: the position, and the heading in degrees."""
     try:
         numbers = [float(part) for part in text.split(",")]
     except ValueError:
@@ -57,7 +57,7 @@ def parse_home(text: str) -> tuple[Place, float]:
 
 
 def parse_failure(text: str) -> PlannedFailure:
-    """`NAME`, `NAME@SECONDS` or `NAME@SECONDS-SECONDS`."""
+    """Parses `NAME`, `NAME@SECONDS` or `NAME@SECONDS-SECONDS`."""
     name, _, times = text.partition("@")
     at, _, until = times.partition("-")
     try:

@@ -1,8 +1,8 @@
 """ArduCopter's stick positions: from the receiver on board, RC_CHANNELS_OVERRIDE or MANUAL_CONTROL.
 
 Rules (AUTOPILOTS.md): only the sysid of the configured ground station may move sticks; others are silently ignored.
-Each overridden channel expires by itself and returns to the receiver's value. Values change only when input arrives,
-from a transmitter or from the ground station; without either they stay as they were. For the radio failsafe, a receiver
+Each overridden channel expires separately and returns to the receiver's value. Values change only when input arrives,
+from a transmitter or from the ground station; without either they stay unchanged. For the radio failsafe, a receiver
 counts while it has a signal, a ground station only when its sticks arrive: without a receiver the failsafe sets in
 while the last sticks are still in force.
 """
@@ -17,7 +17,7 @@ from simulator.receiver import CHANNELS, RECEIVER_CHANNELS, Receiver
 
 IGNORE = 65535
 RELEASE_HIGH = 65534
-"""Gives back channels 9 to 18; on channels 1 to 8 it is 0 that does."""
+"""Releases channels 9 to 18; on channels 1 to 8, 0 does."""
 AXIS_INVALID = 32767
 
 PWM_VALID = range(900, 2201)
@@ -31,7 +31,7 @@ class Sticks:
         self.pwm = list(self.radio_pwm)
         self.ever_heard = False
         self.last_input_s: float | None = None
-        """When the receiver, or a ground station's sticks, were last heard."""
+        """Time of the last input from the receiver or a ground station's sticks."""
         self._receiver_ever_heard = False
         self._override: dict[int, tuple[int, float]] = {}
         self._override_came = False
@@ -45,14 +45,14 @@ class Sticks:
 
     @property
     def channel_count(self) -> int:
-        """Those of the receiver. Overridden channels do not count (measured)."""
+        """The receiver's channels. Overridden channels do not count (measured)."""
         return RECEIVER_CHANNELS if self._receiver_ever_heard else 0
 
     def clear_overrides(self) -> None:
         self._override.clear()
 
     def override(self, channels: Sequence[int], now_s: float) -> None:
-        """RC_CHANNELS_OVERRIDE from a sender that `accepts`; `channels` are the raw values of 1 to 18."""
+        """RC_CHANNELS_OVERRIDE from an accepted sender; `channels` are the raw values of 1 to 18."""
         for index, value in enumerate(channels[:CHANNELS]):
             if value == IGNORE or (index >= 8 and value == 0):
                 continue
@@ -64,7 +64,7 @@ class Sticks:
     def manual_control(self, *, x: int, y: int, z: int, r: int, now_s: float) -> None:
         """MANUAL_CONTROL: x forward, y right, r clockwise -1000..1000; z throttle 0..1000 with 500 the middle.
 
-        An invalid axis is given back to the receiver; a negative throttle makes the whole message void.
+        An invalid axis returns to the receiver; a negative throttle invalidates the whole message.
         """
         if z < 0:
             return
@@ -93,7 +93,7 @@ class Sticks:
         self._override_came = True
 
     def update(self, now_s: float, *, transmitter_lost: bool) -> None:
-        """Let overrides lapse and settle what each channel reads now."""
+        """Expires overrides and updates the present value of each channel."""
         lasts_s = self._parameters["RC_OVERRIDE_TIME"]
         if self._override and lasts_s >= 0:
             for index in [i for i, (_, since) in self._override.items() if now_s - since >= lasts_s]:
@@ -114,7 +114,7 @@ class Sticks:
     def silent_for_s(self, now_s: float) -> float:
         return now_s - self.last_input_s if self.last_input_s is not None else now_s
 
-    # What the pilot wants, as the flight modes read it.
+    # The pilot's input, as the flight modes read it.
 
     @property
     def roll(self) -> float:
@@ -145,7 +145,7 @@ class Sticks:
 
     @property
     def climb_mps(self) -> float:
-        """What the throttle stick asks for in modes that hold height."""
+        """The climb rate that the throttle stick requests in modes that hold height."""
         throttle, middle, zone = self.throttle, self.throttle_mid, self._parameters["THR_DZ"]
         up = self._parameters["PILOT_SPEED_UP"] / 100.0
         down = self._parameters["PILOT_SPEED_DN"] / 100.0 or up
@@ -157,7 +157,7 @@ class Sticks:
 
     @property
     def mode_switch(self) -> int | None:
-        """1..6, the position of the mode switch, or None where there is no valid signal."""
+        """1..6, the position of the mode switch, or None without a valid signal."""
         channel = self._parameters.whole("FLTMODE_CH")
         pwm = self.pwm[channel - 1] if 1 <= channel <= CHANNELS else 0
         if pwm not in PWM_VALID:

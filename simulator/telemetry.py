@@ -1,7 +1,6 @@
 """How often each message is sent.
 
-Unrequested, the vehicle sends only what its flavour sends by itself (ArduPilot: heartbeats), texts, and an occasional
-TIMESYNC.
+Unrequested, the vehicle sends only its flavour's messages (ArduPilot: heartbeats), texts, and an occasional TIMESYNC.
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ from simulator.flight import Flight
 from simulator.flight_constants import TICK_S
 
 INTERVAL_MAX_S = 2000.0
-"""What MESSAGE_INTERVAL can still tell, in microseconds."""
+"""The maximum that MESSAGE_INTERVAL can report, in microseconds."""
 TIMESYNC = 111
 TIMESYNC_S = 10.0
 
@@ -38,12 +37,12 @@ class Telemetry:
         return message_id in self._flavour.reports
 
     def interval_us(self, message_id: int) -> int:
-        """-1 where it is not being sent."""
+        """Returns -1 if the message is not being sent."""
         interval = self._interval_s.get(message_id)
         return -1 if interval is None else round(interval * 1e6)
 
     def set_interval(self, message_id: int, interval_us: float, now_s: float) -> bool:
-        """0 asks for the default, -1 switches off; False where there is no such message."""
+        """0 restores the default, -1 switches off; False for an unknown message."""
         if message_id not in self._flavour.reports:
             return False
         if message_id in self._flavour.fixed_rates:
@@ -79,7 +78,7 @@ class Telemetry:
             if now_s < due_s:
                 continue
             interval_s = self._interval_s[message_id]
-            # A whole number of intervals on, so that the average rate is exact and a backlog never builds up.
+            # Advances by a whole number of intervals, so that the average rate is exact and no backlog builds up.
             self._due_s[message_id] = due_s + interval_s * (1 + int((now_s - due_s) / interval_s))
             message = self.report(message_id, flight)
             if message is not None:

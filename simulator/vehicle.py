@@ -33,15 +33,15 @@ from simulator.setpoints import receive_setpoint
 from simulator.telemetry import Telemetry
 
 INBOX_MAX = 512
-"""Datagrams waiting for the next tick; a flood loses its newest, as a full serial buffer does."""
+"""Datagrams queued for the next tick; in a flood the newest are lost, as in a full serial buffer."""
 OUTBOX_MAX = 4096
-"""Frames nobody has fetched; the oldest go first."""
+"""Frames not yet fetched; the oldest are evicted first."""
 TEXT_MAX = 50
 REBOOT_AFTER_S = 0.2
 SET_MODE_FLAG = 1
 SLOW_MODE_CHANGE_S = 1.5
 SLOW_MAX = 64
-"""Mode changes that wait; the oldest are forgotten, and the last one decides anyway."""
+"""Queued mode changes; the oldest are dropped, because the last one decides."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ class VehicleSettings:
     metadata: bool | None = None
     """Whether COMPONENT_METADATA is answered; None: as the flavour does."""
     camera: bool = False
-    """A camera as a component of its own."""
+    """A camera as a separate component."""
     gimbal: bool = False
 
 
@@ -64,7 +64,7 @@ class Vehicle:
         self.settings = settings
         self.failures: set[Failure] = set(failures)
         self._planned: list[tuple[float, bool, Failure]] = []
-        """What sets in (True) or ends at which second, in order."""
+        """(second, sets in (True) or ends, failure), in order."""
         for planned in settings.failures:
             self.plan_failure(planned)
         overrides = (
@@ -89,7 +89,7 @@ class Vehicle:
 
     def _boot(self) -> None:
         self._slow: deque[tuple[float, Command]] = deque(maxlen=SLOW_MAX)
-        """When, and what: what MODE_CHANGE_SLOW holds back."""
+        """(due time, command): delayed by MODE_CHANGE_SLOW."""
         self.flight = Flight(self.settings.flight, self.parameters, self.failures, self.settings.flavour)
         if self.settings.flavour.reports_mode_at_once:
             self.flight.on_mode_change = self._owe_heartbeat
@@ -113,7 +113,7 @@ class Vehicle:
             self.components.camera.video_uri = self.video_uri
         self._notify(Severity.INFO, self.settings.flavour.banner[0])
 
-    # The outside.
+    # The interface.
 
     def receive(self, data: bytes, now_s: float) -> None:
         if len(self._inbox) >= INBOX_MAX:
@@ -122,21 +122,21 @@ class Vehicle:
             self._inbox.append((now_s, data))
 
     def step(self, now_s: float) -> None:
-        """Live on until `now_s`."""
+        """Advances to `now_s`."""
         last = int(now_s / TICK_S + 1e-6)
         while self._ticks < last:
             self._ticks += 1
             self._tick(self._ticks * TICK_S)
 
     def plan_failure(self, planned: PlannedFailure) -> None:
-        """One more, also while it flies; what is in the past happens in the next tick."""
+        """Adds a failure, also in flight; one in the past sets in at the next tick."""
         self._planned.append((planned.from_s, True, planned.failure))
         if planned.until_s < math.inf:
             self._planned.append((planned.until_s, False, planned.failure))
         self._planned.sort()
 
     def datagrams_to_send(self) -> list[bytes]:
-        """One frame each, in order; they are handed out once."""
+        """Returns one frame each, in order; each is returned once."""
         datagrams = list(self._outbox)
         self._outbox.clear()
         return datagrams
@@ -184,11 +184,11 @@ class Vehicle:
             self._reboot()
 
     def _owe_heartbeat(self) -> None:
-        """A mode change is told at once: at the end of this tick, and so after the acknowledgement."""
+        """Reports a mode change at the end of this tick, after the acknowledgement."""
         self._owed.append(mavlink.MAVLINK_MSG_ID_HEARTBEAT)
 
     def _restart_soon(self) -> None:
-        """By itself, not because somebody asked: with the next tick."""
+        """Reboots without a request: at the next tick."""
         self._reboot_tick = self._ticks + 1
 
     def _reboot(self) -> None:
@@ -258,7 +258,7 @@ class Vehicle:
             sticks.manual_control(x=message.x, y=message.y, z=message.z, r=message.r, now_s=now_s)
         else:
             return
-        if not self.settings.flavour.heeds_any_ground_station:  # where any counts, only its heartbeats do
+        if not self.settings.flavour.heeds_any_ground_station:  # if any ground station counts, only its heartbeats do
             self._ground_station_seen(system_id)
 
     def _handle_mission(self, message: Message, sender: tuple[int, int]) -> None:
@@ -330,7 +330,7 @@ class Vehicle:
     # Messages out.
 
     def _promise(self, message_id: int) -> int:
-        """The report goes out at the end of this tick, after the acknowledgement."""
+        """Sends the report at the end of this tick, after the acknowledgement."""
         if self._report(message_id) is None:
             return FAILED
         self._owed.append(message_id)
@@ -352,7 +352,7 @@ class Vehicle:
         self._send_text(Notice(severity, text))
 
     def _send_text(self, notice: Notice) -> None:
-        """Long texts go out in numbered pieces of one text."""
+        """Sends long texts in numbered pieces of one text."""
         text = notice.text.encode("ascii", "replace")
         pieces = [text[i : i + TEXT_MAX] for i in range(0, len(text), TEXT_MAX)]
         number = 0
@@ -363,13 +363,13 @@ class Vehicle:
             self._send(mavlink.MAVLink_statustext_message(int(notice.severity), piece, number, sequence))
 
     def films_at(self, uri: str) -> None:
-        """Its camera component, if it has one, says that its pictures are there."""
+        """Sets the URI of the pictures, which its camera component, if it has one, reports."""
         self.video_uri = uri
         if self.components.camera is not None:
             self.components.camera.video_uri = uri
 
     def _send(self, message: Message, codec: Codec | None = None) -> None:
-        """`codec`: of another component than the autopilot."""
+        """`codec`: of a component other than the autopilot."""
         self._sent += 1
         frame = (codec or self._codec).encode(message)
         if Failure.SILENT in self.failures:

@@ -12,7 +12,7 @@ UPDATE_S = 0.1
 
 
 class Wind:
-    """`at` must be called with times that never go back."""
+    """`at` must be called with times that never decrease."""
 
     def __init__(self, speed_mps: float, from_deg: float, random_source: random.Random) -> None:
         towards = math.radians(from_deg + 180.0)
@@ -24,7 +24,7 @@ class Wind:
         self._now_mps = (*self.steady_mps, 0.0)
 
     def at(self, time_s: float) -> tuple[float, float, float]:
-        """North, east, down, metres per second, towards which the air moves."""
+        """Returns north, east, down, metres per second: the direction in which the air moves."""
         if self._spread and time_s >= self._next_s:
             self._next_s = time_s + UPDATE_S
             keep = math.exp(-UPDATE_S / GUST_TIME_S)

@@ -1,1 +1,1 @@
-"""What crosses the network, with no I/O in it. Imports nothing of ours; everyone may import it."""
+"""The wire formats of the product, without I/O. Imports no other package of the product; all of them may import it."""

@@ -1,9 +1,9 @@
 """Packs frames to one peer into as few datagrams as the deadline allows. No I/O; takes `now`.
 
-A datagram costs the same with one frame or twenty: a system call and a seal here, an opening there, and 28 bytes of
-headers on the air. So a frame that is not urgent (`wire.urgency`) waits for at most `wait_s` and shares a datagram with
-later ones. An urgent frame leaves at once and takes waiting ones along: the order never changes. A batch has one epoch;
-a frame of another epoch sends the batch off.
+A datagram costs the same whether it carries one frame or twenty: a system call and a seal here, an opening there, and
+28 bytes of headers on the air. So a frame that is not urgent (`wire.urgency`) waits for at most `wait_s` and shares a
+datagram with those that arrive meanwhile. An urgent frame leaves at once and takes the waiting frames along, so the
+order never changes. A batch has one epoch; a frame of another epoch sends the batch off.
 """
 
 from collections.abc import Iterable
@@ -27,14 +27,14 @@ class Batch(NamedTuple):
 
 
 class Batcher:
-    """Holds at most one datagram's worth of frames. `room_bytes` is what a datagram has for frames; it may change."""
+    """Holds at most one datagram of frames. `room_bytes`: room for frames in a datagram; it may change."""
 
     __slots__ = ("_bytes", "_epoch", "_frames", "due_at", "room_bytes", "wait_s")
 
     def __init__(self, room_bytes: int) -> None:
         self.room_bytes = room_bytes
         self.wait_s = MAX_WAIT_S
-        """For the batches that begin from here on."""
+        """Applies to batches that begin after a change."""
         self.due_at: float | None = None
         """When `due` has something; None while nothing waits."""
         self._frames: list[bytes] = []
@@ -42,9 +42,9 @@ class Batcher:
         self._epoch = Epoch(0)
 
     def add(self, epoch: Epoch, frames: Iterable[bytes], now: float) -> list[Batch]:
-        """Takes frames in order. Returns what has to leave now: what is full, and all of it if one is urgent.
+        """Takes frames in order. Returns what must leave now: full batches, and everything if a frame is urgent.
 
-        A frame that is larger than the room (never one of MAVLink's) leaves alone.
+        A frame larger than the room (never a MAVLink frame) leaves alone.
         """
         leaving: list[Batch] = []
         urgent = False
@@ -58,13 +58,13 @@ class Batcher:
             self._frames.append(frame)
             self._bytes += size
             urgent = urgent or is_urgent(frame)
-        # After an urgent frame, later ones of the same call may as well leave with it.
+        # Frames behind an urgent one in the same call leave with it.
         if self._frames and (urgent or self.room_bytes - self._bytes <= 0):
             leaving.append(self._take())
         return leaving
 
     def due(self, now: float) -> list[Batch]:
-        """What has waited long enough."""
+        """Returns the frames that have waited long enough."""
         return [self._take()] if self.due_at is not None and now >= self.due_at else []
 
     def _take(self) -> Batch:

@@ -1,7 +1,7 @@
-"""The TLS channel of a sign-in: `tls-server-end-point` (RFC 5929, 4), the hash of the server's certificate.
+"""Binds a sign-in to its TLS channel: `tls-server-end-point` (RFC 5929, 4), the hash of the server's certificate.
 
-Python's ssl has no exporter (RFC 9266), and its `tls-unique` is not defined for TLS 1.3. Both ends know the
-certificate, whoever terminates TLS, if the tower is configured with its proxy's.
+Python's ssl has no exporter (RFC 9266), and its `tls-unique` is not defined for TLS 1.3. Both ends know the certificate
+wherever TLS terminates, provided that the tower is configured with its proxy's certificate.
 """
 
 import hashlib
@@ -14,12 +14,12 @@ _WEAK: Final = frozenset({"md5", "sha1"})
 
 
 class BadCertificate(ValueError):
-    """The bytes are no X.509 certificate."""
+    """The bytes are not an X.509 certificate."""
 
 
 def end_point(certificate: bytes) -> bytes:
-    """The hash of a certificate in DER, by the hash of its signature; SHA-256 for MD5 and SHA-1, and where the
-    signature has none of its own (Ed25519). Raises BadCertificate."""
+    """Hashes a certificate in DER with the hash of its signature; SHA-256 for MD5 and SHA-1, and for signatures without
+    a hash of their own (Ed25519). Raises BadCertificate."""
     try:
         algorithm = x509.load_der_x509_certificate(certificate).signature_hash_algorithm
     except (ValueError, UnsupportedAlgorithm) as error:

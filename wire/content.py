@@ -1,4 +1,4 @@
-"""What is inside a sealed datagram: frames (with a ping or without), a ping, a pong, an urgent message.
+"""The content of a sealed datagram: frames (with or without a ping), a ping, a pong, or an urgent message.
 
 The layouts are in docs/wire-protocol.md, 3.2.
 """
@@ -27,13 +27,14 @@ _PING_FIXED: Final = Struct("<BIQQBBIB")
 _PONG_FIXED: Final = Struct("<BIQQ")
 PING_BYTES: Final = _PING_FIXED.size
 LOST_OF: Final = 255
-"""Unit of loss: fractions with this denominator."""
+"""Loss is reported in units of 1/255."""
 
 
 class Frames(NamedTuple):
-    """Whole MAVLink frames of one drone, in order, the epoch that the sender knew, and when it sent them.
+    """Whole MAVLink frames of one drone, in order, with the epoch known to the sender and the time of sending.
 
-    `sent_ms` is the sender's monotonic clock, milliseconds modulo 2**32 (`wire.lateness`). `ping`: one that came along.
+    `sent_ms`: the sender's monotonic clock, milliseconds modulo 2**32 (`wire.lateness`). `ping`: a ping in the same
+    datagram.
     """
 
     drone_id: DroneId
@@ -44,9 +45,9 @@ class Frames(NamedTuple):
 
 
 class Report(NamedTuple):
-    """What the sender has received of the other direction since the link began: the receiver works out the loss.
+    """What the sender has received of the other direction since the link began: the receiver computes the loss.
 
-    `expected`: the highest counter that came, plus one. `received`: how many different datagrams came.
+    `expected`: the highest counter received, plus one. `received`: the number of different datagrams received.
     """
 
     expected: int = 0
@@ -54,25 +55,25 @@ class Report(NamedTuple):
 
 
 class Purpose(IntEnum):
-    """Where a ping is answered to, and whether its address is followed."""
+    """Where the answer to a ping goes, and whether the other side follows its address."""
 
     KEEPALIVE = 0
-    """Goes and is answered the way that everything goes."""
+    """Sent and answered on the path in use."""
     PROBE = 1
-    """Tries out a way: answered where it came from, and not followed."""
+    """Tests a path: answered to its source address, which is not followed."""
     UPLINK = 2
-    """As a probe, and tells the address of one of several uplinks."""
+    """Like a probe; also reports the address of one of several uplinks."""
 
 
 _PURPOSES: Final = tuple(Purpose)
 
 
 class Ping(NamedTuple):
-    """Requests a Pong and carries its sender's measurements, so that the other side need not ping.
+    """Requests a Pong, and reports the sender's measurements, so that the other side need not ping by itself.
 
-    `uplink`: 0..255, the one it was sent by. `trip_us`: round trip of the sender's last answered ping, 0 if none was
-    answered since its last ping. `lost`: share of the sender's last pings without an answer, in units of 1/LOST_OF.
-    `padding_bytes`: zeros at the end, to test a size.
+    `uplink`: 0..255, the uplink it left by. `trip_us`: the round trip of the sender's ping answered last, 0 if none was
+    answered since its last ping. `lost`: unanswered share of the sender's last pings, in units of 1/LOST_OF.
+    `padding_bytes`: trailing zeros, to test a size.
     """
 
     sequence: int
@@ -85,16 +86,16 @@ class Ping(NamedTuple):
 
 
 class Pong(NamedTuple):
-    """The answer to a Ping, by its number. Shorter than the ping."""
+    """The answer to a Ping, with its number. Shorter than the ping."""
 
     sequence: int
     report: Report = Report()
 
 
 class Urgent(NamedTuple):
-    """A message of the control channel that must not wait for a TCP retransmission. JSON, as on the control channel.
+    """A message of the control channel that must not wait for a retransmission. JSON, as on the control channel.
 
-    Sent several times, and on the control channel too: the receiver counts it once.
+    It is sent several times, and on the control channel too: the receiver counts it once.
     """
 
     text: bytes
@@ -104,14 +105,14 @@ Content = Frames | Ping | Pong | Urgent
 
 
 def encode_urgent(text: bytes) -> bytes:
-    """1 byte more than the text, which is at most MAX_URGENT_BYTES long. Raises ValueError if it is longer."""
+    """1 byte longer than the text. Raises ValueError if the text is empty or longer than MAX_URGENT_BYTES."""
     if not 0 < len(text) <= MAX_URGENT_BYTES:
         raise ValueError(f"an urgent message of {len(text)} bytes does not fit into a datagram")
     return bytes((_URGENT,)) + text
 
 
 def encode_keepalive(content: Ping | Pong) -> bytes:
-    """28 bytes and the padding of a ping, 21 of a pong."""
+    """28 bytes plus padding for a ping, 21 for a pong."""
     if isinstance(content, Pong):
         return _PONG_FIXED.pack(_PONG, content.sequence, *content.report)
     sequence, report, purpose, uplink, trip_us, lost, padding_bytes = content
@@ -127,8 +128,8 @@ def encode_frames(
     largest_bytes: int = MAX_CONTENT_BYTES,
     ping: Ping | None = None,
 ) -> list[bytes]:
-    """As few contents of at most `largest_bytes` as the frames fit into, in order. Each frame (280 bytes at most) stays
-    whole. `ping`: goes along in the first one; the caller knows that there is room for it."""
+    """Packs the frames in order into as few contents of at most `largest_bytes` as possible. Each frame (280 bytes at
+    most) stays whole. `ping` goes into the first content; the caller has made sure that there is room for it."""
     header = _FRAMES_HEADER.pack(_FRAMES, drone_id, epoch, sent_ms)
     contents: list[bytes] = []
     parts = [header]
@@ -149,7 +150,7 @@ def encode_frames(
 
 
 def decode_content(content: bytes) -> Content:
-    """Raises Dropped with BAD_CONTENT, or BAD_FRAME where the frames do not fill it exactly."""
+    """Raises Dropped with BAD_CONTENT, or BAD_FRAME if the frames do not fill the content exactly."""
     kind = content[0] if content else 0
     if kind == _FRAMES:
         return _decode_frames(content, 0, None)

@@ -1,7 +1,7 @@
 """The typed messages of the control channel between agent and tower (docs/wire-protocol.md, 2).
 
-Text messages are these structs as JSON, distinguished by `type`. Unknown fields are ignored, so that either side may be
-newer; an unknown type is a MalformedMessage, which the receiver counts before it closes the channel.
+Text messages are these structs as JSON, told apart by `type`. Unknown fields are ignored, so that either side may be
+newer; an unknown type is a MalformedMessage, which the receiver counts and answers by closing the channel.
 """
 
 from enum import StrEnum
@@ -15,21 +15,21 @@ from wire.transactions import TransactionToAgent, TransactionToTower
 from wire.video import VideoToAgent, VideoToTower
 
 PROTOCOL: Final = 1
-"""For a hello after a bearer credential; with a signature it is that of `wire.sign_in`."""
+"""The protocol of a hello with a bearer credential; a signed hello has that of `wire.sign_in`."""
 AGENT_SUBPROTOCOL: Final = "tower-agent.v1"
 KEY_SUBPROTOCOL: Final = "tower-agent.v2"
-"""The tower speaks first, with a challenge, and the hello is signed."""
+"""The tower speaks first, with a challenge, and the agent signs its hello."""
 MAX_MESSAGE_BYTES: Final = 64 * 1024
 
 
 U32 = Annotated[int, msgspec.Meta(ge=0, le=0xFFFFFFFF)]
 Port = Annotated[int, msgspec.Meta(ge=1, le=0xFFFF)]
 Takes = Annotated[tuple[Annotated[str, msgspec.Meta(max_length=40)], ...], msgspec.Meta(max_length=40)]
-"""Names of groups of messages that a side understands besides those that all do (wire.transactions.TRANSACTIONS)."""
+"""Names of optional message groups that a side understands (wire.transactions.TRANSACTIONS)."""
 
 
 class MalformedMessage(ValueError):
-    """The other side sent something that is no message of this channel."""
+    """The received bytes are not a message of this channel."""
 
 
 class HoldStep(StrEnum):
@@ -45,14 +45,14 @@ class HoldStep(StrEnum):
 
     @property
     def final(self) -> bool:
-        """Whether the hold has ended with this step."""
+        """Returns whether this step ends the hold."""
         return self in (HoldStep.CONFIRMED, HoldStep.NOT_NEEDED, HoldStep.UNCONFIRMED)
 
 
 class SignInChallenge(msgspec.Struct, frozen=True, tag="sign_in_challenge", tag_field="type", kw_only=True):
-    """Tower to agent, first where `tower-agent.v2` was agreed on. 32 bytes each, base64 in JSON.
+    """Tower to agent, the first message of `tower-agent.v2`. 32 bytes each, base64 in JSON.
 
-    `public_key`: X25519. `tower_key`: Ed25519, the tower's identity. `bound`: the agent shall bind its signature to the
+    `public_key`: X25519. `tower_key`: Ed25519, the tower's identity. `bound`: the agent must bind its signature to the
     TLS channel (wire.channel_binding).
     """
 
@@ -63,7 +63,7 @@ class SignInChallenge(msgspec.Struct, frozen=True, tag="sign_in_challenge", tag_
 
 
 class SignIn(msgspec.Struct, frozen=True, kw_only=True):
-    """A part of hello: who the agent is. What is signed is in `wire.sign_in`. Bytes are base64 in JSON."""
+    """A part of hello: the agent's identity. `wire.sign_in` has the signed text. Bytes are base64 in JSON."""
 
     purpose: Annotated[int, msgspec.Meta(ge=1, le=3)]
     drone_id: U32
@@ -77,9 +77,9 @@ class SignIn(msgspec.Struct, frozen=True, kw_only=True):
 class Hello(msgspec.Struct, frozen=True, tag="hello", tag_field="type", kw_only=True):
     """Agent to tower, first. `public_key`: X25519, 32 bytes, base64 in JSON.
 
-    `resume`: the agent's existing link, whose control channel this one becomes (wire.resuming). A tower that cannot or
-    will not resume answers as always. `process`: a random number of the agent's process, which distinguishes a
-    reconnect from a restart; 0: from an agent without one.
+    `resume`: the agent's existing link, which is to continue on this control channel (wire.resuming). A tower that
+    cannot or will not resume answers with a welcome. `process`: a random number of the agent's process, by which the
+    tower distinguishes a reconnect from a restart; 0: from an agent that sends none.
     """
 
     agent_version: str
@@ -94,8 +94,8 @@ class Hello(msgspec.Struct, frozen=True, tag="hello", tag_field="type", kw_only=
 class Welcome(msgspec.Struct, frozen=True, tag="welcome", tag_field="type", kw_only=True):
     """Tower to agent, the answer to hello. UDP goes to the host of the control channel, `udp_port`.
 
-    `signature`: the tower's, over the transcript and the link's id (wire.sign_in). `credential_forgotten`: the agent's
-    bearer credential is invalid from now on, its key counts. `ticket`: authorizes the agent's HTTP requests while this
+    `signature`: the tower's, over the transcript and the link's id (wire.sign_in). `credential_forgotten`: the bearer
+    credential that this agent used is void; its key is valid. `ticket`: authorizes the agent's HTTP requests while this
     link exists. All three are absent after a hello of protocol 1.
     """
 
@@ -114,30 +114,30 @@ class Welcome(msgspec.Struct, frozen=True, tag="welcome", tag_field="type", kw_o
 
 
 class ResumeChallenge(msgspec.Struct, frozen=True, tag="resume_challenge", tag_field="type", kw_only=True):
-    """Tower to agent, the answer to a hello that names a link which could be resumed. `nonce`: 32 bytes."""
+    """Tower to agent, the answer to a hello that names a resumable link. `nonce`: 32 bytes."""
 
     nonce: bytes
 
 
 class ResumeProof(msgspec.Struct, frozen=True, tag="resume_proof", tag_field="type", kw_only=True):
-    """Agent to tower, the answer to that. `proof`: 32 bytes (wire.resuming)."""
+    """Agent to tower, the answer to ResumeChallenge. `proof`: 32 bytes (wire.resuming)."""
 
     proof: bytes
 
 
 class Resumed(msgspec.Struct, frozen=True, tag="resumed", tag_field="type", kw_only=True):
-    """Tower to agent, instead of a welcome: the link goes on as it is, with this as its control channel."""
+    """Tower to agent, instead of a welcome: the link continues unchanged, with this as its control channel."""
 
     link_id: U32
     proof: bytes
 
 
 class ControlChanged(msgspec.Struct, frozen=True, tag="control_changed", tag_field="type", kw_only=True):
-    """Tower to agent: who has the controls. `holder_present`: they have a live connection. `assistant_flies`: an admin
-    assists the holder and has the turn.
+    """Tower to agent: who has the controls. `holder_present`: the holder has a live connection.
 
-    `number` grows within a link: the message arrives on two channels, and one that is not newer than the last is
-    ignored. 0: from a tower without numbers.
+    `assistant_flies`: an admin assists the holder, and the admin's frames pass. `number` grows with each message of a
+    link: the message travels on two channels, and the agent ignores one that is not newer than the last. 0: from a
+    tower that does not number them.
     """
 
     number: U32 = 0
@@ -149,9 +149,9 @@ class ControlChanged(msgspec.Struct, frozen=True, tag="control_changed", tag_fie
 
 
 class HoldOrder(msgspec.Struct, frozen=True, tag="hold_order", tag_field="type", kw_only=True):
-    """Tower to agent: hold now. Frames of an epoch below `epoch` are refused from here on.
+    """Tower to agent: hold now. From here on frames of an epoch below `epoch` are refused.
 
-    `interrupts`: also a return or a landing that the autopilot flies; without it these go on.
+    `interrupts`: the hold also ends a return or a landing that the autopilot flies; without it these continue.
     """
 
     order_id: U32
@@ -161,35 +161,35 @@ class HoldOrder(msgspec.Struct, frozen=True, tag="hold_order", tag_field="type",
 
 
 class HoldCause(StrEnum):
-    """Who or what made the drone hold."""
+    """Who or what caused the hold."""
 
     ORDER = "order"
-    """The tower: a change of control, or a trigger that the tower watches."""
+    """The tower: a change of control, or a trigger that the tower monitors."""
     PILOT_LOST = "pilot-lost"
-    """The tower, or the holder's connection to it, is gone."""
+    """The tower, or the holder's connection to it, is lost."""
     STICKS_STALE = "sticks-stale"
-    """The holder's sticks stopped, or came too late, while flying by hand."""
+    """The holder's sticks stopped or were late during manual flight."""
 
 
 class SafetySettings(msgspec.Struct, frozen=True, tag="safety_settings", tag_field="type", kw_only=True):
     """Tower to agent, after the welcome and on each change: how this drone holds.
 
-    `hold_ladder`: mode names, tried in order; altitude hold is always the last rung, whether named or not.
-    Times in seconds.
+    `hold_ladder`: mode names, tried in order; altitude hold is always the last rung, whether listed or not. Times in
+    seconds.
     """
 
     hold_ladder: tuple[str, ...] = ()
     sticks_stale_s: float = 0.5
     sticks_late_s: float = 0.5
-    """Stick frames that are late by more than this are discarded."""
+    """Stick frames later than this are discarded."""
     commands_late_s: float = 2.0
-    """Commands that are late by more than this are never executed."""
+    """Commands later than this are never executed."""
     lost_hold_s: float = 2.0
     lost_action: LostAction = LostAction.RETURN
     lost_action_s: float = 30.0
-    """After the loss of the tower or the person: a hold begun, or the holder gone."""
+    """Runs from the loss of the tower or of the person: since the hold began, or since the holder left."""
     rtt_limit_ms: float = 500.0
-    """The agent holds when sticks are older than half of this for `rtt_limit_s` while flown by hand."""
+    """The agent holds when sticks are older than half of this for `rtt_limit_s` during manual flight."""
     rtt_limit_s: float = 1.0
 
 
@@ -200,7 +200,7 @@ class StreamSettings(msgspec.Struct, frozen=True, tag="stream_settings", tag_fie
 
 
 class StreamState(msgspec.Struct, frozen=True, tag="stream_state", tag_field="type", kw_only=True):
-    """Agent to tower, on each change: the profile in force, what was chosen, and why it is this one."""
+    """Agent to tower, on each change: the profile in force, the configured choice, and the reason."""
 
     profile: StreamProfile
     chosen: StreamChoice
@@ -210,8 +210,8 @@ class StreamState(msgspec.Struct, frozen=True, tag="stream_state", tag_field="ty
 class LossParameters(msgspec.Struct, frozen=True, tag="loss_parameters", tag_field="type", kw_only=True):
     """Agent to tower, when read and on each change: the parameters that decide what the autopilot does on a loss.
 
-    `values`: those that the autopilot has, by its own names. `complete`: all required ones are included. `has_radio`:
-    whether a receiver's RC input is present (None: not known).
+    `values` holds those that the autopilot has, by their own names. `complete`: it includes those without which the
+    behaviour is unknown. `has_radio`: whether RC input from a receiver is present (None: not known).
     """
 
     autopilot: str
@@ -222,11 +222,11 @@ class LossParameters(msgspec.Struct, frozen=True, tag="loss_parameters", tag_fie
 
 
 class HoldProgress(msgspec.Struct, frozen=True, tag="hold_progress", tag_field="type", kw_only=True):
-    """Agent to tower: one step of a hold was completed. `elapsed_ms`: since the order arrived.
+    """Agent to tower: a hold has completed one step. `elapsed_ms` since the order arrived.
 
-    `number` counts the steps of this agent process: copies (two channels, repetitions) have the same one. Without it a
-    second hold of the same duration would look like a copy of the first. It starts at a random value, so that the first
-    steps of a restarted agent do not look like earlier ones.
+    `number` counts the steps reported by this agent process; duplicates (two channels, several copies) share a number.
+    Without it, a second hold that took equally long would pass for a copy of the first. It starts at a random value, so
+    that the first steps of a restarted agent do not pass for earlier ones.
     """
 
     number: U32 = 0
@@ -239,7 +239,7 @@ class HoldProgress(msgspec.Struct, frozen=True, tag="hold_progress", tag_field="
 
 
 class AutopilotState(msgspec.Struct, frozen=True, tag="autopilot_state", tag_field="type", kw_only=True):
-    """Agent to tower, on each change: heartbeats received, armed, in the air."""
+    """Agent to tower, on each change: whether the autopilot sends heartbeats, is armed, is airborne."""
 
     heard: bool
     armed: bool
@@ -272,7 +272,7 @@ ToAgent = (
 )
 
 UNREADABLE: Final = (msgspec.DecodeError, UnicodeDecodeError, RecursionError)
-"""All that msgspec raises about JSON that it does not take: no UTF-8 and nesting too deep have names of their own."""
+"""All that msgspec raises for unacceptable JSON: invalid UTF-8 and too deep nesting raise errors of their own."""
 
 _encoder: Final = msgspec.json.Encoder()
 _to_tower: Final[msgspec.json.Decoder[ToTower]] = msgspec.json.Decoder(ToTower)
@@ -280,12 +280,12 @@ _to_agent: Final[msgspec.json.Decoder[ToAgent]] = msgspec.json.Decoder(ToAgent)
 
 
 def encode_message(message: ToTower | ToAgent) -> str:
-    """The text message for the WebSocket."""
+    """Returns the text message for the WebSocket."""
     return _encoder.encode(message).decode()
 
 
 def decode_to_tower(text: str | bytes) -> ToTower:
-    """What an agent sent. Raises MalformedMessage."""
+    """Decodes a message of an agent. Raises MalformedMessage."""
     try:
         return _to_tower.decode(text)
     except UNREADABLE as error:
@@ -293,7 +293,7 @@ def decode_to_tower(text: str | bytes) -> ToTower:
 
 
 def decode_to_agent(text: str | bytes) -> ToAgent:
-    """What the tower sent. Raises MalformedMessage."""
+    """Decodes a message of the tower. Raises MalformedMessage."""
     try:
         return _to_agent.decode(text)
     except UNREADABLE as error:

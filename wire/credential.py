@@ -1,6 +1,6 @@
-"""A bearer credential: what agents of protocol 1 sign in with. The tower keeps only its hash, and makes none any more.
+"""The bearer credential of agents of protocol 1. The tower stores only its hash, and issues no new ones.
 
-At the next sign-in of an agent that can, a drone's key takes its place (wire.drone_key).
+At the next sign-in of an agent that supports it, a drone key replaces the credential (wire.drone_key).
 """
 
 import hashlib
@@ -14,12 +14,12 @@ _FORM: Final = re.compile(r"twd_([1-9][0-9]{0,9})_([A-Za-z0-9_-]{43})")
 
 
 class MalformedCredential(ValueError):
-    """The text has not the form of a credential. The text itself is never part of the message."""
+    """The text does not have the form of a credential. The message never contains the text itself."""
 
 
 @dataclass(frozen=True)
 class Credential:
-    """`twd_<drone id>_<43 characters>`: 256 random bits in base64url, so a plain SHA-256 is hash enough."""
+    """`twd_<drone id>_<43 characters>`: 256 random bits in base64url, so a plain SHA-256 suffices as hash."""
 
     drone_id: DroneId
     secret: str
@@ -36,7 +36,7 @@ class Credential:
 
 
 def parse_credential(text: str) -> Credential:
-    """The credential in `text` (surrounding white space is ignored). Raises MalformedCredential."""
+    """Parses `text` (surrounding white space is ignored). Raises MalformedCredential."""
     match = _FORM.fullmatch(text.strip())
     if match is None:
         raise MalformedCredential("a drone credential has the form twd_<drone id>_<43 characters>")

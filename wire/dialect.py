@@ -1,7 +1,7 @@
-"""The one place that imports a MAVLink dialect. Server and agent take messages and constants from here.
+"""The only module that imports a MAVLink dialect. Server and agent take messages and constants from here.
 
-`mavlink` is the generated ardupilotmega module (it contains common and minimal). It is used off the hot path
-only, to build and to read single messages; forwarding never decodes a payload.
+`mavlink` is the generated ardupilotmega module (it contains common and minimal). It is used off the hot path only, to
+build and to read single messages; forwarding never decodes a payload.
 """
 
 from typing import Any, Final
@@ -11,23 +11,23 @@ from pymavlink.dialects.v20 import ardupilotmega as _dialect
 mavlink: Any = _dialect
 
 COMPONENT_METADATA: Final = 397
-"""A message of `common` that ArduPilot's dialect lacks: it is read by `onboard_agent.transactions.metadata_general`."""
+"""A message of `common` that ArduPilot's dialect lacks; `onboard_agent.transactions.metadata_general` reads it."""
 
 CRC_EXTRA: Final[dict[int, int]] = {msgid: cls.crc_extra for msgid, cls in mavlink.mavlink_map.items()} | {
     COMPONENT_METADATA: 182
 }
-"""Message id to the seed byte that ends its checksum."""
+"""Message id to the seed byte of its checksum."""
 
 
 def build(message: Any, *, system_id: int, component_id: int, sequence: int) -> bytes:
-    """One message as a MAVLink 2 frame (never signed; not for the hot path: about 7 microseconds)."""
+    """Packs one message as a MAVLink 2 frame (never signed; not for the hot path: about 7 microseconds)."""
     packer = mavlink.MAVLink(None, srcSystem=system_id, srcComponent=component_id)
     packer.seq = sequence & 0xFF
     return bytes(message.pack(packer))
 
 
 def decode(frame: bytes) -> Any | None:
-    """The message in one whole, already checked frame, or None where the dialect does not know or take it."""
+    """Decodes one whole, already checked frame; None if the dialect does not know or accept the message."""
     reader = mavlink.MAVLink(None)
     reader.robust_parsing = True
     try:

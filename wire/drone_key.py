@@ -1,4 +1,4 @@
-"""A drone's identity: an Ed25519 key that is made on the drone and never leaves it. The tower keeps the public half."""
+"""A drone's identity: an Ed25519 key generated on the drone, which never leaves it. The tower stores the public key."""
 
 import base64
 import binascii
@@ -14,18 +14,18 @@ from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
 from wire.ids import DroneId
 
 KEY_BYTES: Final = 32
-"""Size of a seed and of a public key."""
+"""Length of a seed and of a public key."""
 SIGNATURE_BYTES: Final = 64
 CALLER_HEADER: Final = "x-tower-drone"
-"""`<drone id> <public key>`, with the upgrade of a control channel: who will sign. It proves nothing, and spares the
-agent the line of strangers."""
+"""`<drone id> <public key>`, sent with the upgrade of a control channel: who will sign. It proves nothing, but lets the
+agent skip the queue of unknown callers."""
 
 _FORM: Final = re.compile(r"twk_([1-9][0-9]{0,9})_([A-Za-z0-9_-]{43})")
 _ENROLMENT: Final = b"control-tower enrolment v1\0"
 
 
 class MalformedKey(ValueError):
-    """The text has not the form of a key. The text itself is never part of the message."""
+    """The text does not have the form of a key. The message never contains the text itself."""
 
 
 @dataclass(frozen=True)
@@ -40,16 +40,16 @@ class DroneKey:
 
     @property
     def public(self) -> bytes:
-        """The 32 bytes that the tower keeps."""
+        """The 32 bytes that the tower stores."""
         return public_half(Ed25519PrivateKey.from_private_bytes(self.seed))
 
     def sign(self, message: bytes) -> bytes:
-        """64 bytes."""
+        """Returns a signature of 64 bytes."""
         return Ed25519PrivateKey.from_private_bytes(self.seed).sign(message)
 
 
 def parse_drone_key(text: str) -> DroneKey:
-    """The key in `text` (surrounding white space is ignored). Raises MalformedKey."""
+    """Parses `text` (surrounding white space is ignored). Raises MalformedKey."""
     match = _FORM.fullmatch(text.strip())
     if match is None:
         raise MalformedKey("a drone's key has the form twk_<drone id>_<43 characters>")
@@ -57,17 +57,17 @@ def parse_drone_key(text: str) -> DroneKey:
 
 
 def public_half(private_key: Ed25519PrivateKey) -> bytes:
-    """32 bytes."""
+    """Returns the 32 bytes of the public key."""
     return private_key.public_key().public_bytes(Encoding.Raw, PublicFormat.Raw)
 
 
 def key_text(key: bytes) -> str:
-    """32 bytes as 43 characters of base64url."""
+    """Encodes 32 bytes as 43 characters of base64url."""
     return base64.urlsafe_b64encode(key).decode().rstrip("=")
 
 
 def key_bytes(text: str) -> bytes:
-    """The 32 bytes of that. Raises MalformedKey; there is one text for each key."""
+    """Decodes what `key_text` returns. Each key has exactly one text. Raises MalformedKey."""
     try:
         key = base64.b64decode(f"{text}=", altchars=b"-_", validate=True)
     except (binascii.Error, ValueError):
@@ -78,12 +78,12 @@ def key_bytes(text: str) -> bytes:
 
 
 def fingerprint(public_key: bytes) -> str:
-    """For people: `SHA256:` and 43 characters of base64, of the 32 bytes."""
+    """Returns `SHA256:` and 43 characters of base64: the hash of the 32 bytes, for people."""
     return "SHA256:" + base64.b64encode(hashlib.sha256(public_key).digest()).decode().rstrip("=")
 
 
 def is_signed(public_key: bytes, signature: bytes, message: bytes) -> bool:
-    """Whether the owner of the private half has signed this. False for anything that is no key or no signature."""
+    """Returns whether the owner of the private key has signed the message. False for an invalid key or signature."""
     try:
         Ed25519PublicKey.from_public_bytes(public_key).verify(signature, message)
     except (InvalidSignature, ValueError):
@@ -92,5 +92,5 @@ def is_signed(public_key: bytes, signature: bytes, message: bytes) -> bool:
 
 
 def enrolment_statement(token: str, public_key: bytes) -> bytes:
-    """What an agent signs at its enrolment: that it has the private half, for this token alone."""
+    """What an agent signs at its enrolment: that it has the private key, for this token only."""
     return _ENROLMENT + hashlib.sha256(token.encode()).digest() + public_key

@@ -1,11 +1,11 @@
-"""Why a datagram or a frame was not passed on. Every refusal on the wire has exactly one of these names."""
+"""Why a datagram or a frame was dropped. Every refusal on the wire has exactly one of these names."""
 
 from collections import Counter
 from enum import StrEnum
 
 
 class DropReason(StrEnum):
-    """In the order in which the checks are made (docs/wire-protocol.md, 3.1)."""
+    """In the order of the checks (docs/wire-protocol.md, 3.1)."""
 
     TOO_SHORT = "too_short"
     TOO_LONG = "too_long"
@@ -14,7 +14,7 @@ class DropReason(StrEnum):
     BAD_KEY_PHASE = "bad_key_phase"
     NOT_AUTHENTIC = "not_authentic"
     REPLAYED = "replayed"
-    DUPLICATE = "duplicate"  # the same, where it is a copy that came by another uplink
+    DUPLICATE = "duplicate"  # also a copy that arrived by another uplink
     BAD_CONTENT = "bad_content"
     FOREIGN_TAG = "foreign_tag"
     STALE_EPOCH = "stale_epoch"
@@ -35,7 +35,7 @@ class DropReason(StrEnum):
 
 
 class Dropped(Exception):
-    """Raised by a core that refuses what came from outside; carries nothing but the reason."""
+    """A core refuses input from outside. Carries only the reason."""
 
     def __init__(self, reason: DropReason) -> None:
         super().__init__(reason.value)
@@ -43,4 +43,4 @@ class Dropped(Exception):
 
 
 DropCounts = Counter[DropReason]
-"""How often each reason occurred."""
+"""The number of drops by reason."""

@@ -1,6 +1,6 @@
-"""Following a leader: the tower's request to a follower's agent, and the leader's positions meanwhile (no I/O).
+"""Following a leader: the tower's request to a follower's agent, and the leader positions it sends (no I/O).
 
-Only for an agent with FOLLOW in its hello: another one would not know the work, and end the channel.
+Only for an agent that has sent FOLLOW in its hello: any other would not know the work, and close the channel.
 """
 
 from typing import Annotated, Final
@@ -8,26 +8,26 @@ from typing import Annotated, Final
 import msgspec
 
 FOLLOW: Final = "follow"
-"""What `takes` of a hello has where this is understood."""
+"""The entry in `takes` of a hello for these messages."""
 
 FOLLOW_PERSON: Final = "follow_person"
-"""The same for `patience_s`: a person sends a fix once a second, and would otherwise be lost all the time."""
+"""The same for `patience_s`: without it the agent would keep losing a person, whose fix arrives once per second."""
 
 PATIENCE_S: Final = 2.0
-"""With a leader that flies: its place comes five times a second."""
+"""For a flying leader: its position arrives five times per second."""
 
 PERSON_PATIENCE_S: Final = 3.0
-"""With a person."""
+"""For a person."""
 
 NEAR_M: Final = 5.0
-"""A follower that is nearer to its leader than this, over ground and in height, holds."""
+"""A follower nearer to its leader than this, horizontally and vertically, holds."""
 
 APART_M: Final = 8.0
-"""A place in a formation is this far from the leader, over ground or in height: more than NEAR_M by what a drone is off
-its place in the wind."""
+"""Minimum distance from the leader to a position in a formation, horizontally or vertically: more than NEAR_M, by a
+drone's position error in wind."""
 
 FARTHEST_M: Final = 200.0
-"""Distance from the leader beyond which following ends."""
+"""From the leader: beyond it following ends."""
 
 MAX_OFFSET_M: Final = 100.0
 
@@ -39,10 +39,10 @@ _Offset = Annotated[float, msgspec.Meta(ge=-MAX_OFFSET_M, le=MAX_OFFSET_M)]
 
 
 class FollowWork(msgspec.Struct, frozen=True, tag="follow", tag_field="work"):
-    """Keep this place relative to the leader, metres north, east and above, until something ends it.
+    """Keep this position relative to the leader, metres north, east and up, until something ends it.
 
-    Not turned with the leader's nose: one that turns on the spot would swing its followers round itself. `patience_s`:
-    a place of the leader's that is older is none.
+    The position does not turn with the leader's nose: a leader that turns on the spot would swing its followers around.
+    `patience_s`: older positions of the leader do not count.
     """
 
     leader_name: Annotated[str, msgspec.Meta(max_length=80)]
@@ -53,11 +53,11 @@ class FollowWork(msgspec.Struct, frozen=True, tag="follow", tag_field="work"):
 
 
 class LeaderPosition(msgspec.Struct, frozen=True, tag="leader_position", tag_field="type", kw_only=True):
-    """Tower to agent, on the data channel, five times a second while a FollowWork runs. The newest wins.
+    """Tower to agent, on the data channel, five times per second while a FollowWork runs. The newest wins.
 
-    `id`: of the transaction. `number` grows. `sent_ms`: the tower's clock, as in its datagrams. Height above sea level;
-    velocity north, east and down. `age_ms`: age of the position when sent. `airborne` False: the leader is known to be
-    on the ground. For a person, the height is that of the follower when it began.
+    `id`: of the transaction. `number` grows. `sent_ms`: the tower's clock, as in its datagrams. Height above sea level,
+    velocity north, east and down. `age_ms`: age of the position at the tower when sent. `airborne` False: the leader is
+    known to be on the ground. A followed person is reported as flying at the height of the follower at the start.
     """
 
     id: _U32
@@ -74,5 +74,5 @@ class LeaderPosition(msgspec.Struct, frozen=True, tag="leader_position", tag_fie
 
 
 def is_apart(north_m: float, east_m: float, up_m: float) -> bool:
-    """Whether two places this far from each other are far enough for a formation."""
+    """Returns whether two positions with this offset are far enough apart for a formation."""
     return north_m * north_m + east_m * east_m >= APART_M * APART_M or abs(up_m) >= APART_M

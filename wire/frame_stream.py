@@ -1,7 +1,7 @@
 """Finds MAVLink frames in a stream of bytes that may be cut anywhere and may contain noise.
 
-Used where the autopilot is attached: serial lines, TCP, and UDP programs that cut frames across datagrams.
-Bytes in, whole frames out, nothing else.
+Used at the autopilot's end: serial lines, TCP, and UDP programs that cut frames across datagrams. Bytes in, whole
+frames out, nothing else.
 """
 
 from wire.dialect import CRC_EXTRA
@@ -19,20 +19,20 @@ from wire.frames import (
 class FrameStream:
     """Feed it bytes, take frames. Holds at most one incomplete frame (280 bytes) between calls.
 
-    A known message must have a right checksum; otherwise one byte is skipped and the search goes on. A message that
-    our dialect lacks cannot be checked, so it passes only if another frame, or the end of what has come,
-    follows it directly: forwarding what we do not know is right, inventing frames from noise is not.
+    A known message must have a valid checksum; otherwise one byte is skipped and the search continues. A message that
+    the dialect lacks cannot be checked, so it passes only if another frame, or the end of the data, follows it
+    directly: unknown messages must be forwarded, but noise must not become frames.
     """
 
     def __init__(self) -> None:
         self._buffer = b""
         self.skipped_bytes = 0
-        """Bytes that belonged to no frame, ever."""
+        """Total bytes that belonged to no frame."""
         self.unknown_frames = 0
-        """Frames passed on whose checksum could not be verified."""
+        """Frames passed on without a verifiable checksum."""
 
     def feed(self, data: bytes) -> list[bytes]:
-        """Whole frames that end within `data`, in order, byte for byte as they came."""
+        """Returns the whole frames that end within `data`, in order, unchanged."""
         buffer = self._buffer + data
         end = len(buffer)
         frames: list[bytes] = []

@@ -1,7 +1,7 @@
 """Where a MAVLink frame begins and ends, who sent it, and whether it is whole.
 
-A frame is bytes and stays bytes: nothing here re-packs one, so a signature stays valid and what arrives is
-what was sent. The layouts are those of the MAVLink serialization guide:
+A frame is bytes and stays bytes: nothing here re-packs it, so a signature stays valid and the receiver gets what was
+sent. The layouts are those of the MAVLink serialization guide:
 
     version 1: FE len seq sysid compid msgid payload crc16
     version 2: FD len incompat compat seq sysid compid msgid(3) payload crc16 [signature(13)]
@@ -22,14 +22,14 @@ MAX_FRAME_BYTES: Final = 12 + 255 + SIGNATURE_BYTES
 
 
 class MalformedFrame(ValueError):
-    """The bytes are not a MAVLink frame. Raised about what the other side sent, never about our own use."""
+    """The bytes are not a MAVLink frame. Raised only for received bytes, never for incorrect use of this module."""
 
 
 def frame_length(buffer: bytes, offset: int = 0) -> int:
-    """Bytes of the frame that begins at `offset`, read off its header; 0 if the header is not whole yet.
+    """Returns the length of the frame at `offset`, from its header; 0 if the header is not complete yet.
 
-    Raises MalformedFrame if no frame can begin there: a wrong first byte, or an incompatibility flag that the
-    MAVLink guide tells a reader to refuse.
+    Raises MalformedFrame if no frame can begin there: a wrong first byte, or an incompatibility flag that the MAVLink
+    guide requires a reader to refuse.
     """
     available = len(buffer) - offset
     if available < 1:
@@ -48,30 +48,30 @@ def frame_length(buffer: bytes, offset: int = 0) -> int:
 
 
 def message_id(frame: bytes) -> int:
-    """Message id of a whole frame."""
+    """Returns the message id of a whole frame."""
     if frame[0] == MAGIC_V2:
         return frame[7] | frame[8] << 8 | frame[9] << 16
     return frame[5]
 
 
 def source(frame: bytes) -> tuple[int, int]:
-    """(sysid, compid) of a whole frame's sender."""
+    """Returns (sysid, compid) of a whole frame's sender."""
     return (frame[5], frame[6]) if frame[0] == MAGIC_V2 else (frame[3], frame[4])
 
 
 def payload(frame: bytes) -> bytes:
-    """The payload as sent: in version 2 trailing zeros may be missing."""
+    """Returns the payload as sent: in version 2 trailing zeros may be missing."""
     start = 10 if frame[0] == MAGIC_V2 else 6
     return frame[start : start + frame[1]]
 
 
 def is_known(frame: bytes) -> bool:
-    """Whether our dialect has this message, so that its checksum can be verified."""
+    """Returns whether the dialect has this message, so that its checksum can be verified."""
     return message_id(frame) in CRC_EXTRA
 
 
 def checksum_holds(frame: bytes) -> bool:
-    """Whether the checksum of a whole frame is right. A message that our dialect lacks cannot be checked: False."""
+    """Returns whether the checksum of a whole frame is valid. False for a message that the dialect lacks."""
     extra = CRC_EXTRA.get(message_id(frame))
     if extra is None:
         return False
@@ -80,14 +80,14 @@ def checksum_holds(frame: bytes) -> bool:
 
 
 def split_frames(buffer: bytes, offset: int = 0) -> list[bytes]:
-    """The frames that stand end to end from `offset` to the last byte. At least one.
+    """Splits the consecutive frames from `offset` to the last byte. At least one.
 
-    Raises MalformedFrame unless they fill it exactly. Checksums are not looked at.
+    Raises MalformedFrame unless they fill it exactly. Checksums are not verified.
     """
     frames: list[bytes] = []
     end = len(buffer)
     while True:
-        # The frame that nearly all are, version 2 without a signature, is measured here: the hottest loop there is.
+        # Nearly all frames are version 2 without a signature. They are measured inline: this is the hottest loop.
         if end - offset >= 12 and buffer[offset] == MAGIC_V2 and not buffer[offset + 2]:
             after = offset + buffer[offset + 1] + 12
         else:

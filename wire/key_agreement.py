@@ -1,8 +1,8 @@
-"""Derives the two keys of the data channel, and the one that proves a link, from two public keys.
+"""Derives the two keys of the data channel, and the key that proves a link, from two public keys.
 
-The exchange travels in the control channel (TLS). Fresh X25519 keys give each link its own keys, which nobody can
-derive later. The signatures over both public keys (wire.sign_in) keep out a man in the middle; the salt is not secret
-and only binds the keys to the one sign-in.
+The exchange travels in the control channel (TLS). Fresh X25519 keys give each link its own keys, which cannot be
+recovered later. The signatures over both public keys (wire.sign_in) keep a man in the middle out; the salt is not
+secret, and only binds the keys to their sign-in.
 """
 
 from typing import NamedTuple
@@ -16,7 +16,7 @@ from wire.ids import LinkId
 
 
 class BadPublicKey(ValueError):
-    """The other side's public key is not a point that a secret can be made with."""
+    """The other side's public key is not usable for a shared secret."""
 
 
 class LinkKeys(NamedTuple):
@@ -25,19 +25,20 @@ class LinkKeys(NamedTuple):
     agent_to_tower: bytes
     tower_to_agent: bytes
     resume: bytes
-    """Stays what it is when the others change (wire.rekeying), and opens nothing: who learns it reads no datagram."""
+    """Does not change with the other keys (wire.rekeying), and decrypts nothing: a party that learns it reads no
+    datagram."""
 
 
 def public_bytes(private_key: X25519PrivateKey) -> bytes:
-    """The 32 bytes to send to the other side."""
+    """Returns the 32 bytes to send to the other side."""
     return private_key.public_key().public_bytes(Encoding.Raw, PublicFormat.Raw)
 
 
 def agree(private_key: X25519PrivateKey, their_public_key: bytes, *, salt: bytes, link_id: LinkId) -> LinkKeys:
     """Both sides call this with their own private key and get the same keys.
 
-    `their_public_key` is 32 bytes; `salt` that of the sign-in's transcript. Raises BadPublicKey for anything that is
-    not a usable X25519 public key.
+    `their_public_key`: 32 bytes. `salt`: of the sign-in's transcript. Raises BadPublicKey for an unusable X25519 public
+    key.
     """
     return _derive(private_key, their_public_key, salt, b"tower data v2" + link_id.to_bytes(4, "little"))
 

@@ -1,8 +1,8 @@
-"""How late something arrives, by stamps of the sender's own clock. No I/O; takes `now`.
+"""Measures how late messages arrive, by stamps of the sender's own clock. No I/O; takes `now`.
 
-The clocks need not agree: the smallest difference between arrival and stamp in the recent past counts as "not late"
-(the shortest path through the network), and everything beyond it was delayed by the excess. This shows a queue on the
-way, a stalled TCP connection, or a replayed backlog; not the path's own length, which the keep-alive measures.
+The two clocks need not agree: the least difference between arrival and stamp over the last seconds counts as "not late"
+(the shortest path through the network), and anything beyond it is delay. A queue on the path, a stalled TCP connection
+and a replayed backlog all show; the plain length of the path does not (the keep-alive measures that).
 """
 
 from collections import deque
@@ -10,10 +10,10 @@ from math import inf
 from typing import Final
 
 WINDOW_S: Final = 30.0
-"""Long enough to have seen the way free; short enough that clocks drifting apart (some 50 ppm) do not matter: 3 ms."""
+"""Long enough to include an uncongested moment; short enough that clock drift (some 50 ppm) stays within 3 ms."""
 
 FORGET_S: Final = 600.0
-"""After a silence of this length the clocks may have drifted apart too far (60 ms) for the old measure to count."""
+"""After a silence of this length the clocks may have drifted too far (60 ms) for the old reference to be valid."""
 
 BUCKET_S: Final = 1.0
 CLOCK_MS: Final = 1 << 32
@@ -21,12 +21,12 @@ CLOCK_MS: Final = 1 << 32
 
 
 def stamp_ms(now: float) -> int:
-    """`now` (seconds) as a stamp."""
+    """Converts `now` (seconds) to a stamp."""
     return int(now * 1000.0) % CLOCK_MS
 
 
 class Lateness:
-    """Feed it every stamp of one sender; it answers how late each was."""
+    """Feed it every stamp of one sender; it returns how late each was."""
 
     def __init__(self) -> None:
         self._first: tuple[int, float] | None = None
@@ -34,26 +34,26 @@ class Lateness:
         """(beginning of the bucket, least offset in it), oldest first."""
 
     def late_by(self, stamp: int, now: float, *, at_most_s: float = inf) -> float:
-        """Seconds by which this stamp is late, 0 or more. The first one of a sender is never late.
+        """Returns the seconds by which this stamp is late, 0 or more. The first stamp of a sender is never late.
 
-        `at_most_s`: what is otherwise known of it. A stamp that claims more tells of a clock that stood still (a
-        computer that slept), and is measured again by what is known.
+        `at_most_s`: an upper bound known from elsewhere. A stamp that is later than that comes from a clock that stood
+        still (a computer that slept); the measurement then restarts from the bound.
         """
         if self._first is None:
             self._first = (stamp, now)
         first_stamp, first_now = self._first
-        # Signed difference modulo 2**32, so that a wrap of the sender's clock is nothing special.
+        # Signed difference modulo 2**32, so that the sender's clock may wrap.
         sent_s = ((stamp - first_stamp + CLOCK_MS // 2) % CLOCK_MS - CLOCK_MS // 2) / 1000.0
         offset = (now - first_now) - sent_s
         if abs(sent_s) > CLOCK_MS / 4000.0:
-            # Twelve days on: begin again long before the difference could wrap.
+            # Twelve days later: begin again long before the difference could wrap.
             self._first = (stamp, now)
             self._least.clear()
             self._least.append((now, 0.0))
             return 0.0
         buckets = self._least
-        # The one before the window stays: a sender that was silent for long is measured by how it was before, or the
-        # first command after a pause would be on time however long it was held up.
+        # Keeps the last bucket before the window: a sender that was silent for long is measured against it. Else the
+        # first command after a pause would count as on time, however late.
         while len(buckets) > 1 and now - buckets[1][0] > WINDOW_S:
             buckets.popleft()
         if buckets and now - buckets[-1][0] > FORGET_S:

@@ -1,7 +1,7 @@
 """Round trip, jitter and loss of a link over the last seconds. No I/O; takes `now`.
 
-Fed by the keep-alives: each tells how many datagrams its sender has received so far (wire.content.Report), so either
-side knows the loss of both directions, and a keep-alive that is lost itself takes no knowledge with it.
+Fed by the keep-alives: each reports how many datagrams its sender has received so far (wire.content.Report), so either
+side knows the loss of both directions, and the loss of a keep-alive itself loses no information.
 """
 
 from collections import deque
@@ -13,11 +13,11 @@ SHORT_WINDOW_S: Final = 1.0
 LONG_WINDOW_S: Final = 30.0
 
 _REMEMBERED: Final = 256
-"""Points kept of each kind: those of 30 s at twice the usual rate."""
+"""Points kept of each kind: 30 s at twice the usual rate."""
 
 
 class Quality(NamedTuple):
-    """Over one window, seen from one side. None is: not known."""
+    """Over one window, seen from one side. None: not known."""
 
     rtt_s: float | None = None
     """Mean of the round trips."""
@@ -30,7 +30,7 @@ class Quality(NamedTuple):
 
 
 class _Counted:
-    """How two counters, that only grow, grew over a window."""
+    """How two monotonic counters grew over a window."""
 
     def __init__(self, now: float) -> None:
         self._points: deque[tuple[float, Report]] = deque([(now, Report())], maxlen=_REMEMBERED)
@@ -40,25 +40,25 @@ class _Counted:
         points = self._points
         if report.expected >= points[-1][1].expected:
             points.append((now, report))
-        # The window begins at the newest report before it; older ones are useless.
+        # The newest point before the window is its beginning; older points are no longer needed.
         while len(points) > 1 and now - points[1][0] >= LONG_WINDOW_S:
             points.popleft()
 
     def loss(self, window_s: float, now: float) -> float | None:
-        """None if nothing is known of the window; 1.0 if it is known that nothing came."""
+        """None if nothing is known of the window; 1.0 if it is known that nothing arrived."""
         reported_at, last = self._points[-1]
         if last.expected == 0 or now - reported_at > window_s:
             return None
         begin = self._before(now - window_s, near_the_end=window_s < LONG_WINDOW_S / 2)
         expected = last.expected - begin.expected
         if expected <= 0:
-            # Two pings are sent in a window at least: nothing in all of it means that they were lost.
+            # A window contains at least two pings: if nothing arrived in all of it, they were lost.
             return 1.0 if now - self._points[0][0] > window_s >= SHORT_WINDOW_S else None
         return min(1.0, max(0.0, 1.0 - (last.received - begin.received) / expected))
 
     def _before(self, moment: float, *, near_the_end: bool) -> Report:
-        """The newest report not later than `moment`, or else the oldest. Searched from the nearer end, because a
-        thousand links need it every second."""
+        """Returns the newest report that is not later than `moment`, or else the oldest of all. Searches from the
+        nearer end: this runs every second for a thousand links."""
         begin = self._points[0][1]
         if near_the_end:
             for at, report in reversed(self._points):
@@ -73,19 +73,19 @@ class _Counted:
 
 
 class LinkQuality:
-    """Feed it each round trip, each report that came, and one's own counters; ask `over`."""
+    """Feed it each round trip, each received report and this side's own counters; call `over`."""
 
     def __init__(self, now: float) -> None:
         self._trips: deque[tuple[float, float]] = deque()
         self._trip_sum_s = 0.0
-        """Of `_trips`."""
+        """Sum of `_trips`."""
         self._step_sum_s = 0.0
-        """Mean difference between consecutive values."""
+        """Sum of the differences between consecutive trips."""
         self._sent = _Counted(now)
         self._received = _Counted(now)
 
     def round_trip(self, rtt_s: float, now: float) -> None:
-        """A ping was answered."""
+        """Notes the round trip of an answered ping."""
         trips = self._trips
         if len(trips) == _REMEMBERED:
             self._forget_oldest()
@@ -105,20 +105,20 @@ class LinkQuality:
         if trips:
             self._trip_sum_s -= rtt_s
             self._step_sum_s -= abs(trips[0][1] - rtt_s)
-        else:  # and no rounding is carried on
+        else:  # and rounding errors do not accumulate
             self._trip_sum_s = self._step_sum_s = 0.0
 
     def receive_report(self, report: Report, now: float) -> None:
-        """The other side reports what it has received."""
+        """Notes what the other side reports to have received."""
         self._sent.note(report, now)
 
     def counted(self, report: Report, now: float) -> None:
-        """What this side has received: note it at least as often as a ping is sent."""
+        """Notes what this side has received; call it at least as often as a ping is sent."""
         self._received.note(report, now)
 
     def over(self, window_s: float, now: float) -> Quality:
-        """`window_s`: from SHORT_WINDOW_S to LONG_WINDOW_S. Windows shorter than two ping intervals would often be
-        empty."""
+        """`window_s`: SHORT_WINDOW_S to LONG_WINDOW_S. A window shorter than two ping intervals would often have no
+        value."""
         rtt_s, jitter_s = self._trips_over(window_s, now)
         return Quality(rtt_s, jitter_s, self._sent.loss(window_s, now), self._received.loss(window_s, now))
 

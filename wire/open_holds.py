@@ -1,7 +1,7 @@
-"""Messages between agent and tower about an open hold and a lost action (docs/wire-protocol.md, 2).
+"""The messages of agent and tower about an open hold and a lost action (docs/wire-protocol.md, 2).
 
 A hold is open from its order until somebody flies the drone, the lost action is done, or the drone is disarmed. Both
-sides name OPEN_HOLDS in `takes`; a side that does not gets neither message.
+sides list OPEN_HOLDS in `takes`; a side that does not receives neither message.
 """
 
 from enum import StrEnum
@@ -21,20 +21,20 @@ class LostAction(StrEnum):
     RETURN = "return"
     LAND = "land"
     CONTINUE = "continue"
-    """A mission goes on; anything else stays."""
+    """A mission continues; anything else stays."""
     STAY = "stay"
-    """Until the battery is at the level that the way home needs; then it returns."""
+    """Until the battery falls to the level that the return needs; then it returns."""
 
 
 class HoldStage(StrEnum):
-    """Stage of an open hold."""
+    """The stage of an open hold."""
 
     NONE = "none"
     """No mode of the hold is confirmed."""
     ALTITUDE = "altitude"
     """Stage one: altitude hold (or a rung of the drone's ladder), with the agent's centred sticks."""
     STAY = "stay"
-    """Stage two: a mode that stays in place without sticks."""
+    """Stage two: a mode that holds position without sticks."""
 
 
 class AfterSticks(StrEnum):
@@ -42,39 +42,39 @@ class AfterSticks(StrEnum):
 
     STAYS = "stays"
     SINKS = "sinks"
-    """A receiver's resting throttle comes back in a mode that uses it."""
+    """The receiver's resting throttle applies again in a mode that uses it."""
     RETURNS = "returns"
     LANDS = "lands"
     UNKNOWN = "unknown"
 
 
 class Lost(StrEnum):
-    """Who is away."""
+    """Who is lost."""
 
     TOWER = "tower"
     PERSON = "person"
 
 
 class LostPhase(StrEnum):
-    """Phase of the lost action."""
+    """The phase of the lost action."""
 
     QUIET = "quiet"
     """Nobody is lost."""
     COUNTING = "counting"
     STAYED = "stayed"
-    """A person said "stay", or staying is the action: the battery ends it."""
+    """Somebody chose "stay", or staying is the action: the battery ends it."""
     ASKING = "asking"
-    """The mode is requested until the autopilot confirms it."""
+    """The agent requests the mode until the autopilot confirms it."""
     DONE = "done"
 
 
 class HoldState(msgspec.Struct, frozen=True, tag="hold_state", tag_field="type", kw_only=True):
-    """Agent to tower: the open hold and the lost action as they are now. On each change, each 5 s while either is
-    going on, and first on each new link.
+    """Agent to tower: the present state of the open hold and the lost action. On each change, every 5 s while either is
+    active, and first on each new link.
 
-    `number` grows with each of an agent process. `mode`: the autopilot's mode, by name. `sticks`: the agent keeps
-    centred sticks coming. `waiting_for`: why stage two is not reached, for people. `action`: what will be done, or is
-    being done, after the situation was looked at: `land` where `return` has no position. `due_in_s`: None but while
+    `number` grows with each message of an agent process. `mode`: the autopilot's mode, by name. `sticks`: the agent
+    sends centred sticks. `waiting_for`: why stage two is not reached, for people. `action`: what will be done, or is
+    being done, after the situation was checked: `land` if `return` has no position. `due_in_s`: None except while
     counting.
     """
 
@@ -93,8 +93,8 @@ class HoldState(msgspec.Struct, frozen=True, tag="hold_state", tag_field="type",
 
 
 class Stay(msgspec.Struct, frozen=True, tag="stay", tag_field="type", kw_only=True):
-    """Tower to agent: a person said "stay". The lost action for a lost person waits until the battery is at the level
-    needed for the way home, or until another hold begins."""
+    """Tower to agent: somebody chose "stay". The lost action for a lost person waits until the battery is at the level
+    that the return needs, or until a hold begins again."""
 
     order_id: U32
     by: Annotated[str, msgspec.Meta(max_length=80)]

@@ -1,9 +1,9 @@
-"""A vehicle's metadata of its own parameters: file format, bytes, and messages. No I/O.
+"""A vehicle's metadata about its own parameters: file format, packed bytes, and the messages that carry it. No I/O.
 
-The format is MAVLink's component metadata, COMP_METADATA_TYPE_PARAMETER, version 1 (mavlink.io,
-services/component_information; parameter.schema.json). An agent reads the vehicle's file, removes what is not in this
-format, and sends the rest gzipped, in pieces. Neither side sends these messages to one without PARAMETER_METADATA in
-its hello or welcome.
+The format is that of MAVLink's component metadata, COMP_METADATA_TYPE_PARAMETER, version 1 (mavlink.io, services/
+component_information; parameter.schema.json). An agent reads the vehicle's file, leaves out what does not match this
+format, and sends the rest gzipped, in pieces. Neither side sends any of these messages unless the other has listed
+PARAMETER_METADATA in its hello or welcome.
 """
 
 import zlib
@@ -13,20 +13,20 @@ from typing import Annotated, Final
 import msgspec
 
 PARAMETER_METADATA: Final = "parameter_metadata"
-"""What `takes` of hello and welcome has where the messages of this module are understood."""
+"""The entry in `takes` of hello and welcome for the messages of this module."""
 
 MAX_PACKED_BYTES: Final = 256 * 1024
 MAX_TEXT_BYTES: Final = 3 * 1024 * 1024
-"""Unpacked: twice the size of PX4's for 1,800 parameters."""
+"""Unpacked: twice the metadata of PX4's 1,800 parameters."""
 MAX_PARAMETERS: Final = 8192
 MAX_COMMAS: Final = 400_000
-"""In the text. A list of single characters would take fifty times its size while it is read."""
+"""In the text. A list of single characters would need fifty times its size while it is read."""
 MAX_PIECE_BYTES: Final = 12_000
-"""Base64 makes 16 kB of it: what waits behind it on a thin line does not wait for long."""
+"""16 kB in base64, so that messages queued behind it on a slow link do not wait long."""
 VERSION: Final = 1
 
 _GZIP: Final = 31
-"""As `wbits` of zlib. The head has no time in it: the same text has the same bytes."""
+"""`wbits` for zlib. The header has no time stamp: the same text has the same bytes."""
 _NO_METADATA: Final = "no metadata of parameters"
 
 Hash = Annotated[str, msgspec.Meta(min_length=16, max_length=16)]
@@ -35,21 +35,21 @@ _Text = Annotated[str, msgspec.Meta(max_length=8000)]
 
 
 class MetadataChoice(msgspec.Struct, frozen=True):
-    """A value of a parameter that has a name."""
+    """A named value of a parameter."""
 
     value: float
     description: _Title
 
 
 class MetadataBit(msgspec.Struct, frozen=True):
-    """A bit of a parameter that is a mask. `index`: 0 is the lowest."""
+    """A bit of a bit-mask parameter. `index`: 0 is the lowest."""
 
     index: Annotated[int, msgspec.Meta(ge=0, le=63)]
     description: _Title
 
 
 class MetadataEntry(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
-    """One parameter, or a numbered family (`{n}` in its name). What is left out is not known."""
+    """One parameter, or a numbered family (`{n}` in its name). Absent fields are not known."""
 
     name: Annotated[str, msgspec.Meta(pattern=r"^[A-Za-z0-9_.{}-]{1,20}$")]
     type: Annotated[str, msgspec.Meta(max_length=16)] = ""
@@ -78,8 +78,8 @@ class MetadataDocument(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class MetadataKnown(msgspec.Struct, frozen=True, tag="parameter_metadata", tag_field="type", kw_only=True):
-    """Agent to tower, on each link and on each change. `hash`: of the packed bytes, `size_bytes` of them. None: there
-    is none, and `words` say why. A tower that lacks it sends MetadataWanted."""
+    """Agent to tower, on each link and on each change. `hash`: of the packed bytes; `size_bytes`: their length. None:
+    there is no metadata, and `words` gives the reason. A tower that lacks it requests it with MetadataWanted."""
 
     hash: Hash | None
     size_bytes: Annotated[int, msgspec.Meta(ge=0, le=MAX_PACKED_BYTES)] = 0
@@ -95,7 +95,7 @@ class MetadataPiece(msgspec.Struct, frozen=True, tag="parameter_metadata_piece",
 
 
 class MetadataWanted(msgspec.Struct, frozen=True, tag="parameter_metadata_wanted", tag_field="type", kw_only=True):
-    """Tower to agent: tell the pieces of this one, from the first on."""
+    """Tower to agent: send the pieces of this metadata, from the first on."""
 
     hash: Hash
 
@@ -107,23 +107,23 @@ _decoder: Final = msgspec.json.Decoder(MetadataDocument)
 
 
 def metadata_hash(packed: bytes) -> str:
-    """16 hexadecimal digits: the first 8 bytes of SHA-256."""
+    """Returns 16 hexadecimal digits: the first 8 bytes of SHA-256."""
     return sha256(packed).hexdigest()[:16]
 
 
 def encode_metadata(document: MetadataDocument) -> bytes:
-    """JSON."""
+    """Returns JSON."""
     return _encoder.encode(document)
 
 
 def pack_text(text: bytes) -> bytes:
-    """Gzipped, the same bytes for the same text."""
+    """Gzips; the same text gives the same bytes."""
     packer = zlib.compressobj(6, zlib.DEFLATED, _GZIP)
     return packer.compress(text) + packer.flush()
 
 
 def unpack_text(packed: bytes) -> bytes:
-    """What `pack_text` made. Raises ValueError about anything else, and about more than MAX_TEXT_BYTES."""
+    """Unpacks what `pack_text` returns. Raises ValueError for anything else, and for more than MAX_TEXT_BYTES."""
     unpacker = zlib.decompressobj(_GZIP)
     try:
         text = unpacker.decompress(packed, MAX_TEXT_BYTES)
@@ -135,7 +135,7 @@ def unpack_text(packed: bytes) -> bytes:
 
 
 def read_metadata(text: bytes) -> MetadataDocument:
-    """The document that is in this JSON. Raises ValueError about anything else, and about more than fits."""
+    """Parses the JSON document. Raises ValueError for anything else, and for text beyond the limits."""
     if len(text) > MAX_TEXT_BYTES or text.count(b",") > MAX_COMMAS:
         raise ValueError(f"{_NO_METADATA}: too large")
     try:

@@ -1,7 +1,7 @@
-"""The parameters of an autopilot as tables: their bytes and their hash. No I/O, and nothing of MAVLink's protocol.
+"""An autopilot's parameters as tables: their bytes and their hash. No I/O, independent of the MAVLink protocol.
 
-A table holds each parameter once, by name. A value is the number that people mean: what a PARAM_VALUE carries has been
-read by its kind (ArduPilot's numbers as they are, PX4's integers out of the bits of a float).
+A table holds each parameter once, by name. A value is the plain number: a PARAM_VALUE has been read according to its
+kind (ArduPilot's numbers as they are, PX4's integers from the bits of a float).
 """
 
 import zlib
@@ -23,7 +23,7 @@ _NO_TABLE: Final = "no table of parameters"
 
 
 class Parameter(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True):
-    """One of them. `kind`: MAV_PARAM_TYPE, 1 to 10. `value`: finite; of 32 bits, but for kinds 7, 8 and 10."""
+    """One parameter. `kind`: MAV_PARAM_TYPE, 1 to 10. `value`: finite; 32 bits wide, except for kinds 7, 8 and 10."""
 
     name: Annotated[str, msgspec.Meta(min_length=1, max_length=16, pattern="^[A-Za-z0-9_]+$")]
     value: float
@@ -43,7 +43,7 @@ _decoder: Final[msgspec.json.Decoder[Table]] = msgspec.json.Decoder(
 
 
 def by_name(parameters: Iterable[Parameter]) -> Table:
-    """Sorted by name. Raises ValueError where a name comes twice."""
+    """Sorts by name. Raises ValueError if a name occurs twice."""
     table = tuple(sorted(parameters, key=lambda one: one.name))
     for one, following in pairwise(table):
         if one.name == following.name:
@@ -52,9 +52,10 @@ def by_name(parameters: Iterable[Parameter]) -> Table:
 
 
 def table_hash(table: Table) -> str:
-    """16 hexadecimal digits: the first 8 bytes of SHA-256 over name (16 bytes, zeros behind), kind u8, value f64 each.
+    """Returns 16 hexadecimal digits: the first 8 bytes of SHA-256 over name (16 bytes, zero-padded), kind u8, value f64
+    each.
 
-    `table`: as `by_name` makes it.
+    `table`: sorted, from `by_name`.
     """
     digest = sha256()
     for one in table:
@@ -63,12 +64,13 @@ def table_hash(table: Table) -> str:
 
 
 def pack_table(table: Table) -> bytes:
-    """JSON `[[name, value, kind], ...]`, compressed (zlib). 1,400 parameters are some 15 kB."""
+    """Returns zlib-compressed JSON `[[name, value, kind], ...]`. 1,400 parameters take some 15 kB."""
     return zlib.compress(_encoder.encode(table), 6)
 
 
 def unpack_table(packed: bytes) -> Table:
-    """What `pack_table` made, sorted by name. Raises ValueError about anything else, and about more than fits."""
+    """Unpacks what `pack_table` returns, sorted by name. Raises ValueError for anything else, and for oversized
+    input."""
     unpacker = zlib.decompressobj()
     try:
         text = unpacker.decompress(packed, MAX_TABLE_BYTES)

@@ -1,11 +1,11 @@
-"""Finds the largest datagram that passes in one piece, with padded probes (after RFC 8899). No I/O; takes `now`.
+"""Finds the largest datagram that passes unfragmented, by padded probes (after RFC 8899). No I/O; takes `now`.
 
-Begins at a size that every path must carry, tries the largest useful one, and otherwise halves the gap. Probes forbid
-fragmentation; everything else may be fragmented, so a shrinking path costs speed and not the link. The size found is
-probed again from time to time; if it fails, the search restarts.
+The search begins at a size that every path must carry, tries the largest useful size, and then halves the gap. A probe
+sets "do not fragment"; all other datagrams may be fragmented, so a path that shrinks costs speed, not the link. The
+size found is tested again from time to time; if it no longer passes, the search begins again.
 
-The agent probes. The tower adopts what it saw arrive: nearly every path carries the same in both directions. With
-several uplinks, each datagram goes by all of them, so the smallest of their sizes counts.
+The agent probes. The tower adopts the sizes it has seen arrive: on nearly every path both directions have the same
+limit. With several uplinks in use, each datagram travels on all of them, so the smallest limit applies.
 """
 
 from collections.abc import Collection
@@ -18,16 +18,16 @@ SAFE_DATAGRAM_BYTES: Final = 1200
 
 CLOSE_ENOUGH_BYTES: Final = 16
 PROBE_AGAIN_S: Final = 1.0
-"""An answer that is not there after this is not waited for any longer."""
+"""The deadline for a probe's answer."""
 TRIES: Final = 3
-"""Three probes in a row are lost one time in a thousand where one in ten is; then the size counts as too large."""
+"""At one loss in ten, three probes in a row are lost once in a thousand; then the size counts as too large."""
 VERIFY_S: Final = 30.0
 SEARCH_AGAIN_S: Final = 600.0
 BELIEVED_FOR_S: Final = 100.0
-"""By the side that does not probe: three probes of the other have not come."""
+"""On the side that does not probe: three probes of the other side have not arrived."""
 
 SILENT_UPLINK_S: Final = 2.0
-"""For the side that does not probe: an uplink that was silent for this long, while another was not, is not used."""
+"""On the side that does not probe: an uplink silent for this long, while another is not, is not sent to."""
 
 
 class PathMtu:
@@ -35,7 +35,7 @@ class PathMtu:
 
     def __init__(self, now: float) -> None:
         self.datagram_bytes = SAFE_DATAGRAM_BYTES
-        """The largest that is known to pass."""
+        """The largest size known to pass."""
         self._trying = MAX_DATAGRAM_BYTES
         self._too_large = MAX_DATAGRAM_BYTES + 1
         self._tries = 0
@@ -44,7 +44,7 @@ class PathMtu:
         self._searched_at = now
 
     def probe_due(self, now: float) -> int | None:
-        """The size of a probe to send now, or None."""
+        """Returns the size of a probe to send now, or None."""
         if now < self._next:
             return None
         if self._tries >= TRIES:
@@ -58,7 +58,7 @@ class PathMtu:
         return self._trying
 
     def answered(self, datagram_bytes: int, now: float) -> None:
-        """A probe of this size was answered."""
+        """Notes that a probe of this size was answered."""
         if datagram_bytes < self._trying:
             return
         self.datagram_bytes = max(self.datagram_bytes, datagram_bytes)
@@ -66,7 +66,7 @@ class PathMtu:
 
     def _failed(self, now: float) -> None:
         if not self._searching:
-            # What once passed does so no more: another path.
+            # A size that used to pass no longer does: the path has changed.
             self.datagram_bytes = SAFE_DATAGRAM_BYTES
             self._search_again()
         else:
@@ -80,7 +80,7 @@ class PathMtu:
         self._tries = 0
 
     def _aim(self, now: float) -> None:
-        """Chooses what to try next: something between, or once found, the same again after a while."""
+        """Chooses the next size to try: one in between, or after the search the same size again after a while."""
         self._tries = 0
         if self._too_large - self.datagram_bytes > CLOSE_ENOUGH_BYTES:
             self._trying = (self.datagram_bytes + self._too_large) // 2
@@ -98,13 +98,13 @@ class PathMtus:
 
     def __init__(self, uplinks: int, now: float) -> None:
         self.datagram_bytes = SAFE_DATAGRAM_BYTES
-        """The largest size that passes every uplink that worked when last probed."""
+        """The largest size that passed on every uplink that worked at the last call of `probes_due`."""
         self._paths = [PathMtu(now) for _ in range(uplinks)]
 
     def probes_due(self, working: Collection[int], now: float) -> list[tuple[int, int]]:
-        """(uplink, size) of the probes to send now. `working`: the uplinks that carry anything at the moment.
+        """Returns (uplink, size) of the probes to send now. `working`: the uplinks that carry datagrams at present.
 
-        The others are not probed, since nothing would be learnt, and make no datagram smaller meanwhile.
+        The others are not probed, because that would show nothing, and do not limit the size meanwhile.
         """
         due = [(number, self._paths[number].probe_due(now)) for number in working]
         if due:
@@ -112,12 +112,12 @@ class PathMtus:
         return [(number, size) for number, size in due if size is not None]
 
     def answered(self, uplink: int, datagram_bytes: int, now: float) -> None:
-        """A probe of this size was answered by this uplink."""
+        """Notes that a probe of this size was answered on this uplink."""
         self._paths[uplink].answered(datagram_bytes, now)
 
 
 class _Seen:
-    """Of one uplink."""
+    """The state of one uplink."""
 
     def __init__(self, now: float) -> None:
         self.datagram_bytes = SAFE_DATAGRAM_BYTES
@@ -129,11 +129,11 @@ class SeenMtu:
 
     def __init__(self) -> None:
         self.datagram_bytes = SAFE_DATAGRAM_BYTES
-        """The least of what the other side's uplinks carry."""
+        """The smallest limit of the other side's uplinks."""
         self._uplinks: dict[int, _Seen] = {}
 
     def probe_came(self, uplink: int, datagram_bytes: int, now: float) -> None:
-        """A probe of this size arrived in one piece, by the uplink with this number (0..255)."""
+        """Notes that a probe of this size arrived unfragmented on the uplink with this number (0..255)."""
         seen = self._uplinks.setdefault(uplink, _Seen(now))
         seen.heard_at = now
         if datagram_bytes >= seen.datagram_bytes:
@@ -141,8 +141,8 @@ class SeenMtu:
         self.check(now)
 
     def check(self, now: float) -> None:
-        """Time has passed: a size without recent proof falls back to the safe one, and an uplink that is silent while
-        another is not does not count."""
+        """Applies the passage of time: a size without a recent probe reverts to the safe size, and an uplink that is
+        silent while another is not does not count."""
         if not self._uplinks:
             return
         for seen in self._uplinks.values():

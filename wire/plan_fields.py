@@ -1,7 +1,7 @@
-"""What an autopilot does with one number of a plan's item: keep, round, drop, refuse. Pure.
+"""What an autopilot does with one number of a plan item: keeps, rounds, drops or refuses it. Pure.
 
 A rule covers one field of one command; an autopilot's table (plan_keeping_ardupilot, plan_keeping_px4) combines rules.
-Numbers are those of MISSION_ITEM_INT, 32 bits wide; None is NaN ("the autopilot decides").
+Numbers are those of MISSION_ITEM_INT, 32 bits wide; None is NaN ("as the autopilot likes").
 """
 
 import struct
@@ -14,22 +14,22 @@ from wire.plans import PlanItem, PlanKind, as_float32
 
 
 class Effect(IntEnum):
-    """What it means that a number is not kept as it was sent. The larger, the worse."""
+    """The consequence of a number that is not kept as sent. The larger, the worse."""
 
     SAME = 0
-    """It is kept."""
+    """The number is kept."""
     QUIET = 1
-    """Another number that means the same, or a field that means nothing there."""
+    """Another number with the same meaning, or a field without meaning in this command."""
     FLIGHT = 2
-    """The autopilot does something else than requested: report it before the upload."""
+    """The autopilot does not do what was requested: the pilot is told before the plan is sent."""
     REFUSED = 3
-    """The autopilot refuses it, or has no room for it and its effect is unknown."""
+    """The autopilot refuses it, or has no room for it and its behaviour is unknown."""
 
 
 class Kept(NamedTuple):
-    """One field. `value` must come back (REFUSED: what was sent, which it cannot).
+    """One field. `value` must come back (REFUSED: the value sent, which cannot come back).
 
-    `within`: how far off it may be, for arithmetic that differs between processors. `is_angle`: degrees, 360 is 0.
+    `within`: tolerance for arithmetic that differs between processors. `is_angle`: degrees, 360 is 0.
     """
 
     value: float | None
@@ -38,7 +38,7 @@ class Kept(NamedTuple):
     is_angle: bool = False
 
     def comes_back_as(self, got: float | None, *, within: float = 0.0) -> bool:
-        """Whether `got` is that value."""
+        """Returns whether `got` is that value."""
         if self.value is None or got is None:
             return self.value is got
         off = abs(self.value - got)
@@ -48,9 +48,9 @@ class Kept(NamedTuple):
 
 
 class ItemKept(NamedTuple):
-    """An item as it comes back: all fields of a PlanItem, param1 to param4 apart.
+    """An item as it comes back: all fields of a PlanItem, param1 to param4 separately.
 
-    `height_step_m`: where the autopilot acknowledged the item its height may be off by as much.
+    `height_step_m`: tolerance of the height if the autopilot acknowledged the item.
     """
 
     fields: Mapping[str, Kept]
@@ -62,17 +62,17 @@ class KeptFields(Protocol):
 
     @property
     def name(self) -> str:
-        """As people call it."""
+        """The autopilot's name for people."""
 
     @property
     def room(self) -> Room:
         """How many items it has room for."""
 
     def to_send(self, kind: PlanKind, item: PlanItem) -> PlanItem:
-        """The item as it is best sent, so that it loses as little as can be."""
+        """Adapts an item so that it loses as little as possible."""
 
     def kept(self, kind: PlanKind, item: PlanItem) -> ItemKept:
-        """What becomes of an item that is sent just so."""
+        """Returns what the autopilot keeps of an item that is sent unchanged."""
 
 
 Rule = Callable[[float | None], Kept]
@@ -80,7 +80,7 @@ _ZERO: Final = Kept(0.0, Effect.SAME)
 
 
 def becomes(sent: float | None, value: float | None, effect: Effect = Effect.FLIGHT) -> Kept:
-    """`value` in place of `sent`, with that effect where they differ."""
+    """`value` in place of `sent`, with this effect if they differ."""
     return Kept(value, Effect.SAME if sent == value else effect)
 
 
@@ -99,7 +99,7 @@ def same_or_open(sent: float | None) -> Kept:
 
 
 def unused(sent: float | None) -> Kept:
-    """It means nothing to this command: 0 comes back. NaN is refused."""
+    """Without meaning for this command: 0 comes back. NaN is refused."""
     return refused(sent) if sent is None else becomes(sent, 0.0, Effect.QUIET)
 
 
@@ -108,7 +108,7 @@ def unused_or_open(sent: float | None) -> Kept:
 
 
 def dropped(sent: float | None) -> Kept:
-    """It means something in MAVLink, and nothing to this autopilot: 0 comes back. NaN is refused."""
+    """Has a meaning in MAVLink but none for this autopilot: 0 comes back. NaN is refused."""
     return refused(sent) if sent is None else becomes(sent, 0.0)
 
 
@@ -117,7 +117,7 @@ def dropped_or_open(sent: float | None) -> Kept:
 
 
 def dropped_but(*meaningless: float) -> Rule:
-    """`dropped`, where some numbers ask for nothing."""
+    """`dropped`, except that these numbers request nothing."""
 
     def rule(sent: float | None) -> Kept:
         return Kept(0.0, Effect.QUIET) if sent in meaningless else dropped(sent)
@@ -126,7 +126,8 @@ def dropped_but(*meaningless: float) -> Rule:
 
 
 def whole(least: int, most: int) -> Rule:
-    """A whole number, cut towards 0. What it has no room for wraps or sticks, as the processor has it: refused."""
+    """A whole number, truncated towards 0. Refused outside the range: it would wrap or saturate, depending on the
+    processor."""
 
     def rule(sent: float | None) -> Kept:
         if sent is None or not least <= int(sent) <= most:
@@ -143,7 +144,7 @@ SIGNED_WORD: Final = whole(-0x8000, 0x7FFF)
 
 
 def flag(sent: float | None) -> Kept:
-    """1 where it is greater than 0. NaN is refused."""
+    """1 for numbers above 0, else 0. NaN is refused."""
     return refused(sent) if sent is None else becomes(sent, 1.0 if sent > 0.0 else 0.0)
 
 
@@ -152,14 +153,14 @@ def flag_or_open(sent: float | None) -> Kept:
 
 
 def in_hundredths(sent: float | None) -> Kept:
-    """Whole hundredths in 16 bits without a sign."""
+    """Whole hundredths in 16 bits, unsigned."""
     if sent is None or not 0 <= (stored := int(as_float32(sent * 100.0))) <= 0xFFFF:
         return refused(sent)
     return becomes(sent, as_float32(stored * as_float32(0.01)))
 
 
 def half_float(sent: float | None) -> Kept:
-    """A float of 16 bits."""
+    """A 16-bit float."""
     if sent is None or abs(sent) > 65_504.0:
         return refused(sent)
     (value,) = struct.unpack("<e", struct.pack("<e", sent))
@@ -171,7 +172,7 @@ TURNS_MOST_DEG: Final = 3600.0
 
 
 def heading_or_open(sent: float | None) -> Kept:
-    """Degrees by way of radians from 0 to 2 pi: the same direction, not quite the same number."""
+    """Degrees, converted to radians from 0 to 2 pi and back: the same direction, but not exactly the same number."""
     if sent is None:
         return Kept(None, Effect.SAME)
     if abs(sent) > TURNS_MOST_DEG:
@@ -181,7 +182,7 @@ def heading_or_open(sent: float | None) -> Kept:
 
 
 def always(value: float) -> Rule:
-    """The autopilot knows only this one."""
+    """The autopilot knows only this value."""
 
     def rule(sent: float | None) -> Kept:
         return becomes(sent, value)
@@ -190,7 +191,7 @@ def always(value: float) -> Rule:
 
 
 def fields_of(item: PlanItem) -> dict[str, float | None]:
-    """By reported name: command, frame, param1 to param4, x, y, z, autocontinue."""
+    """Keyed by the published field names: command, frame, param1 to param4, x, y, z, autocontinue."""
     p1, p2, p3, p4 = item.params
     return {
         "command": float(item.command),
@@ -207,7 +208,7 @@ def fields_of(item: PlanItem) -> dict[str, float | None]:
 
 
 def item_of(fields: Mapping[str, float | None]) -> PlanItem:
-    """The other way."""
+    """The inverse of `fields_of`."""
 
     def number(name: str) -> float:
         value = fields[name]

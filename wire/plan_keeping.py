@@ -1,7 +1,7 @@
-"""Whether the plan that was read back is the plan that was sent, by what its autopilot keeps of each item. Pure.
+"""Compares the plan read back with the plan sent, by what the autopilot keeps of each item. Pure.
 
-One source for agent, tower and console: the agent compares with it what came back, the tower tells from it beforehand
-what will not be kept. The tables with their sources: plan_keeping_ardupilot, plan_keeping_px4.
+One source for agent, tower and console: the agent compares what came back, the tower predicts what will not be kept.
+The tables with their sources: plan_keeping_ardupilot, plan_keeping_px4.
 """
 
 from collections.abc import Sequence
@@ -16,13 +16,13 @@ COUNT: Final = "count"
 
 
 class Verbatim:
-    """A Keeping of an autopilot that is not known: every bit must come back."""
+    """The KeptFields of an unknown autopilot: every bit must come back."""
 
     name = "The autopilot"
     room = MAX_ROOM
 
     def to_send(self, kind: PlanKind, item: PlanItem) -> PlanItem:
-        """Just so."""
+        """Returns the item unchanged."""
         del kind
         return item
 
@@ -33,18 +33,18 @@ class Verbatim:
 
 
 def keeping_of(autopilot: int, vehicle_type: int) -> KeptFields:
-    """The table for a MAV_AUTOPILOT and a MAV_TYPE."""
+    """Returns the table for a MAV_AUTOPILOT and a MAV_TYPE."""
     family = FAMILIES.get(autopilot)
     return Verbatim() if family is None else family.keeping(vehicle_type)
 
 
 def to_send(keeping: KeptFields, kind: PlanKind, plan: Sequence[PlanItem]) -> Plan:
-    """The plan as it goes to the autopilot: what it would cut is rounded first."""
+    """Returns the plan as it goes to the autopilot: values that it would truncate are rounded first."""
     return tuple(keeping.to_send(kind, item) for item in plan)
 
 
 def _kept(keeping: KeptFields, kind: PlanKind, item: PlanItem) -> ItemKept:
-    """What becomes of an item, with the height as it is best sent."""
+    """Returns what the autopilot keeps of an item, with the height as adapted for sending."""
     kept = keeping.kept(kind, item)
     going = keeping.to_send(kind, item)
     if going == item:
@@ -54,9 +54,10 @@ def _kept(keeping: KeptFields, kind: PlanKind, item: PlanItem) -> ItemKept:
 
 
 class Change(NamedTuple):
-    """A field that comes back changed. `item` from 0. `kept` of a refused value: as sent.
+    """A field that comes back changed. `item` from 0. `kept` of a refused field: as it was sent.
 
-    For the field "count": `item` is the first without room, `kept` the number with room.
+    For the field "count": `item` is the first item without room on the autopilot, `kept` is the number of items with
+    room.
     """
 
     item: int
@@ -67,8 +68,10 @@ class Change(NamedTuple):
 
 
 def changes_ahead(keeping: KeptFields, kind: PlanKind, plan: Sequence[PlanItem]) -> list[Change]:
-    """What the autopilot will not keep: lack of room first, then in the order of the items. Report it before an
-    upload."""
+    """Returns what the autopilot will not keep: lack of room first, then in the order of the items.
+
+    Shown before a plan is sent.
+    """
     found = []
     most = keeping.room[kind]
     if len(plan) > most:
@@ -82,7 +85,7 @@ def changes_ahead(keeping: KeptFields, kind: PlanKind, plan: Sequence[PlanItem])
 
 
 def as_kept(keeping: KeptFields, kind: PlanKind, plan: Sequence[PlanItem]) -> Plan:
-    """The plan as it comes back; where the autopilot refuses it, as it was sent."""
+    """The plan as it comes back; refused fields as they were sent."""
     items = (_kept(keeping, kind, item).fields for item in plan)
     return tuple(item_of({name: one.value for name, one in item.items()}) for item in items)
 
@@ -90,9 +93,10 @@ def as_kept(keeping: KeptFields, kind: PlanKind, plan: Sequence[PlanItem]) -> Pl
 def differences(
     keeping: KeptFields, kind: PlanKind, sent: Sequence[PlanItem], got: Sequence[PlanItem], *, exactly: bool = False
 ) -> list[Change]:
-    """Where `got` is not what must come back of `sent`; `kept` is what `got` has. Empty: it is the same plan.
+    """Returns where `got` differs from what must come back of `sent`; `kept` is the value in `got`. Empty: the same
+    plan.
 
-    `exactly`: heights too, which else may be off by the autopilot's step.
+    `exactly`: heights too, which otherwise may differ by the autopilot's step.
     """
     found: list[Change] = []
     if len(sent) != len(got):
@@ -110,7 +114,7 @@ def differences(
 def same_plan(
     keeping: KeptFields, kind: PlanKind, sent: Sequence[PlanItem], got: Sequence[PlanItem], *, exactly: bool = False
 ) -> bool:
-    """Whether the plan on board is the whole of what was sent, as its autopilot keeps it."""
+    """Returns whether the plan on board is the whole plan sent, as its autopilot keeps it."""
     return not differences(keeping, kind, sent, got, exactly=exactly)
 
 
@@ -125,7 +129,7 @@ _FIELD_WORDS: Final = {
 
 
 def change_words(keeping: KeptFields, change: Change) -> str:
-    """A sentence or two about a change ahead."""
+    """Describes a predicted change in one or two sentences."""
     if change.field == COUNT:
         room = f"{keeping.name} has room for {change.kept:.0f} on the usual boards"
         return f"{change.sent:.0f} items: {room}. An autopilot with less space refuses all of them."
@@ -140,5 +144,5 @@ def change_words(keeping: KeptFields, change: Change) -> str:
 
 
 def number_words(value: float | None) -> str:
-    """A number for people; NaN is "open"."""
+    """Formats a number for people; NaN is "open"."""
     return "open" if value is None else f"{value:.9g}"

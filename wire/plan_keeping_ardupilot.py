@@ -1,17 +1,17 @@
 """What ArduPilot keeps of a plan's items: the table, by command. Pure.
 
-It packs a mission item into 15 bytes by its command, and reconstructs what it sends back. Read in its source of July
-2025 (4.7-dev): `mavlink_int_to_mission_cmd`, `mission_cmd_to_mavlink_int`, `sanity_check_params`, `stored_in_location`
-and the structures of AP_Mission; MissionItemProtocol_Fence and _Rally with AC_PolyFence_loader and AP_Rally. Tested
-with ArduCopter of that source (tests/real). Earlier 4.x know fewer commands and refuse the others.
+ArduPilot packs a mission item into 15 bytes by its command, and reconstructs from these what it sends back. Read in its
+source of July 2025 (4.7-dev): `mavlink_int_to_mission_cmd`, `mission_cmd_to_mavlink_int`, `sanity_check_params`,
+`stored_in_location` and the structures of AP_Mission; MissionItemProtocol_Fence and _Rally with AC_PolyFence_loader and
+AP_Rally. Tested on ArduCopter of that source (tests/real). Earlier 4.x know fewer commands and refuse the others.
 
-- Every mission item: autocontinue is 1. NaN is refused, except for the few fields that are dropped.
+- Every mission item: autocontinue is 1. NaN is refused, except in the few fields that are dropped.
 - A command without a position: frame 0, and no position.
-- A command with a position: frame 0, 3 or 10; heights are cut to whole centimetres (`to_send` rounds them first). Frame
-  2 counts as above sea level.
-- Fences: frame 0, no height, autocontinue 0; only param1 of a corner or a circle is kept.
-- Rally points: heights are cut to whole metres; no parameters, autocontinue 0.
-- A command outside the table: every bit, except autocontinue and the frame's `_INT` twin.
+- A command with a position: frame 0, 3 or 10; heights are truncated to whole centimetres (`to_send` rounds them first).
+  Frame 2 counts as above sea level.
+- Fence items: frame 0, no height, autocontinue 0; only param1 of a corner or a circle is kept.
+- Rally points: heights are truncated to whole metres; no parameters, autocontinue 0.
+- A command that is not in the table: every bit, except autocontinue and the frame's `_INT` twin.
 """
 
 import struct
@@ -47,7 +47,7 @@ from wire.plan_room import ARDUPILOT_ROOM, Room
 from wire.plans import PlanItem, PlanKind, as_float32
 
 HEIGHT_STEP_M: Final = 0.0101
-"""A centimetre, and what 32 bits make of it."""
+"""One centimetre, plus the rounding of 32-bit floats."""
 _MAX_HEIGHT_M: Final = 83_000.0
 _MAX_STEPS: Final = 4
 _FRAMES: Final = {0: 0, 5: 0, 3: 3, 6: 3, 10: 10, 11: 10}
@@ -79,7 +79,7 @@ def _radius(sent: float | None) -> Kept:
 
 
 def _radius_in_a_byte(sent: float | None) -> Kept:
-    """Metres; above 255 tens of metres, up to 2550. The sign is the direction."""
+    """Metres; above 255 in tens of metres, up to 2550. The sign is the direction."""
     if sent is None:
         return refused(sent)
     size = abs(sent)
@@ -88,7 +88,7 @@ def _radius_in_a_byte(sent: float | None) -> Kept:
 
 
 def _turns(sent: float | None) -> Kept:
-    """Whole turns up to 255; less than one in 256ths."""
+    """Whole turns up to 255; fractions of one turn in 256ths."""
     if sent is None or sent < 0.0:
         return refused(sent)
     if 0.0 < sent < 1.0:
@@ -118,7 +118,7 @@ def _lowest_bit(sent: float | None) -> Kept:
 
 
 _JUMP_TARGET: Final = whole(0, 0xFFFE)
-"""As a plan counts, without home: 16 bits with home."""
+"""Counted as in a plan, without home; 16 bits including home."""
 
 _TABLE: Final[dict[int, _Row]] = {
     16: _placed(WORD, dropped, dropped, dropped_or_open),
@@ -210,7 +210,7 @@ _RALLY_POINT: Final = 5100
 
 
 class ArduPilot:
-    """A Keeping. `is_plane`: ArduPlane, which packs a waypoint otherwise than Copter, Rover and Sub."""
+    """A KeptFields. `is_plane`: ArduPlane, which packs a waypoint differently from Copter, Rover and Sub."""
 
     name = "ArduPilot"
 
@@ -223,14 +223,15 @@ class ArduPilot:
         return ARDUPILOT_ROOM
 
     def to_send(self, kind: PlanKind, item: PlanItem) -> PlanItem:
-        """With a height that is cut to the nearest centimetre, where the one that is meant would be cut to another."""
+        """Returns the item with a height that is truncated to the nearest centimetre, if its own height would not
+        be."""
         if kind is not PlanKind.MISSION or not self._row(item).place:
             return item
         height_m = _height_to_send(item.z)
         return item if height_m == item.z else replace(item, z=height_m)
 
     def kept(self, kind: PlanKind, item: PlanItem) -> ItemKept:
-        """Jumps count as the plan does, without home."""
+        """Jump targets count as in the plan, without home."""
         if kind is PlanKind.FENCE:
             return ItemKept(_of_fence(item))
         if kind is PlanKind.RALLY:
@@ -295,12 +296,12 @@ def _centimetres(sent: float) -> Kept:
 
 
 def _cut(height_m: float) -> int:
-    """Whole centimetres, as it stores them."""
+    """Truncates to whole centimetres, as ArduPilot stores them."""
     return int(as_float32(height_m * 100.0))
 
 
 def _height_to_send(height_m: float) -> float:
-    """A height of 32 bits may be a little below the centimetre that is meant: the next one that is not goes instead."""
+    """A 32-bit height may lie slightly below the intended centimetre: then the next one that does not is sent."""
     wanted = round(height_m * 100.0)
     if abs(height_m) >= _MAX_HEIGHT_M or _cut(height_m) == wanted:
         return height_m
@@ -313,7 +314,7 @@ def _height_to_send(height_m: float) -> float:
 
 
 def _further_from_0(value: float) -> float:
-    """The next float of 32 bits."""
+    """Returns the next 32-bit float away from 0."""
     (bits,) = struct.unpack("<I", struct.pack("<f", value))
     (further,) = struct.unpack("<f", struct.pack("<I", bits + 1))
     return float(further)

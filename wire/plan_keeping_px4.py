@@ -1,16 +1,16 @@
 """What PX4 keeps of a plan's items: the table, by command. Pure.
 
 Read in its source (1.16): `parse_mavlink_mission_item` and `format_mavlink_mission_item` of mavlink_mission.cpp,
-mission_item_s of navigation.h. Tested with 1.15.4 and 1.16.1 (tests/real/test_real_px4_plans.py): all that the console
-offers, with odd numbers in each parameter.
+mission_item_s of navigation.h. Tested on 1.15.4 and 1.16.1 (tests/real/test_real_px4_plans.py): all commands that the
+console offers, with unusual numbers in each parameter.
 
-- A command has either a position, with frame 0, 3, 5 or 6 (it returns as 5 or 6), or frame 2. With the other kind of
-  frame, and over terrain, it is refused.
-- Frame 2: parameters and z keep every bit, NaN too; x and y pass through a 32-bit float.
-- A heading passes through radians from 0 to 2 pi.
-- A height keeps every bit, autocontinue its lowest bit.
-- Fences: frame 5 and autocontinue 0; param1 and the height are kept. Rally points: no parameters.
-- A command outside the table: every bit, except autocontinue and the frame.
+- A command either has a position, with frame 0, 3, 5 or 6 (it comes back as 5 or 6), or has frame 2. With the other
+  kind of frame, or over terrain, it is refused.
+- Frame 2: parameters and z are kept in every bit, NaN too; x and y go through a 32-bit float.
+- A heading goes through radians from 0 to 2 pi.
+- A height is kept in every bit. The lowest bit of autocontinue is kept.
+- Fence items: frame 5 and autocontinue 0; param1 and the height are kept. Rally points: no parameters.
+- A command that is not in the table: every bit, except autocontinue and the frame.
 """
 
 from typing import Final
@@ -41,7 +41,7 @@ _AT_A_PLACE, _NEXT_WAYPOINT, _A_WAYPOINT = 3, 1, 2
 
 
 def _roi_kind(sent: float | None) -> Kept:
-    """Stored, and not returned. With or without a position; the rest needs frame 2."""
+    """Stored but not sent back. A position, or none; the other kinds need frame 2."""
     return Kept(0.0, Effect.QUIET if sent else Effect.SAME) if sent in (0.0, 3.0) else refused(sent)
 
 
@@ -71,18 +71,18 @@ _RALLY_POINT: Final = 5100
 
 
 class Px4:
-    """A Keeping."""
+    """A KeptFields."""
 
     name = "PX4"
     room = PX4_ROOM
 
     def to_send(self, kind: PlanKind, item: PlanItem) -> PlanItem:
-        """Just so: it keeps every bit of a height."""
+        """Returns the item unchanged: PX4 keeps every bit of a height."""
         del kind
         return item
 
     def kept(self, kind: PlanKind, item: PlanItem) -> ItemKept:
-        """What becomes of an item of such a plan."""
+        """Returns what PX4 keeps of an item of such a plan."""
         if kind is PlanKind.FENCE:
             return ItemKept(_of_fence(item))
         if kind is PlanKind.RALLY:
@@ -155,7 +155,7 @@ def _of_fence(item: PlanItem) -> dict[str, Kept]:
 
 
 def _corner_count(sent: float | None) -> Kept:
-    """Rounded to a whole number; fewer than three make no polygon."""
+    """Rounded to a whole number; fewer than three corners make no polygon."""
     if sent is None or not 3 <= (count := int(as_float32(sent + 0.5))) <= 0xFFFF:
         return refused(sent)
     return becomes(sent, float(count))

@@ -1,8 +1,10 @@
-"""Missions, fences and rally points as plain items, their bytes and their hash.
+"""Plans for a drone: missions, fences and rally points as plain items, their bytes and their hash.
 
-A plan is a tuple of items without home, numbered from 0 in flight order. The agent handles what an autopilot adds
-(ArduPilot keeps home in slot 0). Numbers are those of MISSION_ITEM_INT, with floats rounded to 32 bits, so that JSON,
-MAVLink and the hash never disagree. No I/O, and nothing of the protocol that carries a plan.
+A plan is a tuple of items without home, numbered from 0 in the order of flight. The agent handles what an autopilot
+adds (ArduPilot keeps home in slot 0); plans never contain it. Numbers are those of MISSION_ITEM_INT; floats are rounded
+to their 32 bits there, so that JSON, MAVLink and the hash never disagree.
+
+No I/O, and no part of the protocol that carries a plan.
 """
 
 from collections.abc import Iterable
@@ -17,7 +19,7 @@ import msgspec
 from wire.dialect import mavlink
 
 MAX_ITEMS_ANY: Final = 724
-"""The bound of every plan here, whatever the autopilot; what each has room for is in plan_room."""
+"""The limit for every plan here, whatever the autopilot; plan_room has the room of each autopilot."""
 
 _FLOAT: Final = Struct("<f")
 _HEAD: Final = Struct("<BH")
@@ -52,8 +54,10 @@ _MISSION_TYPES: Final = {
 
 
 def as_float32(value: float) -> float:
-    """The nearest 32-bit float; minus zero becomes zero, because JavaScript's JSON has no other. Raises ValueError if
-    the result is not finite."""
+    """Returns the nearest 32-bit float; minus zero becomes zero, because JavaScript's JSON has no minus zero.
+
+    Raises ValueError if that is not finite.
+    """
     try:
         (rounded,) = _FLOAT.unpack(_FLOAT.pack(value))
     except OverflowError:
@@ -64,11 +68,11 @@ def as_float32(value: float) -> float:
 
 
 class PlanItem(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True):
-    """One item as MISSION_ITEM_INT has it, without its number. In JSON an array, in the order of the fields.
+    """One item with the fields of MISSION_ITEM_INT, without its number. In JSON an array, in the order of the fields.
 
     `params`: param1 to param4, None for NaN ("as the autopilot likes"). `x`, `y`: 1e-7 degree in global frames
-    (latitude, longitude), 1e-4 m in local ones. `z`: metres. Floats are rounded to 32 bits when the item is made,
-    from JSON too; raises ValueError (msgspec.ValidationError from JSON) where one is not finite.
+    (latitude, longitude), 1e-4 m in local frames. `z`: metres. Floats are rounded to 32 bits when the item is created,
+    from JSON too; raises ValueError (msgspec.ValidationError from JSON) if one is not finite.
     """
 
     command: U16
@@ -93,17 +97,17 @@ _decoder: Final[msgspec.json.Decoder[BoundedPlan]] = msgspec.json.Decoder(Bounde
 
 
 def plan_to_json(items: Iterable[PlanItem]) -> bytes:
-    """The items as a JSON array of arrays."""
+    """Encodes the items as a JSON array of arrays."""
     return _encoder.encode(tuple(items))
 
 
 def plan_from_json(text: bytes | str) -> Plan:
-    """The other way. Raises ValueError (msgspec.DecodeError) about what is no plan, or one of too many items."""
+    """Decodes JSON. Raises ValueError (msgspec.DecodeError) if it is no plan or has too many items."""
     return _decoder.decode(text)
 
 
 def pack_plan(kind: PlanKind, items: Iterable[PlanItem]) -> bytes:
-    """The canonical bytes, little-endian: kind u8, count u16, then 32 bytes an item.
+    """Returns the canonical bytes, little-endian: kind u8, count u16, then 32 bytes an item.
 
     An item: command u16, frame u8, params 4 x f32, x i32, y i32, z f32, autocontinue u8; NaN is 7FC00000.
     """
@@ -116,7 +120,7 @@ def pack_plan(kind: PlanKind, items: Iterable[PlanItem]) -> bytes:
 
 
 def unpack_plan(packed: bytes) -> tuple[PlanKind, Plan]:
-    """What `pack_plan` made. Raises ValueError about anything else."""
+    """Unpacks what `pack_plan` returns. Raises ValueError for anything else."""
     if len(packed) < _HEAD.size:
         raise ValueError("shorter than the head of a plan")
     mission_type, count = _HEAD.unpack_from(packed)
@@ -130,14 +134,14 @@ def unpack_plan(packed: bytes) -> tuple[PlanKind, Plan]:
 
 
 def plan_hash(kind: PlanKind, items: Iterable[PlanItem]) -> str:
-    """16 hexadecimal digits: the first 8 bytes of SHA-256 over the canonical bytes."""
+    """Returns 16 hexadecimal digits: the first 8 bytes of SHA-256 over the canonical bytes."""
     return sha256(pack_plan(kind, items)).hexdigest()[:16]
 
 
 def item_message(
     item: PlanItem, *, seq: int, kind: PlanKind, target_system: int, target_component: int, current: bool = False
 ) -> Any:
-    """The item as a MISSION_ITEM_INT message. `seq`: the autopilot's number."""
+    """Returns the item as a MISSION_ITEM_INT message. `seq`: the autopilot's number."""
     params = (_NAN if value is None else value for value in item.params)
     return mavlink.MAVLink_mission_item_int_message(
         target_system,
@@ -156,7 +160,8 @@ def item_message(
 
 
 def read_item(message: Any) -> PlanItem:
-    """The item in a MISSION_ITEM_INT message. Raises ValueError where a number is not finite; param1-4 may be NaN."""
+    """Reads the item in a MISSION_ITEM_INT message. Raises ValueError if a number is not finite; param1-4 may be
+    NaN."""
     params = _params(message.param1, message.param2, message.param3, message.param4)
     return PlanItem(message.command, message.frame, params, message.x, message.y, message.z, message.autocontinue)
 

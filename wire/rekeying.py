@@ -1,21 +1,21 @@
-"""When a side changes to its next key, and when it stops accepting the last one. No I/O.
+"""When a side changes to its next key, and when it stops opening datagrams sealed with the previous one. No I/O.
 
-Each direction has its own keys, and the sender decides. It changes after a time or a number of datagrams, but never
-before a datagram under the present key is known to have arrived: so it is at most one key ahead of the receiver,
-however much the network loses.
+Each direction has its own keys, and the sender decides. A side changes its key after a time or a number of datagrams,
+but only after something sealed with its present key is known to have arrived: so it is at most one key ahead of the
+other side, whatever the network loses.
 """
 
 from typing import Final
 
 REKEY_AFTER_S: Final = 600.0
 REKEY_AFTER_DATAGRAMS: Final = 1 << 20
-"""Seventeen minutes of a thousand datagrams a second; the cipher would bear 2**60 and more."""
+"""Seventeen minutes at a thousand datagrams per second; the cipher's limit is 2**60 and more."""
 
 OUTLIVED_AFTER_S: Final = 2 * REKEY_AFTER_S
-"""A key that should have been changed long ago: nothing under it has arrived since. Such a link is not resumed."""
+"""A key long overdue for a change: nothing sealed with it has arrived. Such a link is not resumed."""
 
 OVERLAP_S: Final = 10.0
-"""What was on its way when the key changed has arrived by then."""
+"""Datagrams in transit at a key change have arrived by then."""
 
 
 class Rekeying:
@@ -27,7 +27,7 @@ class Rekeying:
         """Counter of the first datagram under the present key."""
 
     def due(self, *, sealed: int, arrived: int, now: float) -> bool:
-        """Changes to the next key if it is time, and returns whether it did. `sealed`: datagrams so far, under all
+        """Returns whether to change to the next key now, and records the change. `sealed`: datagrams so far, under all
         keys; `arrived`: the highest counter that the other side has reported, plus one."""
         if arrived <= self._first:
             return False
@@ -38,7 +38,7 @@ class Rekeying:
         return True
 
     def outlived(self, now: float) -> bool:
-        """Whether the present key is in use for longer than any should be."""
+        """Returns whether the present key has been in use longer than any key should be."""
         return now - self._since > OUTLIVED_AFTER_S
 
 
@@ -50,7 +50,8 @@ class Retiring:
         self._at: float | None = None
 
     def due(self, *, phase: int, now: float) -> bool:
-        """Whether the last key is to be given up now. `phase`: of the newest key under which something came."""
+        """Returns whether to discard the previous key now. `phase`: of the newest key under which a datagram
+        arrived."""
         if phase != self._phase:
             self._phase = phase
             self._at = now + OVERLAP_S

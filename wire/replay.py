@@ -1,4 +1,4 @@
-"""The anti-replay window: each counter is accepted once, and none that is older than the window.
+"""The anti-replay window: accepts each counter once, and none older than the window.
 
 The rule of RFC 6479 and WireGuard, with one Python integer as the bitmap.
 """
@@ -12,7 +12,7 @@ _MASK: Final = (1 << WINDOW) - 1
 
 
 class ReplayWindow:
-    """Which counters have been seen. Call `accept` only for datagrams that have been authenticated."""
+    """Which counters have been seen. Call `accept` only for authenticated datagrams."""
 
     __slots__ = ("_seen", "accepted", "newest")
 
@@ -21,7 +21,7 @@ class ReplayWindow:
         """The highest counter accepted, or -1."""
         self._seen = 0
         self.accepted = 0
-        """How many counters were accepted: with `newest` it tells how many are missing."""
+        """How many counters were accepted: with `newest` this gives the number missing."""
 
     def accept(self, counter: int) -> bool:
         """True the first time for a counter inside the window; False for a repeat or one that is too old."""

@@ -1,7 +1,8 @@
 """One side of a link: seals and opens, answers pings, measures. Verbs as in aioquic, `now` passed in, no I/O.
 
 The shell calls `receive` for each datagram and sends what `batch_frames` and `datagrams_to_send` return; at
-`batch_due_at` it sends what `batch_due` returns. Each side has its own rules for trusting the content (tag, epoch).
+`batch_due_at` it sends what `batch_due` returns. Each side applies its own rules for the content (tag, epoch)
+elsewhere.
 """
 
 from collections.abc import Sequence
@@ -31,11 +32,11 @@ from wire.rekeying import Rekeying, Retiring
 from wire.sealing import OVERHEAD_BYTES, Opener, Sealer
 
 PINGS_ALONG_WHILE_PROVEN_S: Final = 0.75
-"""A ping goes along with frames only while what this side sends is known to arrive: where it is not, frames may be kept
-back on their way out (a stream that has stalled) and pings must not."""
+"""Pings travel with frames only while datagrams of this side are known to arrive. Otherwise frames may be stuck on
+their way out (a stalled stream), and pings must not be."""
 
 PINGS_AHEAD_S: Final = 0.25
-"""By no more than this a ping goes before its time to go along with frames."""
+"""A ping leaves at most this much early in order to travel with frames."""
 
 
 class Probed(NamedTuple):
@@ -47,23 +48,24 @@ class Probed(NamedTuple):
 
 
 class Received(NamedTuple):
-    """An authentic datagram: frames, or an urgent message, or neither (a keep-alive)."""
+    """An authentic datagram: frames, an urgent message, or neither (a keep-alive)."""
 
     frames: Frames | None
     newest: bool
-    """Whether the address that it came from is to be followed."""
+    """Whether to follow its source address."""
     urgent: bytes | None = None
     answer: bytes | None = None
-    """A datagram to send back to where this one came from, and to nowhere else. Never longer than this one was."""
+    """A datagram to send back to the source address only. Never longer than the received one."""
     uplink: int | None = None
-    """The uplink whose address this datagram tells."""
+    """The uplink whose address this datagram reports."""
     probed: Probed | None = None
     proof: bool = False
-    """Whether it shows that something which this side sent has arrived."""
+    """Whether it shows that a datagram of this side has arrived."""
 
 
 class SealedLink:
-    """Keys, counters and keep-alive of one link, seen from one side. `leads`: it pings on its own (wire.keepalive)."""
+    """Keys, counters and keep-alive of one link, seen from one side. `leads`: it sends pings on its own
+    (wire.keepalive)."""
 
     def __init__(
         self,
@@ -80,7 +82,7 @@ class SealedLink:
         self.keepalive = Keepalive(now, leads=leads)
         self.quality = LinkQuality(now)
         self.datagram_bytes = SAFE_DATAGRAM_BYTES
-        """The largest datagram that is known to pass to the other side."""
+        """The largest datagram known to pass to the other side."""
         self._sealer = Sealer(send_key, link_id)
         self._opener = Opener(receive_key, link_id)
         self._batcher = Batcher(SAFE_DATAGRAM_BYTES - OVERHEAD_BYTES - FRAMES_HEADER_BYTES)
@@ -123,7 +125,7 @@ class SealedLink:
         return Received(None, False, answer=answer, uplink=self._uplink(decoded), proof=proof)
 
     def _receive_report(self, report: Report, now: float) -> bool:
-        """What the other side has received. Whether it proves that something more of ours arrived."""
+        """Takes the other side's report. Returns whether it proves that more of this side's datagrams arrived."""
         self.quality.receive_report(report, now)
         if report.expected > self._reported_counter:
             self._reported_counter = report.expected
@@ -141,35 +143,34 @@ class SealedLink:
         return self._sealer.seal(encode_keepalive(Pong(ping.sequence, self._report(now))))
 
     def _uplink(self, ping: Ping) -> int | None:
-        """The uplink whose address this ping tells: none that is older than another of the same uplink."""
+        """Returns the uplink whose address this ping reports, unless a newer ping of that uplink has arrived."""
         if ping.purpose is not Purpose.UPLINK or ping.sequence <= self._newest_of_uplink.get(ping.uplink, 0):
             return None
         self._newest_of_uplink[ping.uplink] = ping.sequence
         return ping.uplink
 
     def fill_datagrams(self, datagram_bytes: int) -> None:
-        """From here on datagrams with frames are as large as this."""
+        """Sets the size of datagrams with frames from here on."""
         self.datagram_bytes = datagram_bytes
         self._batcher.room_bytes = datagram_bytes - OVERHEAD_BYTES - FRAMES_HEADER_BYTES
 
     def _check_size(self, now: float) -> None:
-        """The side that does not probe fills its datagrams as far as what it saw is still believed."""
+        """The side that does not probe limits its datagrams to the size still believed."""
         before = self._seen_mtu.datagram_bytes
         self._seen_mtu.check(now)
         if self._seen_mtu.datagram_bytes != before:
             self.fill_datagrams(self._seen_mtu.datagram_bytes)
 
     def keys_outlived(self, now: float) -> bool:
-        """Whether this side's key should have been changed long ago (wire.rekeying)."""
+        """Returns whether this side's key is long overdue for a change (wire.rekeying)."""
         return self._rekeying.outlived(now)
 
     def unproven_s(self, now: float) -> float:
-        """Seconds since it was last shown that something which this side sent has arrived, beyond those that the pings
-        rest."""
+        """Seconds since the last proof that a datagram of this side arrived, less the extra interval at leisure."""
         return max(0.0, now - self._proven_at - self.keepalive.rests_s)
 
     def short_window_s(self) -> float:
-        """The shortest meaningful window: four keep-alives, both directions together."""
+        """The shortest meaningful window for the quality: four keep-alives, in both directions together."""
         return SHORT_WINDOW_S * (1.0 + self.keepalive.rests_s / PING_INTERVAL_S)
 
     def _pong(self, pong: Pong, now: float) -> Probed | None:
@@ -187,11 +188,12 @@ class SealedLink:
         return report
 
     def batch_frames(self, epoch: Epoch, frames: Sequence[bytes], now: float) -> list[bytes]:
-        """Datagrams to send now; frames that are not urgent may stay until `batch_due_at` (wire.batching)."""
+        """Returns datagrams to send now; frames that are not urgent may wait until `batch_due_at` (wire.batching)."""
         return self._seal_batches(self._batcher.add(epoch, frames, now), now)
 
     def batch_closely(self, closely: bool) -> None:
-        """Whether every frame is awaited: frames are then collected for CLOSE_WAIT_S, otherwise for MAX_WAIT_S."""
+        """`closely`: batches wait for CLOSE_WAIT_S only, because somebody waits for every frame; else for
+        MAX_WAIT_S."""
         self._batcher.wait_s = CLOSE_WAIT_S if closely else MAX_WAIT_S
 
     @property
@@ -200,14 +202,14 @@ class SealedLink:
         return self._batcher.due_at
 
     def batch_due(self, now: float) -> list[bytes]:
-        """Datagrams with the frames that have waited long enough."""
+        """Returns datagrams with the frames that have waited long enough."""
         return self._seal_batches(self._batcher.due(now), now)
 
     def _seal_batches(self, batches: list[Batch], now: float) -> list[bytes]:
         return [datagram for epoch, frames in batches for datagram in self.seal_frames(epoch, frames, now)]
 
     def seal_frames(self, epoch: Epoch, frames: Sequence[bytes], now: float) -> list[bytes]:
-        """Datagrams with these frames alone, in order, each as full as it may be, stamped with `now`."""
+        """Returns datagrams with only these frames, in order, each as full as possible, stamped with `now`."""
         seal = self._sealer.seal
         largest_bytes = self.datagram_bytes - OVERHEAD_BYTES
         ping = self._ping_along(frames, largest_bytes, now)
@@ -215,8 +217,8 @@ class SealedLink:
         return [seal(content) for content in contents]
 
     def _ping_along(self, frames: Sequence[bytes], largest_bytes: int, now: float) -> Ping | None:
-        """A ping to go with these frames, if that saves a datagram: it would have to leave alone before the next
-        frames, at their present interval."""
+        """Returns a ping to send with these frames if that saves a datagram: it would otherwise leave alone before the
+        next frames, if they come at the interval of the last ones."""
         interval_s = min(now - self._frames_left_at, PINGS_AHEAD_S)
         self._frames_left_at = now
         if now + interval_s < self.keepalive.next_ping_at or self.unproven_s(now) > PINGS_ALONG_WHILE_PROVEN_S:
@@ -226,13 +228,13 @@ class SealedLink:
         return self.keepalive.ping(now)._replace(report=self._report(now))
 
     def seal_urgent(self, text: bytes) -> bytes:
-        """One datagram with a message of the control channel. Raises ValueError if it is too long for one."""
+        """Seals a message of the control channel in one datagram. Raises ValueError if it is too long."""
         return self._sealer.seal(encode_urgent(text))
 
     def seal_probe(self, now: float, *, uplink: int | None = None, datagram_bytes: int = 0) -> bytes:
-        """A ping that is answered where it comes from: for one uplink, or to try out a way or a size.
+        """Returns a ping that is answered to its source address: for one uplink, or to test a path or a size.
 
-        `datagram_bytes`: filled up to this size, if it is larger than a ping is.
+        `datagram_bytes`: padded to this size, if that is larger than a ping.
         """
         for sequence, (sent_at, _, _) in list(self._probes.items()):
             if now - sent_at > ANSWER_WITHIN_S:
@@ -246,11 +248,11 @@ class SealedLink:
         return datagram
 
     def has_to_send(self, now: float) -> bool:
-        """Whether `datagrams_to_send` has something."""
+        """Returns whether `datagrams_to_send` has something."""
         return bool(self._answers) or now >= self.keepalive.next_ping_at
 
     def datagrams_to_send(self, now: float) -> list[bytes]:
-        """Answers to pings, and a ping of our own where one is due. Also the moment at which keys are changed."""
+        """Returns answers to pings, and a ping of this side if one is due. Keys change here too."""
         if self._rekeying.due(sealed=self._sealer.sealed, arrived=self._reported_counter, now=now):
             self._sealer.next_key()
         self._check_size(now)

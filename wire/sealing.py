@@ -1,7 +1,7 @@
-"""Sealed datagrams: ChaCha20-Poly1305 around the messages between the two sides.
+"""Sealed datagrams: ChaCha20-Poly1305 around the content that one side sends to the other.
 
-`Sealer` is one direction's sending half, `Opener` its receiving half. `Opener` checks in the order of
-docs/wire-protocol.md, 3.1, and each check has a drop reason. Nothing here knows what the content means.
+`Sealer` is one direction's sending half, `Opener` its receiving half. The checks of `Opener` run in the order of
+docs/wire-protocol.md, 3.1, and each has a drop reason. This module does not interpret the content.
 """
 
 from struct import Struct
@@ -34,7 +34,7 @@ _COUNTER_LIMIT: Final = 1 << 60
 
 
 def read_link_id(datagram: bytes) -> LinkId:
-    """The link that a datagram claims to be of. Raises Dropped for a wrong length or version."""
+    """Returns the link id that a datagram claims. Raises Dropped for a wrong length or version."""
     if len(datagram) < MIN_DATAGRAM_BYTES:
         raise Dropped(DropReason.TOO_SHORT)
     if len(datagram) > MAX_DATAGRAM_BYTES:
@@ -46,12 +46,12 @@ def read_link_id(datagram: bytes) -> LinkId:
 
 
 def next_key(key: bytes) -> bytes:
-    """The key of the next phase. It cannot be worked out backwards."""
+    """Derives the key of the next phase. The derivation cannot be reversed."""
     return HKDFExpand(algorithm=SHA256(), length=32, info=b"tower data v1 next key").derive(key)
 
 
 class Sealer:
-    """The sending half of one direction of one link. `key`: 32 bytes, used by no other Sealer, ever."""
+    """The sending half of one direction of one link. `key`: 32 bytes, never used by another Sealer."""
 
     __slots__ = ("_cipher", "_counter", "_key", "_link_id", "_phase")
 
@@ -64,17 +64,17 @@ class Sealer:
 
     @property
     def sealed(self) -> int:
-        """How many datagrams, under all keys."""
+        """The number of datagrams, under all keys."""
         return self._counter
 
     def next_key(self) -> None:
-        """From here on the key of the next phase is used, and this one forgotten. The counter goes on."""
+        """Changes to the key of the next phase and forgets the present one. The counter continues."""
         self._key = next_key(self._key)
         self._cipher = ChaCha20Poly1305(self._key)
         self._phase = (self._phase + 1) % KEY_PHASES
 
     def seal(self, content: bytes) -> bytes:
-        """One datagram; `content` is 1 to MAX_CONTENT_BYTES long. Each call uses up one counter."""
+        """Seals one datagram; `content` is 1 to MAX_CONTENT_BYTES long. Each call uses up one counter."""
         if not 0 < len(content) <= MAX_CONTENT_BYTES:
             raise ValueError(f"content of {len(content)} bytes does not fit into a datagram")
         counter = self._counter
@@ -86,36 +86,37 @@ class Sealer:
 
 
 class Opener:
-    """The receiving half of one direction of one link. Knows the present key, the next, and for a while the last."""
+    """The receiving half of one direction of one link. Knows the present key, the next, and for a while the
+    previous."""
 
     __slots__ = ("_ciphers", "_key", "_link_id", "_next", "_window", "newest", "phase")
 
     def __init__(self, key: bytes, link_id: LinkId) -> None:
         self.phase = 0
-        """Of the newest key with an accepted datagram."""
+        """Of the newest key under which a datagram arrived."""
         self._key = key
         self._ciphers = {0: ChaCha20Poly1305(key)}
-        """By phase: the present one, and the one before until it is retired."""
+        """By phase: the present one, and the previous one until it is retired."""
         self._next: tuple[bytes, ChaCha20Poly1305] | None = None
-        """Worked out when first needed, so that a forger makes us do it once and not each time."""
+        """Derived when first needed, so that forged datagrams cause only one derivation."""
         self._link_id = link_id
         self._window = ReplayWindow()
         self.newest = False
-        """Whether no later datagram had come before the one that was opened last: only then may its address be
-        followed."""
+        """Whether the datagram opened last is the newest so far: only then may its address be followed."""
 
     def so_far(self) -> tuple[int, int]:
-        """(datagrams that the other side has sent at least, datagrams of them that came)."""
+        """(datagrams known to be sent by the other side, datagrams of these that arrived)."""
         return self._window.newest + 1, self._window.accepted
 
     def retire_last_key(self) -> None:
-        """What was sealed under the key before the present one is not opened any more."""
+        """Stops opening datagrams sealed with the previous key."""
         self._ciphers = {self.phase: self._ciphers[self.phase]}
 
     def open(self, datagram: bytes) -> bytes:
-        """The content of a datagram of this link, 1 byte or more. Raises Dropped with the first check that it fails."""
+        """Returns the content of a datagram of this link, 1 byte or more. Raises Dropped with the first check that it
+        fails."""
         if not MIN_DATAGRAM_BYTES <= len(datagram) <= MAX_DATAGRAM_BYTES:
-            read_link_id(datagram)  # says what is wrong with it
+            read_link_id(datagram)  # raises Dropped with the reason
         header = datagram[:HEADER_BYTES]
         version, phase, link_id, counter = _HEADER.unpack(header)
         if version != VERSION or link_id != self._link_id:
@@ -146,7 +147,7 @@ class Opener:
         return self._next[1]
 
     def _enter(self, phase: int) -> None:
-        """The other side has changed to its next key."""
+        """Switches to the next key, because the other side has."""
         assert self._next is not None
         last = self._ciphers[self.phase]
         self._key, cipher = self._next

@@ -1,9 +1,8 @@
-"""How a drone proves at sign-in that it is itself, and the tower that it is the one that enrolled the drone.
+"""At sign-in the drone proves its identity, and the tower proves that it is the one that enrolled the drone.
 
-The tower sends a challenge, the agent answers with a hello that it has signed, and the tower signs its welcome. Both
-sign the same transcript, which holds whatever this one sign-in is about; so a signature is worth nothing in another
-one, at another tower, for another drone, over another TLS channel or with other keys of the link. No I/O; randomness is
-passed in.
+The tower sends a challenge, the agent answers with a signed hello, and the tower signs its welcome. Both sign the same
+transcript, which contains everything that identifies this sign-in; so a signature is invalid in another sign-in, at
+another tower, for another drone, over another TLS channel or with other link keys. No I/O; randomness is passed in.
 """
 
 import hashlib
@@ -27,7 +26,7 @@ _SALT: Final = b"control-tower link keys\0"
 
 
 class MalformedTranscript(ValueError):
-    """Something in it has a size that it cannot have."""
+    """A field has an impossible size."""
 
 
 class SignInPurpose(IntEnum):
@@ -35,17 +34,17 @@ class SignInPurpose(IntEnum):
 
     LINK = 1
     EXCHANGE = 2
-    """A link, and that this key takes the place of the bearer credential which the upgrade request showed."""
+    """A link; and this key replaces the bearer credential of the upgrade request."""
     TRIAL = 3
-    """To know whether the key is good, and no link."""
+    """To check that the key is valid, without a link."""
 
 
 @dataclass(frozen=True)
 class Transcript:
-    """All that a sign-in is about. Keys and nonces are 32 bytes each.
+    """The content of a sign-in. Keys and nonces are 32 bytes each.
 
-    `tower`: its host and port, as the agent knows them. `binding`: of the TLS channel (wire.channel_binding), empty
-    where the tower knows none. `resume`: the link that shall go on. Raises MalformedTranscript.
+    `tower`: its host and port, as the agent knows them. `binding`: of the TLS channel (wire.channel_binding), empty if
+    the tower knows none. `resume`: the link to continue. Raises MalformedTranscript.
     """
 
     purpose: SignInPurpose
@@ -78,7 +77,7 @@ class Transcript:
         )
 
     def encode(self) -> bytes:
-        """One text for each sign-in: fixed sizes, and lengths before what has none."""
+        """Unique for each sign-in: fixed sizes, and length prefixes for variable fields."""
         tower = self.tower.encode()
         head = struct.pack("<HBI", SIGN_IN_PROTOCOL, self.purpose, self.drone_id)
         resume = b"\0" if self.resume is None else struct.pack("<BI", 1, self.resume)
@@ -90,9 +89,9 @@ class Transcript:
         return _BY_AGENT + self.encode()
 
     def for_tower(self, link_id: LinkId) -> bytes:
-        """What the tower signs with its own: that it has understood all this, and which link it gives."""
+        """What the tower signs with its key: its agreement to the transcript, and the id of the link."""
         return _BY_TOWER + hashlib.sha256(self.encode()).digest() + link_id.to_bytes(4, "little")
 
     def salt(self) -> bytes:
-        """For the keys of the link (wire.key_agreement): they are of this sign-in. 32 bytes, no secret."""
+        """Salt for the link's keys (wire.key_agreement): it ties them to this sign-in. 32 bytes, not secret."""
         return hashlib.sha256(_SALT + self.encode()).digest()

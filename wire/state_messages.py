@@ -1,7 +1,7 @@
-"""Which messages are state, where only the newest matters, and which must all arrive.
+"""Separates state messages, of which only the newest counts, from transactional ones, which must all arrive.
 
-A message outside the list counts as transactional: an unknown message is never dropped in silence. Both ends of the way
-up use it: the agent to thin a stream, the tower to spare slow browsers.
+A message not listed as state counts as transactional: unknown messages are never dropped silently. Both ends of the
+uplink use this: the agent to thin a stream, the tower to spare slow browsers.
 """
 
 from typing import Final
@@ -45,20 +45,22 @@ _INSTANCES: Final[dict[int, tuple[int, int]]] = {
 """Message id of a state message to the position of its instance in the payload: (offset, bytes)."""
 
 StateKey = tuple[int, int, int, int]
-"""(sysid, compid, message id, instance): frames with one key replace each other."""
+"""(sysid, compid, message id, instance): a newer frame replaces an older one with the same key."""
 
 
 _KNOWN: Final[dict[bytes, StateKey | None]] = {}
-"""Sender and message id of version 2, as they stand in a frame, to the key; of messages without an instance."""
+"""Sender and message id of version 2, as in a frame, to the key; for messages without an instance."""
 
 _MAX_KNOWN: Final = 4096
 _UNKNOWN: Final[StateKey] = (-1, -1, -1, -1)
 
 
 def state_key(frame: bytes) -> StateKey | None:
-    """The key of a whole state frame, or None if it is transactional. The instance distinguishes, say, two batteries of
-    one sender; it is 0 for messages without one."""
-    # Runs for every frame: five header bytes (sender and message) are enough for nearly all of them.
+    """Returns the key of the state that a whole frame carries, or None if it is transactional.
+
+    The instance distinguishes, for example, two batteries of one sender; it is 0 if the message has none.
+    """
+    # Runs once for every frame: for nearly all of them the five header bytes with sender and message id suffice.
     if frame[0] == MAGIC_V2:
         head = frame[5:10]
         known = _KNOWN.get(head, _UNKNOWN)
@@ -71,11 +73,11 @@ def state_key(frame: bytes) -> StateKey | None:
     place = _INSTANCES.get(msgid)
     if place is not None and place is not _WITHOUT_INSTANCE:
         offset, width = place
-        # Version 2 cuts trailing zeros off, so a missing byte is a zero.
+        # Version 2 truncates trailing zeros, so a missing byte is a zero.
         return (sysid, compid, msgid, int.from_bytes(payload(frame)[offset : offset + width], "little"))
     key = None if place is None else (sysid, compid, msgid, 0)
     if head:
-        if len(_KNOWN) >= _MAX_KNOWN:  # somebody sends what nobody has: what is real is soon known again
+        if len(_KNOWN) >= _MAX_KNOWN:  # fills only with ids that do not exist; real ones are soon known again
             _KNOWN.clear()
         _KNOWN[head] = key
     return key

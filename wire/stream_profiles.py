@@ -1,8 +1,9 @@
-"""Telemetry profiles, and the rate of each message in them. One table, no logic.
+"""The telemetry profiles, and the rate of each message in them. One table, no logic.
 
-`full`: everything as the autopilot sends it. `thin`: for a weak cellular link, with a usable console. `minimal`: a map,
-a height, a battery and a mode, for less than a kilobyte a second in all. The rates limit state messages
-(`wire.state_messages`), of which only the newest counts; HEARTBEAT and transactional messages are never thinned.
+`full` is everything as the autopilot sends it. `thin` is for a weak cellular link: enough for a usable console.
+`minimal` is a map, a height, a battery and a mode, for less than a kilobyte per second including all overhead. The
+rates are limits for state messages (`wire.state_messages`), of which only the newest counts; HEARTBEAT and
+transactional messages are never thinned.
 """
 
 from enum import StrEnum
@@ -11,7 +12,7 @@ from typing import Final, NamedTuple
 from wire.dialect import mavlink
 
 BEAT_S: Final = 0.2
-"""Thinned messages leave together, at ticks: one datagram in place of many. Each rate is one in a number of ticks."""
+"""Thinned messages leave together at fixed ticks: one datagram instead of many. Rates are fractions of this rate."""
 
 
 class StreamProfile(StrEnum):
@@ -32,15 +33,15 @@ class StreamChoice(StrEnum):
 
 
 class Rates(NamedTuple):
-    """Most frames a second of one message; `by_hand_hz` at least while the drone is flown by hand through the tower."""
+    """Maximum rate of one message; at least `by_hand_hz` while the drone is flown by hand through the tower."""
 
     thin_hz: float
     minimal_hz: float
     by_hand_hz: float = 0.0
 
 
-# By hand: the attitude for the horizon; place, height and climb for everything else; the rest so that the pilot sees
-# trouble coming. Ground stations ask for about 4 and 2 Hz of the first two over a telemetry radio.
+# By hand: the attitude for the horizon; position, height and climb for everything else; the rest so that the pilot sees
+# trouble coming. Ground stations request about 4 and 2 Hz of the first two over a telemetry radio.
 _RATES: Final = {
     "ATTITUDE": Rates(2.5, 1.0, 5.0),
     "GLOBAL_POSITION_INT": Rates(2.5, 1.0, 5.0),
@@ -60,13 +61,13 @@ _RATES: Final = {
 }
 
 OTHERS: Final = Rates(0.5, 0.1)
-"""Every other state message: nothing falls silent altogether."""
+"""Every other state message: none stops altogether."""
 
 _BY_ID: Final = {getattr(mavlink, f"MAVLINK_MSG_ID_{name}"): rates for name, rates in _RATES.items()}
 
 
 def rate_hz(profile: StreamProfile, message_id: int, *, by_hand: bool) -> float:
-    """Most frames a second of one sender's state message; infinity in `full`."""
+    """Returns the maximum rate of one sender's state message; infinity in `full`."""
     if profile is StreamProfile.FULL:
         return float("inf")
     rates = _BY_ID.get(message_id, OTHERS)
@@ -75,5 +76,5 @@ def rate_hz(profile: StreamProfile, message_id: int, *, by_hand: bool) -> float:
 
 
 def beats_between(profile: StreamProfile, message_id: int, *, by_hand: bool) -> int:
-    """One frame in this many ticks; 0 in `full`, where nothing waits for a tick."""
+    """Sends one frame every this many ticks; 0 in `full`, which sends at once."""
     return round(1.0 / (BEAT_S * rate_hz(profile, message_id, by_hand=by_hand)))

@@ -1,4 +1,4 @@
-"""Tagged frames: the binary messages between browser and tower. A tag (drone id, u32) before each frame."""
+"""Tagged frames: the binary messages between browser and tower. A tag (drone id, u32) precedes each frame."""
 
 from collections.abc import Iterable
 from struct import Struct
@@ -8,39 +8,39 @@ from wire.frames import MalformedFrame, frame_length
 from wire.ids import DroneId
 
 NO_DRONE: Final = 0
-"""The tag of a stamp: what follows is not a frame but the sender's clock (`wire.lateness`), 4 bytes."""
+"""The tag of a stamp: the sender's clock follows instead of a frame (`wire.lateness`), 4 bytes."""
 
 MAX_UPWARD_MESSAGE_BYTES: Final = 16 * 1024
-"""What a browser may send in one message: sticks at 50 Hz and a mission item are far below it."""
+"""The limit for one message of a browser: sticks at 50 Hz and a mission item are far below it."""
 
 _TAG: Final = Struct("<I")
 TAG_BYTES: Final = _TAG.size
 
 
 def tag(drone_id: DroneId, frame: bytes) -> bytes:
-    """One tagged frame."""
+    """Returns one tagged frame."""
     return _TAG.pack(drone_id) + frame
 
 
 def join(tagged_frames: Iterable[bytes]) -> bytes:
-    """One binary message of tagged frames."""
+    """Returns one binary message of tagged frames."""
     return b"".join(tagged_frames)
 
 
 def stamp(sent_ms: int) -> bytes:
-    """What a browser puts first into a message, so that the tower can see how late it comes."""
+    """Returns the stamp at the head of a browser's message, by which the tower measures its delay."""
     return _TAG.pack(NO_DRONE) + _TAG.pack(sent_ms)
 
 
 def split_stamp(message: bytes) -> tuple[int | None, bytes]:
-    """(stamp or None, the tagged frames behind it) of a binary message."""
+    """Splits a binary message into (stamp or None, the tagged frames behind it)."""
     if len(message) >= 2 * TAG_BYTES and message[:TAG_BYTES] == b"\0\0\0\0":
         return _TAG.unpack_from(message, TAG_BYTES)[0], message[2 * TAG_BYTES :]
     return None, message
 
 
 def split_tagged(message: bytes) -> list[tuple[DroneId, bytes]]:
-    """The tagged frames of a binary message, in order.
+    """Returns the tagged frames of a binary message, in order.
 
     Raises MalformedFrame unless they fill the message to its last byte; an empty message is malformed.
     """

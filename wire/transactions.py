@@ -1,10 +1,9 @@
-"""The typed messages for transactions at the drone: plans, parameters, commands (no I/O).
+"""The typed messages by which the tower requests work of the agent: plans, parameters, commands (no I/O).
 
-They travel on the control channel beside those of wire.control_messages. Neither side sends any to one without
-TRANSACTIONS in its hello or welcome: an unknown type ends the channel.
-
-`id` is the tower's, and grows; reports about an id that the tower has forgotten are ignored. Messages to the tower fit
-its bound of 64 kB: plans and parameter tables are packed, and refusals beyond the first are only counted.
+They travel on the control channel beside those of wire.control_messages. Neither side sends any unless the other has
+listed TRANSACTIONS in its hello or welcome: an unknown type closes the channel. `id` is assigned by the tower, and
+grows; the tower ignores reports on an id that it has forgotten. Messages to the tower fit its limit of 64 kB: plans and
+parameter tables are packed, refusals beyond the first are only counted.
 """
 
 from enum import StrEnum
@@ -17,21 +16,21 @@ from wire.parameter_metadata import MetadataToTower, MetadataWanted
 from wire.plans import I32, MAX_ITEMS_ANY, U8, U16, BoundedPlan, PlanKind
 
 MAX_TRANSACTION_BYTES: Final = 256 * 1024
-"""A plan of 724 items is 118 kB as JSON at the most; the bound of a message is raised to this after the welcome."""
+"""A plan of 724 items is at most 118 kB as JSON; the message limit is raised to this after the welcome."""
 
 MAX_PACKED_PLAN_BYTES: Final = 3 + 32 * MAX_ITEMS_ANY
 MAX_PACKED_TABLE_BYTES: Final = 45_000
-"""Base64 makes 60 kB of it."""
+"""60 kB in base64."""
 
 TRANSACTIONS: Final = "transactions"
-"""What `takes` of hello and welcome has where the messages of this module are understood."""
+"""The entry in `takes` of hello and welcome for the messages of this module."""
 
 MAX_VALUES: Final = 4096
 """More parameters than any autopilot has."""
 
 MAX_REFUSALS: Final = 200
 MAX_LOGS: Final = 500
-"""The newest; an autopilot numbers its logs up to 65535, and keeps a few hundred."""
+"""The newest logs; an autopilot numbers them up to 65535, and keeps a few hundred."""
 
 U32 = Annotated[int, msgspec.Meta(ge=0, le=0xFFFFFFFF)]
 Words = Annotated[str, msgspec.Meta(max_length=600)]
@@ -45,7 +44,7 @@ class Outcome(StrEnum):
 
     DONE = "done"
     REFUSED = "refused"
-    """Nothing was begun: not allowed, busy, or no such thing."""
+    """Nothing was started: not allowed, busy, or unknown."""
     FAILED = "failed"
     CANCELLED = "cancelled"
     TIMED_OUT = "timed_out"
@@ -59,7 +58,7 @@ class PlanDownloadWork(msgspec.Struct, frozen=True, tag="plan_download", tag_fie
 
 
 class PlanUploadWork(msgspec.Struct, frozen=True, tag="plan_upload", tag_field="work"):
-    """Upload this plan: all of it, or the old one stays. Without items: clear it."""
+    """Write this plan: all of it, or the old one stays. A plan without items clears it."""
 
     kind: PlanKind
     items: BoundedPlan
@@ -67,21 +66,21 @@ class PlanUploadWork(msgspec.Struct, frozen=True, tag="plan_upload", tag_field="
 
 
 class PlanClearWork(msgspec.Struct, frozen=True, tag="plan_clear", tag_field="work"):
-    """Take the plan off the drone."""
+    """Remove the plan from the drone."""
 
     kind: PlanKind
     while_flying: bool = False
 
 
 class PlanVerifyWork(msgspec.Struct, frozen=True, tag="plan_verify", tag_field="work"):
-    """Read the plan on board and compare it with this one."""
+    """Read the plan on board and report whether it is this one."""
 
     kind: PlanKind
     items: BoundedPlan
 
 
 class ParametersReadWork(msgspec.Struct, frozen=True, tag="parameters_read", tag_field="work"):
-    """Tell the parameters. `again`: ask the autopilot again, not the cache."""
+    """Report the parameters. `again`: read them from the autopilot, not from the cache."""
 
     again: bool = False
 
@@ -93,9 +92,9 @@ class ParametersWriteWork(msgspec.Struct, frozen=True, tag="parameters_write", t
 
 
 class CommandWork(msgspec.Struct, frozen=True, tag="command", tag_field="work"):
-    """A MAV_CMD with its answer. With `x`, `y` and `frame` it goes as COMMAND_INT, else as COMMAND_LONG.
+    """A MAV_CMD with its acknowledgement. With `x`, `y` and `frame` it is sent as COMMAND_INT, else as COMMAND_LONG.
 
-    `params`: param1 to param7, None for NaN; of a COMMAND_INT param5 and param6 are `x` and `y`.
+    `params`: param1 to param7, None for NaN; in a COMMAND_INT param5 and param6 are `x` and `y`.
     """
 
     command: U16
@@ -108,7 +107,7 @@ class CommandWork(msgspec.Struct, frozen=True, tag="command", tag_field="work"):
 
 
 class LogListWork(msgspec.Struct, frozen=True, tag="log_list", tag_field="work"):
-    """Tell which flight logs the autopilot has."""
+    """List the autopilot's flight logs."""
 
 
 class LogDownloadWork(msgspec.Struct, frozen=True, tag="log_download", tag_field="work"):
@@ -132,10 +131,10 @@ Work = (
 
 
 class Transaction(msgspec.Struct, frozen=True, tag="transaction", tag_field="type", kw_only=True):
-    """Tower to agent: execute this. `epoch`: writes under an older one than the agent knows are refused.
+    """Tower to agent: do this. `epoch`: writes under an epoch older than the agent's are refused.
 
-    `sent_ms`: the tower's clock, as in its datagrams (wire.lateness.stamp_ms): a command that is late by it is never
-    executed. None: not known.
+    `sent_ms`: the tower's clock, as in its datagrams (wire.lateness.stamp_ms): a command that is too late by it is
+    never executed. None: not known.
     """
 
     id: U32
@@ -146,14 +145,14 @@ class Transaction(msgspec.Struct, frozen=True, tag="transaction", tag_field="typ
 
 
 class CancelTransaction(msgspec.Struct, frozen=True, tag="cancel_transaction", tag_field="type", kw_only=True):
-    """Tower to agent: stop it. A plan that is being written is put back; the result still comes, also of what the agent
-    knows nothing of."""
+    """Tower to agent: stop it. A plan that is being written is restored; the result still follows, even for an id that
+    the agent does not know."""
 
     id: U32
 
 
 class TransactionProgress(msgspec.Struct, frozen=True, tag="transaction_progress", tag_field="type", kw_only=True):
-    """Agent to tower, at most five a second. `done` of `total` items, values or tries of this `phase`."""
+    """Agent to tower, at most five per second. `done` of `total` items, values or tries of this `phase`."""
 
     id: U32
     phase: str
@@ -162,7 +161,7 @@ class TransactionProgress(msgspec.Struct, frozen=True, tag="transaction_progress
 
 
 class ParameterRefusal(msgspec.Struct, frozen=True, array_like=True):
-    """A parameter whose value is not the requested one. `has`: what the autopilot has now, None where nobody knows."""
+    """A parameter whose value is not the requested one. `has`: the autopilot's value now, None if unknown."""
 
     name: ParameterName
     asked: float
@@ -181,11 +180,11 @@ class LogEntry(msgspec.Struct, frozen=True, array_like=True):
 class TransactionResult(msgspec.Struct, frozen=True, tag="transaction_result", tag_field="type", kw_only=True):
     """Agent to tower, once, the last message of a transaction.
 
-    `words`: for people: what failed, why, and what is on board now. `item`: the refused item of the plan, from 0.
-    `code`: the name of the MAV_MISSION_RESULT or MAV_RESULT, or empty. `plan`: of a download, packed by
+    `words`: for people, what failed, why, and what is on board now. `item`: the plan item that was refused, from 0.
+    `code`: the name of the MAV_MISSION_RESULT or MAV_RESULT, empty if there is none. `plan`: of a download, packed by
     `wire.plans.pack_plan`. `refusals`: of a parameter write, the first MAX_REFUSALS, of `refused` in all. `logs`: of a
-    log list, newest first. `seen`: for an accepted command, whether telemetry confirmed it in time; None if there is
-    nothing to confirm, or the agent is older.
+    log list, newest first. `seen`: of an accepted command, whether telemetry showed its effect in time; None if there
+    is nothing to see, or an older agent does not look.
     """
 
     id: U32
@@ -203,9 +202,8 @@ class TransactionResult(msgspec.Struct, frozen=True, tag="transaction_result", t
 class PlanOnBoard(msgspec.Struct, frozen=True, tag="plan_on_board", tag_field="type", kw_only=True):
     """Agent to tower, when learnt and on each change. `hash` None: not known; else of the plan as the autopilot has it.
 
-    `plan`: as `wire.plans.pack_plan` makes it. `sent_hash`: of the plan that was sent, where the autopilot is known to
-    have kept it, some fields in its own way.
-    `fit_to_fly` False: it may be half of one; the agent lets no mission be started.
+    `plan`: packed by `wire.plans.pack_plan`. `sent_hash`: of the plan that was sent, if the autopilot is known to have
+    kept it, with some fields changed. `fit_to_fly` False: the plan may be incomplete; the agent starts no mission.
     """
 
     kind: PlanKind
@@ -217,18 +215,18 @@ class PlanOnBoard(msgspec.Struct, frozen=True, tag="plan_on_board", tag_field="t
 
 
 class ParameterCache(msgspec.Struct, frozen=True, tag="parameter_cache", tag_field="type", kw_only=True):
-    """Agent to tower, after the welcome, when the parameters are all there, and on progress of reading them.
+    """Agent to tower, after the welcome, when all parameters are known, and on progress of reading them.
 
-    `hash` (wire.parameters) None: not all are known yet, `count` of `total` are. A tower that has no table of that
-    hash asks for it by a ParametersReadWork. `verified` False: the table is what the agent remembers of this autopilot
-    from another time, and is being read again.
+    `hash` (wire.parameters) None: not all are known yet, `count` of `total` are. A tower without a table of that hash
+    requests it with a ParametersReadWork. `verified` False: the table is the agent's stored one for this autopilot, and
+    is being read again.
     """
 
     hash: Hash | None
     count: U16
     total: U16
     verified: bool = True
-    """Ignored without a hash."""
+    """Meaningless without a hash."""
 
 
 class ParameterTable(msgspec.Struct, frozen=True, tag="parameter_table", tag_field="type", kw_only=True):
@@ -239,7 +237,7 @@ class ParameterTable(msgspec.Struct, frozen=True, tag="parameter_table", tag_fie
 
 
 class ParameterChanged(msgspec.Struct, frozen=True, tag="parameter_changed", tag_field="type", kw_only=True):
-    """Agent to tower: one parameter has another value now, whoever set it. `before`, `hash`: of the tables."""
+    """Agent to tower: a parameter has a new value, whoever set it. `before`, `hash`: of the tables."""
 
     name: ParameterName
     value: float

@@ -1,7 +1,8 @@
-"""By which way an agent's datagrams go: UDP, or the control channel's WebSocket where UDP is blocked. No I/O.
+"""Chooses the transport of an agent's datagrams: UDP, or the control channel's WebSocket if UDP is blocked. No I/O.
 
-What counts is proof that something of ours arrived: an answer to a ping, or a report that counts more than the last one
-did. What merely comes in proves one direction only. Time and proof decide (the time for which pings rest is left out):
+What counts is proof that a datagram of the agent arrived: an answer to a ping, or a report with a higher count than the
+last. Received datagrams alone prove one direction only. Time and proof decide (less the extra ping interval at
+leisure):
 
     transport    what                                                        next
     UDP          no proof for FALL_BACK_AFTER_S                              WebSocket
@@ -9,25 +10,25 @@ did. What merely comes in proves one direction only. Time and proof decide (the 
     WebSocket    one answered, and no proof over the WebSocket yet, or not   UDP
                  for IN_DOUBT_AFTER_S
 
-While the WebSocket gives no proof either, datagrams go both ways (`both`): after a black-out of everything UDP is back
-at once, where TCP still waits for its next try. Whichever copy comes first counts.
+While the WebSocket gives no proof either, datagrams use both (`both`): after a total outage UDP works again at once,
+while TCP still waits for its next retry. The first copy to arrive counts.
 
-`needed` doubles each time that UDP fails again soon after a return, so that a way that comes and goes is not taken at
-each of its turns.
+`needed` doubles each time UDP fails again soon after a return, so that the choice does not follow every change of an
+unstable path.
 """
 
 from enum import StrEnum
 from typing import Final
 
 FALL_BACK_AFTER_S: Final = 1.5
-"""Some six proofs are due in this time, with those of the probes that are sent in doubt."""
+"""Some six proofs are due in this time, including those of the probes sent in doubt."""
 
 IN_DOUBT_AFTER_S: Final = 0.75
 PROBE_IN_DOUBT_S: Final = 0.2
 PROBE_S: Final = 0.5
 
 ANSWERS_IN_A_ROW_WITHIN_S: Final = 1.5
-"""A longer gap between two answered probes begins the row again."""
+"""A longer gap between two answered probes restarts the count."""
 
 MIN_NEEDED: Final = 2
 MAX_NEEDED: Final = 32
@@ -37,7 +38,7 @@ SOON_S: Final = 60.0
 
 
 class Transport(StrEnum):
-    """The state for browsers."""
+    """The names used for browsers."""
 
     UDP = "udp"
     WEBSOCKET = "websocket"
@@ -50,7 +51,7 @@ class TransportChoice:
         self.transport = Transport.UDP
         self.needed = MIN_NEEDED
         self._proven_at: float | None = now
-        """Of the present transport; None: none since the change."""
+        """Of the transport in use; None: not yet since the change."""
         self._changed_at = now
         self._returned_at: float | None = None
         self._next_probe = now
@@ -58,13 +59,13 @@ class TransportChoice:
         self._answered_at = now
 
     def proven(self, transport: Transport, now: float, *, rests_s: float = 0.0) -> None:
-        """Something sent by this transport is known to have arrived. `rests_s`: pings now pause this much longer than
-        usual, so that no further proof is due (wire.keepalive)."""
+        """Notes that a datagram sent by this transport has arrived. `rests_s`: the extra ping interval at present, in
+        which no further proof is due (wire.keepalive)."""
         if transport is self.transport:
             self._proven_at = now + rests_s
 
     def probe_answered(self, now: float, *, rests_s: float = 0.0) -> None:
-        """A probe over UDP was answered."""
+        """Notes that a probe over UDP was answered."""
         self.proven(Transport.UDP, now, rests_s=rests_s)
         if self.transport is Transport.UDP:
             return
@@ -75,19 +76,19 @@ class TransportChoice:
             self._returned_at = now
 
     def both(self, now: float) -> bool:
-        """Whether to send over UDP as well as over the WebSocket."""
+        """Returns whether to send over UDP as well as over the WebSocket."""
         doubtful = self._proven_at is None or self._without_proof_s(now) > IN_DOUBT_AFTER_S
         return self.transport is Transport.WEBSOCKET and doubtful
 
     def tick(self, now: float) -> None:
-        """Time has passed: several times a second."""
+        """Applies the passage of time; call it several times per second."""
         if self.transport is Transport.UDP and self._without_proof_s(now) > FALL_BACK_AFTER_S:
             soon = self._returned_at is not None and now - self._returned_at < SOON_S
             self.needed = min(2 * self.needed, MAX_NEEDED) if soon else MIN_NEEDED
             self._change(Transport.WEBSOCKET, now)
 
     def probe_due(self, now: float) -> bool:
-        """Whether to send a probe over UDP now. True once for each time that it is."""
+        """Returns whether to send a probe over UDP now. True once for each due probe."""
         if now < self._next_probe:
             return False
         in_doubt = self.both(now) or self._without_proof_s(now) > IN_DOUBT_AFTER_S

@@ -1,7 +1,7 @@
-"""Which messages leave at once, and which may wait for others to share a datagram. One table, both directions.
+"""Which messages leave at once, and which may wait briefly to share a datagram. One table, both directions.
 
-Urgent is what a person or a program waits for: sticks, a command and its answer, a sign of life, and transfers in which
-each message requests the next one (every step would add the delay).
+Urgent messages are those that somebody or something waits for: sticks, a command and its acknowledgement, heartbeats,
+and transfers in which each message requests the next one (every step would pay for the wait).
 """
 
 from typing import Final
@@ -27,11 +27,11 @@ URGENT: Final = frozenset(
     for names in (_STICKS, _COMMANDS, _ANSWERS, _SIGNS_OF_LIFE, _STEP_BY_STEP)
     for name in names.split()
 )
-"""Message ids. None is above 255, which `is_urgent` counts on."""
+"""Message ids. None is above 255, which `is_urgent` relies on."""
 
 
 def is_urgent(frame: bytes) -> bool:
-    """Whether a whole frame must not wait."""
+    """Returns whether a whole frame must not wait."""
     if frame[0] == MAGIC_V2:
         return frame[7] in URGENT and not (frame[8] or frame[9])
     return message_id(frame) in URGENT

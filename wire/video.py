@@ -1,10 +1,10 @@
-"""Live video: the unit that travels from camera to screen, and what tower and agent agree about it (no I/O).
+"""Live video: the unit that travels from camera to screen, and the messages of tower and agent about it (no I/O).
 
 A unit is one encoded picture with a fixed header, one binary WebSocket message: from the agent to the tower, and from
-the tower to each viewer, byte for byte the same but for the clock (docs/wire-protocol.md, 4).
+the tower to each viewer, identical but for the clock (docs/wire-protocol.md, 4).
 
 MPEG-1 units carry whole MPEG-TS packets, H.264 units an access unit in Annex B with its parameter sets at each key
-picture. Either can be written one after another into a file that any player takes.
+picture. Concatenated units of either codec form a file that any player opens.
 """
 
 from enum import IntEnum, StrEnum
@@ -14,7 +14,7 @@ from typing import Annotated, Final, NamedTuple
 import msgspec
 
 VIDEO: Final = "video"
-"""What `takes` of hello and welcome has where this is understood."""
+"""The entry in `takes` of hello and welcome for these messages."""
 
 AGENT_VIDEO_SUBPROTOCOL: Final = "tower-agent-video.v1"
 VIEWER_VIDEO_SUBPROTOCOL: Final = "tower-video.v1"
@@ -34,7 +34,7 @@ _KNOWN_FLAGS: Final = _KEY | _BREAK
 
 
 class Quality(IntEnum):
-    """What a viewer asks for: the largest picture and rate, and the bit rate that it is to stay below."""
+    """The quality that a viewer requests: limits for picture size, picture rate and bit rate."""
 
     LOW = 0
     MEDIUM = 1
@@ -42,8 +42,8 @@ class Quality(IntEnum):
 
 
 class QualityLimits(NamedTuple):
-    """`width`, `height` in pixels: a picture of another shape is made to fit inside. `rate_hz`: pictures a second.
-    Bits a second for MPEG-1."""
+    """`width`, `height` in pixels: a picture of another shape is scaled to fit inside. `rate_hz`: pictures per second.
+    Bits per second for MPEG-1."""
 
     width: int
     height: int
@@ -60,24 +60,24 @@ LIMITS: Final = {
 
 
 class Codec(IntEnum):
-    """How the pictures are packed."""
+    """How the pictures are encoded."""
 
     MPEG1 = 1
     H264 = 2
 
 
 class MalformedUnit(ValueError):
-    """The bytes are no unit."""
+    """The bytes are not a unit."""
 
 
 class UnitHead(NamedTuple):
-    """What is known of one encoded picture without looking at it.
+    """What is known of one encoded picture without decoding it.
 
     `sequence` counts the units of one stream (quality and codec) and wraps at 2**32; a gap is a loss. `key`: decoding
-    can begin here. `is_break`: what came before does not lead up to this (the camera was away). `capture_us`: when the
-    camera took the picture, by the agent's monotonic clock on the way to the tower, by the tower's from there on; 0
-    where the tower does not know yet how the clocks differ. `rate_hz`: of pictures now. `bits_per_s`: what the encoder
-    aims at now. `held_ms`: how old the picture was when the agent handed it to the network, at most 65535.
+    can begin here. `is_break`: the preceding units do not lead up to this one (the camera was away). `capture_us`:
+    capture time by the agent's monotonic clock on the way to the tower, by the tower's from there on; 0 while the tower
+    does not know the clock offset. `rate_hz`: current picture rate. `bits_per_s`: the encoder's current target.
+    `held_ms`: age of the picture when the agent handed it to the network, at most 65535.
     """
 
     quality: Quality
@@ -111,7 +111,7 @@ class Unit(NamedTuple):
 
 
 def encode_unit(unit: Unit) -> bytes:
-    """The message. Raises struct.error for a field out of its range."""
+    """Returns the message. Raises struct.error for a field out of its range."""
     flags = (_KEY if unit.key else 0) | (_BREAK if unit.is_break else 0)
     header = _HEADER.pack(
         _VERSION,
@@ -135,7 +135,7 @@ def decode_unit(message: bytes) -> Unit:
 
 
 def decode_head(message: bytes) -> UnitHead:
-    """The head of a whole message, checked, without a copy of the picture. Raises MalformedUnit."""
+    """Returns the checked head of a whole message, without copying the picture. Raises MalformedUnit."""
     if not HEADER_BYTES < len(message) <= MAX_UNIT_BYTES:
         raise MalformedUnit(f"{len(message)} bytes are no unit")
     version, flags, quality, codec, sequence, capture_us, width, height, rate, held_ms, bits = _HEADER.unpack_from(
@@ -164,7 +164,7 @@ def decode_head(message: bytes) -> UnitHead:
 
 
 def with_capture_time(message: bytes, capture_us: int) -> bytes:
-    """The same unit, its picture timed by another clock."""
+    """Returns the same unit with a capture time by another clock."""
     return message[:_CAPTURE_OFFSET] + _CAPTURE.pack(capture_us) + message[_CAPTURE_OFFSET + _CAPTURE.size :]
 
 
@@ -173,14 +173,14 @@ _Words = Annotated[str, msgspec.Meta(max_length=200)]
 
 
 class StreamRequest(msgspec.Struct, frozen=True):
-    """One watched stream."""
+    """One stream with viewers."""
 
     quality: Quality
     codec: Codec
 
 
 class VideoWanted(msgspec.Struct, frozen=True, tag="video_wanted", tag_field="type", kw_only=True):
-    """Tower to agent, at the beginning of a link and on each change: what is watched now; nothing: stop.
+    """Tower to agent, at the beginning of a link and on each change: the streams now watched; empty: stop.
 
     `ticket` opens the video channel (`Authorization: Bearer`) of this link, and nothing else.
     """
@@ -190,22 +190,24 @@ class VideoWanted(msgspec.Struct, frozen=True, tag="video_wanted", tag_field="ty
 
 
 class CameraState(StrEnum):
-    """What the agent knows of its camera."""
+    """The agent's view of its camera."""
 
     NONE = "none"
-    """None is set up."""
+    """No camera is configured."""
     IDLE = "idle"
-    """There is a camera, and no viewer: it is closed."""
+    """Nobody watches: the camera is closed."""
     OPENING = "opening"
     LIVE = "live"
     LOST = "lost"
-    """It cannot be opened, or gives no pictures any more; it is tried again."""
+    """It cannot be opened, or delivers no pictures any more; the agent retries."""
 
 
 class VideoState(msgspec.Struct, frozen=True, tag="video_state", tag_field="type", kw_only=True):
-    """Agent to tower, at the beginning of a link and on each change. `words`: for people: what is wrong or holds the
-    stream back; may be empty. `thin`: the link carries less than the lowest bit rate of the watched streams. `codecs`:
-    the available ones."""
+    """Agent to tower, at the beginning of a link and on each change.
+
+    `words`: for people, what is wrong or holds the stream back; empty if nothing does. `thin`: the link carries less
+    than the lowest bit rate of the streams watched. `codecs`: those that can be requested.
+    """
 
     camera: CameraState
     words: _Words = ""
@@ -214,20 +216,20 @@ class VideoState(msgspec.Struct, frozen=True, tag="video_state", tag_field="type
 
 
 class ClockProbe(msgspec.Struct, frozen=True, tag="clock_probe", tag_field="type", kw_only=True):
-    """Tower to agent, on the data channel where there is one, while video is watched: what time is it with you?"""
+    """Tower to agent, on the data channel if there is one, while video is watched: requests the agent's time."""
 
     number: _U32
 
 
 class ClockAnswer(msgspec.Struct, frozen=True, tag="clock_answer", tag_field="type", kw_only=True):
-    """Agent to tower, at once and the same way. `at_us`: the agent's monotonic clock."""
+    """Agent to tower, at once and on the same channel. `at_us`: the agent's monotonic clock."""
 
     number: _U32
     at_us: Annotated[int, msgspec.Meta(ge=0)]
 
 
 class KeyWanted(msgspec.Struct, frozen=True, tag="key", tag_field="type"):
-    """Tower to agent, text on the video channel: a key picture of this stream is needed."""
+    """Tower to agent, text on the video channel: requests a key picture of this stream."""
 
     quality: Quality
     codec: Codec
@@ -240,8 +242,8 @@ _GOT: Final = Struct("<BBI")
 
 
 class Got(NamedTuple):
-    """Tower to agent on the video channel, binary, for each unit: it has come whole. The agent measures by it what the
-    way takes."""
+    """Tower to agent on the video channel, binary, for each unit: it has arrived whole. The agent uses it to measure
+    what the link carries."""
 
     quality: Quality
     codec: Codec

@@ -1,4 +1,4 @@
-"""Leases know offers, assistance and who may not watch; settings of each drone; acknowledged loss checks.
+"""Offers, assistance and excluded viewers in leases; settings per drone; acknowledged loss checks.
 
 Revision 0002, after 0001.
 """
@@ -50,7 +50,7 @@ def upgrade() -> None:
 def downgrade() -> None:
     op.drop_table("loss_acknowledgements")
     op.drop_table("drone_settings")
-    # Who has the controls stays, with its epoch; an offer is an ordinary taking again.
+    # The holder and the epoch stay; an offer becomes an ordinary taking again.
     with op.batch_alter_table("control_leases") as leases:
         leases.drop_constraint(op.f(_ASSISTANT), type_="foreignkey")
         for column in ("blind", "assistant_id", "offered"):

@@ -1,4 +1,4 @@
-"""What the console keeps for a user.
+"""The console's stored preferences per user.
 
 Revision 0004, after 0003.
 """

@@ -71,7 +71,7 @@ def downgrade() -> None:
     op.drop_table("enrolments")
     op.drop_table("loans")
     op.drop_table("recovery_codes")
-    # Not in batch mode: on SQLite that makes the table anew, and dropping the old one would take along whatever
-    # refers to it.
+    # Not in batch mode: on SQLite it recreates the table, and dropping the old one would delete the rows that refer to
+    # it.
     for name in ("totp_last_step", "totp_pending", "totp_secret", "password_changed_at", "must_change_password"):
         op.drop_column("users", name)

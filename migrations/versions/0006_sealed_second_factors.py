@@ -1,4 +1,4 @@
-"""The secrets of second factors are sealed with a key that is not in the database.
+"""Seals the secrets of second factors with a key that is not in the database.
 
 Revision 0006, after 0005.
 """

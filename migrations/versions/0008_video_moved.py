@@ -1,4 +1,4 @@
-"""With the controls an admin may take the video too.
+"""An admin who takes the controls may take the video too.
 
 Revision 0008, after 0007.
 """

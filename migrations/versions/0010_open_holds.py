@@ -1,4 +1,4 @@
-"""A hold stays open over a restart of the tower; no hold ends by time, and "nothing" is "stay".
+"""A hold stays open across a restart of the tower; holds no longer expire, and "nothing" becomes "stay".
 
 Revision 0010, after 0009.
 """

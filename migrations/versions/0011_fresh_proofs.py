@@ -1,4 +1,4 @@
-"""A session knows when its person proved who they are; every API token ends, and knows from where it was used.
+"""Sessions record when the person last proved their identity; API tokens expire, and record the address of their use.
 
 Revision 0011, after 0010.
 """
@@ -24,7 +24,7 @@ def upgrade() -> None:
     op.add_column("api_tokens", sa.Column("last_used_address", sa.String(64), server_default="", nullable=False))
     now = datetime.now(UTC)
     if op.get_context().dialect.name == "sqlite":
-        now = now.replace(tzinfo=None)  # SQLite keeps moments as UTC text
+        now = now.replace(tzinfo=None)  # SQLite stores times as UTC text
     ends = _TOKENS.c.expires_at
     op.execute(sa.update(_TOKENS).where(ends.is_(None)).values(expires_at=now + _ENDLESS_END_AFTER))
     op.execute(sa.update(_TOKENS).where(ends > now + _LONGEST).values(expires_at=now + _LONGEST))
@@ -38,7 +38,7 @@ def downgrade() -> None:
 
 
 def _let_end_be_unknown(nullable: bool) -> None:
-    """SQLite copies the table for it; the copy goes on counting where the old one was: an id is never used twice."""
+    """SQLite copies the table for this; the copy continues the old id sequence, so that no id is ever used twice."""
     last = op.get_context().dialect.name == "sqlite" and not context.is_offline_mode() and _last_id()
     with op.batch_alter_table("api_tokens", table_kwargs={"sqlite_autoincrement": True}) as tokens:
         tokens.alter_column("expires_at", existing_type=_MOMENT, nullable=nullable)

@@ -1,4 +1,4 @@
-"""A drone is known by its key; the tower has one of its own.
+"""Keys of drones, and the tower's own key.
 
 Revision 0012, after 0011.
 """
@@ -27,9 +27,10 @@ def upgrade() -> None:
 
 
 def downgrade() -> None:
-    """A drone that has a key has no credential: it has to be given a new one then."""
+    """A drone with a key has no credential: it then needs a new one."""
     op.drop_table("tower_identity")
-    # Not in a batch: SQLite would make the table anew, and what hangs on each drone would go with the old one.
+    # Not in a batch: SQLite would recreate the table, and dropping the old one would delete each drone's dependent
+    # rows.
     op.drop_column("enrolments", "public_key")
     op.drop_column("drones", "key_since")
     op.drop_column("drones", "public_key")

@@ -1,4 +1,4 @@
-"""Teams: people and drones that belong together.
+"""Teams of people and drones.
 
 Revision 0014, after 0013.
 """

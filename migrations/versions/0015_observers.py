@@ -1,6 +1,6 @@
 """Accounts that only watch.
 
-Revision 0015, after 0014. Going back disables them: the version before knows no such role, and would let them fly.
+Revision 0015, after 0014. A downgrade disables them: the version before lacks this role, and would let them fly.
 """
 
 import sqlalchemy as sa
@@ -33,8 +33,8 @@ def _change_check(before: str, after: str) -> None:
 
 
 def _change_check_in_place(before: str, after: str) -> None:
-    """A copy of the table, as batch mode makes it, would drop the old one: sessions, tokens and owners would go with
-    it (ON DELETE CASCADE). SQLite names this way for a CHECK (lang_altertable.html, section 7)."""
+    """Batch mode would copy the table and drop the old one, and with it sessions, tokens and owners (ON DELETE
+    CASCADE). SQLite documents this method for a CHECK (lang_altertable.html, section 7)."""
     connection = op.get_bind()
     version = connection.exec_driver_sql("PRAGMA schema_version").scalar_one()
     connection.exec_driver_sql("PRAGMA writable_schema = ON")

@@ -1,4 +1,4 @@
-"""One process at a time is the tower of a database: a row that it takes and renews.
+"""One process at a time is the tower of a database: it takes and renews a row.
 
 Revision 0016, after 0015.
 """

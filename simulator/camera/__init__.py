@@ -1,4 +1,4 @@
-"""The camera that a simulated vehicle carries: pictures of a made-up land, as it lies before the vehicle, over HTTP.
+"""The camera of a simulated vehicle: pictures of a generated landscape from the vehicle's position, over HTTP.
 
-The photographs that a mission takes are another thing (`simulator.photographs`).
+`simulator.photographs` is separate: it reports the photographs that a mission takes.
 """

@@ -1,8 +1,8 @@
-"""The clock in the top rows of each picture, for programs to read: how old is what I see?
+"""The clock in the top rows of each picture, by which programs measure the age of a picture.
 
-Twenty cells over the full width: black, white (so that a reader knows what both look like by now), the 16 bits of the
-time in Gray code with the most significant one first, their even parity, and its complement. Gray code, because two
-neighbouring times that a codec has mixed differ in one cell only.
+Twenty cells over the full width: black, white (reference levels for the reader), the 16 bits of the time in Gray code
+with the most significant one first, their even parity, and its complement. Gray code, because two adjacent times that a
+codec has mixed differ in one cell only.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def strip_height(picture_height: int) -> int:
 
 
 def cells_of(unix_ms: int) -> list[bool]:
-    """The cells from left to right; True is white."""
+    """Returns the cells from left to right; True is white."""
     time = unix_ms % WRAPS_MS
     gray = time ^ time >> 1
     bits = [bool(gray >> shift & 1) for shift in range(15, -1, -1)]
@@ -33,7 +33,7 @@ def cells_of(unix_ms: int) -> list[bool]:
 
 
 def draw_strip(picture: npt.NDArray[np.uint8], unix_ms: int) -> None:
-    """Into a picture (height, width[, channels])."""
+    """Draws into a picture (height, width[, channels])."""
     height, width = picture.shape[:2]
     edges = [round(cell * width / CELLS) for cell in range(CELLS + 1)]
     rows = picture[: strip_height(height)]

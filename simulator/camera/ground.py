@@ -1,4 +1,4 @@
-"""The ground in the picture: cut from the map, coarser with the distance so that nothing flickers, then hazy."""
+"""The ground in the picture: cut from the map, coarser with distance so that nothing flickers, then hazy."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from simulator.camera.view import Box, Floats, View, dips, shifted
 Picture = npt.NDArray[np.uint8]
 
 HORIZON_DIP = 0.002
-"""What is farther than that is haze."""
+"""Anything farther is haze."""
 FADES_AT = 0.85
-"""Of the distance up to which a level is sharp enough: from there on it fades into the next."""
+"""Share of the distance up to which a level is sharp enough: from there on it fades into the next."""
 
 HAZE_FROM_M = 250.0
 HALF_HAZY_M = 1300.0
 GRAIN_TO_M = 45.0
-"""Farther away nobody sees it."""
+"""Not visible beyond this distance."""
 GRAIN_FULL_M = 18.0
 
 
 def draw_ground(picture: Picture, view: View, ground: GroundMap) -> None:
-    """Over everything below the horizon."""
+    """Draws everything below the horizon."""
     far_m = min(view.eye_height_m / HORIZON_DIP, _sharp_to_m(view, LEVELS - 1))
     fade_m = far_m / 2
     for level in range(LEVELS - 1, -1, -1):
@@ -47,7 +47,7 @@ def draw_ground(picture: Picture, view: View, ground: GroundMap) -> None:
 
 
 class _Reach:
-    """From where to where a level is drawn, and from where on it is whole, as dips."""
+    """The range in which a level is drawn, and where it becomes opaque, as dips."""
 
     def __init__(self, eye_height_m: float, near_m: float, far_m: float, fade_m: float) -> None:
         self.from_dip = eye_height_m / far_m
@@ -56,14 +56,14 @@ class _Reach:
 
 
 def _sharp_to_m(view: View, level: int) -> float:
-    """How far away a pixel covers as much ground as one of that level's. On slanting ground it covers more along than
-    across; what counts is the mean of the two."""
+    """Returns the distance at which a pixel covers as much ground as one pixel of that level. On slanting ground a
+    pixel covers more along than across; this uses the mean of the two."""
     return float((TEXEL_M * 2.0**level * view.focal_px) ** (2 / 3) * view.eye_height_m ** (1 / 3))
 
 
 def _draw_level(picture: Picture, view: View, ground: GroundMap, level: int, reach: _Reach, box: Box) -> None:
     to_map = view.plane_to_texture(0.0, TEXEL_M * 2**level, SIZE_PX / 2 / 2**level)
-    # The origin of a coarse pixel is its middle, too.
+    # A coarse pixel has its origin at its centre, too.
     to_map[0] -= 0.5 * to_map[2]
     to_map[1] -= 0.5 * to_map[2]
     drawn = _cut_out(ground.levels[level], to_map, box)
@@ -73,11 +73,11 @@ def _draw_level(picture: Picture, view: View, ground: GroundMap, level: int, rea
 
 
 def _fade(drawn: Picture, below: Picture | int, view: View, box: Box, dips_between: tuple[float, float]) -> None:
-    """Where the dip of a pixel of `drawn` lies between the two, it fades into what is below, or into one grey."""
+    """Fades `drawn` into the level below, or into one grey, where a pixel's dip lies between the two."""
     none_at, whole_at = dips_between
     left, top, right, bottom = box
     a, b, c = view.dip
-    if b > 0.0:  # all but upside down: the lower rows are whole
+    if b > 0.0:  # unless nearly upside down: the lower rows are opaque
         least = c + min(a * left, a * (right - 1))
         bottom = min(max(math.ceil((whole_at - least) / b), top), bottom)
     if bottom == top:
@@ -117,7 +117,7 @@ def _add_grain(picture: Picture, view: View, ground: GroundMap, box: Box) -> Non
 def _add_haze(picture: Picture, view: View, box: Box) -> None:
     dip = dips(view, box)
     clear = np.exp2((HAZE_FROM_M - view.eye_height_m / np.maximum(dip, 1e-6)) / HALF_HAZY_M)
-    clear[dip <= 0.0] = 1.0  # the sky has its own
+    clear[dip <= 0.0] = 1.0  # the sky is drawn separately
     np.clip(clear, 0.0, 1.0, out=clear)
     left, top, right, bottom = box
     part = picture[top:bottom, left:right]
@@ -127,5 +127,5 @@ def _add_haze(picture: Picture, view: View, box: Box) -> None:
 
 
 def haze_at(distance_m: float) -> float:
-    """How much of what is so far away is haze, 0 to 1."""
+    """Returns the share of haze at this distance, 0 to 1."""
     return 1.0 - min(math.exp2((HAZE_FROM_M - distance_m) / HALF_HAZY_M), 1.0)

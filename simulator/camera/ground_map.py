@@ -1,4 +1,4 @@
-"""The land seen from above, as a picture: what the camera's ground is cut from. Made once for a seed."""
+"""The land from above, as a picture: the source of the ground that the camera sees. Generated once per seed."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ Colour = tuple[float, float, float]
 TEXEL_M = 0.25
 SIZE_PX = round(SIZE_M / TEXEL_M)
 LEVELS = 9
-"""Each half as fine as the one before."""
+"""Each has half the resolution of the one before."""
 CROWNS_FROM_LEVEL = 2
-"""Nearer trees stand up from the ground (`solids`), and must not lie on it as well; but for woods."""
+"""Nearer trees stand up from the ground (`solids`), so they must not be on the map as well; except for woods."""
 GRAIN_TEXEL_M = 0.05
 GRAIN_PX = 1024
 SHADOW = (0.55, 0.80)
-"""North and east, of a thing one metre high."""
+"""North and east, for an object one metre high."""
 
 FIELD_COLOURS: dict[int, Colour] = {
     MEADOW: (62, 122, 96),
@@ -63,15 +63,15 @@ TRACK: Colour = (112, 144, 164)
 class GroundMap:
     land: Land
     levels: list[Picture]
-    """From the finest, TEXEL_M a pixel, north up, the world's origin in the middle."""
+    """From the finest, TEXEL_M per pixel, north up, the world's origin in the middle."""
     grain: Picture
-    """What grass and soil add to that close by, around 128."""
+    """Close-range texture of grass and soil, added to the map, around 128."""
     mean: Colour
 
 
 @lru_cache(maxsize=2)
 def ground_map(seed: int) -> GroundMap:
-    """About a second of work, 65 MB."""
+    """Takes about a second and 65 MB."""
     random = np.random.default_rng(seed + 1)
     land = make_land(seed)
     finest = _bent(_fields(land, random))
@@ -97,12 +97,12 @@ def ground_map(seed: int) -> GroundMap:
 
 
 def to_px(east_m: float, north_m: float) -> tuple[float, float]:
-    """On the finest map."""
+    """Returns the pixel on the finest map."""
     return east_m / TEXEL_M + SIZE_PX / 2, SIZE_PX / 2 - north_m / TEXEL_M
 
 
 def _fixed(points: list[tuple[float, float]]) -> npt.NDArray[np.int32]:
-    """Metres east and north, as the drawing functions take them: in sixteenths of a pixel."""
+    """Converts metres east and north to the sixteenths of a pixel that the drawing functions expect."""
     return np.array([[round(part * 16) for part in to_px(*point)] for point in points], np.int32)
 
 
@@ -155,7 +155,7 @@ def _field(map_: Picture, field: Field, random: np.random.Generator) -> None:
     lines = colour[None, :] * (1.0 + rows)[:, None]
     lines = np.clip(lines, 0, 255).astype(np.uint8)
     part[:] = lines[None, :, :] if upright else lines[:, None, :]
-    # Headlands, where the tractor turns.
+    # Headlands, where tractors turn.
     if field.kind in (WHEAT, RAPE, MAIZE, SOIL):
         edge = round(9.0 / TEXEL_M)
         head = np.clip(colour * 0.96, 0, 255).astype(np.uint8)
@@ -168,7 +168,7 @@ def _field(map_: Picture, field: Field, random: np.random.Generator) -> None:
 
 
 def _rows(kind: int, at_m: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """How much lighter a field is across its rows: drills, tramlines, the strips of a mower."""
+    """Returns how much lighter a field is across its rows: drills, tramlines, mowing strips."""
     if kind == MEADOW:
         return 0.05 * np.sign(np.sin(2 * math.pi * at_m / 9.0))
     if kind == GRASS:
@@ -183,7 +183,7 @@ def _rows(kind: int, at_m: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
 
 
 def _bent(map_: Picture) -> Picture:
-    """Displacements are worked out on a coarse grid: they are smooth."""
+    """The displacements are smooth, so they are computed on a coarse grid."""
     coarse = 256
     step = SIZE_M / coarse
     east = (np.arange(coarse, dtype=np.float64) + 0.5) * step - SIZE_M / 2
@@ -200,7 +200,7 @@ def _finer(coarse: npt.NDArray[np.float64]) -> npt.NDArray[np.float32]:
 
 
 def _add_noise(map_: Picture, random: np.random.Generator) -> None:
-    """Patches tens of metres wide, and the unevenness of what grows there."""
+    """Adds patches tens of metres wide, and the unevenness of the vegetation."""
     wide = cloudy(random, SIZE_PX // 8, 16, 5)
     patches = cv2.resize(np.pad(wide, 1, mode="wrap"), None, fx=8, fy=8, interpolation=cv2.INTER_LINEAR)
     patches = patches[8:-8, 8:-8]
@@ -222,7 +222,7 @@ def _grain(random: np.random.Generator) -> Picture:
 
 
 def _house(map_: Picture, house: House) -> None:
-    """From above: shadow, and the two halves of the roof, the sunny one lighter."""
+    """Draws a house from above: shadow, and the two halves of the roof, the sunny one lighter."""
     corners = outline(house)
     reach = house.wall_m + house.ridge_m / 2
     shadow = [(e + SHADOW[1] * reach, n + SHADOW[0] * reach) for e, n in corners]
@@ -240,8 +240,8 @@ def _between(one: tuple[float, float], other: tuple[float, float]) -> tuple[floa
 
 
 def outline(house: House, *, more_m: float = 0.0) -> list[tuple[float, float]]:
-    """Corners, metres east and north. The first two are of one short side, so the ridge runs from between these to
-    between the others."""
+    """Returns the corners, metres east and north. The first two belong to one short side; the ridge runs from between
+    them to between the others."""
     c, s = math.cos(house.turn_rad), math.sin(house.turn_rad)
     half_long, half_wide = house.long_m / 2 + more_m, house.wide_m / 2 + more_m
     around = ((half_long, -half_wide), (half_long, half_wide), (-half_long, half_wide), (-half_long, -half_wide))

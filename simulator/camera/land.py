@@ -1,7 +1,7 @@
-"""The land's plan, made up from a seed: where fields, roads, houses and trees are. A square that repeats for ever.
+"""The plan of the land, generated from a seed: fields, roads, houses and trees. A square that repeats infinitely.
 
-Fields are rectangles that are split until they are small; tracks run between them. Then all of it is bent a little,
-for no farmer's land is a chessboard.
+Fields are rectangles, split until they are small; tracks run between them. Then all of it is bent a little, because
+real fields form no chessboard.
 """
 
 from __future__ import annotations
@@ -17,20 +17,20 @@ import numpy.typing as npt
 Points = npt.NDArray[np.float64]
 
 SIZE_M = 1024.0
-"""Of the square; the world's origin is its middle."""
+"""Side of the square; the world's origin is its middle."""
 MAX_FIELD_M = 150.0
 MIN_FIELD_M = 45.0
 ROAD_EAST_M, ROAD_NORTH_M = 58.0, -130.0
-"""Of the two main roads: the one that runs north, and the one that runs east."""
+"""The two main roads: the one that runs north, and the one that runs east."""
 CLEAR_OF_HOUSES_M = 14.0
 BEND_M = 9.0
 BENDS = ((1, 2, 0.7), (2, 1, 2.1), (3, 2, 4.0))
-"""Waves along and across the square, and where they begin."""
+"""Waves along and across the square, and their phases."""
 
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """Edges in metres east and north of the origin, before it is bent."""
+    """Edges in metres east and north of the origin, before bending."""
 
     west: float
     south: float
@@ -41,7 +41,7 @@ class Field:
 
 @dataclass(frozen=True, slots=True)
 class House:
-    """`north_m`, `east_m` of its middle; `turn_rad` of its long side, from north; `roof` a number of a colour."""
+    """`north_m`, `east_m`: its middle. `turn_rad`: its long side, from north. `roof`: the number of a colour."""
 
     north_m: float
     east_m: float
@@ -72,7 +72,7 @@ class Land:
 
     @cached_property
     def house_places(self) -> Points:
-        """North, east and down, a row for each."""
+        """North, east and down, one row per house."""
         return _places(self.houses)
 
     @cached_property
@@ -89,8 +89,8 @@ KINDS = (WHEAT, WHEAT, GRASS, GRASS, SOIL, RAPE, WOOD, MAIZE)
 
 
 def bend(across: Points, along: Points) -> tuple[Points, Points]:
-    """By how many metres a place of the bent land (east, north) lies from where it was drawn. Fits at the edges, and is
-    0 near the origin, where the drones stand."""
+    """Returns the displacement in metres of a place of the bent land (east, north) from its drawn position. It is
+    continuous at the edges, and 0 near the origin, where the drones stand."""
     turn = 2.0 * math.pi / SIZE_M
     east, north = np.zeros_like(across + along), np.zeros_like(across + along)
     for here, there, begin in BENDS:
@@ -101,7 +101,7 @@ def bend(across: Points, along: Points) -> tuple[Points, Points]:
 
 
 def bent(east_m: Points, north_m: Points) -> tuple[Points, Points]:
-    """Where drawn points come to lie."""
+    """Returns the bent positions of drawn points."""
     east, north = east_m, north_m
     for _ in range(4):
         by_east, by_north = bend(east, north)
@@ -148,12 +148,12 @@ def _split(random: np.random.Generator, west: float, south: float, east: float, 
 
 
 def _houses(random: np.random.Generator) -> Iterator[House]:
-    """A village along the main road, and a farm here and there on the other one."""
+    """Places a village along the main road, and a few farms on the other one."""
     half = SIZE_M / 2
     for side in (-1.0, 1.0):
         along = ROAD_NORTH_M + 25.0
         while along < 260.0:
-            # Nobody builds beside the field where drones start.
+            # No houses beside the field where drones start.
             if side > 0 or along < -75.0 or along > 95.0:
                 yield _house(random, ROAD_EAST_M + side * random.uniform(14.0, 19.0), along, 0.0)
             along += random.uniform(18.0, 34.0)
@@ -179,7 +179,7 @@ def _house(random: np.random.Generator, east_m: float, north_m: float, turn_rad:
 
 
 def _trees(random: np.random.Generator, fields: list[Field], houses: list[House]) -> Iterator[Tree]:
-    """In woods, along the edges of fields, and in gardens; not on a house."""
+    """Places trees in woods, along the edges of fields, and in gardens; not on a house."""
     yield from _planted(random, list(_in_woods(random, fields)), 4.2, houses, in_wood=True)
     yield from _planted(random, list(_along_edges(random, fields)), 3.2, houses, in_wood=False)
     for house in houses:

@@ -19,10 +19,10 @@ PAD_M = 5.0
 PAD_PX = 512
 VISIBLE_M = 300.0
 MAX_MARKS = 12
-"""Of the nearest ones are drawn."""
+"""The number of marks drawn, nearest first."""
 NEAREST_M = 0.05
 MAX_OUTLINE_PX = 100_000.0
-"""From the picture; the drawing functions count in 32 bits."""
+"""Distance from the picture; the drawing functions count in 32 bits."""
 GREY, WHITE, ORANGE = (96, 98, 98), (238, 240, 240), (48, 120, 236)
 
 
@@ -35,7 +35,7 @@ class Mark:
 
 @lru_cache(maxsize=64)
 def _pad(text: str) -> list[Picture]:
-    """From the finest, each half as fine as the one before."""
+    """From the finest; each has half the resolution of the one before."""
     pad = np.zeros((PAD_PX, PAD_PX, 3), np.uint8)
     pad[:] = GREY
     middle = (PAD_PX // 2, PAD_PX // 2)

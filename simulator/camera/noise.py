@@ -1,4 +1,4 @@
-"""Random patterns whose right edge fits their left one, and their bottom their top."""
+"""Random patterns that tile: the right edge continues at the left, and the bottom at the top."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ Floats32 = npt.NDArray[np.float32]
 
 
 def smooth(random: np.random.Generator, size_px: int, cells: int) -> Floats32:
-    """Square, of -1 to 1, with `cells` hills and hollows along each edge."""
+    """Returns a square of values from -1 to 1, with `cells` hills and hollows along each edge."""
     margin = 2
     grid = random.uniform(-1.0, 1.0, (cells, cells)).astype(np.float32)
     padded = np.pad(grid, margin, mode="wrap")
@@ -22,7 +22,7 @@ def smooth(random: np.random.Generator, size_px: int, cells: int) -> Floats32:
 
 
 def cloudy(random: np.random.Generator, size_px: int, cells: int, octaves: int) -> Floats32:
-    """The same with finer and finer detail, each half as strong."""
+    """Adds finer and finer detail, each octave half as strong."""
     total = np.zeros((size_px, size_px), np.float32)
     for octave in range(octaves):
         if cells << octave <= size_px:

@@ -1,5 +1,5 @@
-"""The cameras of a squad, as the flight knows them: where each looks from, and when it is unplugged. They draw in a
-process of their own (`simulator.camera.process`), which is started again if it dies."""
+"""The cameras of a squad, as seen by the flight: their poses, and when each is unplugged. They draw in a separate
+process (`simulator.camera.process`), which is restarted if it dies."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ log = logging.getLogger("simulator")
 
 
 class CameraProcess:
-    """The process, and what it is told and says. `start` opens the ports; nothing else in here waits."""
+    """The process, its input and its output. `start` opens the ports; nothing else here blocks."""
 
     def __init__(self, endpoints: Sequence[CameraEndpoint], seed: int, marks: list[Mark]) -> None:
         self.endpoints = endpoints
         self.unplug_requests: list[deque[float]] = [deque(maxlen=8) for _ in endpoints]
-        """For how many simulated seconds somebody asks a camera to be unplugged; the flight takes them from here."""
+        """Requests to unplug a camera, in simulated seconds; the flight takes them from here."""
         self.plugged = [True] * len(endpoints)
         self._seed = seed
         self._marks = marks
@@ -44,7 +44,7 @@ class CameraProcess:
         self._heard = b""
 
     def start(self) -> None:
-        """Raises OSError if a port cannot be had."""
+        """Raises OSError if a port is not available."""
         listeners: list[socket.socket] = []
         try:
             for endpoint in self.endpoints:
@@ -70,17 +70,17 @@ class CameraProcess:
         self._file.close()
 
     def plug(self, number: int, plugged: bool) -> None:
-        """Unplugged, the viewers' connections end and the port refuses."""
+        """Unplugging closes the viewers' connections, and the port refuses new ones."""
         if plugged is self.plugged[number]:
             return
         self.plugged[number] = plugged
         log.info("camera %d is %s", number + 1, "back" if plugged else "unplugged")
         if self._process is not None and self._process.stdin is not None:
-            with suppress(OSError):  # it has died, and is told when it is started again
+            with suppress(OSError):  # it has died; its restart passes on the state
                 self._process.stdin.write(f"plug {number} {plugged:d}\n".encode())
 
     def tend(self) -> None:
-        """Hears what the process says, and starts it again if it has died. Call often."""
+        """Reads the output of the process, and restarts it if it has died. Call often."""
         process = self._process
         if process is None or process.stdout is None:
             return
@@ -130,7 +130,7 @@ class CameraProcess:
 
 
 class VehicleCamera:
-    """Of one vehicle. `stands_at`: north and east of the squad's home, metres, where it was switched on."""
+    """The camera of one vehicle. `stands_at`: metres north and east of the squad's home, at power-on."""
 
     def __init__(self, process: CameraProcess, number: int, stands_at: tuple[float, float]) -> None:
         self._darkroom = process
@@ -138,7 +138,7 @@ class VehicleCamera:
         self._stands_at = stands_at
 
     def follow(self, vehicle: Vehicle, now_s: float) -> None:
-        """After each step of the flight; takes some microseconds."""
+        """Call after each step of the flight; takes some microseconds."""
         process, number = self._darkroom, self._number
         process.tend()
         unplug_requests = process.unplug_requests[number]
@@ -167,15 +167,15 @@ class SquadCameras:
         self._carried = [VehicleCamera(self._darkroom, number, stands[number]) for number in range(len(endpoints))]
 
     def of(self, number: int) -> VehicleCamera | None:
-        """Of the vehicle with that number, from 0."""
+        """Returns the camera of the vehicle with this number, from 0."""
         return self._carried[number] if number < len(self._carried) else None
 
     def lines(self) -> list[str]:
-        """What there is, for people."""
+        """Describes the cameras, for people."""
         return [f"camera of {name_of(i)}: {endpoint}" for i, endpoint in enumerate(self._darkroom.endpoints)]
 
     def start(self) -> None:
-        """Raises OSError if a port cannot be had."""
+        """Raises OSError if a port is not available."""
         self._darkroom.start()
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""The text that a camera writes into its pictures: whose they are, and the clock for people to read."""
+"""The text in a camera's pictures: the vehicle's name, and the clock for people."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ MIN_SCALE, SCALE_PER_PX = 0.34, 0.5 / 640
 LIGHT = 235
 
 _one_at_a_time = threading.Lock()
-"""Nobody promises that the drawing of text can be used by several threads."""
+"""OpenCV does not document its text drawing as thread-safe."""
 
 
 def clock_text(unix_us: int, *, with_date: bool) -> str:
@@ -31,7 +31,7 @@ def clock_text(unix_us: int, *, with_date: bool) -> str:
 
 @lru_cache(maxsize=512)
 def _letter(letter: str, scale: float) -> Picture:
-    """White on black. All digits are as wide as a 0, so that a clock does not tremble."""
+    """White on black. All digits are as wide as a 0, so that the clock does not jitter."""
     with _one_at_a_time:
         (wide, _), _ = cv2.getTextSize("0" if letter.isdigit() else letter, FONT, scale, 1)
         (_, high), below = cv2.getTextSize("Ag0", FONT, scale, 1)
@@ -41,7 +41,7 @@ def _letter(letter: str, scale: float) -> Picture:
 
 
 def draw_texts(picture: Picture, name: str, unix_us: int) -> None:
-    """Name at the bottom left, clock at the bottom right, light on a darkened ground."""
+    """Draws the name at the bottom left, the clock at the bottom right, light on a darkened background."""
     height, width = picture.shape[:2]
     scale = max(width * SCALE_PER_PX, MIN_SCALE)
     margin = round(width / 80)
@@ -56,7 +56,7 @@ def _line(text: str, scale: float) -> Picture:
 
 
 def _put(picture: Picture, text: Picture, left: int, bottom: int) -> None:
-    """As much of it as the picture has room for."""
+    """Draws as much of the text as the picture has room for."""
     place = picture[max(bottom - text.shape[0], 0) : bottom, max(left, 0) : max(left, 0) + text.shape[1]]
     place //= 2
     np.maximum(place, text[-place.shape[0] :, : place.shape[1]], out=place)

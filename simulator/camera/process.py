@@ -1,8 +1,8 @@
-"""The process that draws: all cameras of a squad, apart from the flight, whose clock must not wait for pictures.
+"""The drawing process: all cameras of a squad, separate from the flight, whose clock must not wait for pictures.
 
-`python -m simulator.camera.process SETTINGS`, with SETTINGS as `Settings.to_json` writes them. It hears lines on its
-standard input (`plug NUMBER 1`, `plug NUMBER 0`), says what viewers ask for on its standard output (`unplug NUMBER
-SECONDS`), and ends with its standard input.
+`python -m simulator.camera.process SETTINGS`, with SETTINGS from `Settings.to_json`. It reads lines from its standard
+input (`plug NUMBER 1`, `plug NUMBER 0`), writes viewers' requests to its standard output (`unplug NUMBER SECONDS`), and
+exits when its standard input closes.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class CameraSettings:
     port: int
     name: str
     listener_fd: int | None
-    """The port, already open; None: it has to be opened."""
+    """The already opened port; None: it must be opened."""
     plugged: bool
 
 
@@ -70,13 +70,13 @@ def make_camera(settings: Settings, number: int, scene: Scene, poses: SharedPose
 
 
 def main() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the flight, which ends us
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the flight, which ends this process
     logging.basicConfig(level=logging.INFO, format="tower-sim: %(message)s")
     settings = Settings.from_json(sys.argv[1])
     poses = SharedPoses(settings.poses_fd, len(settings.cameras))
     scene = Scene(settings.seed, settings.marks)
     cameras = [make_camera(settings, number, scene, poses) for number in range(len(settings.cameras))]
-    # Whoever looks first should not have to wait for it.
+    # So that the first viewer does not have to wait for it.
     threading.Thread(target=scene.prepare, name="land", daemon=True).start()
     for line in sys.stdin:
         match line.split():

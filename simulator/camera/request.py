@@ -1,4 +1,4 @@
-"""What a viewer asks for in the address: `/camera?width=640&height=480&rate=30`."""
+"""The parameters of a viewer's request: `/camera?width=640&height=480&rate=30`."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ LIMITS = {
     "tilt": (0, 90, 20),
     "quality": (30, 95, 85),
 }
-"""Least, most, and what it is if nobody says."""
+"""Minimum, maximum, default."""
 MAX_UNPLUG_S = 3600
 
 
 class BadRequest(ValueError):
-    """One clear line for whoever asked."""
+    """One clear line for the client."""
 
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """Pixels; pictures a second; degrees down from ahead; JPEG's own measure; what stands in the picture."""
+    """Pixels; pictures per second; degrees down from ahead; JPEG quality; the text in the picture."""
 
     width: int
     height: int
@@ -36,7 +36,7 @@ class Wanted:
 
 
 def read_wanted(target: str, name: str) -> Wanted:
-    """`name` is written into the picture unless the address has one. Raises BadRequest."""
+    """`name` is drawn into the picture unless the URL has one. Raises BadRequest."""
     asked = dict(parse_qsl(urlsplit(target).query, keep_blank_values=True))
     name = asked.pop("name", name)
     if len(name) > MAX_NAME_LENGTH or not (name.isascii() and name.isprintable()):
@@ -48,7 +48,7 @@ def read_wanted(target: str, name: str) -> Wanted:
 
 
 def read_unplugged_s(target: str) -> float:
-    """For how many simulated seconds. Raises BadRequest."""
+    """Returns simulated seconds. Raises BadRequest."""
     asked = dict(parse_qsl(urlsplit(target).query))
     return float(_number(asked.get("seconds"), "seconds", (1, MAX_UNPLUG_S, 5)))
 

@@ -1,5 +1,5 @@
-"""Draws what a camera sees: sky, ground, marks, and what stands on the ground. Everything comes from the seed, the pose
-and the time; nothing but the land is kept from picture to picture."""
+"""Draws what a camera sees: sky, ground, marks, and objects on the ground. A picture depends only on the seed, the pose
+and the time; only the land is kept between pictures."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ class Scene:
         self._making = Lock()
 
     def prepare(self) -> GroundMap:
-        """Makes the land, once, whoever comes first: about two seconds. The others wait."""
+        """Generates the land once, on the first call: about two seconds. Concurrent callers wait."""
         with self._making:
             if self._ground is None:
                 self._ground = ground_map(self._seed)
             return self._ground
 
     def draw(self, pose: Pose, width: int, height: int, *, tilt_deg: float, now_s: float) -> Picture:
-        """Blue, green, red. `now_s` moves the clouds."""
+        """Returns blue, green, red. `now_s` moves the clouds."""
         ground = self.prepare()
         view = View(pose, width, height, tilt_deg)
         picture = np.empty((height, width, 3), np.uint8)

@@ -1,6 +1,7 @@
 """The camera on the network: a port that accepts viewers while the camera is plugged in, and a thread for each viewer.
 
-It asks where the vehicle is for each picture, is told whether the camera is plugged in, and passes on orders.
+It asks for the vehicle's pose for each picture, and is notified when the camera is plugged in or unplugged; it passes
+on requests of viewers to unplug it.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ from simulator.camera.view import Pose
 MAX_VIEWERS = 16
 BACKLOG = 16
 AGAIN_S = 0.5
-"""Until a port that somebody else has taken meanwhile is tried again."""
+"""Retry interval for a port that another process has taken meanwhile."""
 REQUEST_WITHIN_S = 10.0
 END_WITHIN_S = 2.0
 
@@ -52,7 +53,7 @@ class CameraEndpoint:
 
 
 def parse_camera(text: str) -> CameraEndpoint:
-    """`[HOST:]PORT`; the host is this machine alone unless another one is named."""
+    """Parses `[HOST:]PORT`; without a host only this machine can connect."""
     host, _, port = text.rpartition(":")
     if not (port.isascii() and port.isdecimal() and 0 < int(port) < 65536) or (":" in text and not host):
         raise ValueError(f"{text!r} is not [HOST:]PORT")
@@ -60,15 +61,15 @@ def parse_camera(text: str) -> CameraEndpoint:
 
 
 def listen(endpoint: CameraEndpoint) -> socket.socket:
-    """Raises OSError if the port cannot be had."""
+    """Raises OSError if the port is not available."""
     family = socket.AF_INET6 if ":" in endpoint.host else socket.AF_INET
     return socket.create_server((endpoint.host, endpoint.port), family=family, backlog=BACKLOG)
 
 
 class Camera:
-    """Of one vehicle. `sight` says where it looks from, and when that was in simulated seconds; `on_unplug` hears for
-    how many simulated seconds a viewer wants it unplugged. `start` takes the port, `close` gives it back and ends all
-    that was begun."""
+    """The camera of one vehicle. `sight` returns its pose and the simulated seconds of that pose; `on_unplug` receives
+    for how many simulated seconds a viewer wants it unplugged. `start` opens the port; `close` releases it and ends the
+    threads."""
 
     def __init__(
         self,
@@ -86,17 +87,17 @@ class Camera:
         self._sight = sight
         self._plugged = True
         self._pulled = 0
-        """How often it was unplugged: also where it is back before anybody has looked, connections end."""
+        """How often it was unplugged: connections end even if it is plugged in again before a viewer notices."""
         self._closed = False
         self._listener: socket.socket | None = None
         self._wake_reader, self._wake_writer = socket.socketpair()
         self._viewers: dict[socket.socket, threading.Thread] = {}
         self._lock = threading.Lock()
-        """Of the viewers."""
+        """Guards the viewers."""
         self._thread = threading.Thread(target=self._serve, name=f"camera of {name}", daemon=True)
 
     def start(self, listener: socket.socket | None = None) -> None:
-        """With the port if somebody has opened it already."""
+        """Uses `listener` if the port is already open."""
         cv2.setNumThreads(1)  # the pictures are small, and the flight needs the other processors
         self._listener = listener
         self._thread.start()
@@ -110,7 +111,7 @@ class Camera:
         self._wake_writer.close()
 
     def plug(self, plugged: bool) -> None:
-        """Unplugged, the viewers' connections end and the port refuses."""
+        """Unplugging closes the viewers' connections, and the port refuses new ones."""
         if plugged is not self._plugged:
             self._plugged = plugged
             self._pulled += not plugged
@@ -130,7 +131,7 @@ class Camera:
             connection.settimeout(REQUEST_WITHIN_S)
             _Handler(connection, connection.getpeername(), cast(socketserver.BaseServer, self))
         except OSError:
-            pass  # the viewer has gone, or the camera
+            pass  # the viewer or the camera is gone
         finally:
             with self._lock:
                 self._viewers.pop(connection, None)
@@ -161,7 +162,7 @@ class Camera:
             thread.join(END_WITHIN_S)
 
     def _sleep(self, timeout_s: float | None, listener: socket.socket | None = None) -> None:
-        """Until the bell rings, somebody knocks (who is let in), or it is time."""
+        """Waits for a wake-up, a connection (which it accepts), or the timeout."""
         readable, _, _ = select.select([self._wake_reader, *([listener] if listener else [])], [], [], timeout_s)
         if self._wake_reader in readable:
             self._wake_reader.recv(1024)
@@ -182,7 +183,7 @@ class Camera:
         thread.start()
 
     def _disconnect(self) -> list[threading.Thread]:
-        """The port refuses from here on, and everybody's connection ends. The viewers' threads, which end soon."""
+        """Closes the port and every connection. Returns the viewers' threads, which end soon."""
         if self._listener is not None:
             self._listener.close()
             self._listener = None
@@ -197,7 +198,7 @@ class Camera:
 
 
 class _Handler(BaseHTTPRequestHandler):
-    """One request: pictures for as long as they are wanted, or an order to the camera."""
+    """One request: pictures until the viewer leaves, or a request to the camera."""
 
     protocol_version = "HTTP/1.1"
     server_version = "tower-sim"
@@ -240,4 +241,4 @@ class _Handler(BaseHTTPRequestHandler):
         self.wfile.write(body)
 
     def log_message(self, format: str, *args: object) -> None:
-        """Viewers come and go; nobody wants to read that."""
+        """Suppresses the log: viewers come and go."""

@@ -1,7 +1,7 @@
-"""Where the vehicles are, in memory that the flight writes and the process with the cameras reads: neither waits.
+"""The vehicles' poses in memory that the flight writes and the camera process reads, without locks.
 
-A row for each camera: a count, north, east and height in metres, quaternion, simulated seconds, the count again.
-A reader that finds two different counts has come in between, and looks again.
+A row for each camera: a count, north, east and height in metres, quaternion, simulated seconds, the count again. A
+reader that finds two different counts has read during a write, and reads again.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from simulator.camera.view import Pose
 
 ROW = struct.Struct("=Q8dQ")
 MAX_READ_TRIES = 100
-"""At an unlucky moment; in between the flight is done long since."""
+"""Enough even at an unlucky moment: a write is much shorter."""
 
 
 class SharedPoses:
-    """`fd` is a file of `size(count)` bytes that both processes map."""
+    """`fd`: a file of `size(count)` bytes that both processes map."""
 
     def __init__(self, fd: int, count: int) -> None:
         self._memory = mmap.mmap(fd, self.size(count))
@@ -35,7 +35,7 @@ class SharedPoses:
         ROW.pack_into(self._memory, row * ROW.size, self._written, *position, *pose.quaternion, now_s, self._written)
 
     def read(self, row: int) -> tuple[Pose, float]:
-        """The newest one, and when it was, in simulated seconds."""
+        """Returns the newest pose and its time in simulated seconds."""
         for _ in range(MAX_READ_TRIES):
             before, north_m, east_m, height_m, w, x, y, z, now_s, after = ROW.unpack_from(self._memory, row * ROW.size)
             if before == after:
@@ -47,7 +47,7 @@ class SharedPoses:
 
 
 def make_shared_poses(count: int) -> tuple[IO[bytes], SharedPoses]:
-    """Everybody at the origin. The file has no name and is gone with the last who has it open."""
+    """All poses begin at the origin. The file has no name and vanishes when the last process closes it."""
     file = tempfile.TemporaryFile()  # noqa: SIM115 - it is handed on
     file.truncate(SharedPoses.size(count))
     poses = SharedPoses(file.fileno(), count)

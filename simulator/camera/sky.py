@@ -1,4 +1,4 @@
-"""What is above the horizon: a sky that pales towards it, clouds that drift, and hills far away."""
+"""Everything above the horizon: a sky that pales towards it, drifting clouds, and distant hills."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from simulator.camera.view import Box, View, dips, shifted
 Picture = npt.NDArray[np.uint8]
 
 HAZE = (214, 206, 196)
-"""What everything far away turns into; blue, green, red."""
+"""The colour of the far distance; blue, green, red."""
 ZENITH = (208, 150, 92)
 CLOUD = (246, 242, 238)
 CLOUD_HEIGHT_M = 1200.0
@@ -24,10 +24,10 @@ CLOUD_PX = 512
 CLOUD_DRIFT_MPS = 6.0
 """Eastwards."""
 HILLS = ((3.2, 5, (196, 176, 158)), (1.8, 9, (168, 146, 124)))
-"""Their height in degrees, in how many waves, and what colour; the farther ones first."""
+"""Height in degrees, number of waves, colour; the farther ones first."""
 HILL_STEP_DEG = 2.0
 BEHIND_DEG = 70.0
-"""As much of the hills is drawn to each side of where the camera looks."""
+"""The hills are drawn this far to each side of the camera's heading."""
 MIN_AHEAD = 0.08
 HILL_FOOT_DIP = 0.012
 CLOUDS_FROM_DIP = 0.04
@@ -36,14 +36,14 @@ CLOUDS_FROM_DIP = 0.04
 
 @lru_cache(maxsize=2)
 def cloud_map(seed: int) -> npt.NDArray[np.float32]:
-    """How thick, 0 to 1."""
+    """Returns the thickness, 0 to 1."""
     noise = cloudy(np.random.default_rng(seed + 2), CLOUD_PX, 6, 6)
     return np.asarray(np.clip(noise * 3.0 - 0.05, 0.0, 0.9), np.float32)
 
 
 @lru_cache(maxsize=2)
 def hill_heights(seed: int) -> list[npt.NDArray[np.float64]]:
-    """For each row of hills, its heights in degrees all round."""
+    """Returns the heights in degrees all round, for each row of hills."""
     random = np.random.default_rng(seed + 3)
     around = np.arange(0.0, 360.0, HILL_STEP_DEG) / 180.0 * math.pi
     rows = []
@@ -63,7 +63,7 @@ def _gradient() -> Picture:
 
 
 def draw_sky(picture: Picture, view: View, seed: int, now_s: float) -> None:
-    """Over everything above the horizon, and haze a little below it."""
+    """Draws everything above the horizon, and haze a little below it."""
     for box in view.boxes_where(-math.inf, 0.05):
         _air(picture, view, box)
     for box in view.boxes_where(-math.inf, -CLOUDS_FROM_DIP):
@@ -96,7 +96,7 @@ def _clouds(picture: Picture, view: View, box: Box, seed: int, now_s: float) -> 
         flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
         borderMode=cv2.BORDER_WRAP,
     )
-    # Thin near the horizon, and none below it, where the same plane is met behind the camera.
+    # Thin near the horizon, and none below it, where the same plane lies behind the camera.
     thick *= np.clip((-CLOUDS_FROM_DIP - dips(view, box)) * 4.0, 0.0, 1.0)
     part = picture[top:bottom, left:right]
     white = np.empty_like(part)

@@ -1,5 +1,5 @@
-"""Houses and trees that stand up from the ground, where the camera is near enough to tell; farther away the map shows
-them from above, and that has to do."""
+"""Houses and trees that stand up from the ground near the camera; farther away the map shows them from above, which
+suffices."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ TREES_TO_M = 240.0
 WINDOWS_TO_M = 90.0
 MAX_HOUSES, MAX_TREES = 30, 120
 MARGIN_M = 14.0
-"""As much of a thing may be in the picture whose middle is not."""
+"""How much of an object may be in the picture while its middle is not."""
 MAX_OUTLINE_PX = 30000.0
-"""From the picture; the drawing functions count in 32 bits."""
+"""Distance from the picture; the drawing functions count in 32 bits."""
 NEAREST_M = 0.4
 SUN = np.array([-0.50, -0.62, -0.60])
-"""Towards it: in the south-west; north, east, down."""
+"""Direction to the sun, in the south-west; north, east, down."""
 WALL = (196, 210, 216)
 WINDOW = (92, 78, 66)
 BARK = (46, 60, 76)
 BLOBS = ((0.0, 0.0, 1.0, 0.66), (-0.1, 0.14, 0.84, 0.84), (-0.2, 0.30, 0.60, 1.05))
-"""Of a crown, from the dark one to the light one: how far aside and up, how large, how bright."""
+"""The blobs of a crown, from dark to light: offset aside and up, size, brightness."""
 FACES = ((0, 1, 5, 8, 4), (1, 2, 6, 5), (2, 3, 7, 9, 6), (3, 0, 4, 7), (4, 8, 9, 7), (8, 5, 6, 9))
-"""Corners of each: four walls, gable ends first and third, and the two halves of the roof. 0 to 3 are at the ground, 4
-to 7 the same under the eaves, 8 and 9 the ends of the ridge."""
+"""Corners of each: four walls, gable ends first and third, and the two halves of the roof. Corners 0 to 3 are on the
+ground, 4 to 7 above them under the eaves, 8 and 9 the ends of the ridge."""
 ROOFS = (4, 5)
 
 
@@ -70,7 +70,7 @@ def _shape(house: House) -> _Shape:
 
 
 def draw_solids(picture: Picture, view: View, land: Land) -> None:
-    """The farthest first."""
+    """Draws the farthest first."""
     trees = _near(view, land.tree_places, TREES_TO_M, MAX_TREES)
     houses = _near(view, land.house_places, HOUSES_TO_M, MAX_HOUSES)
     turns: list[tuple[float, Callable[[], None]]] = []
@@ -82,11 +82,11 @@ def draw_solids(picture: Picture, view: View, land: Land) -> None:
 
 
 Near = tuple[int, Floats, float]
-"""Which, by how much the copy of the land that it is on is moved, and how far ahead it is."""
+"""Index, offset of its copy of the land, and distance ahead."""
 
 
 def _near(view: View, places: Floats, to_m: float, most: int) -> list[Near]:
-    """Those before the camera. The land repeats: of each the copy that is nearest."""
+    """Selects the objects in view. The land repeats: the nearest copy of each."""
     moved = np.round((view.eye - places) / SIZE_M) * SIZE_M
     moved[:, 2] = 0.0
     seen = view.to_lens(places + moved)
@@ -109,7 +109,7 @@ def _shaded(colour: Colour, bright: float, haze: float) -> Colour:
 
 
 def _fill(picture: Picture, view: View, seen: Floats, colour: Colour) -> None:
-    """A convex face, its corners in the lens's axes."""
+    """Fills a convex face with corners in lens axes."""
     seen = cut(seen, (0.0, 0.0, 1.0), NEAREST_M)
     if len(seen) < 3:
         return
@@ -148,7 +148,7 @@ def _draw_windows(picture: Picture, view: View, wall: Floats, house: House, haze
 def _tree_turns(
     picture: Picture, view: View, land: Land, near: list[Near]
 ) -> Iterator[tuple[float, Callable[[], None]]]:
-    """All are put in their places at once: there are many."""
+    """All are transformed at once: there are many."""
     if not near:
         return
     trees = [land.trees[i] for i, _, _ in near]

@@ -1,7 +1,7 @@
-"""One viewer's pictures, drawn when they are due and when the last one has left: nothing waits in a queue.
+"""One viewer's pictures, drawn when they are due and the last one has been sent: nothing waits in a queue.
 
-Each part of the answer ends with the boundary of the next one, so that nobody has to wait for the next picture to
-know that this one is whole.
+Each part of the response ends with the boundary of the next one, so that a viewer knows at once that a picture is
+complete.
 """
 
 from __future__ import annotations
@@ -32,18 +32,18 @@ HEAD = (
     f"--{BOUNDARY}\r\n"
 ).encode()
 CHECK_AGAIN_S = 0.5
-"""How long a reader that does not read keeps a thread from seeing that the camera is gone, at most."""
+"""The longest time that a stalled reader keeps a thread from noticing that the camera is gone."""
 SEND_BUFFER_BYTES = 64 * 1024
 
 
 class Lens(Protocol):
-    """Draws what is before the camera now, without its texts."""
+    """Draws the camera's present view, without texts."""
 
     def draw(self, wanted: Wanted) -> Picture: ...
 
 
 def encode(picture: Picture, wanted: Wanted) -> tuple[int, bytes]:
-    """Writes the texts and, last of all, the clock strip; the moment of that in microseconds of Unix time, and the
+    """Draws the texts and, last of all, the clock strip; returns the time of that in microseconds of Unix time, and the
     JPEG."""
     draw_texts(picture, wanted.name, time.time_ns() // 1000)
     drawn_us = time.time_ns() // 1000
@@ -58,7 +58,7 @@ def part_of(jpeg: bytes, drawn_us: int) -> bytes:
 
 
 def prepare(connection: socket.socket) -> None:
-    """Each picture leaves at once, and a little of it only waits in this machine."""
+    """Sends each picture at once, and keeps the send buffer of this machine small."""
     connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER_BYTES)
     lowat = getattr(socket, "TCP_NOTSENT_LOWAT", None)
@@ -68,7 +68,7 @@ def prepare(connection: socket.socket) -> None:
 
 
 def send_pictures(connection: socket.socket, lens: Lens, wanted: Wanted, is_gone: Callable[[], bool]) -> None:
-    """Until the camera is gone or the viewer hangs up (OSError)."""
+    """Runs until the camera is gone or the viewer disconnects (OSError)."""
     connection.sendall(HEAD)
     period_s = 1.0 / wanted.rate
     due_s = time.monotonic()
@@ -78,13 +78,13 @@ def send_pictures(connection: socket.socket, lens: Lens, wanted: Wanted, is_gone
         now_s = time.monotonic()
         if now_s < due_s:
             time.sleep(due_s - now_s)
-        # A picture that could not be drawn in time is left out; the others keep their places.
+        # A picture that could not be drawn in time is skipped; the others keep their schedule.
         due_s += period_s * max(1, int((time.monotonic() - due_s) / period_s) + 1)
         drawn_us, jpeg = encode(lens.draw(wanted), wanted)
         connection.sendall(part_of(jpeg, drawn_us))
 
 
 def _has_left(connection: socket.socket) -> bool:
-    """Whether the last picture is on its way as a whole. Waits for it, but not for ever."""
+    """Waits a limited time; returns whether the last picture has left completely."""
     _, writable, _ = select.select([], [connection], [], CHECK_AGAIN_S)
     return bool(writable)

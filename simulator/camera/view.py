@@ -1,7 +1,7 @@
-"""Where a camera is and which way it looks, and what that makes of the world's points in the picture. Pure geometry.
+"""The pose of a camera, and the projection of the world's points into its picture. Pure geometry.
 
 World axes are north, east, down (metres) from the squad's home; the ground is flat at down = 0. Picture axes are right
-and down from the top left pixel's middle.
+and down from the centre of the top left pixel.
 """
 
 from __future__ import annotations
@@ -15,20 +15,20 @@ import numpy.typing as npt
 
 Floats = npt.NDArray[np.float64]
 Box = tuple[int, int, int, int]
-"""Left, top, right, bottom; the last two are outside."""
+"""Left, top, right, bottom; the last two are exclusive."""
 
 FIELD_OF_VIEW_DEG = 75.0
-"""From the left edge to the right one."""
+"""Horizontal."""
 EYE_HEIGHT_M = 0.25
-"""Of the lens over the landing gear's feet."""
+"""The lens above the feet of the landing gear."""
 LEAN_IN_A_BOX_PX = 40.0
 MAX_BOXES = 8
 
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """Of the vehicle. `height_m` over the ground; the quaternion turns body axes (forward, right, down) into the
-    world's."""
+    """The pose of a vehicle. `height_m`: above ground; the quaternion rotates body axes (forward, right, down) into
+    world axes."""
 
     north_m: float
     east_m: float
@@ -47,7 +47,7 @@ class Pose:
 
 
 def pose_of(north_m: float, east_m: float, height_m: float, roll: float, pitch: float, yaw: float) -> Pose:
-    """From angles in degrees."""
+    """Converts angles in degrees."""
     cr, cp, cy = (math.cos(math.radians(a) / 2) for a in (roll, pitch, yaw))
     sr, sp, sy = (math.sin(math.radians(a) / 2) for a in (roll, pitch, yaw))
     quaternion = (
@@ -60,7 +60,7 @@ def pose_of(north_m: float, east_m: float, height_m: float, roll: float, pitch: 
 
 
 class View:
-    """One picture's geometry: `width` x `height` pixels, the camera bent down from forward by `tilt_deg`."""
+    """One picture's geometry: `width` x `height` pixels, the camera tilted down from forward by `tilt_deg`."""
 
     def __init__(self, pose: Pose, width: int, height: int, tilt_deg: float) -> None:
         self.width, self.height = width, height
@@ -70,17 +70,18 @@ class View:
         s, c = math.sin(math.radians(tilt_deg)), math.cos(math.radians(tilt_deg))
         mount = np.array([[0.0, -s, c], [1.0, 0.0, 0.0], [0.0, c, s]])
         self.turned = pose.rotation() @ mount
-        """From the lens's axes (right, down, ahead) to the world's."""
+        """From lens axes (right, down, ahead) to world axes."""
         f, cx, cy = self.focal_px, (width - 1) / 2.0, (height - 1) / 2.0
         self.rays = self.turned @ np.array([[1 / f, 0.0, -cx / f], [0.0, 1 / f, -cy / f], [0.0, 0.0, 1.0]])
         """From a pixel (x, y, 1) to the ray through it, one metre ahead."""
         self.middle = np.array([cx, cy])
         self.dip = self.rays[2]
-        """Of the ray through a pixel, linear in x and y: above 0 it meets the ground, `eye_height_m / dip` ahead."""
+        """Dip of the ray through a pixel, linear in x and y: above 0 it meets the ground, `eye_height_m / dip`
+        ahead."""
 
     def plane_to_texture(self, height_m: float, texel_m: float, middle_px: float) -> Floats:
-        """From pixels to a map's pixels: of the plane so high over the ground, `texel_m` a pixel, north up, with the
-        world's origin at `middle_px` both ways."""
+        """Returns the transformation from pixels to a map's pixels, for a plane at this height above ground: `texel_m`
+        per pixel, north up, the world's origin at `middle_px` in both directions."""
         north, east, down = self.rays
         rise_m = -height_m - self.eye[2]
         u = (rise_m * east + self.eye[1] * down) / texel_m + middle_px * down
@@ -88,16 +89,16 @@ class View:
         return np.array([u, v, down])
 
     def to_lens(self, points: Floats) -> Floats:
-        """World points (..., 3) in the lens's axes."""
+        """Converts world points (..., 3) to lens axes."""
         return np.asarray((points - self.eye) @ self.turned)
 
     def to_pixels(self, lens_points: Floats) -> Floats:
-        """Points (..., 3) in the lens's axes, all of them ahead, as pixels (..., 2)."""
+        """Projects points (..., 3) in lens axes, all of them ahead, to pixels (..., 2)."""
         return np.asarray(lens_points[..., :2] / lens_points[..., 2:] * self.focal_px + self.middle)
 
     def boxes_where(self, dip_from: float, dip_to: float) -> list[Box]:
-        """Boxes side by side that hold all pixels whose dip is between the two, and few others: the more the horizon
-        leans, the narrower they are."""
+        """Returns adjacent boxes that contain all pixels with a dip between the two, and few others: the steeper the
+        horizon, the narrower the boxes."""
         lean_px = min(abs(self.dip[0] / self.dip[1]) if self.dip[1] else math.inf, 10.0) * self.width
         count = min(max(math.ceil(lean_px / LEAN_IN_A_BOX_PX), 1), MAX_BOXES)
         edges = [round(i * self.width / count) for i in range(count + 1)]
@@ -105,7 +106,7 @@ class View:
         return [box for box in boxes if box is not None]
 
     def _box(self, dip_from: float, dip_to: float, left_px: int, right_px: int) -> Box | None:
-        """The smallest one between two columns; None where there are no such pixels."""
+        """Returns the smallest box between two columns; None if there are no such pixels."""
         left, right, bottom = float(left_px), right_px - 1.0, self.height - 1.0
         corners = np.array([[left, 0.0], [right, 0.0], [right, bottom], [left, bottom]])
         a, b, c = self.dip
@@ -123,7 +124,7 @@ class View:
 
 
 def cut(polygon: Floats, normal: tuple[float, ...], least: float) -> Floats:
-    """What of a convex polygon (n, k) has `point . normal >= least`; an empty array where nothing has."""
+    """Returns the part of a convex polygon (n, k) with `point . normal >= least`; an empty array if there is none."""
     heights = polygon @ np.array(normal) - least
     if (heights >= 0.0).all():
         return polygon
@@ -138,7 +139,7 @@ def cut(polygon: Floats, normal: tuple[float, ...], least: float) -> Floats:
 
 
 def dips(view: View, box: Box) -> npt.NDArray[np.float32]:
-    """The dip of each pixel of a box."""
+    """Returns the dip of each pixel of a box."""
     left, top, right, bottom = box
     a, b, c = view.dip
     across = (a * np.arange(left, right) + c).astype(np.float32)
@@ -147,6 +148,6 @@ def dips(view: View, box: Box) -> npt.NDArray[np.float32]:
 
 
 def shifted(matrix: Floats, box: Box) -> Floats:
-    """The same map, from pixels of a box."""
+    """Returns the same transformation, from pixels of a box."""
     left, top, _, _ = box
     return np.asarray(matrix @ np.array([[1.0, 0.0, left], [0.0, 1.0, top], [0.0, 0.0, 1.0]]))

@@ -1,4 +1,4 @@
-"""What fills a Copter's parameter list beside what this simulator flies by: ArduCopter 4.6 names, types and defaults.
+"""The parameters of a Copter that this simulator does not use: ArduCopter 4.6 names, types and defaults.
 
-They are told and can be set; nothing here reads them.
+They are listed and can be set, but nothing here reads them.
 """

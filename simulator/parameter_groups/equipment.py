@@ -1,4 +1,4 @@
-"""What is screwed on: batteries, servos, serial and CAN ports, cameras and mounts, lights, logs."""
+"""Attached equipment: batteries, servos, serial and CAN ports, cameras and mounts, lights, logs."""
 
 from __future__ import annotations
 

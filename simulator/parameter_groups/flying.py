@@ -1,4 +1,4 @@
-"""Flight modes, control loops, avoidance, terrain: the groups that a Copter of every size has."""
+"""Flight modes, control loops, avoidance, terrain: the groups that every Copter has."""
 
 from __future__ import annotations
 

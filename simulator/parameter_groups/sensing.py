@@ -1,4 +1,4 @@
-"""What a Copter knows the world by: estimator, inertial sensors, compasses, barometers, receivers, range finders."""
+"""Sensing: estimator, inertial sensors, compasses, barometers, receivers, range finders."""
 
 from __future__ import annotations
 

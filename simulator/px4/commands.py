@@ -24,7 +24,7 @@ ORBIT_SPEED_MPS = 3.0
 
 
 def change_mode(flight: Flight, mode: Px4Mode) -> int:
-    """Armed, a mode for which something is missing is refused: sticks, a position, a mission."""
+    """While armed, refuses a mode without its prerequisites: sticks, a position, a mission."""
     if flight.armed and mode in STICK_MODES and flight.sticks.silent_for_s(flight.now_s) > 0.0:
         flight.notify(Severity.CRITICAL, f"Mode {mode.name} not available: no manual control input")
         return TEMPORARILY_REJECTED
@@ -69,7 +69,7 @@ def reposition(flight: Flight, command: Command) -> int:
             return answer
     hold = flight.behaviour(Px4Mode.LOITER)
     if flight.mode is not Px4Mode.LOITER or not isinstance(hold, Guided):
-        return ACCEPTED  # heard, and forgotten
+        return ACCEPTED  # accepted and ignored
     if not command.place_is_valid:
         return DENIED
     if command.params[0] > 0.0:
@@ -82,7 +82,7 @@ def reposition(flight: Flight, command: Command) -> int:
 
 
 def orbit(flight: Flight, command: Command) -> int:
-    """Round a place, nose inwards, at a height above sea level. What is not given stays as it is."""
+    """Orbits a position, nose inwards, at a height above sea level. Values not given stay unchanged."""
     radius_m, speed_mps = command.params[:2]
     if flight.landed or not command.place_is_valid or abs(radius_m) < 1.0:
         return DENIED
@@ -107,7 +107,7 @@ def pause_or_continue(flight: Flight, command: Command) -> int:
 
 
 def start_mission(flight: Flight, command: Command) -> int:
-    """From the item of param1, if there is one, and armed if it is not yet."""
+    """Starts at the item of param1, if there is one, and arms if necessary."""
     answer = change_mode(flight, Px4Mode.MISSION)
     auto = flight.behaviour(Px4Mode.MISSION)
     if answer == ACCEPTED and isinstance(auto, Auto):

@@ -21,10 +21,10 @@ class Px4Failsafes(OwnFailsafes):
     def __init__(self) -> None:
         super().__init__()
         self._sticks_optional = True
-        """They were missing when it was armed, so that their absence is no loss."""
+        """They were missing at arming, so their absence is no loss."""
         self._intended = Px4Mode.LOITER
         self._planned: tuple[int, float] | None = None
-        """(action, when) of the failsafe that is holding before it acts."""
+        """(action, time) of the failsafe that holds before it acts."""
 
     def update(self, flight: Flight) -> None:
         lost_sticks = self._sticks_lost(flight)
@@ -60,7 +60,7 @@ class Px4Failsafes(OwnFailsafes):
         )
 
     def _edge(self, flight: Flight, flag: str, lost: bool, what: str) -> bool:
-        """True when it sets in; when it ends during the hold, the intended mode comes back."""
+        """True when it sets in; if it ends during the hold, the intended mode returns."""
         was = getattr(self, flag)
         setattr(self, flag, lost)
         if was and not lost:
@@ -91,7 +91,7 @@ class Px4Failsafes(OwnFailsafes):
             return
         action, due_s = self._planned
         if not flight.armed or flight.mode is not Px4Mode.LOITER:
-            self._planned = None  # somebody chose another mode
+            self._planned = None  # another mode has been selected
         elif flight.now_s >= due_s:
             self._planned = None
             self._act(flight, action)
@@ -127,7 +127,7 @@ class Px4Failsafes(OwnFailsafes):
         flight.set_mode(Px4Mode.ALTCTL if flight.mode is Px4Mode.POSCTL else Px4Mode.LAND)
 
     def _leave_unflyable(self, flight: Flight) -> None:
-        """A mode that needs sticks with none: what no other rule has dealt with ends in a return."""
+        """A stick mode without sticks that no other rule has handled ends in a return."""
         if (
             flight.armed
             and not flight.landed

@@ -1,4 +1,4 @@
-"""PX4's geofence: uploaded fences, GF_MAX_* where set, and GF_ACTION for the response to a breach."""
+"""PX4's geofence: uploaded fences, GF_MAX_* if set, and GF_ACTION for the response to a breach."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def fence_limits(flight: FlightState) -> FenceLimits:
 
 
 def on_fence_breach(flight: FlightState) -> IntEnum | None:
-    """It may be flown on by hand or by command afterwards: no mode is kept."""
+    """No mode is kept: flight by hand or by command may continue afterwards."""
     action = flight.parameters.whole("GF_ACTION")
     if action == TERMINATE:
         flight.disarm()

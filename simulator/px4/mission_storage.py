@@ -21,7 +21,7 @@ Four = tuple[float, float, float, float]
 
 
 def _heading(degrees: float) -> float:
-    """By way of radians, from 0 to 2 pi, in single precision."""
+    """Converts through radians, from 0 to 2 pi, in single precision."""
     if not math.isfinite(degrees):
         return degrees
     turn = single(math.tau)
@@ -41,7 +41,7 @@ PLACED: dict[int, Callable[[float, float, float, float], Four]] = {
     85: lambda _, __, ___, heading: (0.0, 0.0, 0.0, _heading(heading)),
     **dict.fromkeys((ROI_AS_IT_WAS, 195, ROI, 4501), lambda _, __, ___, ____: (0.0, 0.0, 0.0, 0.0)),
 }
-"""Of each command with a place, its parameters as they are sent back."""
+"""The parameters of each command with a position, as they are sent back."""
 
 UNPLACED = frozenset(
     {20, ROI_AS_IT_WAS, 93, 112, 114, JUMP, 178, 179, 187, 189, 196, 197, 200, ROI, 203, 204, 205, 206, 211, 212, 214}
@@ -51,7 +51,7 @@ COMMANDS = UNPLACED | frozenset(PLACED)
 
 
 def accept_item(item: Item, kind: PlanKind) -> Item | int:
-    """The item as it will be read back, or the MAV_MISSION_RESULT with which it is refused."""
+    """Returns the item as it will be read back, or the MAV_MISSION_RESULT that refuses it."""
     if item.frame not in (*ABSOLUTE, *RELATIVE, NO_PLACE):
         return int(mavlink.MAV_MISSION_UNSUPPORTED_FRAME)
     if any(map(math.isinf, item.params)) or not math.isfinite(item.z):  # PX4 would store it
@@ -77,13 +77,13 @@ def accept_item(item: Item, kind: PlanKind) -> Item | int:
 
 
 def why_not_whole(items: Sequence[Item], kind: PlanKind) -> int | None:
-    """What is refused is refused item by item."""
+    """PX4 refuses single items only."""
     del items, kind
     return None
 
 
 def why_not_jump(item: Item, last: int) -> int | None:
-    """Jumps are looked at when the mission is to be flown."""
+    """PX4 checks jumps when the mission starts."""
     del item, last
     return None
 

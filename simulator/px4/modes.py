@@ -60,12 +60,12 @@ def mode_of(number: int) -> Px4Mode | None:
 
 
 class TakingOff(Guided):
-    """AUTO.TAKEOFF: climbs as soon as it is armed, and becomes AUTO.LOITER at the top."""
+    """AUTO.TAKEOFF: climbs as soon as it is armed, and changes to AUTO.LOITER at the top."""
 
     def __init__(self, flight: FlightState) -> None:
         super().__init__(flight)
         self.alt_over_origin_m: float | None = None
-        """None: MIS_TAKEOFF_ALT over home."""
+        """None: MIS_TAKEOFF_ALT above home."""
 
     @property
     def waits_to_take_off(self) -> bool:
@@ -85,7 +85,7 @@ class TakingOff(Guided):
 
 
 class Orbiting(Behaviour):
-    """Round the place that DO_ORBIT has named; without one it stays where it is."""
+    """Orbits the position of DO_ORBIT; without one it holds position."""
 
     def __init__(self, flight: FlightState) -> None:
         super().__init__(flight)
@@ -94,7 +94,7 @@ class Orbiting(Behaviour):
         self._alt_m = 0.0
 
     def go_round(self, centre: tuple[float, float], radius_m: float, speed_mps: float, alt_m: float) -> None:
-        """`centre`: over the origin. `radius_m`: negative is counter-clockwise. Begins on this side of it."""
+        """`centre`: relative to the origin. `radius_m`: negative is counter-clockwise. Begins on the vehicle's side."""
         body = self.flight.body
         angle = math.atan2(body.east_m - centre[1], body.north_m - centre[0])
         self._orbit = Orbit(centre, abs(radius_m), angle)

@@ -1,6 +1,6 @@
-"""PX4's parameters: its names and defaults, integers that travel as bits, and what they mean to the controllers.
+"""PX4's parameters: names and defaults, integers that travel as bits, and their meaning for the controllers.
 
-The controllers read their limits by ArduCopter's names; `_MEANING` says from which of PX4's parameters each comes.
+The controllers read their limits by ArduCopter's names; `_MEANING` maps each to PX4's parameters.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ TABLE: list[tuple[str, Kind, float]] = [
     ("MAV_TYPE", _I32, 2),
     ("SYS_AUTOSTART", _I32, 4001),
     ("SYS_HITL", _I32, 0),
-    ("SIM_GZ_EN", _I32, 1),  # as in the simulation with Gazebo; it changes nothing here
+    ("SIM_GZ_EN", _I32, 1),  # as in the simulation with Gazebo; no effect here
     ("COM_RC_IN_MODE", _I32, 3),
     ("COM_RC_LOSS_T", _F, 0.5),
     ("COM_RC_OVERRIDE", _I32, 1),
@@ -134,25 +134,25 @@ class Px4Parameters(Parameters):
         return int(self[name])
 
     def on_the_wire(self, parameter: Parameter) -> float:
-        """The four bytes of an integer, read as if they were a float: PX4 copies bits, it does not cast."""
+        """Returns the four bytes of an integer, reinterpreted as a float: PX4 copies bits, it does not cast."""
         if parameter.kind is Kind.FLOAT:
             return parameter.value
         bits: float = struct.unpack("<f", struct.pack("<i", int(parameter.value)))[0]
         return bits
 
     def hash_on_the_wire(self) -> float:
-        """CRC-32 over the name and the four bytes of each, its bits read as if they were a float."""
+        """CRC-32 over the name and the four bytes of each, its bits reinterpreted as a float."""
         crc = 0
         for parameter in self:
             layout = "<f" if parameter.kind is Kind.FLOAT else "<i"
             value = parameter.value if parameter.kind is Kind.FLOAT else int(parameter.value)
             crc = crc32(parameter.name.encode() + struct.pack(layout, value), crc)
-        crc &= ~0x0080_0000  # never a NaN, which would not go through a float unchanged
+        crc &= ~0x0080_0000  # prevents a NaN, which a float would not carry unchanged
         bits: float = struct.unpack("<f", struct.pack("<I", crc))[0]
         return bits
 
     def from_the_wire(self, name: str, value: float, kind: int) -> Parameter | None:
-        """None where there is no such parameter, or the sender has its type wrong."""
+        """None if the parameter does not exist, or the sender states the wrong type."""
         parameter = self.find(name)
         if parameter is None or kind != parameter.kind:
             return None

@@ -1,4 +1,4 @@
-"""Messages that PX4 sends differently from ArduCopter, and the rates at which it sends by itself."""
+"""Messages that PX4 sends differently from ArduCopter, and the rates of its unrequested messages."""
 
 from __future__ import annotations
 
@@ -61,14 +61,14 @@ def heartbeat(flight: Flight) -> Message:
 
 
 def sys_status(flight: Flight) -> Message:
-    """A receiver is present while sticks come that count, whoever sends them; nothing ever says that it is unwell."""
+    """A receiver is present while valid sticks arrive, whoever sends them; it is never reported unhealthy."""
     heard = flight.sticks.silent_for_s(flight.now_s) <= 0.0
     ready = flight.why_not_ready() is None
     return sensors(flight, with_prearm=ready, with_receiver=heard, receiver_healthy=True)
 
 
 def rc_channels(flight: Flight) -> Message | None:
-    """Only while a receiver, or RC_CHANNELS_OVERRIDE in its place, is heard."""
+    """Sent only while a receiver, or RC_CHANNELS_OVERRIDE in its place, is active."""
     return HEALTH_REPORTS[65](flight) if flight.sticks.channel_count else None
 
 

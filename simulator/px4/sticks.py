@@ -1,9 +1,9 @@
 """PX4's stick positions: from the receiver on board, or from a ground station's MANUAL_CONTROL.
 
 Rules, each with a test:
-- Anybody may send sticks; no sysid is configured.
-- COM_RC_IN_MODE: 0 receiver only, 1 MAVLink only, 2 the one in use until it falls silent, 3 the first heard since boot,
-  4 none.
+- Any sender may send sticks; no sysid is configured.
+- COM_RC_IN_MODE: 0 receiver only, 1 MAVLink only, 2 the one in use until it falls silent, 3 the first since boot, 4
+  none.
 - RC_CHANNELS_OVERRIDE counts as a receiver; on channels 1 to 8, 0 is an ordinary value: full deflection.
 - A source that is silent for COM_RC_LOSS_T is lost. Its last values stay, but no mode may fly by them.
 """
@@ -60,13 +60,13 @@ class Px4Sticks:
 
     @property
     def channel_count(self) -> int:
-        """Of what counts as a receiver while it is heard, RC_CHANNELS_OVERRIDE among it."""
+        """The channels of the active receiver; RC_CHANNELS_OVERRIDE counts as one."""
         if not self._is_fresh(Source.RECEIVER):
             return 0
         return RECEIVER_CHANNELS if self.receiver.is_fitted else CHANNELS
 
     def clear_overrides(self) -> None:
-        """PX4 has nothing of the kind."""
+        """PX4 has no overrides to clear."""
 
     def override(self, channels: list[int], now_s: float) -> None:
         for index, value in enumerate(channels[:CHANNELS]):
@@ -75,7 +75,7 @@ class Px4Sticks:
         self._receive(Source.RECEIVER, self._axes_of(self.pwm), now_s)
 
     def manual_control(self, *, x: int, y: int, z: int, r: int, now_s: float) -> None:
-        """An axis out of its range is not given and reads as centred."""
+        """An axis out of its range counts as absent and reads as centred."""
         throttle = z / 500.0 - 1.0 if 0 <= z <= 1000 else 0.0
         axes = (value / 1000.0 if abs(value) <= 1000 else 0.0 for value in (y, x, r))
         roll, pitch, yaw = axes
@@ -115,7 +115,7 @@ class Px4Sticks:
         return self._used is None
 
     def silent_for_s(self, now_s: float) -> float:
-        """0 while the source in use is fresh; one that does not count is not listened to."""
+        """Returns 0 while the source in use is fresh; other sources are ignored."""
         return 0.0 if self._used is not None else max(now_s - self._used_heard_s, TICK_S)
 
     def _axes_of(self, pwm: list[int]) -> Axes:
@@ -128,7 +128,7 @@ class Px4Sticks:
 
         return Axes(axis("ROLL"), -axis("PITCH"), axis("THROTTLE"), axis("YAW"))
 
-    # What the pilot wants, as the flight modes read it.
+    # The pilot's input, as the flight modes read it.
 
     @property
     def _flown(self) -> Axes:

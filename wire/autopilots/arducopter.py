@@ -1,7 +1,7 @@
 """ArduCopter: multicopters and helicopters of ArduPilot. Measured on 4.6 and 4.7.
 
-It reads heights in the frame of the message. It cannot be armed in most modes, so it is armed in GUIDED. DO_REPOSITION
-obeys neither its speed nor its heading, so both are commands of their own, behind it. Item 0 of its mission is home.
+ArduCopter reads heights in the frame of the message. It refuses to arm in most modes, so it is armed in GUIDED. It
+ignores the speed and the heading of DO_REPOSITION, so both follow as separate commands. Item 0 of its mission is home.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ _GUIDED: Final = _mode("GUIDED", 4, Sticks.IGNORED, _T.BY_ITSELF)
 _LOITER: Final = _mode("LOITER", 5, Sticks.FLY, _T.BY_HAND, centred=True)
 _RTL: Final = _mode("RTL", 6, Sticks.IGNORED, _T.RETURN)
 _CIRCLE: Final = _mode("CIRCLE", 7, Sticks.ADJUST, _T.BY_HAND)
-"""Flies its circle by itself; the throttle climbs and sinks."""
+"""Flies its circle without sticks; the throttle climbs and descends."""
 _LAND: Final = _mode("LAND", 9, Sticks.IGNORED, _T.LANDING, place=False)
 _POSHOLD: Final = _mode("POSHOLD", 16, Sticks.FLY, _T.BY_HAND, centred=True)
 _BRAKE: Final = _mode("BRAKE", 17, Sticks.IGNORED, _T.BY_ITSELF)
@@ -96,11 +96,11 @@ _KNOWN: Final = {
 }
 _MODES: Final = modes_in("COPTER_MODE", _KNOWN)
 TURTLE: Final = next(mode.custom_mode for mode in _MODES if mode.name == "TURTLE")
-"""Turns motors of a drone that lies on its back."""
+"""Spins motors of a drone that lies on its back."""
 
 
 def _take_off(state: VehicleState, command: TakeOff) -> Steps:
-    """Without an answer it is not repeated by the pilot's side: that is the agent's to decide."""
+    """The tower does not repeat an unanswered step: retries are the agent's decision."""
     climb = common.command_long(_M.MAV_CMD_NAV_TAKEOFF, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, command.height_m)
     return (*_ready(state, armed=state.is_armed()), CommandStep(f"climbing to {command.height_m:g} m", climb))
 
@@ -129,7 +129,7 @@ def _resume(state: VehicleState, command: Resume) -> Steps:
 
 
 def _turn(state: VehicleState, command: Turn) -> Steps:
-    """The short way round to a heading; by an angle into its direction."""
+    """Turns the short way to a heading. A relative turn follows the sign of its angle."""
     relative = command.relative
     deg = command.deg if relative else command.deg % 360.0
     direction = (-1.0 if deg < 0 else 1.0) if relative else 0.0
@@ -138,7 +138,7 @@ def _turn(state: VehicleState, command: Turn) -> Steps:
 
 
 def _set_item(item: int, *, anew: bool) -> CommandStep:
-    """Home is item 0. `anew`: counted jumps begin again."""
+    """Home is item 0. `anew` restarts the jump counters."""
     work = common.command_long(_M.MAV_CMD_DO_SET_MISSION_CURRENT, item + 1.0, 1.0 if anew else 0.0)
     return CommandStep(f"going to item {item + 1}", work)
 

@@ -1,4 +1,4 @@
-"""What all vehicles of ArduPilot have in common. Measured on ArduCopter 4.6 and 4.7 (docs/control.md). Pure."""
+"""What all ArduPilot vehicles have in common. Measured on ArduCopter 4.6 and 4.7 (docs/control.md). Pure."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from wire.plan_keeping_ardupilot import ArduPilot
 
 _R: Final = AfterSticks
 _FS_OPTIONS_GO_ON: Final = {3: 1, 4: 4, 9: 8}
-"""ArduCopter mode to the bit of FS_OPTIONS with which it goes on without a radio: AUTO, GUIDED, LAND."""
+"""ArduCopter mode to the FS_OPTIONS bit with which it continues without a radio: AUTO, GUIDED, LAND."""
 _FS_THR_ACTIONS: Final = {1: _R.RETURNS, 2: _R.RETURNS, 3: _R.LANDS, 4: _R.RETURNS, 5: _R.LANDS, 6: _R.RETURNS}
 _AUTO: Final = 3
 _CONTINUES_AUTO: Final = 2
 
 GROUND_STATION: Final = ("SYSID_MYGCS", "MAV_GCS_SYSID")
-"""Until ArduPilot 4.6, and from 4.7 on."""
+"""Up to ArduPilot 4.6, and from 4.7 on."""
 
 
 def _after_sticks(custom_mode: int, values: Mapping[str, float], without: bool) -> AfterSticks:
@@ -45,7 +45,7 @@ def _main_of(custom_mode: int) -> int:
 
 
 def _custom_mode(main: float, sub: float) -> int:
-    return int(main)  # `sub` is not read: it may be no number
+    return int(main)  # `sub` is not read: it may be NaN
 
 
 ARDUPILOT: Final = AutopilotFamily(
@@ -76,7 +76,7 @@ ARDUPILOT: Final = AutopilotFamily(
         "RC_OVERRIDE_TIME",
         "RC_FS_TIMEOUT",
         "RC_OPTIONS",
-        "SIM_SPEEDUP",  # in ArduPilot's own simulator only; last, because a real one never answers
+        "SIM_SPEEDUP",  # only in ArduPilot's own simulator; last, because a real autopilot never answers
     ),
     deciding_parameters=("FS_THR_ENABLE", "FS_GCS_ENABLE", "RC_OVERRIDE_TIME"),
     after_sticks=_after_sticks,
@@ -85,8 +85,7 @@ ARDUPILOT: Final = AutopilotFamily(
 
 
 def modes_in(enum: str, known: Mapping[str, FlightMode]) -> tuple[FlightMode, ...]:
-    """Every mode of an enum of the dialect, in its order: those that are `known`, by their numbers, and the others by
-    name alone."""
+    """Returns every mode of a dialect enum in its order: `known` modes by their numbers, the others by name only."""
     found = []
     for number, entry in sorted(mavlink.enums[enum].items()):
         name = str(entry.name).removeprefix(f"{enum}_")
@@ -96,5 +95,5 @@ def modes_in(enum: str, known: Mapping[str, FlightMode]) -> tuple[FlightMode, ..
 
 
 def named(name: str, number: int) -> FlightMode:
-    """A mode with a known name and unknown properties."""
+    """Returns a mode known by name only."""
     return FlightMode(name, number, (number, 0), name.replace("_", " "))

@@ -1,7 +1,5 @@
-"""ArduPlane: watched, returned (RTL) and made to circle in place (LOITER).
-
-Nothing about it is measured, so the agent never changes its modes by itself.
-"""
+"""ArduPlane: watching, return (RTL) and circling in place (LOITER). Nothing is measured on it, so the agent changes
+none of its modes by itself."""
 
 from __future__ import annotations
 

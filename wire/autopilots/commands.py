@@ -1,6 +1,6 @@
-"""A pilot's commands as plain values, and their MAVLink form. Pure.
+"""The commands of a pilot as plain values, and the steps of MAV_CMDs that implement them. Pure.
 
-Each autopilot's profile has a `CommandTable`: for each command its form, or why it is not available.
+Each autopilot's profile has a `CommandTable`. It implements each command or states why the autopilot has none.
 """
 
 from __future__ import annotations
@@ -13,32 +13,32 @@ from wire.dialect import mavlink
 from wire.transactions import CommandWork
 
 FORCE_DISARM: Final = 21196.0
-"""param2 of MAV_CMD_COMPONENT_ARM_DISARM by which ArduPilot and PX4 disarm whatever the drone is doing."""
+"""param2 of MAV_CMD_COMPONENT_ARM_DISARM that makes ArduPilot and PX4 disarm in any state."""
 
 
 class CommandRefused(Exception):
-    """The command becomes nothing for this vehicle. The message is a sentence for people that names the drone."""
+    """This vehicle cannot execute the command. The message is a sentence for people that names the drone."""
 
 
 class NotSupported(CommandRefused):
-    """This autopilot lacks the command, or its form is not known."""
+    """The autopilot lacks this function, or no way to request it is known."""
 
 
 class NotHeardYet(CommandRefused):
-    """The drone has not reported something that the command needs."""
+    """The command needs a value that the drone has not reported yet."""
 
 
 class UnknownMode(CommandRefused):
-    """The vehicle's autopilot."""
+    """This autopilot has no such mode."""
 
 
 class UnknownItem(CommandRefused):
-    """Beyond the plan that is on board."""
+    """The item is beyond the plan on board."""
 
 
 @dataclass(frozen=True)
 class PilotCommand:
-    """Degrees, metres above home, metres a second."""
+    """Units: degrees, metres above home, metres per second."""
 
     name: ClassVar[str]
     """The field of `CommandTable`."""
@@ -51,7 +51,7 @@ class Arm(PilotCommand):
 
 @dataclass(frozen=True)
 class Disarm(PilotCommand):
-    """`force`: also in the air, where the drone falls."""
+    """`force` disarms in the air too, where the drone falls."""
 
     name = "disarm"
     force: bool = False
@@ -65,7 +65,7 @@ class ChangeMode(PilotCommand):
 
 @dataclass(frozen=True)
 class TakeOff(PilotCommand):
-    """Changes to a suitable mode, arms if necessary, and takes off."""
+    """Enters a mode that can take off, arms if necessary, and climbs."""
 
     name = "takeoff"
     height_m: float
@@ -73,7 +73,7 @@ class TakeOff(PilotCommand):
 
 @dataclass(frozen=True)
 class GoTo(PilotCommand):
-    """`heading_deg`: which way it looks, clockwise from north; None: the autopilot's own rule holds."""
+    """`heading_deg`: nose direction, clockwise from north; None: the autopilot's own rule applies."""
 
     name = "goto"
     lat_deg: float
@@ -85,7 +85,7 @@ class GoTo(PilotCommand):
 
 @dataclass(frozen=True)
 class Hold(PilotCommand):
-    """Stays in place without sticks."""
+    """Holds position without sticks."""
 
     name = "hold"
 
@@ -97,7 +97,7 @@ class Pause(PilotCommand):
 
 @dataclass(frozen=True)
 class Resume(PilotCommand):
-    """Goes on with what was paused, else the mission."""
+    """Resumes what was paused, else the mission."""
 
     name = "resume"
 
@@ -109,14 +109,14 @@ class Land(PilotCommand):
 
 @dataclass(frozen=True)
 class Return(PilotCommand):
-    """To where home is, by the autopilot's own rule, and down."""
+    """Returns to home by the autopilot's own rule, and lands."""
 
     name = "rtl"
 
 
 @dataclass(frozen=True)
 class ChangeSpeed(PilotCommand):
-    """Over ground."""
+    """Ground speed."""
 
     name = "speed"
     m_s: float
@@ -124,7 +124,7 @@ class ChangeSpeed(PilotCommand):
 
 @dataclass(frozen=True)
 class Turn(PilotCommand):
-    """Turns to a heading; `relative`: by this angle, clockwise."""
+    """Turns to a heading, or with `relative` by an angle, clockwise."""
 
     name = "turn"
     deg: float
@@ -133,8 +133,8 @@ class Turn(PilotCommand):
 
 @dataclass(frozen=True)
 class SetHome(PilotCommand):
-    """`place_deg`: latitude and longitude; None: where it is. `altitude_m`: above the sea; None: as high as the present
-    home, but for a drone on the ground that makes its own place home."""
+    """`place_deg`: latitude and longitude; None: the current position. `altitude_m`: above sea level; None: the
+    altitude of the present home, except that a drone on the ground makes its own position home."""
 
     name = "set_home"
     place_deg: tuple[float, float] | None = None
@@ -143,7 +143,7 @@ class SetHome(PilotCommand):
 
 @dataclass(frozen=True)
 class StartMission(PilotCommand):
-    """From this item on, counted from 0 without home; armed if it is not yet."""
+    """Starts at this item, counted from 0 without home; arms if necessary."""
 
     name = "start"
     item: int = 0
@@ -151,7 +151,7 @@ class StartMission(PilotCommand):
 
 @dataclass(frozen=True)
 class Jump(PilotCommand):
-    """To this item of the mission that it flies."""
+    """Jumps to this item of the running mission."""
 
     name = "jump"
     item: int
@@ -159,7 +159,7 @@ class Jump(PilotCommand):
 
 @dataclass(frozen=True)
 class Orbit(PilotCommand):
-    """`radius_m` negative: counter-clockwise."""
+    """A negative `radius_m` orbits counter-clockwise."""
 
     name = "orbit"
     lat_deg: float
@@ -179,7 +179,7 @@ class LookAt(PilotCommand):
 
 @dataclass(frozen=True)
 class CommandStep:
-    """One MAV_CMD. `phase`: what it does, for people. `needless`: its effect is already present."""
+    """One MAV_CMD. `phase`: description for people. `needless`: the drone is already in the requested state."""
 
     phase: str
     work: CommandWork
@@ -188,16 +188,16 @@ class CommandStep:
 
 @dataclass(frozen=True)
 class VehicleState:
-    """What is known of the vehicle that a command is for, at this moment. None: not known."""
+    """What is known of the commanded vehicle at this moment. None: not known."""
 
     name: str
-    """The drone's, for sentences."""
+    """The drone's name, for sentences."""
     custom_mode: int
-    """As its heartbeat shows it."""
+    """From its heartbeat."""
     armed: bool | None = None
     airborne: bool | None = None
     home_alt_m: float | None = None
-    """Above the sea."""
+    """Above sea level."""
     place_deg: tuple[float, float] | None = None
     """Latitude and longitude."""
     height_m: float | None = None
@@ -207,37 +207,37 @@ class VehicleState:
     """None: the plan on board is not known."""
 
     def is_armed(self) -> bool:
-        """Raises NotHeardYet: a command that arms does not start in an unknown state."""
+        """Raises NotHeardYet if unknown: no command that arms starts without this."""
         if self.armed is None:
             raise NotHeardYet(f"it is not known whether {self.name} is armed: its autopilot is silent")
         return self.armed
 
     def here(self) -> tuple[float, float]:
-        """Latitude and longitude. Raises NotHeardYet."""
+        """Returns latitude and longitude. Raises NotHeardYet."""
         if self.place_deg is None:
             raise NotHeardYet(f"the position of {self.name} is not known yet")
         return self.place_deg
 
     def height(self) -> float:
-        """Above home. Raises NotHeardYet."""
+        """Returns the height above home. Raises NotHeardYet."""
         if self.height_m is None:
             raise NotHeardYet(f"the height of {self.name} is not known yet")
         return self.height_m
 
     def heading(self) -> float:
-        """Clockwise from north. Raises NotHeardYet."""
+        """Returns the heading, clockwise from north. Raises NotHeardYet."""
         if self.heading_deg is None:
             raise NotHeardYet(f"the heading of {self.name} is not known yet")
         return self.heading_deg
 
     def above_sea(self, height_m: float) -> float:
-        """Converts a height above home. Raises NotHeardYet."""
+        """Converts a height above home to an altitude above sea level. Raises NotHeardYet."""
         if self.home_alt_m is None:
             raise NotHeardYet(f"the home of {self.name} is not known yet")
         return self.home_alt_m + height_m
 
     def check_item(self, item: int) -> None:
-        """Raises UnknownItem of one beyond the mission on board, where that is known."""
+        """Raises UnknownItem for an item beyond the mission on board, if that mission is known."""
         if self.mission_items is not None and item >= self.mission_items:
             count = self.mission_items
             there = f"the mission on board has {count} items" if count else "no mission is on board"
@@ -245,25 +245,25 @@ class VehicleState:
 
 
 Steps = tuple[CommandStep, ...]
-"""One after the other, up to the first that is not accepted. At least one; the last is never needless."""
+"""Executed in order, up to the first step that is not accepted. At least one; the last is never needless."""
 
 C_contra = TypeVar("C_contra", bound=PilotCommand, contravariant=True)
 
 
 @dataclass(frozen=True)
 class Unable(Generic[C_contra]):
-    """Why the autopilot cannot do it: what follows "ArduCopter, which"."""
+    """Why the autopilot cannot do it: the words that follow "ArduCopter, which"."""
 
     which: str
 
 
 Said = Callable[[VehicleState, C_contra], Steps] | Unable[C_contra]
-"""The form of a command. Raises CommandRefused if this vehicle cannot be given it now."""
+"""Translates a command into steps. Raises CommandRefused if this vehicle cannot execute it now."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class CommandTable:
-    """One field for each command, by its name."""
+    """One field for each command, named as the command is."""
 
     arm: Said[Arm]
     disarm: Said[Disarm]
@@ -285,10 +285,10 @@ class CommandTable:
 
 
 _BESIDE: Final = (Arm, ChangeSpeed, LookAt, SetHome, Turn)
-"""Does not change how the drone flies, unless combined with a command that does."""
+"""These commands do not change the flight, unless one of their steps is a command that does."""
 _FLIES: Final = frozenset({int(mavlink.MAV_CMD_DO_REPOSITION), int(mavlink.MAV_CMD_DO_SET_MODE)})
 
 
 def overrules(command: PilotCommand, steps: Steps) -> bool:
-    """Whether it decides how the drone flies: no earlier command may follow it."""
+    """Returns whether the command sets how the drone flies: earlier requests must not run after it."""
     return not isinstance(command, _BESIDE) or any(step.work.command in _FLIES for step in steps)

@@ -1,4 +1,4 @@
-"""The types of an autopilot's profile: its flight modes, which of them does what, and how it is commanded. Pure."""
+"""The types of an autopilot's profile: its flight modes, their roles, and its commands. Pure."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ _CUSTOM_MODE: Final = 1.0
 
 
 class Sticks(StrEnum):
-    """What sticks do in a flight mode."""
+    """What the sticks do in a flight mode."""
 
     FLY = "fly"
-    """The sticks fly it: without a pilot it does what a radio at rest says. The safe assumption for an unknown mode."""
+    """The sticks fly the drone: without a pilot it obeys the resting radio. The safe assumption for an unknown mode."""
     ADJUST = "adjust"
-    """It flies by itself, and the sticks change height or position."""
+    """The mode flies by itself, and the sticks change height or position."""
     IGNORED = "ignored"
 
 
 class FlightTask(StrEnum):
-    """What a flying drone does in a mode, as far as the loss of a person is concerned."""
+    """What an airborne drone does in a mode, as far as loss handling is concerned."""
 
     MISSION = "mission"
     RETURN = "return"
@@ -50,79 +50,77 @@ class FlightTask(StrEnum):
 
 @dataclass(frozen=True)
 class FlightMode:
-    """How to ask for a mode, the custom_mode by which a heartbeat shows it, and what the drone does in it."""
+    """How to request a mode, the custom_mode that a heartbeat reports for it, and what the drone does in it."""
 
     name: str
-    """As the autopilot names it: `ALT_HOLD`, `AUTO.LOITER`."""
+    """The autopilot's name: `ALT_HOLD`, `AUTO.LOITER`."""
     custom_mode: int
     command_parameters: tuple[float, float]
     """param2 and param3 of MAV_CMD_DO_SET_MODE."""
     label: str
     """For people."""
     aliases: tuple[str, ...] = ()
-    """Other names for requests."""
+    """Further names accepted in requests."""
     sticks: Sticks = Sticks.FLY
     task: FlightTask | None = None
-    """None: not known for this mode."""
+    """None: not defined for this mode."""
     needs_position: bool = True
-    """Armed, it can only be entered and kept with a position estimate."""
+    """An armed drone can enter and keep it only with a position estimate."""
     holds_when_centred: bool = False
-    """Centred sticks keep level and height."""
+    """Centred sticks keep the drone level and at its height."""
     drifts: bool = False
-    """Keeps the height and not the place."""
+    """Keeps the height but not the position."""
     flies_mission: bool = False
-    """The autopilot flies its mission in it."""
+    """The autopilot flies its mission in this mode."""
     settable: bool = True
-    """Whether users can request it."""
+    """Whether it may be requested."""
     offered: bool = False
-    """Whether the console offers it for choice."""
+    """Whether the console offers it."""
 
 
 @dataclass(frozen=True)
 class ModeRoles:
-    """Which mode does what a pilot asks for. None: this autopilot has none, or none that we ask for."""
+    """Which mode does what a pilot requests. None: this autopilot has no such mode, or we request none."""
 
     hold: FlightMode | None = None
-    """Stays in place without sticks.
-
-    Not altitude hold: without a stream of centred sticks that falls back to the radio's values, and with the throttle
-    at rest the drone descends into the ground (measured).
-    """
+    """Holds position without sticks. Not altitude hold: without a stream of centred sticks that mode falls back to the
+    radio's values, and with the throttle at rest the drone descends into the ground (measured)."""
     returns: FlightMode | None = None
     land: FlightMode | None = None
     mission: FlightMode | None = None
     guided: FlightMode | None = None
-    """Must be entered before it takes off and flies to places by command."""
+    """Must be entered before take-off and before flights to positions by command."""
     targets: FlightMode | None = None
-    """Takes targets one after the other, for following."""
+    """Accepts successive targets, for following."""
     by_hand: FlightMode | None = None
-    """Obeys the sticks, and stays in place when they are centred."""
+    """Obeys the sticks, and holds position when they are centred."""
 
 
 @dataclass(frozen=True)
 class FailsafeModes:
-    """Modes that the agent requests by itself, to hold or after a loss. Measured before they are listed."""
+    """The modes that the agent requests by itself for a hold or a loss. Added only after measurement."""
 
     position_holds: tuple[FlightMode, ...]
     """Stage one of a hold: the ladder, without its last rung."""
     altitude_hold: FlightMode
     """The last rung of every ladder."""
     going_home: tuple[FlightMode, ...]
-    """Modes that end on the ground by themselves; nothing is added to them."""
+    """Modes that end on the ground by themselves; the agent does not interfere with them."""
     return_: FlightMode
     land: FlightMode
     mission: FlightMode
     pauses: tuple[FlightMode, ...]
-    """Stage two: modes that stop a mission in the air and keep the place, without sticks."""
+    """Stage two: modes that stop a mission in the air and hold position, without sticks."""
 
     @property
     def ladder(self) -> tuple[FlightMode, ...]:
-        """Every rung that a drone of this kind can have, altitude hold last."""
+        """Every rung available to this kind of drone, altitude hold last."""
         return (*self.position_holds, self.altitude_hold)
 
 
 AfterSticksRule = Callable[[int, Mapping[str, float], bool], AfterSticks]
-"""(custom_mode, parameters by name, whether the mode flies without sticks) -> what it does without a receiver."""
+"""(custom_mode, parameters by name, whether the mode flies without sticks) -> what the drone does without a receiver.
+"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -132,39 +130,40 @@ class AutopilotFamily:
     autopilot: int
     """MAV_AUTOPILOT."""
     name: str
-    """`ardupilot`, `px4`: as agent, tower and console tell each other."""
+    """`ardupilot`, `px4`: the name that agent, tower and console exchange."""
     label: str
     main_of: Callable[[int], int]
-    """The main mode in a custom_mode."""
+    """Returns the main mode in a custom_mode."""
     custom_mode: Callable[[float, float], int]
-    """As its heartbeat packs param2 and param3 of DO_SET_MODE. Raises ValueError, OverflowError: no number."""
+    """Packs param2 and param3 of DO_SET_MODE as the heartbeat does. Raises ValueError or OverflowError for NaN or
+    infinity."""
     reads_frames: bool
-    """Commands: it reads an altitude in the frame of the message. Else above the sea, whatever the frame."""
+    """Commands: it reads an altitude in the frame of the message. Else above sea level, whatever the frame."""
     zero_is_here: bool
-    """Latitude and longitude 0 are where it is; else a place off Africa."""
+    """Latitude and longitude 0 mean the current position; else a position off Africa."""
     has_home_slot: bool
     """Item 0 of its mission is home."""
     targets_by_command: bool
-    """It takes targets as commands with an answer, one a second; else as a stream of position targets."""
+    """It accepts targets as acknowledged commands, one per second; else as a stream of position targets."""
     bytes_in_parameters: bool
     """It copies the bytes of an integer parameter into the float; else it casts the number."""
     packs_parameters: bool
-    """All parameters lie in one file that it serves by MAVLink FTP."""
+    """It serves all parameters in one file over MAVLink FTP."""
     arms_with_throttle_down: bool
-    """Without a receiver it arms only while sticks show it a throttle at the bottom."""
+    """Without a receiver it arms only while the sticks report the throttle at the bottom."""
     silent_without_receiver: bool
-    """It sends no RC_CHANNELS where there is no receiver."""
+    """It sends no RC_CHANNELS without a receiver."""
     accepts_modes_it_does_not_enter: bool = False
-    """A mode flown with sticks and requested with the very first sticks is accepted but not entered, until it is
-    requested again."""
+    """When a stick mode is requested together with the first sticks, the autopilot accepts but does not enter it; it
+    enters the mode on a second request."""
     station_parameters: tuple[str, ...] = ()
     """Names of the parameter that selects whose sticks it obeys."""
     stick_parameters: tuple[str, ...] = ()
-    """Read besides: the middles of the stick channels."""
+    """Also read: the centres of the stick channels."""
     loss_parameters: tuple[str, ...]
-    """Those that decide what happens on a loss, and by which a simulated one is known."""
+    """The parameters that decide what happens on a loss, and those that identify a simulated autopilot."""
     deciding_parameters: tuple[str, ...]
-    """Those that every autopilot of the family has, and without which its behaviour is unknown."""
+    """The subset that every autopilot of the family has, and without which its behaviour is unknown."""
     after_sticks: AfterSticksRule
     keeping: Callable[[int], KeptFields]
     """What it keeps of a plan's items, by MAV_TYPE."""
@@ -186,7 +185,7 @@ class AutopilotProfile:
     failsafe: FailsafeModes | None = None
     """None: the agent never changes modes by itself."""
     stands_in: bool = False
-    """For naming modes of vehicles of its family that have no profile of their own."""
+    """Names the modes of vehicles of its family that have no profile."""
 
     @cached_property
     def _by_number(self) -> Mapping[int, FlightMode]:
@@ -194,7 +193,7 @@ class AutopilotProfile:
 
     @property
     def _settable(self) -> tuple[FlightMode, ...]:
-        """What an unknown sub mode is judged by. PX4's orbit, a sub mode of POSCTL, is nothing like the others."""
+        """The modes by which an unknown sub mode is judged. PX4's orbit, a sub mode of POSCTL, is unlike the others."""
         return tuple(mode for mode in self.modes if mode.settable)
 
     @cached_property
@@ -213,30 +212,30 @@ class AutopilotProfile:
         return frozenset(mode.custom_mode for mode in self.modes if mode.flies_mission)
 
     def mode(self, custom_mode: int) -> FlightMode | None:
-        """The mode that a heartbeat shows."""
+        """Returns the mode that a heartbeat reports."""
         return self._by_number.get(custom_mode)
 
     def mode_name(self, custom_mode: int) -> str:
-        """The autopilot's name for it; "mode 99" for an unknown one."""
+        """Returns the autopilot's name for the mode; "mode 99" if it has none."""
         mode = self._by_number.get(custom_mode)
         return f"mode {custom_mode}" if mode is None else mode.name
 
     def flies_without_sticks(self, custom_mode: int) -> bool:
-        """Whether the mode needs no pilot at the sticks. An unknown mode counts as one that does."""
+        """Returns whether this mode flies without sticks. An unknown mode counts as one that needs them."""
         mode = self.mode(custom_mode)
         if mode is not None:
             return mode.sticks is not Sticks.FLY
         return self.family.main_of(custom_mode) in self._mains_without_sticks
 
     def holds_when_centred(self, custom_mode: int) -> bool:
-        """Whether this is a mode of sticks in which centred ones keep level and height. Unknown modes are none."""
+        """Returns whether centred sticks keep level and height in this stick mode. False for unknown modes."""
         mode = self.mode(custom_mode)
         if mode is not None:
             return mode.holds_when_centred
         return self.family.main_of(custom_mode) in self._mains_when_centred
 
     def steps(self, state: VehicleState, command: PilotCommand) -> Steps:
-        """What a command becomes. Raises CommandRefused."""
+        """Translates a command into steps. Raises CommandRefused."""
         said = getattr(self.commands, command.name)
         if isinstance(said, Unable):
             raise NotSupported(f"{state.name} flies {self.label}, which {said.which}")
@@ -244,13 +243,13 @@ class AutopilotProfile:
         return steps
 
     def why_not(self, name: str) -> str | None:
-        """Why it never does the command of this name, as a sentence; None: it does."""
+        """Returns why this profile never executes the command of this name, as a sentence; None: it does."""
         said = getattr(self.commands, name)
         return f"{self.label} {said.which}" if isinstance(said, Unable) else None
 
 
 def mode_step(mode: FlightMode, state: VehicleState | None = None) -> CommandStep:
-    """Into a mode. With a `state`: needless where it is in it already."""
+    """Returns the step that enters a mode. With a `state`: needless if the drone is already in it."""
     main, sub = mode.command_parameters
     work = CommandWork(int(mavlink.MAV_CMD_DO_SET_MODE), (_CUSTOM_MODE, main, sub, 0.0, 0.0, 0.0, 0.0))
     is_there = state is not None and state.custom_mode == mode.custom_mode
@@ -258,13 +257,13 @@ def mode_step(mode: FlightMode, state: VehicleState | None = None) -> CommandSte
 
 
 def mode_named(modes: Sequence[FlightMode], name: str) -> FlightMode | None:
-    """A mode that users can request. Ignores case, spaces and hyphens."""
+    """Finds a mode that may be requested. Case is ignored; spaces and underscores between words are equivalent."""
     wanted = "_".join(name.upper().replace("_", " ").split())
     return next((mode for mode in modes if mode.settable and wanted in (mode.name, *mode.aliases)), None)
 
 
 def change_mode(modes: Sequence[FlightMode]) -> Callable[[VehicleState, ChangeMode], Steps]:
-    """For a CommandTable: any mode that users can request."""
+    """For a CommandTable: enters any of these modes that may be requested."""
 
     def say(state: VehicleState, command: ChangeMode) -> Steps:
         mode = mode_named(modes, command.mode)
@@ -277,5 +276,5 @@ def change_mode(modes: Sequence[FlightMode]) -> Callable[[VehicleState, ChangeMo
 
 
 def into(mode: FlightMode) -> Callable[[VehicleState, PilotCommand], Steps]:
-    """For a CommandTable: always into this mode."""
+    """For a CommandTable: always enters this mode."""
     return lambda state, command: (mode_step(mode),)

@@ -1,7 +1,7 @@
 """PX4 on multicopters. Sources: PX4 1.15 and 1.16, its documentation and its own simulator.
 
-It reads heights above the sea, whatever the frame of the message. It takes off when it is armed, and arms for a mission
-start. It turns as part of a flight to a place: to where it is.
+PX4 reads altitudes above sea level, whatever the frame of the message. It takes off when armed, and arms on a mission
+start. A turn is a flight to the current position with a heading.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ _AUTO: Final = 4
 
 
 def custom_mode(main: float, sub: float = 0) -> int:
-    """As the heartbeat packs the two numbers that DO_SET_MODE carries apart."""
+    """Packs the two separate numbers of DO_SET_MODE as the heartbeat does."""
     return int(main) << _MAIN_SHIFT | int(sub) << _SUB_SHIFT
 
 
@@ -74,7 +74,7 @@ def _mode(
     settable: bool = True,
     offered: bool = True,
 ) -> FlightMode:
-    """No sticks fly AUTO and OFFBOARD."""
+    """AUTO and OFFBOARD ignore the sticks."""
     return FlightMode(
         name,
         custom_mode(main, sub),
@@ -101,7 +101,7 @@ _MISSION: Final = _mode("AUTO.MISSION", _AUTO, 4, "MISSION", _T.MISSION, "MISSIO
 _RTL: Final = _mode("AUTO.RTL", _AUTO, 5, "RETURN", _T.RETURN, "RTL", "RETURN")
 _LAND: Final = _mode("AUTO.LAND", _AUTO, 6, "LAND", _T.LANDING, "LAND", place=False)
 _PRECLAND: Final = _mode("AUTO.PRECLAND", _AUTO, 9, "PRECISION LAND", _T.LANDING, settable=False)
-"""Begun by missions and returns; to choose, LAND is the mode."""
+"""Entered by missions and returns; the mode that a pilot requests is LAND."""
 _OFFBOARD: Final = _mode("OFFBOARD", 6, 0, "OFFBOARD", _T.BY_ITSELF, offered=False)
 
 _MODES: Final = (
@@ -117,7 +117,8 @@ _MODES: Final = (
     _OFFBOARD,
     _mode("STABILIZED", 7, 0, "STABILIZED", _T.BY_HAND, place=False),
     _PRECLAND,
-    # Shown as a sub mode of POSCTL. It circles without sticks; sticks change the circle, centred ones do not stop it.
+    # Reported as a sub mode of POSCTL. It circles without sticks; sticks change the circle, centred sticks do not stop
+    # it.
     replace(_mode("ORBIT", 3, 1, "ORBIT", None, settable=False), sticks=Sticks.ADJUST),
     _mode("AUTO.READY", _AUTO, 1, "READY", None, settable=False),
     _mode("AUTO.FOLLOW", _AUTO, 8, "FOLLOW", None, settable=False),
@@ -192,7 +193,7 @@ def _go_to(state: VehicleState, command: GoTo) -> Steps:
 
 
 def _turn(state: VehicleState, command: Turn) -> Steps:
-    """To where it is, looking there. It leaves what it flies: a mission, a return."""
+    """Flies to the current position with the requested heading. This ends a mission or a return."""
     lat, lon = state.here()
     heading = (state.heading() + command.deg if command.relative else command.deg) % 360.0
     step = common.reposition(PX4, state, GoTo(lat, lon, state.height(), heading_deg=heading))

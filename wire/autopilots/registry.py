@@ -1,4 +1,4 @@
-"""Finds the profile of a vehicle. The table is made of the files of this package that have a `PROFILE`. Pure."""
+"""Finds the profile of a vehicle. The table consists of the files of this package that have a `PROFILE`. Pure."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def _profiles() -> tuple[AutopilotProfile, ...]:
 
 
 PROFILES: Final = _profiles()
-"""Every profile, in the order of their files' names."""
+"""Every profile, in the order of the file names."""
 FAMILIES: Final = {profile.family.autopilot: profile.family for profile in PROFILES}
 """By MAV_AUTOPILOT."""
 _BY_VEHICLE: Final = {
@@ -29,22 +29,22 @@ _USUAL: Final = int(mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA)
 
 
 def of(autopilot: int, vehicle_type: int) -> AutopilotProfile | None:
-    """By MAV_AUTOPILOT and MAV_TYPE; None for an unknown vehicle."""
+    """Looks up by MAV_AUTOPILOT and MAV_TYPE; None for an unknown vehicle."""
     return _BY_VEHICLE.get((autopilot, vehicle_type))
 
 
 def nearest(autopilot: int, vehicle_type: int) -> AutopilotProfile:
-    """The same, or the most similar profile. For reading modes only, never for commands: an unknown autopilot is read
-    as ArduPilot."""
+    """Returns the same, or the nearest related profile. Only for reading modes in doubt, never for commands: an unknown
+    autopilot is read as ArduPilot."""
     known = autopilot if autopilot in FAMILIES else _USUAL
     return of(known, vehicle_type) or _STAND_INS[known]
 
 
 def multicopter(autopilot: int) -> AutopilotProfile:
-    """The same, where only the autopilot is known: of one with rotors alone."""
+    """Returns the multicopter profile if only the autopilot is known."""
     return nearest(autopilot, int(mavlink.MAV_TYPE_QUADROTOR))
 
 
 def family_named(name: str) -> AutopilotFamily | None:
-    """By the name that agent and tower tell each other."""
+    """Looks up by the name that agent and tower exchange."""
     return next((family for family in FAMILIES.values() if family.name == name), None)

@@ -16,10 +16,10 @@ MULTICOPTERS: Final = frozenset(
         mavlink.MAV_TYPE_DECAROTOR,
     }
 )
-"""They have rotors alone."""
+"""Vehicles with rotors only."""
 
 PLANES: Final = frozenset({mavlink.MAV_TYPE_FIXED_WING, *range(19, 26)})
-"""MAV_TYPE 19 to 25 take off and land upright."""
+"""MAV_TYPE 19 to 25 take off and land vertically."""
 
 ROVERS: Final = frozenset({mavlink.MAV_TYPE_GROUND_ROVER, mavlink.MAV_TYPE_SURFACE_BOAT})
 SUBMARINES: Final = frozenset({mavlink.MAV_TYPE_SUBMARINE})

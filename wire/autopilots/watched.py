@@ -1,4 +1,4 @@
-"""Vehicles that are watched, and returned or held where their modes for it are known. Pure."""
+"""Vehicles that can be watched, and returned or held if their modes for it are known. Pure."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _RETURNED: Final = "is watched and returned only: fly it with its own ground sta
 
 
 def watched_only(*, returns: FlightMode | None = None, hold: FlightMode | None = None) -> CommandTable:
-    """Return and hold are modes; every other command has a reason for its refusal."""
+    """Return and hold are mode changes; every other command has a reason for its refusal."""
     unable: Unable[Any] = Unable(_WATCHED if returns is None else _RETURNED)
     return CommandTable(
         arm=unable,
