@@ -302,7 +302,7 @@ async def test_without_a_database_the_drone_holds_first_and_the_lease_follows(
     monkeypatch.setattr(world.database, "writing", out_of_reach)
     await notice(world, RightLost(DroneId(hawk.id), UserId(anna.id), "holder", "disabled"))
     assert [order.epoch for order in agent.holds] == [1, 2]
-    assert "out of reach" in agent.holds[0].reason
+    assert "the database has not confirmed it" in agent.holds[0].reason
     assert (await seen(root, hawk.id))["holder"] is None
 
 
@@ -311,8 +311,16 @@ async def test_a_flood_of_events_is_bounded_and_holds(
 ) -> None:
     hawk = await world.add_drone("hawk", anna)
     agent = ObedientAgent(world.tower.hub, hawk.id)
+    await ask(await world.signed_in(anna), hawk.id, "acquire")
+    event_handler, drone = world.tower.event_handler, world.tower.hub.state.drones[DroneId(hawk.id)]
     monkeypatch.setattr("server.store.control.hub_event_handler.MAX_WAITING", 4)
     for number in range(20):
-        world.tower.event_handler.noticed(RightLost(DroneId(hawk.id), UserId(anna.id), "holder", f"reason {number}"))
-    assert len(agent.holds) == 16
+        event_handler.noticed(TurnWanted(drone.drone_id, "holder"))
+        event_handler.noticed(RightLost(drone.drone_id, UserId(anna.id), "taken_from", f"reason {number}"))
+    for number in range(20):
+        event_handler.noticed(RightLost(drone.drone_id, UserId(anna.id), "holder", f"reason {number}"))
+    assert drone.fenced, "the holder is shut out, however long the queue is"
+    assert len(event_handler._waiting[drone.drone_id]) == 5
     await world.tower.event_handler.caught_up()
+    assert (drone.lease.holder, drone.fenced) == (None, False)
+    assert len(agent.holds) == 1

@@ -131,9 +131,8 @@ class HubEventHandler:
         waiting = self._waiting.setdefault(drone_id, deque())
         if event in waiting:
             return
-        if isinstance(event, RightLost):
-            self._withdrawals.begin(event)
-        if len(waiting) >= MAX_WAITING and event not in self._withdrawals:
+        # A withdrawal of the controls always finds room: there is one for each holder.
+        if not self._withdrawals.begin(event) and len(waiting) >= MAX_WAITING:
             _log.error("control_events_lost", drone_id=drone_id, what=type(event).__name__)
             return
         waiting.append(event)

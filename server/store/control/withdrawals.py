@@ -21,13 +21,18 @@ class Withdrawals:
         self._open: dict[RightLost, asyncio.TimerHandle | None] = {}
         """With the timer of its hold; None after the order."""
 
-    def begin(self, event: RightLost) -> None:
-        """Shuts the holder out. Nothing happens for another part of the lease, or if it has changed hands."""
+    def begin(self, event: HubEvent) -> bool:
+        """Shuts the holder out, until `end`. False if the event is not about the present holder, or they already are."""
+        if not isinstance(event, RightLost) or event.whose != "holder":
+            return False
         drone = self._hub.state.drones.get(event.drone_id)
-        if event.whose != "holder" or drone is None or drone.holder_id != event.user_id or event in self._open:
-            return
+        if drone is None or drone.holder_id != event.user_id:
+            return False
+        if any((one.drone_id, one.user_id) == (event.drone_id, event.user_id) for one in self._open):
+            return False
         self._service.fence(event.drone_id)
         self._open[event] = asyncio.get_running_loop().call_later(DECIDED_WITHIN_S, self.hold, event)
+        return True
 
     def __contains__(self, event: HubEvent) -> bool:
         """Whether its holder is shut out."""
