@@ -22,7 +22,7 @@ class Withdrawals:
         """With the timer of its hold; None after the order."""
 
     def begin(self, event: HubEvent) -> bool:
-        """Shuts the holder out, until `end`. False if the event is not about the present holder, or they already are."""
+        """Shuts the holder out, until `end`. False for another event, or if they already are."""
         if not isinstance(event, RightLost) or event.whose != "holder":
             return False
         drone = self._hub.state.drones.get(event.drone_id)
