@@ -12,5 +12,5 @@ def mode_name(autopilot_kind: int, vehicle_type: int, custom_mode: int) -> str:
 
 
 def mission_modes(autopilot_kind: int, vehicle_type: int) -> frozenset[int]:
-    """Returns the custom_mode of each mode in which the autopilot executes its mission."""
+    """Returns the custom_mode of each mode in which the autopilot flies, drives or dives its mission."""
     return registry.nearest(autopilot_kind, vehicle_type).mission_numbers

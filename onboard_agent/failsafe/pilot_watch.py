@@ -78,6 +78,6 @@ class PilotWatch:
         if self.loss.lost_by_hand(now, lost_hold_s=settings.lost_hold_s) and flown_by_hand:
             return Alarm(HoldCause.PILOT_LOST, "the pilot was lost while flying by hand")
         if flown_by_hand and kept_centred and self.loss.silent_s(now) >= settings.lost_hold_s:
-            # Without the agent's sticks the radio's would fly the drone, perhaps with the throttle at the bottom.
+            # The tower's sticks end when it is gone. Without the agent's, the radio's would fly, perhaps at the bottom.
             return Alarm(HoldCause.PILOT_LOST, "the tower was lost while the sticks were kept centred for it")
         return None
