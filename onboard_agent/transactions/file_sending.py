@@ -1,4 +1,4 @@
-"""The interface through which a handler sends a file to the tower. No I/O."""
+"""The interface for sending a file from a handler to the tower. No I/O."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -7,32 +7,32 @@ from typing import Protocol
 
 @dataclass(frozen=True, slots=True)
 class Sending:
-    """`done`: bytes that have gone out. An attempt that broke off begins again at 0."""
+    """`done`: bytes sent. An attempt that broke off restarts at 0."""
 
     done: int
 
 
 @dataclass(frozen=True, slots=True)
 class Sent:
-    """The tower has it."""
+    """The tower has received the file."""
 
 
 @dataclass(frozen=True, slots=True)
 class NotSent:
-    """The tower does not want it. `why`: without a full stop."""
+    """The tower refused the file. `why`: without a full stop."""
 
     why: str
 
 
 class FileSender(Protocol):
-    """Sends one file at a time, and tries on until it is sent, not wanted, or stopped."""
+    """Sends one file at a time, and retries until it is sent, refused, or stopped."""
 
     @property
     def state(self) -> Sending | Sent | NotSent:
-        """Of the file that was begun last."""
+        """The state of the latest file."""
 
     def begin(self, transaction_id: int, path: Path) -> None:
-        """To `PUT /api/v1/agent/files/{transaction_id}`."""
+        """Starts sending to `PUT /api/v1/agent/files/{transaction_id}`."""
 
     def stop(self) -> None:
-        """Not any more. What is over stays as it is."""
+        """Stops sending. A finished transfer keeps its state."""
