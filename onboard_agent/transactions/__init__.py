@@ -1,1 +1,1 @@
-"""MAVLink's transactional protocols, client halves without I/O (docs/missions.md)."""
+"""Client halves of MAVLink's transactional protocols, without I/O (docs/missions.md)."""

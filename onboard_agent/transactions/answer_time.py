@@ -1,20 +1,20 @@
-"""How long to wait for an answer, from how long earlier answers took. No I/O; takes seconds.
+"""Adapts the time to wait for an answer to the time that earlier answers took. No I/O; times in seconds.
 
-Smoothed mean and deviation of the round trip, as in TCP (RFC 6298): a lost request is repeated after about one round
-trip, within milliseconds on a fast line, and never before the answer can have arrived on a slow one.
+Uses the smoothed mean and deviation of the round trip, as TCP does (RFC 6298): a lost request is repeated after about
+one round trip, within milliseconds on a fast line, and never before the answer can have arrived on a slow one.
 """
 
 from typing import Final
 
 MIN_S: Final = 0.06
-"""An autopilot reads its line 50 to 400 times a second, and some of its work delays that for longer."""
+"""An autopilot polls its serial line 50 to 400 times a second, and some of its tasks delay that further."""
 MEAN_WEIGHT: Final = 1 / 8
 DEVIATION_WEIGHT: Final = 1 / 4
 DEVIATIONS: Final = 4.0
 
 
 class AnswerTime:
-    """`first_s`: waited for while nothing was measured; also the longest wait."""
+    """`first_s`: the wait before the first measurement, and the longest wait."""
 
     def __init__(self, first_s: float) -> None:
         self._first_s = first_s
@@ -22,7 +22,7 @@ class AnswerTime:
         self._deviation_s = 0.0
 
     def measured(self, took_s: float) -> None:
-        """An answer came. Not for one that may answer either of two questions."""
+        """Records the time one answer took. Do not call it if the answer may belong to either of two requests."""
         if self._mean_s is None:
             self._mean_s, self._deviation_s = took_s, took_s / 2
             return
@@ -30,7 +30,7 @@ class AnswerTime:
         self._mean_s += MEAN_WEIGHT * (took_s - self._mean_s)
 
     def wait_s(self, tries: int) -> float:
-        """Before the question is repeated that was sent `tries` times: each time twice as long."""
+        """Returns how long to wait after the request was sent `tries` times. Each retry doubles the wait."""
         if self._mean_s is None:
             return self._first_s
         usual_s = max(MIN_S, self._mean_s + DEVIATIONS * self._deviation_s)

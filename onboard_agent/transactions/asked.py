@@ -1,4 +1,4 @@
-"""A transaction in progress: its deadline, and its progress reports. No I/O; takes `now`."""
+"""A transaction in progress, with its deadline and progress reports. No I/O; takes `now`."""
 
 from typing import Any, Final
 
@@ -8,7 +8,7 @@ PROGRESS_EVERY_S: Final = 0.2
 
 
 class Asked:
-    """`deadline`: on the clock of `now`."""
+    """`deadline` uses the clock of `now`."""
 
     def __init__(self, transaction: Transaction, now: float) -> None:
         self.id = transaction.id
@@ -17,12 +17,12 @@ class Asked:
         self._sent_at = float("-inf")
 
     def progress(self, phase: str, done: int, total: int, now: float) -> list[TransactionProgress]:
-        """The progress to report now: none if it was just reported."""
+        """Returns the progress to report now, or nothing within PROGRESS_EVERY_S of the last report."""
         if now - self._sent_at < PROGRESS_EVERY_S:
             return []
         self._sent_at = now
         return [TransactionProgress(id=self.id, phase=phase, done=done, total=total)]
 
     def result(self, outcome: Outcome, words: str, **more: Any) -> TransactionResult:
-        """The last report about it."""
+        """Returns the final report of the transaction."""
         return TransactionResult(id=self.id, outcome=outcome, words=words, **more)

@@ -1,11 +1,11 @@
-"""One command and its answer: repeated while there is none, awaited while it is executed. No I/O; takes `now`.
+"""One command and its answer: sends it, retries it while no answer comes, waits for its result. No I/O; takes `now`.
 
 Rules, each tested:
-
-- A repetition increments the confirmation field, so that the autopilot can tell it from a second command.
-- Take-off, motor test and the like are sent once: a command whose answer was lost must not be executed again.
-- IN_PROGRESS ends the repetitions and extends the wait to the deadline.
-- After the deadline nothing is sent, and answers are ignored.
+- Each retry carries the next confirmation number, so that the autopilot can tell it from a second command.
+- A take-off, a motor test and similar commands are sent once: if only the acknowledgement is lost, a retry would repeat
+  the action.
+- IN_PROGRESS ends the retries, and the command then waits until its deadline.
+- After the deadline nothing is sent, and acknowledgements are ignored.
 """
 
 from collections.abc import Callable
@@ -30,7 +30,7 @@ ONCE: Final = frozenset(
         mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN,
     }
 )
-"""Commands that do something once more when they come once more, confirmation or not."""
+"""Commands that act again on each copy, whatever its confirmation number."""
 
 _WORDS: Final = {
     mavlink.MAV_RESULT_ACCEPTED: "The autopilot has accepted it.",
@@ -43,7 +43,7 @@ _WORDS: Final = {
 
 @dataclass(frozen=True, slots=True)
 class CommandEnd:
-    """`code`: the name of the MAV_RESULT, or empty where none came."""
+    """`code`: the name of the MAV_RESULT, or empty if there was no answer."""
 
     outcome: Outcome
     words: str
@@ -51,10 +51,10 @@ class CommandEnd:
 
 
 class CommandAnswer:
-    """Call `due` at each tick until `end` is set, and `acknowledged` with each COMMAND_ACK for us."""
+    """Call `due` at each tick until `end` is set, and `acknowledged` with each COMMAND_ACK addressed to the agent."""
 
     def __init__(self, command: int, make: Callable[[int], bytes], *, deadline: float) -> None:
-        """`make`: the whole frame with this confirmation, 0..255. `deadline`: on the clock of `now`."""
+        """`make` builds the frame with the given confirmation, 0..255. `deadline` uses the clock of `now`."""
         self._command = command
         self._make = make
         self._deadline = deadline
@@ -67,7 +67,7 @@ class CommandAnswer:
         self.end: CommandEnd | None = None
 
     def acknowledged(self, ack: Any, now: float) -> None:
-        """A COMMAND_ACK from the autopilot to us."""
+        """Takes a COMMAND_ACK that the autopilot sent to the agent."""
         if self.end is not None or ack.command != self._command or not self._sent or now >= self._deadline:
             return
         if ack.result == mavlink.MAV_RESULT_IN_PROGRESS:
@@ -93,21 +93,21 @@ class CommandAnswer:
         return [self._make(self._sent - 1)]
 
     def nothing_came_of_it(self, now: float) -> None:
-        """It was accepted, and not done: it goes out again, while tries are left."""
+        """The autopilot accepted the command but did not carry it out: sends it again while tries are left."""
         if self.end is not None and self._sent < self._tries:
             self.end, self._again_at = None, now
 
     @property
     def sent(self) -> bool:
-        """Whether it went out at least once."""
+        """Whether the command was sent at least once."""
         return self._sent > 0
 
     def repeat_no_more(self) -> None:
-        """What has come meanwhile must not be undone by another copy of it. Its answer still counts."""
+        """Ends the retries, because another copy could undo a later command. An answer still counts."""
         self._tries = max(self._sent, 1)
 
     def refused(self, why: str) -> None:
-        """It must not go out. `why`: a sentence."""
+        """The command must not be sent. `why` is a sentence."""
         self.end = CommandEnd(Outcome.REFUSED, why)
 
     @property

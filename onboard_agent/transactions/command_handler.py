@@ -1,16 +1,15 @@
-"""The handler for commands: each takes the path of a holder's frame, and its answer is reported in words. No I/O.
+"""Handler for commands: sends each by the path of the holder's frames and reports its answer in words. No I/O.
 
 Rules, each tested:
-
-- What may not pass as a frame of the holder's does not pass here either.
-- A change of mode is done when a heartbeat shows the mode. Until then it is only accepted.
-- For speed, home, the mission item and the mission start, the result says whether telemetry confirmed it within
-  SEEN_WITHIN_S of the acceptance.
-- A later command, a frame with one, or a hold ends the repetitions of earlier ones: a copy of an old command must undo
-  nothing. Another epoch ends repetitions and waiting.
-- A refusal contains the autopilot's own text, if that arrives within WORDS_WITHIN_S of its answer.
-- Several commands wait at once, each under its own component id, so that answers are not confused. If no id is free,
-  the oldest command ends.
+- A command that may not pass as a frame of the holder does not pass here either.
+- A mode change is done when a heartbeat shows the mode. Until then it is only accepted.
+- For speed, home, the current mission item and mission start, the result says whether telemetry showed the effect
+  within SEEN_WITHIN_S of the acceptance.
+- A later command, a frame with a command, or a hold ends the retries of earlier commands, so that no copy of an old
+  command undoes a new one. A new epoch ends both the retries and the waiting.
+- A refusal includes the autopilot's own text, if one arrives within WORDS_WITHIN_S of its answer.
+- Several commands may wait at once, each under its own component id, so that answers cannot be confused. If no id is
+  free, the oldest command ends.
 """
 
 from collections.abc import Callable
@@ -42,10 +41,10 @@ COMPONENTS: Final = (
     mavlink.MAV_COMP_ID_ONBOARD_COMPUTER3,
     mavlink.MAV_COMP_ID_ONBOARD_COMPUTER4,
 )
-"""Component ids for commands. The agent's own id is for what it does by itself: holds, and its requests."""
+"""Component ids for commands. The agent's own id is for its own actions: holds and requests."""
 
 MODE_AGAIN_S: Final = 0.5
-"""A mode that was accepted this long ago and is not shown is requested again."""
+"""A mode that was accepted this long ago and is still not shown is requested again."""
 SHOW_EVERY_S: Final = 0.25
 WORDS_WITHIN_S: Final = 0.3
 WORDS_BEFORE_S: Final = 0.3
@@ -57,7 +56,7 @@ _CUSTOM: Final = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
 _MODE: Final = mavlink.MAV_CMD_DO_SET_MODE
 
 Send = Callable[[bytes, float], str | None]
-"""What becomes of a holder's frame that goes to the autopilot now: None if it may, else a sentence why not."""
+"""Checks a holder's frame that is about to go to the autopilot: None if it may pass, else a sentence why not."""
 
 
 @dataclass(slots=True)
@@ -68,15 +67,15 @@ class _Waiting:
     answer: CommandAnswer
     deadline: float
     mode: frozenset[int]
-    """The custom_modes one of which a heartbeat must show; empty if none is requested."""
+    """A heartbeat must show one of these custom_modes; empty if the command changes no mode."""
     wanted: Seen | None = None
-    """What telemetry is to show."""
+    """The effect that telemetry should show."""
     commanded: int = 0
-    """How often it had been commanded how to fly when it went out last."""
+    """The value of Around.commanded when the command was last sent."""
     mode_before: int = 0
-    """The custom_mode that was shown then."""
+    """The custom_mode shown at that time."""
     ended_at: float | None = None
-    """When the answer came."""
+    """When the answer arrived."""
     shown: bool = False
     show_again_at: float = 0.0
     reported_percent: int | None = None
@@ -84,7 +83,7 @@ class _Waiting:
 
 
 class CommandHandler:
-    """A TransactionHandler. `send`: passes what goes out. `commanded`: Around.commanded, at this very moment."""
+    """A TransactionHandler. `send` checks outgoing frames. `commanded` returns the current Around.commanded."""
 
     works = (CommandWork,)
     hears = frozenset(
@@ -101,11 +100,11 @@ class CommandHandler:
         self._news: list[TransactionToTower] = []
 
     def autopilot_came(self, around: Around, now: float) -> None:
-        """What was sent to it before it rebooted is not sent again."""
+        """The autopilot may have rebooted: ends the retries of earlier commands."""
         self._repeat_no_more()
 
     def begin(self, transaction: Transaction, around: Around | None, now: float) -> None:
-        """The tower commands."""
+        """Starts a command from the tower."""
         work = transaction.work
         assert isinstance(work, CommandWork)
         if around is None or not around.heard:
@@ -136,20 +135,20 @@ class CommandHandler:
         self._waiting.append(_Waiting(transaction, work, component, answer, deadline, modes, what_shows(work, around)))
 
     def cancel(self, transaction_id: int, now: float) -> None:
-        """Ends its repetitions and the wait for its answer."""
+        """Ends the retries and stops waiting for the answer."""
         for waiting in self._waiting:
             if waiting.transaction.id == transaction_id:
                 self._give_up(waiting, Outcome.CANCELLED, "It was cancelled")
                 return
 
     def epoch_changed(self, epoch: int, now: float) -> None:
-        """What the last holder commanded is not repeated."""
+        """Ends the commands of the previous holder."""
         for waiting in list(self._waiting):
             if waiting.transaction.epoch != epoch:
                 self._give_up(waiting, Outcome.STALE_EPOCH, "The controls changed hands meanwhile")
 
     def receive(self, frame: bytes, now: float) -> bool:
-        """A message of `hears` arrived."""
+        """Takes a frame of a type in `hears`."""
         if not self._waiting or source(frame) != (self._system, _AUTOPILOT):
             return False
         message = decode(frame)
@@ -178,7 +177,7 @@ class CommandHandler:
                 why_not = self._send(frame, now)
                 if why_not is None:
                     out.append(frame)
-                    # A heartbeat from before shows nothing of this.
+                    # A heartbeat from before this command proves nothing.
                     waiting.shown, waiting.mode_before, waiting.ended_at = False, around.custom_mode, None
                 else:
                     waiting.answer.refused(why_not)
@@ -187,17 +186,17 @@ class CommandHandler:
         return out
 
     def news(self) -> list[TransactionToTower]:
-        """Reports for the tower, each once, in order."""
+        """Returns the messages for the tower once, in order."""
         news, self._news = self._news, []
         return news
 
     def resend(self) -> None:
-        """There is no state to tell."""
+        """Does nothing: commands have no state to report."""
 
-    # Inside.
+    # Internals.
 
     def _acknowledged(self, ack: Any, now: float) -> bool:
-        """Whether it answers one of ours alone."""
+        """Returns whether the acknowledgement is addressed to one of our component ids alone."""
         ours = ack.target_system == self._system and ack.target_component in COMPONENTS
         for waiting in self._waiting:
             names_nobody = ack.target_component == 0 or ack.target_system == 0
@@ -237,9 +236,8 @@ class CommandHandler:
 
     @staticmethod
     def _has_come_to_nothing(waiting: _Waiting, around: Around, now: float) -> bool:
-        """PX4 accepts a mode flown with sticks but does not enter it if the first sticks have only just arrived; a
-        second request works. A mode other than the former one was requested by somebody else, perhaps a pilot's switch:
-        it is left alone."""
+        """PX4 may accept a stick mode without entering it if the first sticks have only just arrived; a second request
+        works. A mode that differs from the one before is someone else's choice, perhaps a pilot's switch: leave it."""
         if waiting.ended_at is None:
             waiting.ended_at = now
         may_be_unentered = multicopter(around.autopilot_kind).family.accepts_modes_it_does_not_enter
@@ -300,7 +298,7 @@ class CommandHandler:
 
 
 def state_words(around: Around) -> str:
-    """What the drone is doing, in a sentence."""
+    """Describes the state of the drone in one sentence."""
     mode = mode_name(around.autopilot_kind, around.vehicle_type, around.custom_mode)
     armed = "armed" if around.armed else "disarmed"
     where = "in the air" if around.airborne else "on the ground"
@@ -335,6 +333,6 @@ def _modes_asked(work: CommandWork, around: Around) -> frozenset[int]:
         return frozenset()
     mode = commanded_mode(around.autopilot_kind, main, sub)
     missions = mission_modes(around.autopilot_kind, around.vehicle_type)
-    # Only an autopilot with sub modes may show its mission by another number than the requested one.
+    # Only an autopilot with sub modes may show its mission under a different number than requested.
     has_sub_modes = commanded_mode(around.autopilot_kind, 0, 1) != 0
     return missions if has_sub_modes and mode in missions else frozenset({mode})

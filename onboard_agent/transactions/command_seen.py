@@ -1,7 +1,7 @@
-"""Whether telemetry shows the effect of a command that was accepted. No I/O.
+"""Checks whether telemetry shows the effect of an accepted command. No I/O.
 
-An autopilot accepts a command within milliseconds; the effect comes later, or never. A speed shows in the ground
-speed, a home in HOME_POSITION, the current item in MISSION_CURRENT, the start of a mission in the mode.
+An autopilot accepts a command within milliseconds; the effect comes later, or never. A speed change shows in the
+ground speed, a home in HOME_POSITION, the current item in MISSION_CURRENT, a mission start in the mode.
 """
 
 from collections.abc import Callable
@@ -14,14 +14,14 @@ from wire.dialect import mavlink
 from wire.transactions import CommandWork
 
 SEEN_WITHIN_S: Final = 4.0
-"""After it was accepted: a drone that flies 8 m/s and shall fly 2 takes three seconds."""
+"""After the acceptance. A drone needs three seconds to slow from 8 m/s to 2 m/s."""
 
 _POSITION: Final = mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT
 _HOME: Final = mavlink.MAVLINK_MSG_ID_HOME_POSITION
 _CURRENT: Final = mavlink.MAVLINK_MSG_ID_MISSION_CURRENT
 _HEARTBEAT: Final = mavlink.MAVLINK_MSG_ID_HEARTBEAT
 READ: Final = frozenset({_POSITION, _HOME, _CURRENT})
-"""Besides HEARTBEAT."""
+"""Messages to read besides HEARTBEAT."""
 
 SPEED_TOLERANCE_M_S: Final = 0.5
 SPEED_TOLERANCE: Final = 0.1
@@ -32,20 +32,20 @@ _GROUND_SPEED: Final = 1
 
 
 class Seen(Protocol):
-    """What telemetry must show. `asks`: the message to request, None if it comes by itself."""
+    """The expected effect. `asks`: the message to request; None if it arrives unrequested."""
 
     asks: int | None
 
     def receive(self, message_id: int, message: Any) -> None:
-        """One of READ, or a HEARTBEAT, came since it was accepted."""
+        """Takes a message of READ, or a HEARTBEAT, received after the acceptance."""
 
     @property
     def shown(self) -> bool | None:
-        """True: confirmed. False: cannot be confirmed now. None: not yet."""
+        """True: the effect is visible. False: it cannot become visible now. None: not yet."""
 
     @property
     def words(self) -> str:
-        """What telemetry shows, as part of a sentence; empty if nothing arrived."""
+        """The observed state, as part of a sentence; empty if nothing was received."""
 
 
 class _Speed:
@@ -77,7 +77,7 @@ class _Home:
     asks: int | None = _HOME
 
     def __init__(self, wanted: tuple[float, float] | None) -> None:
-        """`wanted`: latitude and longitude; None: the present position."""
+        """`wanted`: latitude and longitude; None: the drone's position."""
         self._wanted = wanted
         self._here: tuple[float, float] | None = None
         self._home: tuple[float, float] | None = None
@@ -153,7 +153,7 @@ class _Mission:
 
 
 def what_shows(work: CommandWork, around: Around) -> Seen | None:
-    """None: nothing that telemetry could show, or what something else looks for."""
+    """Returns None if telemetry cannot show the effect, or if another check covers it."""
     make: Callable[[CommandWork, Around], Seen | None] | None = _MAKERS.get(work.command)
     return None if make is None else make(work, around)
 

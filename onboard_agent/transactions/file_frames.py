@@ -1,6 +1,6 @@
-"""One request or answer of MAVLink FTP: the payload of FILE_TRANSFER_PROTOCOL. Pure.
+"""Requests and answers of MAVLink FTP: the payload of FILE_TRANSFER_PROTOCOL. Pure.
 
-Source: mavlink.io, services/ftp; ArduPilot's GCS_FTP where that leaves the choice to the server.
+Source: mavlink.io, services/ftp; ArduPilot's GCS_FTP where the specification leaves the choice to the server.
 """
 
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from onboard_agent.autopilot.own_frames import AGENT_COMPONENT, FrameMaker, Send
 from wire.dialect import mavlink
 
 _HEAD: Final = Struct("<HBBBBBxI")
-"""Sequence, session, opcode, size, opcode of the request, whether a burst is over, offset."""
+"""Sequence, session, opcode, size, opcode of the request, burst complete, offset."""
 MAX_BLOCK_BYTES: Final = 239
 _PAYLOAD_BYTES: Final = _HEAD.size + MAX_BLOCK_BYTES
 _AUTOPILOT_COMPONENT: Final = 1
@@ -27,7 +27,7 @@ class Op(IntEnum):
 
 
 class Nack(IntEnum):
-    """The first byte of a NACK's payload."""
+    """The first data byte of a NACK."""
 
     FAIL = 1
     INVALID_SESSION = 4
@@ -36,7 +36,7 @@ class Nack(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class FileAnswer:
-    """`sequence`: one more than that of the request. `code`: of a NACK, else None."""
+    """`sequence`: that of the request plus one. `code`: the error of a NACK, else None."""
 
     sequence: int
     session: int
@@ -45,8 +45,7 @@ class FileAnswer:
 
 
 def read_answer(message: Any, system_id: int, component: int = AGENT_COMPONENT) -> FileAnswer | None:
-    """The answer in a FILE_TRANSFER_PROTOCOL; None if it is for somebody else, or not an answer. `component`: the
-    requester."""
+    """Reads a FILE_TRANSFER_PROTOCOL; None if it is not an answer to `component` of this system."""
     if (message.target_system, message.target_component) != (system_id, component):
         return None
     payload = bytes(message.payload).ljust(_PAYLOAD_BYTES, b"\0")
@@ -59,7 +58,7 @@ def read_answer(message: Any, system_id: int, component: int = AGENT_COMPONENT) 
 
 
 class FileFrames:
-    """Makes the frames for one vehicle. `component`: under which they go, and to which the answers come."""
+    """Makes the frames for one vehicle. `component` sends the requests and receives the answers."""
 
     def __init__(self, maker: FrameMaker, *, vehicle_system_id: int, component: int = AGENT_COMPONENT) -> None:
         self._maker = maker
@@ -67,7 +66,7 @@ class FileFrames:
         self.system_id = vehicle_system_id
 
     def ask(self, op: Op, *, sequence: int, session: int, offset: int = 0, size: int = 0, data: bytes = b"") -> bytes:
-        """A request. `size`: of the requested block; with `data`, its length counts."""
+        """Makes a request. `size`: of the requested block; if there is `data`, its length is used instead."""
         head = _HEAD.pack(sequence & 0xFFFF, session, op, len(data) or size, 0, 0, offset)
         payload = (head + data).ljust(_PAYLOAD_BYTES, b"\0")
         message = mavlink.MAVLink_file_transfer_protocol_message(0, self.system_id, _AUTOPILOT_COMPONENT, payload)

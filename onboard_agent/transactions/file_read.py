@@ -1,12 +1,11 @@
-"""Reads a file of the autopilot by MAVLink FTP, several blocks at a time. No I/O; takes `now`.
+"""Reads a file from the autopilot over MAVLink FTP, several blocks at a time. No I/O; takes `now`.
 
 Rules, each tested:
-
-- Blocks are requested one by one and not as a burst: ArduPilot sends bursts at a third of the line's nominal speed.
-- All blocks have one size: ArduPilot pads a parameter file so that no value lies across two of them.
-- A lost block is requested again after about a round trip; one that is lost too often ends the read.
-- The file ends with a partial block, or when the autopilot says so.
-- A session of ours that was left open is closed and reopened; somebody else's is left alone.
+- Blocks are requested one by one, not as a burst: ArduPilot sends bursts at a third of the line's nominal speed.
+- All blocks have the same size: ArduPilot pads a parameter file so that no value spans two blocks.
+- A lost block is requested again after about a round trip; a block that is lost too often ends the reading.
+- The file ends with a block that is not full, or with the autopilot's end-of-file error.
+- If our own session was left open, it is closed and opened again; sessions of others are left alone.
 """
 
 from typing import Final
@@ -15,14 +14,14 @@ from onboard_agent.transactions.answer_time import AnswerTime
 from onboard_agent.transactions.file_frames import MAX_BLOCK_BYTES, FileAnswer, FileFrames, Nack, Op
 
 SESSION: Final = 191
-"""Ours, and not one with which ground stations begin: their reset must not end our reading."""
+"""Our session. Ground stations do not begin with this number, so their reset does not end our reading."""
 OPEN_TRIES: Final = 3
 BLOCK_TRIES: Final = 8
 MAX_FILE_BYTES: Final = 1 << 18
 
 
 class FileRead:
-    """Call `due` at each tick and after each `heard`, until `end` or `why_not` is set."""
+    """Call `due` at each tick and after each `receive`, until `end` or `why_not` is set."""
 
     def __init__(self, talk: FileFrames, name: bytes, *, at_once: int, answer_s: float) -> None:
         """`at_once`: blocks requested at the same time. `answer_s`: the longest wait for one answer."""
@@ -37,29 +36,29 @@ class FileRead:
         self._open_asked = 0
         self._again_at = float("-inf")
         self._asked: dict[int, tuple[int, float]] = {}
-        """By sequence number of the answer: the requested offset, and the time."""
+        """By sequence of the answer: the requested offset, and when it was requested."""
         self._waiting: dict[int, tuple[int, float]] = {}
-        """By offset: number of requests, and deadline of the answer."""
+        """By offset: the number of requests, and the time until which to wait for an answer."""
         self._blocks: dict[int, bytes] = {}
         self._next_offset = 0
         self._size = MAX_FILE_BYTES
         self._said_goodbye = False
         self.end: bytes | None = None
-        """The whole file."""
+        """The complete file."""
         self.why_not: str | None = None
 
     @property
     def received_bytes(self) -> int:
-        """So many are here."""
+        """Bytes received so far."""
         return sum(map(len, self._blocks.values()))
 
     @property
     def head(self) -> bytes:
-        """The first block, once it is here."""
+        """The first block, empty until it arrives."""
         return self._blocks.get(0, b"")
 
     def receive(self, answer: FileAnswer, now: float) -> None:
-        """The autopilot answers us."""
+        """Takes an answer of the autopilot."""
         if self._over or answer.sequence not in self._asked:
             return
         offset, asked_at = self._asked.pop(answer.sequence)
@@ -89,11 +88,11 @@ class FileRead:
         return out
 
     def give_up(self) -> None:
-        """Cancels the read: `due` closes the session."""
+        """Abandons the reading: the next `due` closes the session."""
         if not self._over:
             self.why_not = "it was given up"
 
-    # Inside.
+    # Internals.
 
     @property
     def _over(self) -> bool:
@@ -112,7 +111,7 @@ class FileRead:
             self._close_first = False
             out.append(self._talk.ask(Op.TERMINATE, sequence=self._sequence, session=self._session))
             self._sequence += 1
-        # The same sequence each time: an autopilot that has opened it repeats its answer.
+        # The sequence stays the same on each try: an autopilot that has opened the session repeats its answer.
         self._asked = {self._sequence + 1: (0, now)}
         out.append(self._talk.ask(Op.OPEN_TO_READ, sequence=self._sequence, session=self._session, data=self._name))
         return out
@@ -157,7 +156,7 @@ class FileRead:
             self.why_not = "the file is too large"
 
     def _goodbye(self) -> list[bytes]:
-        """Closes the session, once. Should it be lost, the autopilot closes it after a silence."""
+        """Closes the session, once. If the request is lost, the autopilot closes the session after a silence."""
         if self._said_goodbye or not self._is_open:
             return []
         self._said_goodbye = True

@@ -1,4 +1,4 @@
-"""The interface through which a handler sends a file to the tower. No I/O."""
+"""The interface for sending a file from a handler to the tower. No I/O."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -7,19 +7,19 @@ from typing import Protocol
 
 @dataclass(frozen=True, slots=True)
 class Sending:
-    """`done`: bytes sent. An interrupted attempt starts again at 0."""
+    """`done`: bytes sent. An attempt that broke off restarts at 0."""
 
     done: int
 
 
 @dataclass(frozen=True, slots=True)
 class Sent:
-    """The tower has it."""
+    """The tower has received the file."""
 
 
 @dataclass(frozen=True, slots=True)
 class NotSent:
-    """The tower refuses the file. `why`: without a full stop."""
+    """The tower refused the file. `why`: without a full stop."""
 
     why: str
 
@@ -29,10 +29,10 @@ class FileSender(Protocol):
 
     @property
     def state(self) -> Sending | Sent | NotSent:
-        """Of the file begun last."""
+        """The state of the latest file."""
 
     def begin(self, transaction_id: int, path: Path) -> None:
-        """To `PUT /api/v1/agent/files/{transaction_id}`."""
+        """Starts sending to `PUT /api/v1/agent/files/{transaction_id}`."""
 
     def stop(self) -> None:
-        """Not any more. What is over stays as it is."""
+        """Stops sending. A finished transfer keeps its state."""

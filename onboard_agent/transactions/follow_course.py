@@ -1,9 +1,9 @@
-"""Where a follower flies, and when it must not follow any more. Pure: positions in, a place or a reason out.
+"""Computes where a follower flies, and when it must stop following. Pure.
 
-Laws, each with a test:
-- No place that is commanded is within NEAR_M of where the leader is taken to be, over ground and in height.
-- What is not fresh is not followed, and nothing is moved on in thought for longer than that.
-- Heights are above the sea: the two drones need not have the same home. They agree as well as their own heights do.
+Rules, each tested:
+- No commanded position is within NEAR_M of the leader's estimated position, both over ground and in height.
+- A stale position is not followed, and no position is extrapolated for longer than STALE_S.
+- Heights are above sea level, so that the two drones need not share a home. They are as accurate as each drone's own.
 """
 
 from math import cos, hypot, radians
@@ -12,20 +12,20 @@ from typing import Final, NamedTuple
 from wire.following import FARTHEST_M, NEAR_M, FollowWork, is_apart
 
 STALE_S: Final = 2.0
-"""A position older than this, the leader's or one's own, is no position."""
+"""Positions older than this are ignored, both the leader's and the follower's own."""
 
 AHEAD_S: Final = 1.0
-"""So far ahead the two are moved on as they fly, to see whether they come too near."""
+"""Both drones' motion is extrapolated this far, to check whether they come too near."""
 
 LOWEST_M: Final = 3.0
-"""Above the follower's home: a leader that comes down does not fly its followers into the ground."""
+"""Above the follower's home, so that a descending leader does not fly its followers into the ground."""
 
 _METRES_PER_E7: Final = 0.011_131_95
 _ROUND_E7: Final = 3_600_000_000
 
 
 class Motion(NamedTuple):
-    """Degrees times 10^7, metres above the sea, metres a second, and when that was so (`now`'s clock)."""
+    """Degrees times 10^7, metres above sea level, metres per second, and the measurement time (clock of `now`)."""
 
     lat_e7: float
     lon_e7: float
@@ -39,13 +39,13 @@ class Motion(NamedTuple):
         return now - self.at <= within_s
 
     def later(self, now: float) -> "Motion":
-        """Moved on as it flies, for STALE_S at the most."""
+        """Extrapolates the motion to `now`, by STALE_S at most."""
         seconds = min(max(0.0, now - self.at), STALE_S)
         moved = self.shifted(self.north_m_s * seconds, self.east_m_s * seconds, -self.down_m_s * seconds)
         return moved._replace(at=now)
 
     def shifted(self, north_m: float, east_m: float, up_m: float) -> "Motion":
-        """So much further on, flying as before."""
+        """Returns the position moved by this offset, with the same velocity."""
         lat_e7 = self.lat_e7 + north_m / _METRES_PER_E7
         lon_e7 = self.lon_e7 + east_m / (_METRES_PER_E7 * _shrunk(self.lat_e7))
         return self._replace(
@@ -56,7 +56,7 @@ class Motion(NamedTuple):
 
 
 class Gap(NamedTuple):
-    """How far one is from another, metres."""
+    """Distance between two positions, in metres."""
 
     over_ground_m: float
     in_height_m: float
@@ -67,26 +67,26 @@ class Gap(NamedTuple):
 
 
 def gap(one: Motion, other: Motion) -> Gap:
-    """Between the places as they are, on a flat piece of earth: good for some kilometres, poles apart."""
+    """Computes the distance on a flat earth: accurate for some kilometres, except near the poles."""
     lon_e7 = (other.lon_e7 - one.lon_e7 + _ROUND_E7 / 2) % _ROUND_E7 - _ROUND_E7 / 2
     north_m = (other.lat_e7 - one.lat_e7) * _METRES_PER_E7
     return Gap(hypot(north_m, lon_e7 * _METRES_PER_E7 * _shrunk(one.lat_e7)), abs(other.alt_m - one.alt_m))
 
 
 def place(leader: Motion, work: FollowWork, now: float) -> Motion:
-    """The follower's, and how fast it moves."""
+    """Returns the follower's target position and velocity."""
     return leader.later(now).shifted(work.north_m, work.east_m, work.up_m)
 
 
 def why_not_there(work: FollowWork) -> str | None:
-    """Why such a position cannot be kept, or None."""
+    """Returns why this place is unsafe, or None."""
     if is_apart(work.north_m, work.east_m, work.up_m):
         return None
     return f"the place is too near to {work.leader_name}"
 
 
 def why_stop(own: Motion, leader: Motion, work: FollowWork, now: float, *, home_alt_m: float) -> str | None:
-    """Why it must hold now, in words, or None. `home_alt_m`: of its own home, above the sea."""
+    """Returns why the follower must hold now, or None. `home_alt_m`: altitude of its own home above sea level."""
     name = work.leader_name
     if not leader.fresh(now, work.patience_s):
         return f"nothing new was heard of {name} for {work.patience_s:g} s"
@@ -104,5 +104,5 @@ def why_stop(own: Motion, leader: Motion, work: FollowWork, now: float, *, home_
 
 
 def _shrunk(lat_e7: float) -> float:
-    """Metres of a degree of longitude at this latitude; never zero, not even at a pole."""
+    """Length of a degree of longitude at this latitude, relative to the equator; at least 0.01, even at a pole."""
     return max(0.01, cos(radians(lat_e7 / 1e7)))

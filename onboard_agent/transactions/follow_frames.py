@@ -1,4 +1,4 @@
-"""Messages to a follower's autopilot: a target and a speed, or stand still. Pure."""
+"""Messages to a follower's autopilot: a target with a velocity, or a stop. Pure."""
 
 from typing import Any, Final
 
@@ -16,13 +16,13 @@ _CHANGE_MODE: Final = 1.0
 
 
 def target(system_id: int, at: Motion) -> Any:
-    """To an ArduPilot: this place, and the speed with which it moves. Nobody answers."""
+    """ArduPilot: a position and its velocity. Sends no acknowledgement."""
     speed = (at.north_m_s, at.east_m_s, at.down_m_s)
     return _set_target(system_id, _PLACE_AND_SPEED, (round(at.lat_e7), round(at.lon_e7), at.alt_m), speed)
 
 
 def standing(system_id: int) -> Any:
-    """To an ArduPilot: no speed at all. What it does until, or if, no mode is granted that holds."""
+    """ArduPilot: zero velocity. Stops the drone until a hold mode is accepted, or if none is."""
     return _set_target(system_id, _SPEED_ONLY, (0, 0, 0.0), (0.0, 0.0, 0.0))
 
 
@@ -34,7 +34,7 @@ def _set_target(system_id: int, mask: int, at: tuple[int, int, float], speed: tu
 
 
 def go_there(system_id: int, at: Motion) -> Any:
-    """To a PX4, as a command that it answers."""
+    """PX4: a command, which PX4 acknowledges."""
     params = (_AS_IT_IS, _CHANGE_MODE, 0.0, _NAN)
     return mavlink.MAVLink_command_int_message(
         system_id,

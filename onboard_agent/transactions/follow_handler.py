@@ -1,14 +1,15 @@
-"""The handler for following: keeps a drone at its position beside a leader, whose positions the tower sends. No I/O.
+"""Handler for following: keeps a drone at its offset from a leader, using the positions from the tower. No I/O.
 
-Targets take the path of a holder's frames. One leader at a time. Rules, each tested:
+Its frames take the path of the holder's frames. A drone follows one leader at a time.
 
-- It begins in the air, in the mode that accepts targets, with both positions fresh; otherwise nothing is sent.
-- If it ends by itself (the leader is lost, too near, too far, on the ground; the time is over; it was cancelled; the
-  controls changed hands), the drone holds, which a heartbeat must show.
-- Moved sticks end it the same way: its mode ignores sticks, so the pilot wants to take over.
-- Other flight commands win: a command, a hold, a mode from a switch. Then it ends, and nothing more is sent.
-- A PX4 changes its mode to go somewhere, and gets the next target only right after a heartbeat that shows its former
-  mode.
+Rules, each tested:
+- Following begins only in the air, in the mode that accepts targets, with both positions fresh; else nothing is sent.
+- If following ends by itself (leader lost, too near, too far or on the ground; time over; cancelled; controls handed
+  over), the drone is put into a hold, and a heartbeat must show that mode.
+- Moved sticks also end it with a hold: the following mode ignores sticks, and the pilot who moves them wants control.
+- Any other control input wins: a command, a hold, or a mode switch. Following then ends, and nothing more is sent.
+- PX4 changes its mode to go to a target. It receives the next target only right after a heartbeat that shows the mode
+  it was in.
 """
 
 from collections.abc import Callable
@@ -33,12 +34,12 @@ from wire.transactions import Outcome, Transaction, TransactionProgress, Transac
 
 SEND_EVERY_S: Final = 0.2
 GO_EVERY_S: Final = 1.0
-"""A PX4, for which each target is a command with an answer."""
+"""For PX4, where each target is a command with an acknowledgement."""
 FIRST_WITHIN_S: Final = 2.0
-"""The first positions, the leader's and its own."""
+"""Timeout for the first positions, the leader's and the follower's own."""
 REPORT_EVERY_S: Final = 1.0
 MAX_REFUSALS: Final = 3
-"""In a row."""
+"""Consecutive refusals."""
 
 _AUTOPILOT: Final = 1
 _POSITION: Final = mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT
@@ -48,12 +49,12 @@ _ACK: Final = mavlink.MAVLINK_MSG_ID_COMMAND_ACK
 
 @dataclass(slots=True)
 class _End:
-    """How it will have ended once the drone holds."""
+    """The outcome to report once the drone holds."""
 
     outcome: Outcome
     why: str
     stands: bool = False
-    """The drone was commanded to stand still."""
+    """A stop was sent."""
     pause: PlanPause | None = None
 
 
@@ -62,7 +63,7 @@ class _Following:
     transaction: Transaction
     work: FollowWork
     by_command: bool
-    """Each target is a command with an answer, which changes the mode."""
+    """Each target is a command, which is acknowledged and changes the mode."""
     began_at: float
     deadline: float
     commanded: int
@@ -75,7 +76,7 @@ class _Following:
     begun: bool = False
     next_at: float = 0.0
     asked: bool = False
-    """A heartbeat, and none has come since."""
+    """A heartbeat was requested, and its target is not sent yet."""
     shown: bool = False
     refusals: int = 0
     refusal: str = ""
@@ -84,14 +85,16 @@ class _Following:
 
 
 def _targets_mode(around: Around) -> FlightMode | None:
-    """The mode that accepts a stream of targets; None for a vehicle that is not known to follow."""
+    """Returns the mode that accepts successive targets; None for a vehicle that is not known to support following."""
     profile = registry.of(around.autopilot_kind, around.vehicle_type)
     return None if profile is None else profile.roles.targets
 
 
 class FollowHandler:
-    """A TransactionHandler. `leader` gets the leader's positions. `send`, `commanded`: as for CommandHandler. `moved`:
-    count of sticks passed that were not centred."""
+    """A TransactionHandler. `leader` takes the leader's position. `send`, `commanded`: as for CommandHandler.
+
+    `moved`: how many times off-centre sticks have passed.
+    """
 
     works = (FollowWork,)
     hears = frozenset({_POSITION, _BEAT, _ACK})
@@ -108,12 +111,12 @@ class FollowHandler:
         self._news: list[TransactionToTower] = []
 
     def autopilot_came(self, around: Around, now: float) -> None:
-        """Forgets what the autopilot was told before it rebooted."""
+        """The autopilot has lost what it was sent before it rebooted: ends the following."""
         if self._one is not None:
             self._over(Outcome.FAILED, "The autopilot was restarted. Nothing more was sent to it.")
 
     def begin(self, transaction: Transaction, around: Around | None, now: float) -> None:
-        """The tower requests following."""
+        """Starts a request to follow."""
         work = transaction.work
         assert isinstance(work, FollowWork)
         why_not = self._why_not(work, around)
@@ -132,7 +135,7 @@ class FollowHandler:
         )
 
     def leader(self, position: LeaderPosition, late_s: float, now: float) -> None:
-        """The leader's position. `late_s`: the message's delay on its way."""
+        """Takes the leader's position. `late_s`: the delay of the message on its way."""
         one = self._one
         if one is None or position.id != one.transaction.id or position.number <= one.newest:
             return
@@ -148,19 +151,19 @@ class FollowHandler:
         )
 
     def cancel(self, transaction_id: int, now: float) -> None:
-        """The tower cancels."""
+        """The tower cancels the following."""
         if self._one is not None and self._one.transaction.id == transaction_id:
             self._stop(Outcome.CANCELLED, f"It was ordered to stop following {self._one.work.leader_name}")
 
     def epoch_changed(self, epoch: int, now: float) -> None:
-        """Whoever has it now did not ask for this."""
+        """The new holder did not ask for this: ends the following."""
         if self._one is not None and self._one.transaction.epoch != epoch:
             self._stop(
                 Outcome.STALE_EPOCH, f"The controls changed hands while it followed {self._one.work.leader_name}"
             )
 
     def receive(self, frame: bytes, now: float) -> bool:
-        """A message of `hears` arrived."""
+        """Takes a frame of a type in `hears`."""
         one = self._one
         if one is None or source(frame) != (self._system, _AUTOPILOT):
             return False
@@ -175,7 +178,7 @@ class FollowHandler:
             return False
         if msgid == _ACK:
             return self._acknowledged(one, message, now)
-        if message.lat != 0 or message.lon != 0:  # else it does not know where it is
+        if message.lat != 0 or message.lon != 0:  # zeros mean that the autopilot has no position
             speed = (message.vx / 100, message.vy / 100, message.vz / 100)
             one.own = Motion(message.lat, message.lon, message.alt / 1000, *speed, now)
             one.home_alt_m = (message.alt - message.relative_alt) / 1000
@@ -202,14 +205,14 @@ class FollowHandler:
         return self._on(one, around, now)
 
     def news(self) -> list[TransactionToTower]:
-        """Reports for the tower, each once, in order."""
+        """Returns the messages for the tower once, in order."""
         news, self._news = self._news, []
         return news
 
     def resend(self) -> None:
-        """There is no state to tell."""
+        """Does nothing: following has no state to report."""
 
-    # Whether.
+    # Conditions.
 
     def _why_not(self, work: FollowWork, around: Around | None) -> str | None:
         if around is None or not around.heard:
@@ -235,7 +238,7 @@ class FollowHandler:
         return None
 
     def _why_leave_alone(self, one: _Following, around: Around) -> str | None:
-        """Why another person has the drone now, or it cannot follow."""
+        """Why the follower is under other control, or out of reach."""
         if not around.heard:
             return "no heartbeat from the autopilot"
         if one.commanded != self._commanded() or around.holding:
@@ -243,7 +246,7 @@ class FollowHandler:
         return self._why_not_flying(around)
 
     def _check(self, one: _Following, now: float) -> None:
-        """Whether it must be ended, or can begin."""
+        """Ends the following if it must, or begins it if it can."""
         name = one.work.leader_name
         if one.leader is None or one.own is None:
             if now - one.began_at > FIRST_WITHIN_S:
@@ -266,7 +269,7 @@ class FollowHandler:
         elif one.refusals >= MAX_REFUSALS:
             self._stop(Outcome.FAILED, f"It no longer follows {name}: the autopilot refuses the place ({one.refusal})")
 
-    # On its way.
+    # While following.
 
     def _on(self, one: _Following, around: Around, now: float) -> list[bytes]:
         if now < one.next_at:
@@ -296,7 +299,7 @@ class FollowHandler:
         return []
 
     def _acknowledged(self, one: _Following, ack: Any, now: float) -> bool:
-        """Whether it answers us alone."""
+        """Returns whether the acknowledgement is addressed to the agent alone."""
         ours = ack.target_component == AGENT_COMPONENT and ack.target_system == self._system
         if ack.command == mavlink.MAV_CMD_DO_SET_MODE and (ours or ack.target_component == 0):
             if one.end is not None and one.end.pause is not None:
@@ -328,14 +331,14 @@ class FollowHandler:
             )
         )
 
-    # Its end.
+    # End of following.
 
     def _stop(self, outcome: Outcome, why: str) -> None:
-        """With a hold. The first reason counts."""
+        """Ends the following with a hold. The first reason counts."""
         one = self._one
         if one is None or one.end is not None:
             return
-        if not one.begun:  # nothing was sent: there is nothing to stop
+        if not one.begun:  # nothing was sent, so there is nothing to stop
             self._over(outcome, f"{why}, before it had begun.")
             return
         one.end = _End(outcome, why)

@@ -1,7 +1,7 @@
-"""The interface of a handler: one kind of work at the drone, as `Transactions` and `Onboard` see it. No I/O.
+"""The interface of a handler: one kind of work at the drone, as `Transactions` and `Onboard` use it. No I/O.
 
 A handler receives the time, frames and the tower's transactions; it returns frames for the autopilot and messages for
-the tower. It decides nothing about the flight.
+the tower. It makes no decisions about the flight.
 """
 
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from wire.transactions import Transaction, TransactionToTower
 
 @dataclass(frozen=True, slots=True)
 class Around:
-    """The present facts about the drone. There are none before the autopilot was heard."""
+    """The known state of the drone at this moment. There is none before the first heartbeat of an autopilot."""
 
     system_id: int
     autopilot_kind: int
@@ -20,60 +20,63 @@ class Around:
     vehicle_type: int
     """MAV_TYPE."""
     heard: bool
-    """Whether it is heard now. A handler may continue what it has begun: its own timeouts end that."""
+    """Whether heartbeats arrive now. A handler may continue what it has begun: its own timeouts end that."""
     armed: bool
     airborne: bool
     custom_mode: int
     starting: bool
-    """A mission start was sent to the autopilot, and no heartbeat has shown the result yet."""
+    """A mission start was sent to the autopilot, and no heartbeat has shown its effect yet."""
     flown_by_hand: bool
-    """Armed, and in a mode that needs a hand on the sticks."""
+    """Armed, and in a mode that needs stick input."""
     holding: bool
-    """A hold has still something to do: whatever changes the mode stays out of its way."""
+    """A hold is in progress: nothing else may change the mode."""
     commanded: int
-    """Count of flight commands through the tower, and of holds."""
+    """Counts flight commands through the tower, and holds."""
     narrow_line: bool
-    """The line to the autopilot has no spare capacity: background work waits while the drone is flown by hand."""
+    """The line to the autopilot has no spare capacity: background work pauses while the drone is flown by hand."""
     busy: bool = False
-    """Somebody waits for work at the autopilot: a transaction, a read of plans, a ground station's files."""
+    """The autopilot is busy with work that a client waits for: a transaction, the reading of plans, a ground station's
+    file transfers."""
 
 
 class TransactionHandler(Protocol):
-    """One kind of work. Everything is called from one thread, in the order in which it happens."""
+    """One kind of work. All calls come from one thread, in the order of the events."""
 
     @property
     def works(self) -> tuple[type, ...]:
-        """The work of a Transaction that comes here (wire.transactions.Work), no two handlers the same."""
+        """The work types that this handler takes (wire.transactions.Work). No two handlers share a type."""
 
     @property
     def hears(self) -> frozenset[int]:
-        """Ids of the autopilot's messages for `heard`."""
+        """Ids of the autopilot's messages that `receive` takes."""
 
     def autopilot_came(self, around: Around, now: float) -> None:
         """The autopilot is heard for the first time, or again after a silence, or has rebooted."""
 
     def begin(self, transaction: Transaction, around: Around | None, now: float) -> None:
-        """The tower requests one of `works`. `around` None: no autopilot was heard yet.
+        """Starts a transaction with work of `works`. `around` is None if no autopilot was heard yet.
 
-        It must produce exactly one TransactionResult in time, whatever happens. A write has the present epoch: an older
-        one has been refused, a newer one was announced with `epoch_changed`.
+        It must produce exactly one TransactionResult in time, whatever happens. Writes have the known epoch: older ones
+        were refused before, and a newer epoch was announced through `epoch_changed`.
         """
 
     def cancel(self, transaction_id: int, now: float) -> None:
-        """The tower cancels it. Ignored for an id that has ended, or that another handler has."""
+        """The tower cancels a transaction. Ignores an id that has ended or that belongs to another handler."""
 
     def epoch_changed(self, epoch: int, now: float) -> None:
-        """This is the epoch now; what writes under another one is given up, and put back where that can be."""
+        """Sets the current epoch. Writes of another epoch are abandoned, and rolled back where possible."""
 
     def receive(self, frame: bytes, now: float) -> bool:
-        """A message of `hears` arrived: a whole frame from any sender, with a valid checksum. True: it answers this
-        handler alone, and need not go up to the tower."""
+        """Takes a whole frame of a type in `hears`, from any sender, with a valid checksum.
+
+        Returns True if the frame answers this handler alone and need not be forwarded to the tower.
+        """
 
     def due(self, around: Around, now: float) -> list[bytes]:
-        """Frames to send to the autopilot now. Called at each tick and after each `heard` and `begin`."""
+        """Returns the frames to send to the autopilot now. Called at each tick and after each `receive` and `begin`."""
 
     def news(self) -> list[TransactionToTower]:
-        """Reports for the tower, each once, in order. What does not fit waits in Transactions."""
+        """Returns the messages for the tower once, in order. Messages that do not fit wait in Transactions."""
 
     def resend(self) -> None:
-        """The tower may know nothing: the state (not results, not progress) is news again."""
+        """The tower may know nothing: queues the state again (no results, no progress)."""

@@ -1,6 +1,6 @@
-"""The journal that is on disk while a plan is being written, so the old plan survives a crash. No I/O.
+"""The journal on disk while a plan is being written, so that the old plan survives a crash. No I/O.
 
-An intent is saved before the first frame of a write and removed when a read-back has proved which plan is on board.
+An intent is saved before the first frame of a write, and removed when a read-back has proved which plan is on board.
 While an intent exists, the plan on board may be incomplete.
 """
 
@@ -12,28 +12,30 @@ import msgspec
 from wire.plans import BoundedPlan, Plan, PlanKind
 
 Lasting = Callable[[], bool]
-"""Ask it: whether what was to be done is done, and lasts. Raises OSError where it cannot be; then nothing changed."""
+"""Returns whether the change is done and durable. Raises OSError if it failed; then nothing has changed."""
 
 
 class JournalStore(Protocol):
-    """One record for each kind of plan. Each change is atomic, in the order of the calls. A call that returns None is
-    done and durable; otherwise the returned Lasting says when."""
+    """One record for each kind of plan. Changes are atomic and applied in the order of the calls.
+
+    A call that returns None is already durable; otherwise the change is durable once the Lasting returns True.
+    """
 
     def load(self, kind: PlanKind) -> bytes | None:
-        """The record, or None without one. Raises OSError."""
+        """Returns the record, or None if there is none. Raises OSError."""
 
     def save(self, kind: PlanKind, record: bytes) -> Lasting | None:
         """Raises OSError; then nothing has changed."""
 
     def remove(self, kind: PlanKind) -> Lasting | None:
-        """No record any more. Raises OSError."""
+        """Deletes the record. Raises OSError."""
 
 
 class NoJournal:
-    """A JournalStore where there is no place for one: nothing was ever begun, and nothing is."""
+    """A JournalStore without storage: it has no records and accepts none."""
 
     def load(self, kind: PlanKind) -> bytes | None:
-        """There is none."""
+        """Returns None."""
         return None
 
     def save(self, kind: PlanKind, record: bytes) -> None:
@@ -41,18 +43,18 @@ class NoJournal:
         raise OSError("it has no directory for its state")
 
     def remove(self, kind: PlanKind) -> None:
-        """There is none."""
+        """Does nothing."""
 
 
 class Intent(msgspec.Struct, frozen=True):
-    """The plan that was on board, and the one that is to be."""
+    """The plan that was on board, and the plan that replaces it."""
 
     old: BoundedPlan
     new: BoundedPlan
 
 
 UNREADABLE: Final = Intent((), ())
-"""Stands for an unreadable record: the plan on board was not known, and no plan is better than half a plan."""
+"""Replaces an unreadable record: the plan on board is unknown, and no plan is better than half a plan."""
 
 _decoder: Final[msgspec.json.Decoder[Intent]] = msgspec.json.Decoder(Intent)
 
@@ -63,7 +65,7 @@ def write_intent(store: JournalStore, kind: PlanKind, *, old: Plan, new: Plan) -
 
 
 def read_intent(store: JournalStore, kind: PlanKind) -> Intent | None:
-    """None if nothing was being written; UNREADABLE if what was is not known."""
+    """Returns None if no write was in progress; UNREADABLE if the record cannot be read."""
     try:
         record = store.load(kind)
     except OSError:

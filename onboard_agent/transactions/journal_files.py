@@ -1,4 +1,4 @@
-"""The journal as files in the agent's state directory: one for each kind of plan, replaced atomically."""
+"""Stores the journal in the agent's state directory: one file for each kind of plan, replaced atomically."""
 
 import os
 from pathlib import Path
@@ -7,7 +7,7 @@ from wire.plans import PlanKind
 
 
 class JournalFiles:
-    """A JournalStore. The directory is made when the first record is saved."""
+    """A JournalStore. The first save creates the directory."""
 
     def __init__(self, directory: Path) -> None:
         self._directory = directory
@@ -20,7 +20,7 @@ class JournalFiles:
             return None
 
     def save(self, kind: PlanKind, record: bytes) -> None:
-        """Written beside, brought to the disk, then renamed: after a power cut it is the old record or this one."""
+        """Writes a new file, syncs it, then renames it: after a power cut the record is the old or the new one."""
         self._directory.mkdir(parents=True, exist_ok=True)
         beside = self._path(kind).with_suffix(".new")
         with beside.open("wb") as file:
@@ -31,7 +31,7 @@ class JournalFiles:
         self._bring_directory_to_disk()
 
     def remove(self, kind: PlanKind) -> None:
-        """Gone for good, after a power cut too."""
+        """Deletes the record durably, so that a power cut does not restore it."""
         if self._path(kind).exists():
             self._path(kind).unlink()
             self._bring_directory_to_disk()

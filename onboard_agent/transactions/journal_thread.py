@@ -1,4 +1,4 @@
-"""Writes the journal in a thread: a memory card may need a second, and sticks must not wait."""
+"""Writes the journal in a thread: a memory card may take a second, and stick input must not wait."""
 
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -9,7 +9,7 @@ from wire.plans import PlanKind
 
 
 class JournalThread:
-    """A JournalStore. One thing after another, in the order of the calls; what is known of the disk is kept here."""
+    """A JournalStore. Runs one change after another, in the order of the calls, and caches the records on disk."""
 
     def __init__(self, files: JournalStore) -> None:
         self._files = files
@@ -17,17 +17,17 @@ class JournalThread:
         self._records: dict[PlanKind, bytes | None] = {}
 
     def load(self, kind: PlanKind) -> bytes | None:
-        """The record as it is when nothing is being changed; from the disk the first time. Raises OSError."""
+        """Returns the record as of the last completed change; reads the disk the first time. Raises OSError."""
         if kind not in self._records:
             self._records[kind] = self._files.load(kind)
         return self._records[kind]
 
     def save(self, kind: PlanKind, record: bytes) -> Lasting:
-        """Begins to."""
+        """Starts the save."""
         return self._begin(kind, record, lambda: self._files.save(kind, record))
 
     def remove(self, kind: PlanKind) -> Lasting:
-        """Begins to."""
+        """Starts the removal."""
         return self._begin(kind, None, lambda: self._files.remove(kind))
 
     def _begin(self, kind: PlanKind, record: bytes | None, change: Callable[[], Any]) -> Lasting:

@@ -1,10 +1,9 @@
-"""Reads one flight log, a window at a time, and requests lost parts again. No I/O but the file's; takes `now`.
+"""Downloads one flight log in windows, and requests lost pieces again. No I/O but the file's; takes `now`.
 
 Rules, each tested:
-
-- The file has no gaps: bytes are appended a window at a time, when it is complete.
-- A gap is requested when the last request has ended, or nothing arrives any more; the first gap first.
-- The autopilot knows where its log ends: a short or empty piece ends it earlier than the list said.
+- The file has no gaps: data is appended one window at a time, when the window is complete.
+- A gap is requested when the last request has been answered in full or the data stops; the first gap comes first.
+- The autopilot knows where its log ends: a short or empty piece ends the log earlier than the list said.
 """
 
 from dataclasses import dataclass
@@ -16,7 +15,7 @@ SENDS_NO_MORE: Final = "the autopilot sends no more of it"
 
 
 class LogFile(Protocol):
-    """Where a log goes. One at a time."""
+    """Destination of a log. One at a time."""
 
     def append(self, data: bytes) -> None:
         """Raises OSError."""
@@ -24,23 +23,23 @@ class LogFile(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class LogRead:
-    """All of it is in the file."""
+    """The whole log is in the file."""
 
     size: int
 
 
 @dataclass(frozen=True, slots=True)
 class LogNotRead:
-    """`why`: without a full stop. What is in the file is good as far as it goes."""
+    """`why`: without a full stop. The data already in the file is valid."""
 
     why: str
 
 
 class LogDownload:
-    """Call `due` at each tick and after each `heard`, until `end` is set."""
+    """Call `due` at each tick and after each `receive`, until `end` is set."""
 
     def __init__(self, talk: LogFrames, pace: LogPace, file: LogFile, *, log_id: int, size: int, have: int) -> None:
-        """`size`: from the list. `have`: bytes in the file, a multiple of CHUNK or all of them."""
+        """`size`: from the list. `have`: bytes already in the file, a multiple of CHUNK or the whole log."""
         self._talk = talk
         self._pace = pace
         self._file = file
@@ -48,11 +47,11 @@ class LogDownload:
         self._size = size
         self._at = have
         self._pieces: dict[int, bytes] = {}
-        """Of the window that begins at `_at`, by offset."""
+        """Pieces of the window that begins at `_at`, by offset."""
         self._asked: tuple[int, int] | None = None
-        """From where, to where."""
+        """The requested range: begin and end."""
         self._came = 0
-        """Pieces of that."""
+        """Pieces of that range received."""
         self._in_vain = 0
         self._heard = False
         self._check_at = float("-inf")
@@ -60,11 +59,11 @@ class LogDownload:
 
     @property
     def progress(self) -> tuple[int, int]:
-        """Bytes, and bytes in all."""
+        """Bytes received, and bytes in total."""
         return min(self._at + len(self._pieces) * CHUNK, self._size), self._size
 
     def receive(self, log_data: Any, now: float) -> bool:
-        """A LOG_DATA of the autopilot. Whether it was news."""
+        """Takes a LOG_DATA of the autopilot. Returns whether it was new."""
         if self.end is not None or log_data.id != self._log_id or self._asked is None:
             return False
         at, count = log_data.ofs, min(log_data.count, CHUNK)

@@ -1,4 +1,4 @@
-"""The flight log being read and sent, as a file in the agent's state directory."""
+"""Stores the flight log that is being read and sent as a file in the agent's state directory."""
 
 import contextlib
 import os
@@ -10,11 +10,11 @@ from onboard_agent.transactions.log_frames import CHUNK
 from wire.transactions import LogEntry
 
 LEFT_FREE_BYTES: Final = 64 * 1024 * 1024
-"""Disk space to keep free for everything else."""
+"""Disk space left free for everything else."""
 
 
 class LogFiles:
-    """A LogStore. `directory` None: there is no room at all."""
+    """A LogStore. `directory` None: there is no storage, and `open` fails."""
 
     def __init__(self, directory: Path | None) -> None:
         self._directory = directory
@@ -22,12 +22,12 @@ class LogFiles:
 
     @property
     def path(self) -> Path:
-        """Of the log opened last."""
+        """Path of the log opened last."""
         assert self._path is not None
         return self._path
 
     def open(self, log: LogEntry) -> int:
-        """A log whose beginning is known is the same if number, beginning and size are; any other is read again."""
+        """Resumes a log of known start time if number, start and size match; other logs are read from the beginning."""
         if self._directory is None:
             raise OSError("the agent was given no directory for it")
         self._directory.mkdir(parents=True, exist_ok=True)
@@ -48,12 +48,12 @@ class LogFiles:
         return have
 
     def append(self, data: bytes) -> None:
-        """At the end."""
+        """Appends to the log opened last."""
         with self.path.open("ab") as file:
             file.write(data)
 
     def remove(self) -> None:
-        """Gone; what cannot be removed goes with the next log."""
+        """Removes the file. If that fails, the next log removes it."""
         if self._path is not None:
             with contextlib.suppress(OSError):
                 self._path.unlink()

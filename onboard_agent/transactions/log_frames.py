@@ -1,4 +1,4 @@
-"""Requests to the autopilot about its flight logs, and how often to repeat them. Pure."""
+"""Requests to the autopilot about its flight logs, and their timing. Pure."""
 
 from dataclasses import dataclass
 from typing import Any, Final
@@ -15,18 +15,18 @@ _AUTOPILOT_COMPONENT: Final = 1
 
 @dataclass(frozen=True, slots=True)
 class LogPace:
-    """Seconds, bytes and numbers, by the line to the autopilot."""
+    """Times in seconds, sizes in bytes, and counts, depending on the line to the autopilot."""
 
     first_s: float
-    """For the first answer: an autopilot looks through its card."""
+    """Timeout for the first answer, because an autopilot searches its card first."""
     quiet_s: float
-    """A transfer that is silent for this long has stopped."""
+    """After this silence the autopilot has stopped sending."""
     settle_s: float
-    """What was overtaken may still come."""
+    """Wait for pieces that arrive out of order."""
     window: int
-    """Bytes per request, a multiple of CHUNK."""
+    """Bytes requested at once, a multiple of CHUNK."""
     tries: int = 8
-    """Questions in a row that bring nothing."""
+    """Consecutive requests without data before it gives up."""
 
 
 LOGS_FAST: Final = LogPace(first_s=2.0, quiet_s=0.25, settle_s=0.02, window=512 * CHUNK)
@@ -49,7 +49,7 @@ class LogFrames:
         return self._frame(mavlink.MAVLink_log_request_data_message(*self._target, log_id, offset, count))
 
     def enough(self) -> bytes:
-        """LOG_REQUEST_END: it may go on with what it does."""
+        """LOG_REQUEST_END: the autopilot may resume its normal work."""
         return self._frame(mavlink.MAVLink_log_request_end_message(*self._target))
 
     @property

@@ -1,11 +1,10 @@
-"""The flight logs of one autopilot: listed, read and sent to the tower, one at a time. No I/O but file and sender.
+"""Handler for flight logs: lists them, reads one at a time and sends it to the tower. I/O only by file and sender.
 
 Rules, each tested:
-
-- Only while the drone is disarmed: autopilots send none in flight, and an upload delays sticks.
-- What was read stays until the tower has it: another request for the same log continues there.
-- After a reboot the log is looked up again before more of it is read.
-- The autopilot is told when the transfer ends, in every case: until then it may write no log.
+- Logs are read only while the drone is disarmed: autopilots send none in flight, and a log upload would delay sticks.
+- Data already read is kept until the tower has the log: a new request for the same log resumes the reading.
+- After a reboot the log is looked up again before the reading continues.
+- The autopilot is always notified at the end, because it may write no logs until then.
 """
 
 from enum import StrEnum
@@ -35,7 +34,7 @@ ARMED: Final = "The drone is armed. Logs are read on the ground only, when it is
 
 
 class Phase(StrEnum):
-    """What is being done; `done` and `total` of progress are logs, then bytes, then bytes."""
+    """The current step. `done` and `total` of its progress count logs when listing, else bytes."""
 
     LISTING = "listing"
     READING = "reading"
@@ -54,12 +53,12 @@ class LogHandler:
         self._sender = sender
         self._asked: Asked | None = None
         self._wanted: int | None = None
-        """The log that is to be read; None: only the list is."""
+        """The log to read; None: only list the logs."""
         self._system = 0
         self._talk: LogFrames | None = None
         self._pace: LogPace = LOGS_FAST
         self._at: LogListing | LogDownload | None = None
-        """None while the file is sent."""
+        """None while the file is sent to the tower."""
         self._sending_bytes = 0
         self._out: list[bytes] = []
         self._news: list[TransactionToTower] = []
@@ -67,12 +66,12 @@ class LogHandler:
     # TransactionHandler.
 
     def autopilot_came(self, around: Around, now: float) -> None:
-        """It may have rebooted, and number its logs in another way: which one is being read is looked up again."""
+        """The autopilot may have rebooted and renumbered its logs: looks the log up again."""
         if self._talk is not None and self._at is not None:
             self._at = LogListing(self._talk, self._pace, only=self._wanted)
 
     def begin(self, transaction: Transaction, around: Around | None, now: float) -> None:
-        """A list or a log."""
+        """Starts a listing or a download."""
         asked = Asked(transaction, now)
         if around is None or not around.heard:
             self._news.append(asked.result(Outcome.REFUSED, "No heartbeat from the autopilot."))
@@ -90,15 +89,15 @@ class LogHandler:
             self._at = LogListing(self._talk, self._pace, only=self._wanted)
 
     def cancel(self, transaction_id: int, now: float) -> None:
-        """At once."""
+        """Ends it at once."""
         if self._asked is not None and self._asked.id == transaction_id:
             self._end(Outcome.CANCELLED, f"It was cancelled. {self._what_is_left}")
 
     def epoch_changed(self, epoch: int, now: float) -> None:
-        """Whoever has the controls, a log is a log."""
+        """Does nothing: logs do not depend on who has the controls."""
 
     def receive(self, frame: bytes, now: float) -> bool:
-        """True: a requested entry or piece."""
+        """Returns True for a requested log entry or piece."""
         at = self._at
         if at is None or source(frame) != (self._system, 1):
             return False
@@ -121,14 +120,14 @@ class LogHandler:
         return out
 
     def news(self) -> list[TransactionToTower]:
-        """Reports for the tower."""
+        """Returns the messages for the tower once, in order."""
         news, self._news = self._news, []
         return news
 
     def resend(self) -> None:
-        """There is nothing to tell but progress and results."""
+        """Does nothing: logs have no state to report."""
 
-    # Inside.
+    # Internals.
 
     def _go_on(self, asked: Asked, now: float) -> None:
         at = self._at

@@ -1,10 +1,9 @@
-"""The autopilot's list of flight logs: as it sends it, then the missing entries. No I/O; takes `now`.
+"""Lists the flight logs of the autopilot, then requests missing entries. No I/O; takes `now`.
 
 Rules, each tested:
-
-- The list is complete when the announced number has arrived; one entry that announces none is a list, too.
-- When the autopilot falls silent, missing entries are requested, one range after another.
-- A list that stays incomplete is reported as far as it goes, and as incomplete.
+- The list is complete when its entries match the reported number of logs; an entry that reports zero logs is a list.
+- After the autopilot falls silent, missing entries are requested as one range after another.
+- A list that stays incomplete is reported as far as it goes, and marked incomplete.
 """
 
 from dataclasses import dataclass
@@ -18,7 +17,7 @@ SILENT: Final = "the autopilot does not answer (it gives no logs while somebody 
 
 @dataclass(frozen=True, slots=True)
 class LogsListed:
-    """`missing`: entries that the autopilot announced and did not send."""
+    """`missing`: number of further logs, according to the autopilot."""
 
     logs: tuple[LogEntry, ...]
     missing: int = 0
@@ -32,10 +31,10 @@ class LogsNotListed:
 
 
 class LogListing:
-    """Call `due` at each tick and after each `heard`, until `end` is set."""
+    """Call `due` at each tick and after each `receive`, until `end` is set."""
 
     def __init__(self, talk: LogFrames, pace: LogPace, *, only: int | None = None) -> None:
-        """`only`: the number of the one log that is of interest."""
+        """`only`: the number of the one log to look up."""
         self._talk = talk
         self._pace = pace
         self._only = only
@@ -44,17 +43,17 @@ class LogListing:
         self._last = 0
         self._range = ALL if only is None else (only, only)
         self._asked = 0
-        """Questions in a row that have brought nothing."""
+        """Consecutive requests without an answer."""
         self._again_at = float("-inf")
         self.end: LogsListed | LogsNotListed | None = None
 
     @property
     def progress(self) -> tuple[int, int]:
-        """Logs received, and in all (0: not known yet)."""
+        """Logs listed, and logs in total (0: not known yet)."""
         return len(self._logs), 1 if self._only is not None else self._count or 0
 
     def receive(self, entry: Any, now: float) -> bool:
-        """A LOG_ENTRY of the autopilot. Whether it was news."""
+        """Takes a LOG_ENTRY of the autopilot. Returns whether it was new."""
         if self.end is not None or not self._asked:
             return False
         if self._only is not None and entry.id != self._only and entry.num_logs:
@@ -83,12 +82,12 @@ class LogListing:
         return [self._talk.ask_list(*self._range)]
 
     def _first_gap(self) -> tuple[int, int]:
-        """Numbers begin at 1 with ArduPilot and at 0 with PX4; the last one tells."""
+        """Uses the last log number, because ArduPilot numbers logs from 1 and PX4 from 0."""
         assert self._count is not None
         first = max(self._last - self._count + 1, 0)
         missing = [number for number in range(first, self._last + 1) if number not in self._logs]
         if not missing:
-            return ALL  # they are numbered in another way
+            return ALL  # the numbering is not consecutive
         end = missing[0]
         while end + 1 in missing:
             end += 1

@@ -1,8 +1,8 @@
-"""What COMPONENT_METADATA (397) names: a file about other files, and among them that of the parameters. Pure.
+"""Parses the general metadata file that COMPONENT_METADATA (397) names, and finds the parameters' file in it. Pure.
 
 Source: mavlink.io, services/component_information; general.schema.json. A CRC is that of MAVLink FTP (CRC-32 that
-begins with 0 and is not inverted at the end), of the file as it lies there or as it is unpacked: PX4 gives the one for
-its packed parameters, and the other for its packed general file.
+begins with 0 and is not inverted at the end), either of the file as stored or as unpacked: PX4 gives the former for its
+packed parameters, and the latter for its packed general file.
 """
 
 import re
@@ -20,22 +20,22 @@ PARAMETERS: Final = 1
 MAX_PATH_BYTES: Final = 200
 _AUTOPILOT_COMPONENT: Final = 1
 _MESSAGE: Final = Struct("<II100s")
-"""COMPONENT_METADATA: milliseconds since boot, the CRC of the file, its address."""
+"""COMPONENT_METADATA: milliseconds since boot, CRC of the file, address of the file."""
 _ADDRESS: Final = re.compile(r"mftp://(?:\[;comp=(\d{1,3})\])?([\x21-\x7e]+)", re.IGNORECASE)
 _Address = Annotated[str, msgspec.Meta(max_length=1000)]
 
 
 class MetadataUnusable(Exception):
-    """What the vehicle offers is none, or cannot be had. Says why in words that follow on "the vehicle"."""
+    """The vehicle offers no usable metadata. The message says why and follows on "the vehicle"."""
 
 
 class MetadataDamaged(MetadataUnusable):
-    """It may be whole when it is read again."""
+    """The file is damaged; a new read may succeed."""
 
 
 @dataclass(frozen=True, slots=True)
 class OfferedFile:
-    """A file of the autopilot's. `crc`: None where it gives none."""
+    """A file of the autopilot. `crc`: None if the vehicle gives none."""
 
     path: bytes
     crc: int | None
@@ -58,12 +58,12 @@ _decoder: Final = msgspec.json.Decoder(_General)
 
 
 def mavlink_crc32(data: bytes) -> int:
-    """As MAVLink FTP and component metadata have it."""
+    """CRC-32 as used by MAVLink FTP and component metadata."""
     return zlib.crc32(data, 0xFFFFFFFF) ^ 0xFFFFFFFF
 
 
 def file_at(address: str, crc: int | None) -> OfferedFile | None:
-    """None where it does not lie on the autopilot: nothing is fetched from the internet, or of another component."""
+    """Returns None for a file elsewhere than on the autopilot: other components and the internet are not accessed."""
     found = _ADDRESS.fullmatch(address)
     if found is None or int(found[1] or _AUTOPILOT_COMPONENT) != _AUTOPILOT_COMPONENT:
         return None
@@ -72,13 +72,13 @@ def file_at(address: str, crc: int | None) -> OfferedFile | None:
 
 
 def general_file(frame: bytes) -> OfferedFile | None:
-    """What a whole COMPONENT_METADATA frame names; None where that does not lie on the autopilot."""
+    """The file that a COMPONENT_METADATA frame names; None if the file is not on the autopilot."""
     _, crc, address = _MESSAGE.unpack(payload(frame).ljust(_MESSAGE.size, b"\0")[: _MESSAGE.size])
     return file_at(address.split(b"\0", 1)[0].decode("latin-1"), crc)
 
 
 def parameters_file(general: bytes) -> OfferedFile:
-    """The file about the parameters. Raises MetadataUnusable."""
+    """The file that describes the parameters. Raises MetadataUnusable."""
     try:
         offers = _decoder.decode(general).metadata_types
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):

@@ -1,16 +1,15 @@
-"""The vehicle's metadata of its own parameters: requested, read by MAVLink FTP, and sent to the tower. No I/O.
+"""Reads the vehicle's own metadata of its parameters by MAVLink FTP and passes it to the tower. No I/O.
 
 Rules, each tested:
-
-- COMPONENT_METADATA is requested once AUTOPILOT_VERSION has arrived and names MAVLink FTP. A refusal or silence is
-  final until the autopilot comes again.
-- It has the lowest priority: it continues only while the drone is disarmed and nothing else is under way at the
-  autopilot. An interruption ends the read of a file, which starts again later.
-- It reads files of this autopilot alone, bounded in size and time, and unpacks a little of them at each tick. A damaged
-  file is read again, one that is not metadata is not.
+- COMPONENT_METADATA is requested once AUTOPILOT_VERSION has arrived and announces MAVLink FTP. A refusal or a silence
+  is final until the autopilot comes again.
+- Nothing waits for metadata: the service works only while the drone is disarmed and the autopilot has no other work.
+  Other work aborts the file in progress; the file is read from its beginning when the autopilot is idle again.
+- It reads only files of this autopilot, bounded in size and time, and unpacks a small part at each tick. A damaged file
+  is read again; a file that is no metadata is not.
 - A file with a known CRC is not read again.
-- The tower gets the hash on each link and after a change, and the bytes on request, piece by piece, while the drone is
-  disarmed.
+- The tower receives the hash on each link and after each change, and the bytes on request, piece by piece, while the
+  drone is disarmed.
 """
 
 from collections.abc import Callable, Iterator
@@ -34,16 +33,16 @@ from wire.parameter_metadata import MAX_PIECE_BYTES, MetadataKnown, MetadataPiec
 from wire.transactions import Transaction, TransactionToTower
 
 COMPONENT: Final = mavlink.MAV_COMP_ID_ONBOARD_COMPUTER4
-"""Under which it asks, so that no answer is taken for one to what flying needs."""
+"""Component id of the requests, so that answers are not mistaken for answers to flight-related requests."""
 ASK_AFTER_S: Final = 1.0
-"""After AUTOPILOT_VERSION. The parameters come first."""
+"""After AUTOPILOT_VERSION. The parameters have priority."""
 ASK_TRIES: Final = 3
 ANSWER_WITHIN_S: Final = 1.0
 FILE_TRIES: Final = 3
 FILE_AGAIN_S: Final = 10.0
 FILE_WITHIN_S: Final = 120.0
 REST_S: Final = 2.0
-"""So long nothing else must have been under way."""
+"""Required idle time of the autopilot before the service continues."""
 BLOCK_ANSWER_S: Final = 1.5
 PIECE_EVERY_S: Final = 0.5
 
@@ -52,7 +51,7 @@ _WAITS: Final = (mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_IN_PROGRESS, ma
 
 
 class MetadataService:
-    """A TransactionHandler. `parameters_busy`: whether parameters are being read or written at this moment."""
+    """A TransactionHandler. `parameters_busy`: whether parameters are being read or written at that time."""
 
     works: tuple[type, ...] = ()
     hears = frozenset(
@@ -72,18 +71,18 @@ class MetadataService:
         self._ask_at: float | None = None
         self._asked = 0
         self._general: OfferedFile | None = None
-        """To be read, as is the next one; None: not known, or done with."""
+        """The file to read, as is `_parameters`; None: not known, or done."""
         self._parameters: OfferedFile | None = None
         self._read: FileRead | None = None
         self._read_until = 0.0
         self._read_at = 0.0
         self._failures = 0
         self._left_open: FileRead | None = None
-        """Given up, and to be closed."""
+        """An ended or abandoned reading whose session must be closed."""
         self._unpacking: Steps | None = None
         self._busy_at = float("-inf")
         self._known_file: OfferedFile | None = None
-        """The metadata of `_packed`."""
+        """The source file of `_packed`."""
         self._packed = b""
         self._known = MetadataKnown(hash=None, words=_NOT_YET)
         self._pieces: Iterator[MetadataPiece] = iter(())
@@ -93,7 +92,7 @@ class MetadataService:
     # TransactionHandler.
 
     def autopilot_came(self, around: Around, now: float) -> None:
-        """Requests it again. What is known stays until the vehicle reports something else."""
+        """Starts again. Metadata of the same autopilot stays valid until the autopilot reports otherwise."""
         if self._autopilot != (around.system_id, around.autopilot_kind):
             self._autopilot = (around.system_id, around.autopilot_kind)
             self._known_file = None
@@ -102,16 +101,16 @@ class MetadataService:
         self._begin(None)
 
     def begin(self, transaction: Transaction, around: Around | None, now: float) -> None:
-        """It has no `works`."""
+        """Does nothing: the service has no `works`."""
 
     def cancel(self, transaction_id: int, now: float) -> None:
-        """It has no `works`."""
+        """Does nothing: the service has no `works`."""
 
     def epoch_changed(self, epoch: int, now: float) -> None:
-        """It writes nothing."""
+        """Does nothing: the service writes nothing."""
 
     def receive(self, frame: bytes, now: float) -> bool:
-        """A message of `hears` arrived."""
+        """Takes a frame of a type in `hears`."""
         if self._autopilot is None or source(frame) != (self._autopilot[0], 1):
             return False
         kind = message_id(frame)
@@ -153,19 +152,19 @@ class MetadataService:
         return out
 
     def news(self) -> list[TransactionToTower]:
-        """Reports for the tower."""
+        """Returns the messages for the tower once, in order."""
         news, self._news = self._news, []
         return news
 
     def resend(self) -> None:
-        """The tower may know nothing, and requests what it lacks."""
+        """The tower may know nothing: sends the hash again, and the tower then requests what it lacks."""
         self._pieces = iter(())
         self._news = [self._known]
 
     # The tower.
 
     def wanted(self, hash_: str) -> None:
-        """The tower lacks this one."""
+        """Queues the pieces of the metadata with this hash, which the tower lacks."""
         if hash_ == self._known.hash:
             whole = self._packed
             self._pieces = (
@@ -173,7 +172,7 @@ class MetadataService:
                 for at in range(0, len(whole), MAX_PIECE_BYTES)
             )
 
-    # Inside.
+    # Internals.
 
     def _in_the_way(self, around: Around, now: float) -> bool:
         flies = around.armed or around.holding or around.starting
@@ -210,7 +209,7 @@ class MetadataService:
         return True
 
     def _named(self, frame: bytes) -> None:
-        """COMPONENT_METADATA, whoever requested it: it counts if we did."""
+        """Takes COMPONENT_METADATA, whoever requested it, but only after our own request."""
         if not self._asks:
             return
         self._ask_at = float("inf")
@@ -226,7 +225,7 @@ class MetadataService:
         self._stop()
 
     def _stop(self) -> None:
-        """Reading or unpacking is interrupted and starts again later, without a result."""
+        """Aborts reading and unpacking. Both start again later; the abort does not count as a failure."""
         self._unpacking = None
         if self._read is not None:
             self._read.give_up()
@@ -264,7 +263,7 @@ class MetadataService:
             self._none(why)
 
     def _unpack(self, steps: Steps, now: float) -> None:
-        """One step of it."""
+        """Runs one step of the unpacking."""
         try:
             data = _next(steps)
             if data is not None:
@@ -277,7 +276,7 @@ class MetadataService:
             self._none(str(unusable))
 
     def _unpacked(self, data: bytes) -> None:
-        """The text of the general file, or the parameter metadata for the tower. Raises MetadataUnusable."""
+        """Takes the text of the general file, or the packed parameters for the tower. Raises MetadataUnusable."""
         if self._general is None:
             self._known_file, self._parameters = self._parameters, None
             self._report(data, "")
@@ -310,7 +309,7 @@ class MetadataService:
 
 
 def _next(steps: Steps) -> bytes | None:
-    """One step; what has come of it all, or None where there is more to do."""
+    """Runs one step. Returns the result, or None if more steps remain."""
     try:
         next(steps)
     except StopIteration as ended:

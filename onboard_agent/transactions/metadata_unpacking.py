@@ -1,8 +1,8 @@
-"""Converts a vehicle's file into metadata for the tower, a little at a time. No I/O.
+"""Converts the bytes of a vehicle's file to the form for the tower, in small steps. No I/O.
 
-Each function is a generator that does a small part of the work at a time, and returns the result, because it shares a
-thread with sticks and holds. A file is untrusted: its output is bounded, and so is the memory for it. Raises
-MetadataUnusable.
+Each function is a generator that does a small part of the work per step and returns the result, because it shares a
+thread with sticks and holds. A file is untrusted input: the output is bounded, and so is the memory for it.
+Raises MetadataUnusable.
 """
 
 import zlib
@@ -25,12 +25,12 @@ from wire.parameter_metadata import (
 lzma: ModuleType | None
 try:
     import lzma
-except ImportError:  # a Python that was built without it
+except ImportError:  # Python was built without lzma
     lzma = None
 
 MAX_GENERAL_BYTES: Final = 64 * 1024
 MAX_UNPACKER_BYTES: Final = 80 * 1024 * 1024
-"""PX4 packs with a dictionary of 64 MiB; no more of it is touched than comes out."""
+"""PX4 packs with a dictionary of 64 MiB; only as much of it is touched as there is output."""
 STEP_BYTES: Final = 64 * 1024
 STEP_ENTRIES: Final = 64
 
@@ -53,7 +53,7 @@ _encoder: Final = msgspec.json.Encoder()
 
 
 def unpacked(data: bytes, crc: int | None, *, max_bytes: int) -> Steps:
-    """The text of a file, out of xz where it is packed. `crc`: of the file, packed or not; None: not given."""
+    """The text of a file, unpacked if it is xz. `crc`: of the file, packed or not; None: not given."""
     text = data
     if data.startswith(_MAGIC):
         text = yield from _out_of_xz(data, max_bytes)
@@ -65,7 +65,7 @@ def unpacked(data: bytes, crc: int | None, *, max_bytes: int) -> Steps:
 
 
 def packed_parameters(data: bytes, crc: int | None) -> Steps:
-    """The part of a parameter file that fits `wire.parameter_metadata`, as sent to the tower."""
+    """Packs the parameters of a file that match `wire.parameter_metadata`, in the form for the tower."""
     text = yield from unpacked(data, crc, max_bytes=MAX_TEXT_BYTES)
     if text.count(b",") > MAX_COMMAS:
         raise MetadataUnusable(_TOO_LARGE)
@@ -93,7 +93,7 @@ def packed_parameters(data: bytes, crc: int | None) -> Steps:
 
 
 def _entry(raw: msgspec.Raw) -> MetadataEntry | None:
-    """None where one is not in the form: the others are of use all the same."""
+    """Returns None for an invalid entry; the others are still useful."""
     try:
         return _entry_decoder.decode(raw)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):

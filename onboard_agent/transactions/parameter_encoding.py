@@ -1,8 +1,8 @@
-"""The encoding of one parameter: PARAM_VALUE, PARAM_SET, and values that cannot be encoded. Pure.
+"""Encoding of a parameter: reads PARAM_VALUE, builds PARAM_SET, and rejects values that cannot be sent. Pure.
 
 Every value travels in the four bytes of a float. ArduPilot casts the number to a float; PX4 copies the bytes of an
-integer. The bytes are made and read here without a Python float, which would change some integers of PX4 whose bytes
-are a signalling NaN.
+integer there. This module reads and writes the bytes directly: a Python float would corrupt some of PX4's integers,
+those with the bytes of a signalling NaN.
 """
 
 import re
@@ -19,9 +19,9 @@ from wire.frames import payload
 from wire.parameters import Parameter
 
 UNNUMBERED: Final = 0xFFFF
-"""The index of a value outside a list."""
+"""The index of a value that is not sent as part of a list."""
 HASH_NAME: Final = "_HASH_CHECK"
-"""PX4: not a parameter but the hash of all of them, sent and requested like one."""
+"""PX4: not a parameter but the hash of all parameters, sent and requested like one."""
 
 _VALUE: Final = Struct("<4sHH16sB")
 _SET: Final = Struct("<4sBB16sB")
@@ -29,7 +29,7 @@ _AUTOPILOT_COMPONENT: Final = 1
 NAME: Final = re.compile("[A-Za-z0-9_]{1,16}")
 
 _FLOAT_KIND: Final = 9
-"""MAV_PARAM_TYPE. INTEGERS are of 1 to 6; 7, 8 and 10 do not fit into four bytes."""
+"""MAV_PARAM_TYPE. INTEGERS are 1 to 6; types 7, 8 and 10 do not fit into four bytes."""
 _FLOAT: Final = Struct("<f")
 _RANGES: Final = {
     1: (0, 255),
@@ -42,7 +42,7 @@ _RANGES: Final = {
 
 
 def words_of(value: float) -> str:
-    """The shortest decimal that means this value to an autopilot: 4.3 of 4.30000019."""
+    """Returns the shortest decimal that an autopilot reads as this value: 4.3 for 4.30000019."""
     for digits in range(6, 9):
         text = f"{value:.{digits}g}"
         if _FLOAT.pack(float(text)) == _FLOAT.pack(value):
@@ -51,14 +51,14 @@ def words_of(value: float) -> str:
 
 
 class Encoding(StrEnum):
-    """How an integer lies in the four bytes."""
+    """How an integer is stored in the four bytes."""
 
     CAST = "cast"
     BYTES = "bytes"
 
 
 def encoding_of(autopilot_kind: int, capabilities: int) -> Encoding:
-    """`capabilities`: from AUTOPILOT_VERSION, 0 if not known. If it does not say, PX4 copies bytes."""
+    """`capabilities`: of AUTOPILOT_VERSION, 0 if unknown. If they do not say, PX4 is taken to copy bytes."""
     if capabilities & mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST:
         return Encoding.CAST
     if capabilities & mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE:
@@ -69,8 +69,8 @@ def encoding_of(autopilot_kind: int, capabilities: int) -> Encoding:
 
 @dataclass(frozen=True, slots=True)
 class ParamValue:
-    """A decoded PARAM_VALUE. `count`: parameters in the autopilot's list. `parameter`: None if a table cannot hold name
-    or value (NaN, 64 bits, a name with other characters)."""
+    """The content of a PARAM_VALUE. `count`: number of parameters in the autopilot's list. `parameter`: None if a table
+    cannot hold the name or the value (NaN, 64 bits, other characters in the name)."""
 
     name: str
     index: int
@@ -81,7 +81,7 @@ class ParamValue:
 
 
 def read_param_value(frame: bytes, encoding: Encoding) -> ParamValue:
-    """`frame`: a whole PARAM_VALUE. The name may fill its 16 bytes without a zero behind."""
+    """`frame`: a whole PARAM_VALUE. The name may fill its 16 bytes without a terminating zero."""
     raw, count, index, name_bytes, kind = _VALUE.unpack_from(payload(frame).ljust(_VALUE.size, b"\0"))
     name = name_bytes.split(b"\0", 1)[0].decode("ascii", "replace")
     layout = INTEGERS.get(kind) if encoding is Encoding.BYTES else None
@@ -91,12 +91,12 @@ def read_param_value(frame: bytes, encoding: Encoding) -> ParamValue:
 
 
 def as_kept(value: float, kind: int) -> float:
-    """`value` as an autopilot keeps it that takes it: rounded to 32 bits where it is no whole number."""
+    """Returns the value that an autopilot stores: rounded to 32 bits unless the parameter is an integer."""
     return float(value) if kind in INTEGERS else float(_FLOAT.unpack(_FLOAT.pack(value))[0])
 
 
 def why_not(value: float, kind: int, encoding: Encoding) -> str | None:
-    """A sentence where no parameter of this kind can be set to `value`."""
+    """Returns a sentence if a parameter of this kind cannot be set to `value`."""
     if not isfinite(value):
         return "It takes a number."
     if kind == _FLOAT_KIND:
@@ -118,15 +118,15 @@ def why_not(value: float, kind: int, encoding: Encoding) -> str | None:
 
 
 class ParameterSetting:
-    """A PARAM_SET with its bytes as they are; packs as a message of the dialect does."""
+    """A PARAM_SET with its bytes unchanged; packs like a message of the dialect."""
 
     def __init__(self, target_system: int, name: str, value: float, kind: int, encoding: Encoding) -> None:
-        """`value`: one that `why_not` accepts."""
+        """`value`: `why_not` must return None for it."""
         layout = INTEGERS.get(kind) if encoding is Encoding.BYTES else None
         raw = _FLOAT.pack(value) if layout is None else layout.pack(int(value)).ljust(4, b"\0")
         self._payload = _SET.pack(raw, target_system, _AUTOPILOT_COMPONENT, name.encode("ascii"), kind)
 
     def pack(self, packer: Any) -> Any:
-        """In the form that `wire.dialect.build` needs."""
+        """Packs in the way that `wire.dialect.build` expects."""
         number = mavlink.MAVLINK_MSG_ID_PARAM_SET
         return mavlink.MAVLink_message(number, "PARAM_SET")._pack(packer, CRC_EXTRA[number], self._payload)

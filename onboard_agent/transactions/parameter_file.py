@@ -1,8 +1,8 @@
-"""ArduPilot's `@PARAM/param.pck`: all parameters, packed. Pure.
+"""Parses ArduPilot's `@PARAM/param.pck`: all parameters, packed. Pure.
 
-Source: ArduPilot, AP_Filesystem_Param. A head of three 16-bit numbers (a magic, the number of parameters that follow,
-the total), then for each: type, how much of its name it shares with the one before, the rest of the name, the value.
-Zero bytes between two of them are padding.
+Source: ArduPilot, AP_Filesystem_Param. A header of three 16-bit numbers (a magic, the number of parameters in the file,
+the number in total), then for each parameter: kind, length of the prefix shared with the previous name, rest of the
+name, value. Zero bytes between parameters are padding.
 """
 
 from dataclasses import dataclass
@@ -25,19 +25,19 @@ _FLOAT: Final = Struct("<f")
 
 
 class BadParameterFile(ValueError):
-    """The bytes are no whole file of parameters; they moved while it was read, perhaps."""
+    """The bytes are not a complete parameter file; the file may have changed while it was read."""
 
 
 @dataclass(frozen=True, slots=True)
 class PackedParameters:
-    """`count`: as the autopilot counts them. Those whose value is no number are left out of `parameters`."""
+    """`count`: as the autopilot counts them. `parameters` leaves out those whose value is not a number."""
 
     count: int
     parameters: tuple[Parameter, ...]
 
 
 def read_count(head: bytes) -> int:
-    """The number of parameters, from the first bytes of the file; 0 if they do not say."""
+    """Reads the number of parameters from the header; 0 if there is none."""
     if len(head) < _HEAD.size:
         return 0
     magic, _, total = _HEAD.unpack_from(head)
@@ -45,7 +45,7 @@ def read_count(head: bytes) -> int:
 
 
 def read_parameter_file(data: bytes) -> PackedParameters:
-    """Raises BadParameterFile unless all of them are there, each once."""
+    """Raises BadParameterFile unless every parameter is present exactly once."""
     count = read_count(data)
     if not 0 < count <= MAX_ENTRIES or _HEAD.unpack_from(data)[1] != count:
         raise BadParameterFile("the head of the file is wrong")
@@ -65,7 +65,7 @@ def read_parameter_file(data: bytes) -> PackedParameters:
 
 
 def _entry(data: bytes, at: int, before: str) -> tuple[str, int, float, int]:
-    """Name, kind and value of the one that begins there, and where it ends."""
+    """Returns name, kind and value of the entry at `at`, and where it ends."""
     kind, lengths = data[at], data[at + 1] if at + 1 < len(data) else 0
     layout = _VALUES.get(kind)
     common, rest = lengths & 0x0F, (lengths >> 4) + 1
@@ -76,5 +76,5 @@ def _entry(data: bytes, at: int, before: str) -> tuple[str, int, float, int]:
     if not NAME.fullmatch(name):
         raise BadParameterFile(f"a name at byte {at} is broken")
     (value,) = layout.unpack_from(data, end)
-    # As in a PARAM_VALUE, so that both ways give the same table.
+    # Convert as PARAM_VALUE does, so that both ways give the same table.
     return name, _KINDS[kind], float(_FLOAT.unpack(_FLOAT.pack(value))[0]), end + layout.size

@@ -1,4 +1,4 @@
-"""Remembered parameter tables as files in the agent's state directory, one for each autopilot."""
+"""Stores remembered parameter tables as files in the agent's state directory, one for each autopilot."""
 
 import contextlib
 import logging
@@ -8,20 +8,20 @@ from typing import Final
 _log = logging.getLogger(__name__)
 
 MAX_FILES: Final = 8
-"""An agent may be moved from one autopilot to another; the oldest file goes."""
+"""An agent may be moved between autopilots; the oldest file is deleted."""
 
 
 class ParameterFiles:
-    """A ParameterStore. Not brought to the disk at once: what a power cut leaves of it is read as nothing.
+    """A ParameterStore. Does not sync to disk: a file damaged by a power cut counts as no record.
 
-    `directory`: None where nothing is to be kept.
+    `directory`: None if nothing is to be kept.
     """
 
     def __init__(self, directory: Path | None) -> None:
         self._directory = directory
 
     def load(self, autopilot: str) -> bytes | None:
-        """The record, or None if there is none, or none that can be read."""
+        """Returns the record, or None if there is none or it cannot be read."""
         if self._directory is None:
             return None
         with contextlib.suppress(OSError):
@@ -29,7 +29,7 @@ class ParameterFiles:
         return None
 
     def save(self, autopilot: str, record: bytes) -> None:
-        """Written beside, then renamed. What goes wrong is logged; the agent goes on without a memory."""
+        """Writes a new file, then renames it. Logs errors; the agent then works without a remembered table."""
         if self._directory is None:
             return
         path = _path(self._directory, autopilot)

@@ -1,4 +1,4 @@
-"""Requests to the autopilot about its parameters, and how often to repeat them. Pure."""
+"""Requests to the autopilot about its parameters, and their timing. Pure."""
 
 from dataclasses import dataclass
 from typing import Any, Final
@@ -12,27 +12,28 @@ _AUTOPILOT_COMPONENT: Final = 1
 
 @dataclass(frozen=True, slots=True)
 class Pace:
-    """Seconds and numbers, by the line to the autopilot."""
+    """Times in seconds, and counts, depending on the line to the autopilot."""
 
     recall_after_s: float
-    """So long is waited for the number of the chip."""
+    """Wait for the chip number."""
     list_after_s: float
-    """Counted from the autopilot's first heartbeat: message rates and failsafe parameters come first."""
+    """Wait after the autopilot came: stream rates and failsafe parameters are requested first."""
     first_s: float
-    """For the first value of a list: an autopilot may have to count them."""
+    """Timeout for the first value of a list: an autopilot may have to count its parameters."""
     quiet_s: float
-    """A list that is silent for this long has ended; it may share the line with telemetry."""
+    """After this silence a list has ended; it may share the line with telemetry."""
     answer_s: float
-    """For a single value or block of a file, before it is known how long they take; and never longer."""
+    """First and longest timeout for a single value or a block of a file; measured answers shorten it."""
     at_once: int
     """Single values requested at the same time. ArduPilot queues 20 such requests, and drops the rest."""
     blocks_at_once: int
-    """For a file. ArduPilot queues five requests, of all clients together."""
+    """File blocks requested at the same time. ArduPilot queues five file requests, from all clients together."""
     tries: int = 5
     name_tries: int = 2
-    """For a name outside the list: most autopilots do not answer for an unknown one, and a file may be full of them."""
+    """For a name that is not in the list: most autopilots do not answer for an unknown name, and a file may hold many
+    of them."""
     gap_tries: int = 8
-    """For a value missing from a list: there may be hundreds, and one that stays away spoils the list."""
+    """For a single value missing from a list: hundreds may be missing, and one that never arrives fails the list."""
 
 
 FAST: Final = Pace(
@@ -68,7 +69,7 @@ class ParameterFrames:
         return self._frame(mavlink.MAVLink_param_request_list_message(self._system, _AUTOPILOT_COMPONENT))
 
     def ask_index(self, index: int) -> bytes:
-        """PARAM_REQUEST_READ by the number in the list."""
+        """PARAM_REQUEST_READ by index."""
         return self._frame(mavlink.MAVLink_param_request_read_message(self._system, _AUTOPILOT_COMPONENT, b"", index))
 
     def ask_name(self, name: str) -> bytes:

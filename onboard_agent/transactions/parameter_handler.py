@@ -1,16 +1,14 @@
-"""The parameters of one autopilot: read when it connects, kept up to date, written for the tower. No I/O but the
-store's.
+"""Handler for the parameters of one autopilot: reads, tracks and writes them for the tower. I/O only by the store.
 
 Rules, each tested:
-
-- They are read when the autopilot has connected and flying has what it needs, and again when their number has changed;
-  on a narrow line not during flight by hand, and with a known table not while armed.
-- The remembered table of this autopilot is reported at once as such, until the autopilot has sent its own.
+- Parameters are read once the autopilot has come and flying has what it needs, and again when their number changes; on
+  a narrow line not while the drone is flown by hand, and with a known table not while it is armed.
+- The remembered table of this autopilot is reported at once, marked as such, until the autopilot has sent its own.
 - Every PARAM_VALUE counts, whoever requested it.
-- One write at a time; a second is refused, not queued. All requests for the table wait for the same reading.
-- A tower that has this very table, directly or by its changes, does not get it again after another read request: the
+- Only one write runs at a time; a second one is refused, not queued. Requests for the table share one reading.
+- A tower that was sent this very table, or has it through changes since, is not sent it again for a read request: the
   hash is enough.
-- The remembered table is saved only while the drone is disarmed: a slow disk must not delay sticks.
+- The table is saved only while the drone is disarmed: a slow disk must not delay sticks.
 """
 
 from typing import Final
@@ -49,12 +47,12 @@ from wire.transactions import (
 )
 
 AGAIN_AFTER_S: Final = 30.0
-"""A list that could not be read, or whose length has changed once more."""
+"""Delay after a list that could not be read, or whose length has changed again."""
 RELIST_AFTER_S: Final = 2.0
 SAVE_AFTER_S: Final = 5.0
 MAX_READERS: Final = 4
 SOON_S: Final = 10.0
-"""Other users of the autopilot's files begin nothing this shortly before they are read."""
+"""Other users of the autopilot's files begin nothing this shortly before the parameters are read."""
 
 _NOT_HEARD: Final = "No heartbeat from the autopilot."
 
@@ -79,7 +77,7 @@ class ParameterHandler:
         self._kind = 0
         self._encoding = Encoding.CAST
         self._name = ""
-        """Under which its table is remembered."""
+        """Key of the remembered table."""
         self._recall_at: float | None = None
         self._pace: Pace = FAST
         self._table = ParameterNews()
@@ -89,12 +87,12 @@ class ParameterHandler:
         self._listed_at = float("-inf")
         self._listing: ParameterReading | None = None
         self._has_files = False
-        """Whether the autopilot offers files, and is one whose parameter file we know."""
+        """Whether the autopilot announces FTP, and is a kind whose parameter file we know."""
         self._readers: list[Asked] = []
         self._write: ParameterWrite | None = None
         self._writer: Asked | None = None
         self._sent_hash: str | None = None
-        """Hash of the last whole table sent to this tower."""
+        """Hash of the table last sent to this tower, as a whole or through changes."""
         self._save_at: float | None = None
         self._now = 0.0
         self._news: list[TransactionToTower] = []
@@ -119,7 +117,7 @@ class ParameterHandler:
         self._list_at = now + self._pace.list_after_s
 
     def begin(self, transaction: Transaction, around: Around | None, now: float) -> None:
-        """A read or a write."""
+        """Starts a read or a write."""
         asked = Asked(transaction, now)
         work = transaction.work
         if around is None or self._system is None:
@@ -130,7 +128,7 @@ class ParameterHandler:
             self._begin_read(asked, work, around, now)
 
     def cancel(self, transaction_id: int, now: float) -> None:
-        """A write ends before its next parameter; a reading goes on for itself."""
+        """A write ends before its next parameter; a reading continues without the request."""
         if self._writer is not None and self._writer.id == transaction_id:
             self._stop_write(Outcome.CANCELLED, "it was cancelled")
         for asked in self._readers:
@@ -139,12 +137,12 @@ class ParameterHandler:
         self._readers = [asked for asked in self._readers if asked.id != transaction_id]
 
     def epoch_changed(self, epoch: int, now: float) -> None:
-        """What the last holder writes ends before its next parameter."""
+        """A write of the previous holder ends before its next parameter."""
         if self._writer is not None and self._writer.epoch != epoch:
             self._stop_write(Outcome.STALE_EPOCH, "the controls changed hands meanwhile")
 
     def receive(self, frame: bytes, now: float) -> bool:
-        """True: a value of the list that we read."""
+        """Returns True for a value of the list being read."""
         if self._system is None or source(frame) != (self._system, 1):
             return False
         if message_id(frame) == mavlink.MAVLINK_MSG_ID_PARAM_VALUE:
@@ -180,23 +178,23 @@ class ParameterHandler:
         return out
 
     def news(self) -> list[TransactionToTower]:
-        """During a write changes wait, and a tower that has the table gets them together."""
+        """Holds changes back during a write, so that a tower that knows the table receives them together."""
         if self._write is None or not self._table.is_sent:
             self._send_news(self._now)
         news, self._news = self._news, []
         return news
 
     def resend(self) -> None:
-        """The tower may know nothing."""
+        """The tower may know nothing: sends the state again."""
         self._sent_hash = None
         self._table.resend()
 
     def busy(self, now: float) -> bool:
-        """They are being read or written, or will be in a moment."""
+        """Whether parameters are being read or written, or will be in a moment."""
         soon = self._list_at is not None and now >= self._list_at - SOON_S
         return self._listing is not None or self._write is not None or soon
 
-    # The autopilot's messages.
+    # Messages from the autopilot.
 
     def _value(self, received: ParamValue, now: float) -> bool:
         listed = False
@@ -363,14 +361,14 @@ class ParameterHandler:
         self._news.append(asked.result(end.outcome, end.words, refusals=end.refusals, refused=end.refused))
         return out
 
-    # Telling.
+    # Reports.
 
     def _talk(self) -> ParameterFrames:
         assert self._system is not None
         return ParameterFrames(self._maker, vehicle_system_id=self._system, encoding=self._encoding)
 
     def _send_news(self, now: float, *, at_once: bool = False) -> None:
-        """A tower that was sent the table before a change has the one after it as well."""
+        """Sends the changes. A tower that had the table before a change has the one after it too."""
         news = self._table.due(now, at_once=at_once)
         for one in news:
             if isinstance(one, ParameterChanged) and one.before == self._sent_hash:
