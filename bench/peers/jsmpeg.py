@@ -1,7 +1,7 @@
 """JSMpeg's documented set-up: ffmpeg posts MPEG-TS to a relay in Node, a page plays what the relay sends it.
 
-Its documentation has `ffmpeg -f v4l2 ... -f mpegts -codec:v mpeg1video -s 640x480 -b:v 1000k -bf 0
-http://relay/secret`; here ffmpeg reads the simulator's camera directly. The player has its defaults.
+`ffmpeg -f v4l2 ... -f mpegts -codec:v mpeg1video -s 640x480 -b:v 1000k -bf 0 http://relay/secret` is the command in its
+documentation; here ffmpeg reads the simulator's camera directly. The player has its defaults.
 """
 
 from __future__ import annotations
