@@ -1,1 +1,1 @@
-"""Benchmarks, run on demand: `python -m bench NAME`. May import everything of ours; nothing of ours imports it."""
+"""Benchmarks, run on demand: `python -m bench NAME`. May import every package of the product; none imports this one."""

@@ -93,10 +93,10 @@ def main() -> int:
     report = Report(options.name)
     problem: Exception | None = None
     try:
-        # The relay's load shares a processor with whatever else runs there: on the quickest loop there is.
+        # The relay's load shares a processor with other work, so it runs on the fastest loop available.
         with asyncio.Runner(loop_factory=uvloop.new_event_loop if options.name == "relay" else None) as runner:
             runner.run(BENCHES[options.name][0](report, options))
-    except Exception as error:  # what was found until then is still worth having
+    except Exception as error:  # the results so far are still useful
         problem = error
     report.console.print(report.as_table())
     if options.json is not None:

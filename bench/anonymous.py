@@ -1,10 +1,10 @@
-"""`python -m bench anonymous`: what a pilot notices while strangers attack the tower with everything at once.
+"""`python -m bench anonymous`: what a pilot notices during a combined attack by unauthenticated clients on the tower.
 
-A drone is flown by hand through a tower of its own process. First `--seconds` (60) without anybody, then the same with
-all attacks (`bench.attackers`): heads without end, heads of 1 MB, requests, bodies a byte at a time, 1,000 connections,
-wrong passwords from many networks, 14,000 junk datagrams a second. Tower and agent have the priority of their systemd
-units. Meanwhile people sign in with the right password,
-from an address that the tower knows and from ones that it does not. See docs/bench.md.
+A drone is flown by hand through a tower in its own process. First `--seconds` (60) without an attack, then the same
+with all attacks (`bench.attackers`): endless request heads, heads of 1 MB, requests, bodies sent a byte at a time,
+1,000 connections, wrong passwords from many networks, 14,000 junk datagrams per second. Tower and agent have the
+priority of their systemd units. Meanwhile users sign in with the right password, from an address that the tower knows
+and from new ones. See docs/bench.md.
 """
 
 from __future__ import annotations
@@ -27,13 +27,14 @@ from bench.rows import Report
 SECONDS: Final = 60.0
 SIGN_IN_EVERY_S: Final = 4.0
 ATTACKERS_NICE: Final = 5
-"""Behind people and drones, who have machines of their own in the field; ahead of what else this machine does, so that
-they reach their rates."""
+"""A lower priority than users and drones, which have their own machines in the field; a higher one than other work on
+this machine, so that the attackers reach their rates."""
 KNOWN_AT: Final = "127.200.0.1"
 PILOT: Final = "pilot"
-"""Signs in from new addresses. Nobody guesses at this name: of that there are 100 an hour."""
+"""Signs in from new addresses. The attackers do not guess at this name, because those attempts are limited to 100 an
+hour."""
 _SETTINGS: Final = {"TOWER_ARGON2_MEMORY_KIB": "65536", "TOWER_ARGON2_ROUNDS": "3"}
-"""As people run it."""
+"""As in production."""
 
 
 async def run(report: Report, options: argparse.Namespace) -> None:
@@ -124,16 +125,17 @@ async def _signs_in(
 
 
 async def _sign_in(tower: LoadTower, name: str, address: str) -> None:
-    """A new connection, as a browser that comes for the first time. Raises OSError where it is refused."""
+    """Signs in on a new connection, as a browser does on its first visit. Raises OSError if refused."""
     if await post_sign_in(tower.url, name, PASSWORD, address) != 200:
         raise ConnectionRefusedError
 
 
 def _first_in_line(flight: HandFlight) -> bool:
-    """Tower, agent and pilot before everything else on this machine, with all their threads; what hashes stays behind.
+    """Gives tower, agent and pilot, with all their threads, precedence over everything else on this machine, except the
+    password hashing.
 
-    For machines that others use too: what is measured then is what the tower does, not what the machine does. All
-    threads, because one that others keep from running while it has the interpreter's lock would keep the tower waiting.
+    For shared machines: the figures then measure the tower, not the machine. All threads, because a thread that is
+    preempted while it holds the interpreter's lock would block the tower.
     """
     with contextlib.suppress(OSError):
         for pid in (flight.tower.process.pid, flight.agent_pid, os.getpid()):

@@ -1,7 +1,7 @@
-"""Runs tower and agent with the priority that their systemd units give them, and the pilot as on a machine of its own.
+"""Runs tower and agent with the priority of their systemd units, and the pilot as on a separate machine.
 
-Attackers, tower, agent and pilot share the machine here because there is only one; in the field nobody attacks from the
-tower's processors. What the units do not give, nobody gets.
+Attackers, tower, agent and pilot share the only machine here; in the field no attacker uses the tower's processors.
+This module gives only the priorities that the units give.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ DEPLOY: Final = Path(__file__).resolve().parent.parent / "deploy"
 
 
 def nice_of(unit: str) -> int:
-    """What the unit file says of Nice. Raises ValueError where it says nothing."""
+    """Returns the Nice value of the unit file. Raises ValueError if it has none."""
     found = re.search(r"^Nice=(-?\d+)$", (DEPLOY / unit).read_text(), re.MULTILINE)
     if found is None:
         raise ValueError(f"{unit} has no Nice")
@@ -24,8 +24,7 @@ def nice_of(unit: str) -> int:
 
 
 def run_as_installed(*, tower_pid: int, agent_pid: int) -> bool:
-    """Of all their threads. False: it takes a right that this program does not have (CAP_SYS_NICE), and nothing is
-    changed."""
+    """Applies to all their threads. False: this program lacks the right (CAP_SYS_NICE), and nothing is changed."""
     agent_nice = nice_of("tower-agent.service")
     wanted = {tower_pid: nice_of("tower.service"), agent_pid: agent_nice, os.getpid(): agent_nice}
     with contextlib.suppress(PermissionError):

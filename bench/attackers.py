@@ -1,8 +1,8 @@
-"""Strangers who attack a tower of ours on loopback: `python -m bench.attackers KIND URL UDP_PORT SECONDS`.
+"""Unauthenticated attackers of a tower on loopback: `python -m bench.attackers KIND URL UDP_PORT SECONDS`.
 
-Each kind is a process of its own at the lowest priority: on a small machine the attack must cost the tower what it has
-to do, not the processor that the attacker burns. They come from addresses 127.K.N.1, each in a /24 of its own, none of
-which is a trusted proxy. At the end a line of JSON on standard output says what was done.
+Each kind is a separate process at the lowest priority: on a small machine the attack must cost the tower only its own
+work, not the processor that the attacker uses. Source addresses are 127.K.N.1, each in its own /24, none of which is a
+trusted proxy. At the end a line of JSON on standard output reports what was done.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from urllib.parse import urlsplit
 from wire.sealing import VERSION
 
 NETWORKS: Final = 20
-"""So many networks does each kind come from: a small botnet."""
+"""Each kind uses this many source networks: a small botnet."""
 LARGE_HEAD_BYTES: Final = 1 << 20
 CONNECTIONS: Final = 1_000
 DATAGRAMS_PER_S: Final = 14_000
@@ -33,7 +33,7 @@ _SHORT_REST_S: Final = 0.002
 
 
 class Attack:
-    """Where it goes, how long, and what came of it."""
+    """Target, duration and results of an attack."""
 
     def __init__(self, kind: int, url: str, udp_port: int, seconds: float) -> None:
         place = urlsplit(url)
@@ -49,7 +49,7 @@ class Attack:
         return time.monotonic() < self._ends_at
 
     def source(self, number: int) -> str:
-        """An address of this attack."""
+        """Returns a source address of this attack."""
         return f"127.{self._kind}.{number % NETWORKS}.1"
 
     @contextlib.asynccontextmanager
@@ -65,7 +65,7 @@ class Attack:
             writer.transport.abort()
 
     async def over_and_over(self, number: int, once: Callable[[int], Awaitable[None]]) -> None:
-        """Again and again, and on where the tower has ended it."""
+        """Repeats until the end, also after the tower has closed the connection."""
         while self.goes_on:
             try:
                 async with asyncio.timeout(max(0.1, self._ends_at - time.monotonic())):
@@ -83,7 +83,7 @@ def _request(method: str, path: str, *more: str, body: bytes = b"") -> bytes:
 
 
 async def _answer(reader: asyncio.StreamReader) -> int:
-    """The status of one answer, which is read to its end."""
+    """Returns the status of one response, after reading it to its end."""
     head = (await reader.readuntil(b"\r\n\r\n")).decode("latin-1").lower()
     _, _, length = head.partition("content-length:")
     if length:
@@ -92,8 +92,8 @@ async def _answer(reader: asyncio.StreamReader) -> int:
 
 
 async def post_sign_in(url: str, name: str, password: str, address: str, within_s: float = 30.0) -> int:
-    """Signs in from an address of this machine, on a connection of its own. Returns the status. Raises OSError,
-    EOFError or TimeoutError where there is no answer."""
+    """Signs in from a local address, on a separate connection. Returns the status. Raises OSError, EOFError or
+    TimeoutError without a response."""
     place = urlsplit(url)
     body = json.dumps({"name": name, "password": password}).encode()
     async with asyncio.timeout(within_s):
@@ -106,7 +106,7 @@ async def post_sign_in(url: str, name: str, password: str, address: str, within_
 
 
 async def heads(attack: Attack) -> None:
-    """Heads without end: `a:b` lines for as long as the tower takes them."""
+    """Endless request heads: `a:b` lines for as long as the tower accepts them."""
 
     async def once(number: int) -> None:
         async with attack.connection(number) as (_, writer):
@@ -120,7 +120,7 @@ async def heads(attack: Attack) -> None:
 
 
 async def large_heads(attack: Attack) -> None:
-    """Whole heads of 1 MB: one header, or 200,000 of them, in turns."""
+    """Complete heads of 1 MB, alternating between one header and 200,000 of them."""
     one = _request("GET", "/api/v1/health", "x: " + "y" * LARGE_HEAD_BYTES)
     many = _request("GET", "/api/v1/health", *["a:b"] * (LARGE_HEAD_BYTES // 5))
 
@@ -133,7 +133,7 @@ async def large_heads(attack: Attack) -> None:
 
 
 async def requests(attack: Attack) -> None:
-    """As many requests and upgrades as the tower takes, with a cookie that has to be looked up."""
+    """As many requests and upgrades as the tower accepts, with a cookie that it must look up."""
     cookie = "Cookie: tower_session=" + "x" * 43
     upgrade = ("Upgrade: websocket", "Connection: Upgrade", "Sec-WebSocket-Version: 13", "Origin: http://tower")
     key = "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA=="
@@ -153,7 +153,7 @@ async def requests(attack: Attack) -> None:
 
 
 async def slow_bodies(attack: Attack) -> None:
-    """Sign-ins whose body comes a byte at a time."""
+    """Sign-ins with bodies sent a byte at a time."""
 
     async def once(number: int) -> None:
         async with attack.connection(number) as (_, writer):
@@ -168,7 +168,7 @@ async def slow_bodies(attack: Attack) -> None:
 
 
 async def connections(attack: Attack) -> None:
-    """So many connections that say nothing; each that is ended is opened again."""
+    """Idle connections; each that is closed is opened again."""
 
     async def once(number: int) -> None:
         async with attack.connection(number) as (reader, _):
@@ -180,7 +180,7 @@ async def connections(attack: Attack) -> None:
 
 
 async def sign_ins(attack: Attack) -> None:
-    """Wrong passwords, for names that there are and names that there are not, from all networks in turns."""
+    """Wrong passwords, for existing and non-existing names, from all networks in turn."""
 
     async def once(number: int) -> None:
         name = attack.chance.choice(("admin", "nobody", f"user {attack.chance.randrange(1_000)}"))
@@ -194,7 +194,7 @@ async def sign_ins(attack: Attack) -> None:
 
 
 async def one_64(attack: Attack) -> None:
-    """Wrong passwords from the addresses of one IPv6 /64, as a proxy that the tower trusts passes them on."""
+    """Wrong passwords from the addresses of one IPv6 /64, as forwarded by a trusted proxy."""
 
     async def once(number: int) -> None:
         body = json.dumps({"name": f"nobody {number % 9}", "password": "wrong"}).encode()
@@ -208,7 +208,7 @@ async def one_64(attack: Attack) -> None:
 
 
 async def junk(attack: Attack) -> None:
-    """Datagrams: noise of all lengths, and what looks like a datagram of a link that there is not."""
+    """Datagrams: noise of all lengths, and imitations of datagrams of a link that does not exist."""
     sockets = []
     for number in range(NETWORKS):
         one = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -224,7 +224,7 @@ async def junk(attack: Attack) -> None:
     try:
         while attack.goes_on:
             due = int((time.monotonic() - began) * DATAGRAMS_PER_S) - sent
-            for _ in range(min(due, CATCHES_UP)):  # held up by the machine, it does not catch up all at once
+            for _ in range(min(due, CATCHES_UP)):  # after a delay by the machine it does not catch up all at once
                 with contextlib.suppress(OSError):
                     sockets[sent % NETWORKS].sendto((noise + forged)[sent % 256], (attack.host, attack.udp_port))
                 sent += 1
@@ -247,11 +247,11 @@ KINDS: Final[dict[str, Callable[[Attack], Awaitable[None]]]] = {
 }
 
 _ALL: Final = KINDS | {"one-64": one_64}
-"""Also what needs a tower that trusts 127.0.0.1 as a proxy."""
+"""Includes kinds that need a tower that trusts 127.0.0.1 as a proxy."""
 
 
 async def run(kind: str, url: str, udp_port: int, seconds: float) -> Counter[str]:
-    """Until the time is over. Returns what was done."""
+    """Runs until the time is over. Returns what was done."""
     attack = Attack(10 + list(_ALL).index(kind), url, udp_port, seconds)
     await _ALL[kind](attack)
     return attack.done
@@ -261,7 +261,7 @@ async def run(kind: str, url: str, udp_port: int, seconds: float) -> Counter[str
 async def attacking(
     kinds: tuple[str, ...], url: str, udp_port: int, seconds: float, *, nice: int = 19
 ) -> AsyncIterator[dict[str, asyncio.Task[Counter[str]]]]:
-    """A process for each kind, at this low priority, until its time is over or the block ends."""
+    """Runs a process for each kind at this low priority, until its time is over or the block ends."""
     tasks: dict[str, asyncio.Task[Counter[str]]] = {}
     processes = []
     try:
@@ -288,7 +288,7 @@ async def _done(process: asyncio.subprocess.Process) -> Counter[str]:
 
 def main(words: list[str]) -> None:
     kind, url, udp_port, seconds, nice = words
-    os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))  # its starter may be before everybody else
+    os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))  # the parent may have precedence over everything else
     os.setpriority(os.PRIO_PROCESS, 0, int(nice))
     soft = CONNECTIONS * 2
     with contextlib.suppress(ImportError, ValueError, OSError):

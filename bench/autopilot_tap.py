@@ -1,4 +1,4 @@
-"""A tap between an agent and a real autopilot: it hides nothing from either, for what moves is read elsewhere."""
+"""A tap between an agent and a real autopilot. It hides nothing from either, because motion is read elsewhere."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from wire.frames import MalformedFrame, split_frames
 
 
 class AutopilotTap(Tap):
-    """`motions` and `tilts` are the true ones, from `autopilot.truth`."""
+    """`motions` and `tilts` are the true values, from `autopilot.truth`."""
 
     def __init__(self, agent: tuple[str, int], autopilot: RealAutopilot, *, bound_to: str = "127.0.0.1") -> None:
-        """`bound_to`: an address of the host that reaches the agent."""
+        """`bound_to`: an address of the host that can reach the agent."""
         super().__init__(agent)
         self._bound_to = bound_to
         self.motions = autopilot.truth.motions
@@ -23,7 +23,7 @@ class AutopilotTap(Tap):
         self._inner = autopilot.port
 
     def open(self) -> None:
-        """The socket towards the agent belongs to the host where this is called."""
+        """The socket towards the agent belongs to the host in which this is called."""
         assert self._inner is not None
         self._outer = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._outer.setblocking(False)

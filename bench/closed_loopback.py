@@ -1,11 +1,11 @@
-"""Runs one program in a network of its own that has nothing but loopback, and hands sockets of that network out.
+"""Runs one program in a network namespace with only loopback, and passes sockets of that namespace out.
 
-A program that listens on every address of its host is there heard by nobody but its starter, who holds the sockets.
-Started by `bench.real_autopilot` as `python -m bench.closed_loopback FD COMMAND...`: each `{port0}`, `{port1}` of the
-command becomes the port of a UDP socket that goes out over the Unix socket FD; `{free}` is a port that nobody has, for
-the program to listen on. It is told first, in the message's text. Then the command takes this process's place.
+There only the starter, which has the sockets, reaches a program that listens on every address of its host.
+`bench.real_autopilot` starts it as `python -m bench.closed_loopback FD COMMAND...`: each `{port0}`, `{port1}` in the
+command becomes the port of a UDP socket that is sent over the Unix socket FD; `{free}` is an unused port for the
+program to listen on. The text of the message, sent first, contains it. Then the command replaces this process.
 
-A program whose ports are fixed (PX4) is met there: `FD:14540,14550,0` binds the sockets at those, 0 for any.
+For a program with fixed ports (PX4), `FD:14540,14550,0` binds the sockets to those, 0 for any.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _IFF_UP: Final = 0x1
 
 
 def main(words: list[str]) -> None:
-    """Does not return. What keeps a network of its own from being made goes out as a text that begins with REFUSED."""
+    """Does not return. If no network namespace can be created, sends the reason as a text that begins with REFUSED."""
     descriptor, _, fixed = words[0].partition(":")
     starter = socket.socket(fileno=int(descriptor))
     try:
@@ -48,12 +48,12 @@ def main(words: list[str]) -> None:
     starter.close()
     ports = {f"port{number}": one.getsockname()[1] for number, one in enumerate(sockets)}
     command = [word.format(**ports, free=free) for word in words[1:]]
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)  # nothing flies on whose starter was killed
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)  # the simulator ends if its starter is killed
     os.execv(command[0], command)
 
 
 def _enter_network_of_our_own() -> None:
-    """Raises OSError where the kernel does not allow it."""
+    """Raises OSError if the kernel does not permit it."""
     flags = _CLONE_NEWNET if os.geteuid() == 0 else _CLONE_NEWUSER | _CLONE_NEWNET
     libc = ctypes.CDLL(None, use_errno=True)
     if libc.unshare(flags) != 0:

@@ -1,7 +1,6 @@
-"""How fast and how well the controls change hands: from what ends somebody's flying to a machine that holds.
+"""How fast and how well the controls change hands: from the event that ends manual flight to a vehicle that holds.
 
-Real tower, agent and simulator; operator and admin are programs on the live channel. What counts is seen at the
-autopilot's port.
+Real tower, agent and simulator; operator and admin are programs on the live channel. Measured at the autopilot's port.
 """
 
 from __future__ import annotations
@@ -53,7 +52,7 @@ class Trial:
 
 
 async def run(report: Report, options: argparse.Namespace) -> None:
-    """The flown table where it is asked for (`--autopilot`, `--flown`), else how fast and how well it goes."""
+    """Runs the flown table if requested (`--autopilot`, `--flown`), else the measurements of speed and quality."""
     with _folder(options.keep) as folder:
         if options.autopilot is not None or options.flown:
             await fly_table(report, options, folder)
@@ -62,7 +61,7 @@ async def run(report: Report, options: argparse.Namespace) -> None:
 
 
 async def _measure(report: Report, options: argparse.Namespace, folder: Path) -> None:
-    """Every kind of machine, on loopback and on the emulated network, unless told to do less."""
+    """Measures every kind of vehicle, on loopback and on the emulated network, unless options limit it."""
     kinds = [
         Kind(flavour, radio)
         for flavour in ("ardupilot", "px4")
@@ -111,7 +110,7 @@ async def _all_cases(trial: Trial, options: argparse.Namespace) -> None:
     rounds = options.rounds or (5 if options.quick else 40)
     repeats = options.repeats if options.repeats is not None else (0 if options.quick else 10)
     axes = QUICK_AXES if options.quick else tuple(AXES)
-    # A bad line must not end the flights in which something else is measured; that it does is a case of its own.
+    # A bad line must not end flights that measure something else; a separate case measures that it does.
     await _set(trial, PATIENT)
     await trial.flight.take_off()
     await trial.flight.back_to_start()
@@ -143,7 +142,7 @@ async def _set(trial: Trial, settings: dict[str, Any]) -> None:
 
 
 async def _undisturbed(trial: Trial, seconds: float) -> None:
-    """By hand with nothing going wrong but the line: how often is the machine stopped for nothing?"""
+    """Manual flight with no fault except the line: counts unnecessary holds."""
     admin = trial.rig.admin
     await _set(trial, USUAL)
     began = admin.now
@@ -157,7 +156,7 @@ async def _undisturbed(trial: Trial, seconds: float) -> None:
 
 
 async def _attempt(trial: Trial, name: str, work: Coroutine[Any, Any, None]) -> None:
-    """One that fails is a row of its own, and the others still get their turn if the drone can be had back."""
+    """A failure is a row of its own; the others still run if the drone can be recovered."""
     try:
         await work
         return
@@ -186,14 +185,14 @@ async def _recover(rig: Rig) -> None:
 
 
 async def _latencies(trial: Trial, rounds: int) -> None:
-    """Take and give, again and again, with the old holder's sticks going on all the while."""
+    """Takes and gives repeatedly, while the old holder's sticks continue."""
     rig, report = trial.rig, trial.report
     took, answered, at_port = ({verb: list[float]() for verb in ("take", "give", "accept")} for _ in range(3))
     foreign = dict.fromkeys(took, 0)
     sticks = list(AXES.values())
     for number in range(rounds):
         await trial.flight.by_hand()
-        # Not in step with the autopilot's heartbeats, whose rhythm decides how soon some of them show a mode.
+        # Out of phase with the autopilot's heartbeats, which determine how soon a mode is reported.
         await trial.flight.full_stick(sticks[number % len(sticks)], 0.3 + number * 0.618 % 1.0)
         rig.tap.forget()
         foreign["take"] += await _change(trial, "take", rig.admin, OPERATOR, took, answered, at_port)
@@ -203,7 +202,7 @@ async def _latencies(trial: Trial, rounds: int) -> None:
         await trial.flight.change_mode(trial.flight.modes.by_hand, by=rig.admin)
         rig.tap.forget()
         rig.operator.sticks = Sticks()
-        # Until it is accepted the admin is still the holder: no frames of the operator's.
+        # Until acceptance the admin is still the holder: frames of the operator must not pass.
         foreign["give"] += await _change(trial, "give", rig.admin, OPERATOR, took, answered, at_port)
         rig.tap.forget()
         foreign["accept"] += await _change(trial, "accept", rig.operator, ADMIN, took, answered, at_port)
@@ -227,7 +226,7 @@ async def _change(
     answered: dict[str, list[float]],
     at_port: dict[str, list[float]],
 ) -> int:
-    """One change of hands; the old holder's frames that came after it began."""
+    """Changes hands once; returns the number of the old holder's frames that arrived after the change began."""
     rig = trial.rig
     sent_at = rig.admin.now
     body = {"sticks_centred": True} if verb == "accept" else {}
@@ -251,7 +250,7 @@ async def _change(
 
 
 async def _centred(rig: Rig, who: int) -> None:
-    """Until this person's sticks come through: they have been centred, and ours have stopped."""
+    """Waits until this person's centred sticks arrive and the agent's have stopped."""
     since = rig.admin.now
     await wait_for(
         "the new holder's sticks at the autopilot",
@@ -261,7 +260,7 @@ async def _centred(rig: Rig, who: int) -> None:
 
 
 async def _motion(trial: Trial, trigger: Trigger, name: str, sticks: Sticks) -> None:
-    """One hold out of full stick, and six seconds of watching what the machine does."""
+    """Triggers one hold at full stick, and records the motion for six seconds."""
     rig, flight, report = trial.rig, trial.flight, trial.report
     await flight.back_to_start()
     await flight.full_stick(sticks, FULL_STICK_S)
@@ -279,7 +278,7 @@ async def _motion(trial: Trial, trigger: Trigger, name: str, sticks: Sticks) -> 
 
 
 async def _repeated(trial: Trial, trigger: Trigger, rounds: int) -> None:
-    """The same end of flying by hand again and again, along all axes: how long until the machine holds?"""
+    """Repeats one trigger along all axes: measures the time until the vehicle holds."""
     rig, flight, report, case = trial.rig, trial.flight, trial.report, trial.case(trigger.name)
     confirmed: list[float] = []
     began: list[float] = []
@@ -291,7 +290,7 @@ async def _repeated(trial: Trial, trigger: Trigger, rounds: int) -> None:
             await flight.back_to_start()
         else:
             await flight.by_hand()
-        # Not in step with anything that beats once a second.
+        # Out of phase with anything that runs once per second.
         await flight.full_stick(axes[number % len(axes)], 0.5 + number * 0.618 % 1.0)
         rig.tap.forget()
         at = await trigger.pull(rig)
@@ -312,7 +311,7 @@ async def _repeated(trial: Trial, trigger: Trigger, rounds: int) -> None:
 
 
 async def _mode_and_late_frames(trial: Trial, since: float) -> None:
-    """Until the autopilot shows the hold's mode, and a little longer: what is on the way has come by then."""
+    """Waits until the autopilot reports the hold's mode, and a little longer for frames in transit."""
     rig = trial.rig
     await wait_for("the hold's mode", lambda: mode_shown_at(rig.tap, since, trial.hold_numbers), MODE_BY_S)
     until = rig.admin.now + 0.4
@@ -335,7 +334,7 @@ def _write(trial: Trial, name: str, found: HoldFigures, at: float) -> None:
 
 
 async def _position_hold(trial: Trial) -> None:
-    """The same take with a position hold as the first rung."""
+    """Repeats the take with a position hold as the first rung."""
     modes = trial.flight.modes
     await _set(trial, {"hold_ladder": [modes.position_hold]})
     try:

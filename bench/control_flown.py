@@ -1,7 +1,7 @@
-"""The flown table: each way to lose a pilot, in each situation, with each receiver; 120 s later, where is the drone?
+"""The flown table: each way to lose a pilot, in each situation, with each receiver; where is the drone 120 s later?
 
-Several drones fly at once, each its own flight; the next begins where one ends. The tower is killed for all of its
-drones together, so those flights go in waves.
+Several drones fly at once, each its own flight; each starts its next flight when one ends. The tower is killed for all
+of its drones together, so those flights run in waves.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ from bench.rows import Report
 from bench.squadron import FlownDrone, Squadron, squadron_of
 
 TRIES: Final = 3
-"""To get into the situation: on a busy machine a pilot is lost before that now and then."""
+"""Attempts to reach the situation: on a busy machine the pilot is occasionally lost before that."""
 PATIENT: Final = {"rtt_limit_ms": 5000.0, "rtt_limit_s": 10.0, "sticks_stale_s": 2.0}
 USUAL: Final = {"sticks_stale_s": 0.5}
 WATCHED_S: Final = 120.0
 ANNOUNCED_BEFORE_S: Final = 60.0
-"""What was said last before the trigger still stands after it."""
+"""The last report before the trigger is still valid after it."""
 DOWN_FOR_S: Final = 5.0
-"""A flight that has landed and disarmed is over after so long."""
+"""A flight ends this long after landing and disarming."""
 DRONES: Final = 4
 EXPECTED: Final = (Refused, NoAutopilot, TimeoutError, OSError, RuntimeError, httpx.TransportError)
 SET_UP: Final = {"FS_THR_ENABLE": 1.0, "FS_OPTIONS": 29.0, "RC_OVERRIDE_TIME": 3.0}
-"""What the console sets for a drone without a receiver (`--set-up`)."""
+"""The console's settings for a drone without a receiver (`--set-up`)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,7 @@ class Flight:
 
 
 def flights_of(names: Sequence[str], count: int, set_up: bool, lost_action: str) -> list[Flight]:
-    """Each whose name has one of `names` in it (all where there is none), in their order, `count` times."""
+    """Returns the flights with one of `names` in their name (all if empty), in their order, `count` times."""
     made = tuple(SET_UP.items()) if set_up else ()
     table = [
         Flight(trigger, situation, receiver, made if receiver is Receiver.NONE else (), lost_action)
@@ -72,7 +72,7 @@ def flights_of(names: Sequence[str], count: int, set_up: bool, lost_action: str)
 
 
 async def fly_table(report: Report, options: argparse.Namespace, folder: Path) -> None:
-    """All that was asked for. A row for each flight's figures, and the count of those that went wrong."""
+    """Runs everything requested. A row for each flight's figures, and the number of failed flights."""
     names = [name.strip() for name in (options.cases or "").split(",") if name.strip()]
     timed = [name for name in names if name in CASES]
     await time_holds(report, options, folder, timed)
@@ -98,7 +98,7 @@ async def fly_table(report: Report, options: argparse.Namespace, folder: Path) -
 
 
 class Table:
-    """Writes down what each flight came to."""
+    """Records the result of each flight."""
 
     def __init__(self, report: Report, wrong: list[str]) -> None:
         self._report = report
@@ -167,7 +167,8 @@ async def _in_waves(squadron: Squadron, flights: Sequence[Flight], table: Table)
     for first in range(0, len(flights), count):
         wave = list(zip(squadron.drones, flights[first : first + count], strict=False))
         flying = await _all(wave, _up, table)
-        # Whoever is there first keeps it up until the others are; who cannot do that comes last.
+        # A drone that gets there first keeps the situation up until the others follow; those that cannot do so come
+        # last.
         lasting = await _all([one for one in flying if not one[1].situation.brief], _reach, table)
         flying = lasting + await _all([one for one in flying if one[1].situation.brief], _reach, table)
         at = squadron.admin.now
@@ -194,7 +195,7 @@ async def _new_tower(squadron: Squadron) -> None:
 async def _all(
     wave: Sequence[tuple[FlownDrone, Flight]], work: Callable[[FlownDrone, Flight], Awaitable[None]], table: Table
 ) -> list[tuple[FlownDrone, Flight]]:
-    """At once for all; those that came through."""
+    """Runs all at once; returns those that succeeded."""
     done = await asyncio.gather(*(work(drone, flight) for drone, flight in wave), return_exceptions=True)
     for (_, flight), problem in zip(wave, done, strict=True):
         if isinstance(problem, EXPECTED):
@@ -209,7 +210,7 @@ async def _reach(drone: FlownDrone, flight: Flight) -> None:
 
 
 async def _up(drone: FlownDrone, flight: Flight) -> None:
-    """By hand at the height. Raises what came in between each of TRIES times."""
+    """Reaches the height in manual flight. Raises the last problem after TRIES attempts."""
     for left in reversed(range(TRIES)):
         try:
             await _prepare(drone, flight)
@@ -223,7 +224,7 @@ async def _up(drone: FlownDrone, flight: Flight) -> None:
 async def _prepare(drone: FlownDrone, flight: Flight) -> None:
     await drone.equip(flight.receiver, dict(flight.parameters))
     settings = f"/drones/{drone.drone_id}/settings"
-    # The way up is not what is flown here, and neither is the line.
+    # The climb and the line are not what is tested here.
     await drone.admin.ask("PATCH", settings, {"lost_action": flight.lost_action, **PATIENT})
     if flight.situation.mission:
         await put_mission(drone)
@@ -232,7 +233,7 @@ async def _prepare(drone: FlownDrone, flight: Flight) -> None:
 
 
 async def _watch(drone: FlownDrone, flight: Flight, at: float) -> Verdict:
-    """For 120 s after the trigger, or until it has landed."""
+    """Records for 120 s after the trigger, or until landing."""
     trigger, tap = flight.trigger, drone.tap
 
     def over() -> bool:

@@ -1,7 +1,6 @@
 """What a drone of the flown table does when its pilot is lost, and the ways in which that happens.
 
-A situation is flown by the operator through the tower; a trigger ends their flying and returns when (the loop's
-clock).
+The operator flies a situation through the tower; a trigger ends that flight and returns the time (the loop's clock).
 """
 
 from __future__ import annotations
@@ -35,11 +34,11 @@ SILENT_S: Final = 3600.0
 class Situation:
     name: str
     reach: Callable[[FlownDrone], Awaitable[None]]
-    """From hovering by hand at `height_m`."""
+    """Starts from a manual hover at `height_m`."""
     height_m: float = HEIGHT_M
     mission: bool = False
     brief: bool = False
-    """It cannot be kept up for long: the ground comes."""
+    """It cannot last long: the ground is near."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +52,7 @@ class Trigger:
 
 
 async def set_mode(drone: FlownDrone, mode: int) -> None:
-    """By the operator, again and again until the autopilot shows it."""
+    """The operator requests the mode repeatedly until the autopilot reports it."""
     asked_at = 0.0
 
     async def shown() -> bool:
@@ -69,7 +68,7 @@ async def set_mode(drone: FlownDrone, mode: int) -> None:
 
 
 async def arm(drone: FlownDrone) -> None:
-    """In GUIDED, with throttle down: what every receiver and none lets pass."""
+    """Arms in GUIDED with throttle down, which every receiver permits, and none too."""
     pilot = drone.operator
     pilot.sticks = Sticks()
     await drone.order(pilot, "acquire")
@@ -91,7 +90,7 @@ async def arm(drone: FlownDrone) -> None:
 
 
 async def take_off(drone: FlownDrone, height_m: float) -> None:
-    """Up to the height, and by hand in LOITER."""
+    """Climbs to the height, then manual flight in LOITER."""
     await arm(drone)
     pilot, tap = drone.operator, drone.tap
     asked_at = 0.0
@@ -113,7 +112,7 @@ async def take_off(drone: FlownDrone, height_m: float) -> None:
 
 
 async def put_mission(drone: FlownDrone) -> None:
-    """Up and down the field at the height of the flight, for longer than anybody watches."""
+    """Up and down the field at the height of the flight, for longer than any recording."""
     rows: list[list[object]] = [[TAKE_OFF, 3, [0, 0, 0, 0], 0, 0, HEIGHT_M, 1]]
     for number in range(8):
         north_e7 = 60_000 if number % 2 == 0 else 10_000
@@ -190,7 +189,7 @@ async def _browser_gone(drone: FlownDrone) -> float:
 
 
 async def _tab_silent(drone: FlownDrone) -> float:
-    """The connection stays; nothing is sent on it any more, no answer to a ping either."""
+    """The connection stays open, but sends nothing any more, not even answers to pings."""
     drone.operator.sticks = None
     drone.operator.pong_delay_s = SILENT_S
     return drone.operator.now
@@ -216,7 +215,7 @@ async def _release(drone: FlownDrone) -> float:
 
 
 async def _kill_agent(drone: FlownDrone) -> float:
-    """In a hold: taken first."""
+    """Takes first, so that the agent dies in a hold."""
     at = await _take(drone)
     await asyncio.sleep(INTO_THE_HOLD_S)
     await drone.kill_agent()
@@ -224,7 +223,7 @@ async def _kill_agent(drone: FlownDrone) -> float:
 
 
 async def _restart_agent(drone: FlownDrone) -> float:
-    """As the service manager does: a second later."""
+    """Restarts the agent a second later, as the service manager does."""
     at = await _kill_agent(drone)
     await asyncio.sleep(1.0)
     await drone.start_agent()
@@ -242,7 +241,7 @@ async def _restart_agent_early(drone: FlownDrone) -> float:
 
 
 async def _tower_killed(drone: FlownDrone) -> float:
-    """Done for all of them by whoever flies them (bench.control_flown)."""
+    """bench.control_flown kills the tower for all drones."""
     return drone.operator.now
 
 
@@ -258,4 +257,4 @@ TRIGGERS: Final = (
 )
 
 BESIDE: Final = (Trigger("early restart", _restart_agent_early),)
-"""Flown where they are named."""
+"""Flown only when named."""

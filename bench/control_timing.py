@@ -1,10 +1,10 @@
-"""How fast a hold comes and how far it carries, with a real autopilot (or tower-sim) and several drones at once.
+"""How soon a hold begins and how far the drone drifts, with a real autopilot (or tower-sim) and several drones at once.
 
 take_race      TAKE at 0, 50 ... 1000 ms after arm, and after take-off: is it held, and how soon?
 ordered_hold   from the admin's TAKE at full stick to the hold's mode at the autopilot's port; the old holder's
                frames after it
-drift          how far it goes on from 8 m/s once stage two has begun
-round_trip     the line becomes 400 ms slower each way at full stick: until the hold's mode is there
+drift          distance from 8 m/s after the beginning of stage two
+round_trip     the line becomes 400 ms slower each way at full stick: time until the hold's mode is reported
 """
 
 from __future__ import annotations
@@ -41,12 +41,12 @@ SLOWER_S: Final = 0.4
 HELD_BY_S: Final = 5.0
 CLIMBED_M: Final = 6.0
 _GROUND_HOLDS: Final = HOLDS - {GUIDED}
-"""GUIDED is what it takes off in."""
+"""Take-offs use GUIDED."""
 _EXPECTED: Final = (Refused, NoAutopilot, TimeoutError, OSError, RuntimeError, httpx.TransportError)
 
 
 async def time_holds(report: Report, options: argparse.Namespace, folder: Path, cases: Sequence[str]) -> None:
-    """Those of CASES that are named."""
+    """Runs the cases of CASES that are named."""
     count = options.drones or DRONES
     work: dict[str, Callable[[Squadron, Report, int], Awaitable[None]]] = {
         "take_race": _take_race,
@@ -104,8 +104,8 @@ async def _take_race(squadron: Squadron, report: Report, _rounds: int) -> None:
 
 
 async def _one_race(drone: FlownDrone, what: str, delay_s: float) -> tuple[float, str]:
-    """(seconds from the first armed heartbeat, or from the TAKE if that was later, to the hold; what was wrong). NaN
-    where it never armed."""
+    """Returns (seconds from the first armed heartbeat, or from the TAKE if that was later, to the hold; what was
+    wrong). NaN if it never armed."""
     pilot, tap = drone.operator, drone.tap
     if what == "arm":
         await _ready_to_arm(drone)
@@ -120,7 +120,7 @@ async def _one_race(drone: FlownDrone, what: str, delay_s: float) -> tuple[float
     if what == "arm":
         await pilot.command(TAKE_OFF, 0, 0, 0, 0, 0, 0, FIELD_M)
     await taking
-    # A take-off spools up for two seconds before it leaves the ground.
+    # A take-off spools up for two seconds before lift-off.
     until = asked_at + HELD_BY_S + 1.0
     await wait_for("what comes of it", lambda: pilot.now > until, HELD_BY_S + 10)
     armed_at = next((seen.at for seen in tap.modes if seen.armed and seen.at >= since - 2.0), None)
@@ -166,7 +166,7 @@ async def _back_on_the_ground(drone: FlownDrone) -> None:
 
 
 async def _by_hand(drone: FlownDrone) -> None:
-    """After a TAKE: given back and accepted, and by hand in LOITER with centred sticks."""
+    """After a TAKE: given back and accepted, then manual flight in LOITER with centred sticks."""
     view = await drone.view()
     drone.operator.sticks = Sticks()
     if view["holder"] is not None and view["holder"]["name"] == "admin":
@@ -177,7 +177,7 @@ async def _by_hand(drone: FlownDrone) -> None:
 
 
 async def _home(drone: FlownDrone) -> None:
-    """Guided to the middle of the field; then by hand."""
+    """Flies guided to the middle of the field; then by hand."""
     pilot, tap = drone.operator, drone.tap
     await _by_hand(drone)
     await set_mode(drone, GUIDED)
@@ -207,7 +207,7 @@ async def _in_the_air(drone: FlownDrone) -> None:
 
 
 async def _each(squadron: Squadron, report: Report, case: str, fly: Callable[[FlownDrone], Awaitable[None]]) -> None:
-    """All drones at once; one that cannot go on is a row of its own."""
+    """Runs all drones at once; one that cannot continue is a row of its own."""
 
     async def one(drone: FlownDrone) -> None:
         try:
@@ -229,7 +229,7 @@ async def _ordered_hold(squadron: Squadron, report: Report, rounds: int) -> None
         await _in_the_air(drone)
         for number in range(rounds):
             drone.operator.sticks = axes[(number + drone.drone_id) % len(axes)]
-            # Not in step with anything that beats once a second.
+            # Out of phase with anything that runs once per second.
             await asyncio.sleep(0.5 + (number * 0.618 + drone.drone_id * 0.29) % 1.0)
             at = drone.admin.now
             await drone.order(drone.admin, "take")
@@ -254,7 +254,7 @@ async def _ordered_hold(squadron: Squadron, report: Report, rounds: int) -> None
 
 
 async def _held(drone: FlownDrone, since: float, modes: frozenset[int]) -> float:
-    """When one of them was first shown after `since`."""
+    """Returns when one of the modes was first reported after `since`."""
 
     def shown() -> list[float]:
         return [seen.at for seen in drone.tap.modes if seen.at >= since and seen.custom_mode in modes]
@@ -275,7 +275,7 @@ async def _drift(squadron: Squadron, report: Report, rounds: int) -> None:
             drone.operator.sticks = Sticks(x=1000)
             try:
                 await wait_for("8 m/s", lambda: tap.motions[-1].speed_mps > 7.95, 10)
-            except TimeoutError:  # a stick came too late, and it holds
+            except TimeoutError:  # a stick was too late, and the drone holds
                 await _home(drone)
                 continue
             at = drone.admin.now
@@ -306,7 +306,7 @@ def _farthest(drone: FlownDrone, since: float) -> float:
 
 
 async def _round_trip(squadron: Squadron, report: Report, rounds: int) -> None:
-    """One drone after the other uses the line, so that it is slow for one at a time."""
+    """The drones use the line one after the other, so that it is slow for one at a time."""
     times: list[float] = []
     drone = squadron.drones[0]
     axes = list(AXES.values())
@@ -331,7 +331,7 @@ async def _round_trip(squadron: Squadron, report: Report, rounds: int) -> None:
 
 
 async def _one_slowing(drone: FlownDrone, line: DelayedLine, sticks: Sticks, seconds: float) -> float:
-    """From the line becoming slow to the hold's mode at the port."""
+    """Returns the time from the slowing of the line to the hold's mode at the port."""
     drone.operator.sticks = sticks
     await asyncio.sleep(seconds)
     at = drone.operator.now

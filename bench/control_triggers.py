@@ -1,7 +1,7 @@
-"""What can end somebody's flying by hand, each as a function that does it, and one that makes good for it.
+"""The events that can end manual flight, each as a function that triggers it, and one that undoes it.
 
-`pull` does it and returns when (the loop's clock); `mend` gives the controls back to the operator, with a stream of
-centred sticks.
+`pull` triggers it and returns the time (the loop's clock); `mend` gives the controls back to the operator, with a
+stream of centred sticks.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ class Trigger:
     pull: Callable[[Rig], Awaitable[float]]
     mend: Callable[[Rig], Awaitable[None]]
     old_holder: int | None = OPERATOR
-    """Whose sticks may not come afterwards; None where the same holder goes on."""
+    """The holder whose sticks must not arrive afterwards; None if the holder does not change."""
     reported: bool = True
-    """Whether the tower lives to tell the admin."""
+    """Whether the tower survives to notify the admin."""
     needs_usual_limits: bool = False
-    """Of the round trip."""
+    """For the round trip."""
     needs_line: bool = False
-    """Only where there is a network between tower and drone."""
+    """Only with a network between tower and drone."""
 
 
 async def _take(rig: Rig) -> float:

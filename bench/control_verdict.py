@@ -1,6 +1,6 @@
-"""Did a hold end somewhere safe, and was everybody told before it happened? Read off a flight's record. No I/O.
+"""Did a hold end safely, and was everybody notified in advance? Computed from a flight's record. No I/O.
 
-The rule: a machine does not sink but in a return or a landing that was announced before it began. Times are seconds of
+The rule: a vehicle may descend only in a return or a landing that was announced before it began. Times are seconds of
 one clock, heights metres above home.
 """
 
@@ -14,7 +14,7 @@ from typing import Any, Final
 from bench.tap import ModeSeen, Motion, Stick
 
 SETTLED_AFTER_S: Final = 6.0
-"""Out of full climb or descent the height is another until then."""
+"""After a full climb or descent the height is not settled before this."""
 SUNK_M: Final = 2.0
 GROUND_M: Final = 0.5
 IN_THE_AIR_M: Final = 1.5
@@ -40,7 +40,7 @@ MODE_NAMES: Final = {
 
 @dataclass(frozen=True, slots=True)
 class Announcement:
-    """What one person was told of the drone's hold (the HoldView, or None) at this moment."""
+    """The hold of the drone as reported to one person at this moment (the HoldView, or None)."""
 
     at: float
     who: str
@@ -49,7 +49,7 @@ class Announcement:
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """One flight. `at`: the moment when whoever flew stopped flying it, in whatever way."""
+    """One flight. `at`: the moment when the pilot stopped flying, in whatever way."""
 
     at: float
     motions: Sequence[Motion]
@@ -57,18 +57,18 @@ class Record:
     sticks: Sequence[Stick]
     reported: Sequence[Announcement]
     asked: Sequence[float]
-    """When the agent asked for a mode."""
+    """Times at which the agent requested a mode."""
     present: frozenset[str]
-    """Who has a live connection afterwards, and so is to be told."""
+    """The persons with a live connection afterwards, who must be notified."""
     old_holder: int | None
-    """Whose sticks may not come afterwards (`bench.tap`)."""
+    """The holder whose sticks must not arrive afterwards (`bench.tap`)."""
     standing: bool = False
-    """Everybody could read beforehand what the drone does without its tower: it is announced without a HoldView."""
+    """Everybody could read beforehand what the drone does without its tower: this announces it without a HoldView."""
 
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """`wrong` is empty where all is well. Times are seconds after the trigger; NaN where there is none."""
+    """`wrong` is empty if all is well. Times are seconds after the trigger; NaN if there is none."""
 
     wrong: tuple[str, ...]
     held_s: float
@@ -83,7 +83,7 @@ class Verdict:
 
 
 def judge(record: Record) -> Verdict:
-    """The verdict over all that was recorded after `record.at`."""
+    """Judges everything recorded after `record.at`."""
     modes = [seen for seen in record.modes if seen.at >= record.at]
     motions = [motion for motion in record.motions if motion.at >= record.at]
     before = next((seen.custom_mode for seen in reversed(record.modes) if seen.at < record.at), -1)
@@ -120,13 +120,14 @@ def judge(record: Record) -> Verdict:
 
 
 def _first(record: Record, modes: Sequence[ModeSeen], wanted: frozenset[int]) -> float | None:
-    """When one of them was first seen after the agent had asked for a mode: it may be the one that was flown."""
+    """Returns when one of them was first seen after the agent requested a mode, because it may equal the mode flown
+    before."""
     asked_at = next((at for at in record.asked if at >= record.at), math.inf)
     return next((seen.at for seen in modes if seen.custom_mode in wanted and seen.at >= asked_at), None)
 
 
 def _came_down(modes: Sequence[ModeSeen], before: int) -> float | None:
-    """When it first went over to a mode that comes down."""
+    """Returns when it first changed to a mode that descends."""
     last = before
     for seen in modes:
         if seen.custom_mode in COMES_DOWN and last not in COMES_DOWN:
@@ -136,7 +137,7 @@ def _came_down(modes: Sequence[ModeSeen], before: int) -> float | None:
 
 
 def _sinking(record: Record, motions: Sequence[Motion], modes: Sequence[ModeSeen], before: int) -> list[str]:
-    """What it did that no return and no landing explains."""
+    """Returns the descents that no return and no landing explains."""
     changes = [(record.at, before), *((seen.at, seen.custom_mode) for seen in modes)]
     reference_m: float | None = None
     number = 0
@@ -165,7 +166,7 @@ def _armed_at(modes: Sequence[ModeSeen], at: float) -> bool:
 
 
 def announces(hold: dict[str, Any] | None) -> bool:
-    """Whether somebody who reads this knows that the drone will return or land."""
+    """Returns whether a reader of this knows that the drone will return or land."""
     if hold is None:
         return False
     coming = hold.get("phase") in ("counting", "asking", "done") and hold.get("action") in ("return", "land")
@@ -173,7 +174,8 @@ def announces(hold: dict[str, Any] | None) -> bool:
 
 
 def _announced(record: Record, who: str, came_down_at: float | None) -> float | None:
-    """Since when this person knows of it, as it began (or to the end); None if they do not, or do not any more."""
+    """Returns since when this person has known of it, at its beginning (or at the end); None if they do not, or no
+    longer."""
     since: float | None = None
     for reported in record.reported:
         if reported.who == who and (came_down_at is None or reported.at <= came_down_at):
@@ -182,7 +184,7 @@ def _announced(record: Record, who: str, came_down_at: float | None) -> float | 
 
 
 def _forgotten(record: Record, modes: Sequence[ModeSeen]) -> list[str]:
-    """Nobody flies it, it waits in a hold's mode, and somebody who is there is not told so."""
+    """Reports persons who are present but not notified that the drone waits in a hold's mode without a pilot."""
     if not modes or not modes[-1].armed or modes[-1].custom_mode not in HOLDS:
         return []
     newest = {reported.who: reported.hold for reported in record.reported}
@@ -193,7 +195,7 @@ def _forgotten(record: Record, modes: Sequence[ModeSeen]) -> list[str]:
 
 
 def _drift(motions: Sequence[Motion], since: float | None, came_down_at: float | None) -> float:
-    """A return flies away from there; that is no drift."""
+    """Excludes a return, which flies away from there."""
     if since is None:
         return math.nan
     until = min(since + DRIFT_FOR_S, came_down_at or math.inf)

@@ -1,7 +1,7 @@
-"""A line between agent and tower that can be made slow while it is in use, on a loopback address of its own.
+"""A line between agent and tower that can be slowed during use, on a separate loopback address.
 
-It stands at 127.0.0.2 with the tower's own port numbers, TCP and UDP, so an agent that is told that address needs no
-other word of it. What was on its way when the delay changes keeps its turn: nothing overtakes.
+It listens at 127.0.0.2 with the tower's own port numbers, TCP and UDP, so an agent needs only that address. Data in
+transit when the delay changes keeps its order.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ Address = tuple[str, int]
 
 
 class DelayedLine:
-    """`delay_s` is each way; it may be changed at any time."""
+    """`delay_s` applies to each direction; it may be changed at any time."""
 
     def __init__(self, tcp_port: int, udp_port: int) -> None:
         self.delay_s = 0.0
@@ -28,7 +28,7 @@ class DelayedLine:
         self._server: asyncio.Server | None = None
         self._front: socket.socket | None = None
         self._backs: dict[Address, socket.socket] = {}
-        """The socket towards the tower of each agent."""
+        """The socket towards the tower for each agent."""
         self._tasks: set[asyncio.Task[None]] = set()
         self._last_due: dict[int, float] = {}
 
@@ -50,7 +50,7 @@ class DelayedLine:
             self._server.close()
 
     def _later(self, way: int, work: Callable[[], object]) -> None:
-        """Not before what went the same way earlier."""
+        """Not before earlier data in the same direction."""
         due = max(self._loop.time() + self.delay_s, self._last_due.get(way, 0.0))
         self._last_due[way] = due
         self._loop.call_at(due, work)
@@ -104,7 +104,7 @@ def _udp_socket() -> socket.socket:
 
 
 def _send(sock: socket.socket, data: bytes, to: Address | None) -> None:
-    with contextlib.suppress(OSError):  # closed, or nobody there: lost, as datagrams are
+    with contextlib.suppress(OSError):  # closed, or no listener: lost, as datagrams are
         if to is None:
             sock.send(data)
         else:
@@ -113,7 +113,7 @@ def _send(sock: socket.socket, data: bytes, to: Address | None) -> None:
 
 @contextlib.asynccontextmanager
 async def delayed_line(tcp_port: int, udp_port: int) -> AsyncIterator[DelayedLine]:
-    """Between agents and the tower that listens at these ports of 127.0.0.1."""
+    """Connects agents with the tower that listens at these ports of 127.0.0.1."""
     line = DelayedLine(tcp_port, udp_port)
     await line.open()
     try:

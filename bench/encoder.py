@@ -1,7 +1,7 @@
-"""`python -m bench encoder`: what it costs not to hold a picture back, beside plain MPEG-1 and the known tricks.
+"""`python -m bench encoder`: the cost of encoding without picture delay, compared with plain MPEG-1 and known tricks.
 
-All ways code the same pictures with the same options in one run, taking turns in each round. No line, no process: the
-codec alone, in this thread's processor time. See docs/bench.md.
+All ways encode the same pictures with the same options in one run, taking turns in each round. No line, no process:
+only the codec, in this thread's processor time. See docs/bench.md.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _BOUND_S: Final = 0.25
 
 @dataclass(frozen=True)
 class Coded:
-    """A picture that came out: which one, how large, and how many had been fed by then."""
+    """An encoded picture: its number, its size, and how many pictures had been fed by then."""
 
     number: int
     size: int
@@ -39,7 +39,7 @@ class Coded:
 
 @dataclass
 class Found:
-    """Of one way, over the rounds."""
+    """Results of one way, over the rounds."""
 
     cpu_ms: list[float] = field(default_factory=list)
     coded: list[Coded] = field(default_factory=list)
@@ -78,7 +78,8 @@ def _add_figures(report: Report, case: str, one: Found, rate_hz: float, count: i
 
 
 def _plain_context(limits: QualityLimits, rates: int, extra: dict[str, str]) -> av.VideoCodecContext:
-    """As ours is opened, but for what `extra` says. MPEG-1 has no 48 Hz: told 50, it gets as much more to spend."""
+    """Opened like the agent's encoder, except for `extra`. MPEG-1 has no 48 Hz: set to 50, it gets a proportionally
+    higher bit rate."""
     rate = coded_rate_hz(limits.rate_hz * rates)
     bits_per_s = round(limits.bits_per_s * rate / (limits.rate_hz * rates))
     context = av.VideoCodecContext.create("mpeg1video", "w")
@@ -92,8 +93,8 @@ def _plain_context(limits: QualityLimits, rates: int, extra: dict[str, str]) -> 
 
 
 def _mpeg1(extra: dict[str, str], copies: int = 1, rates: int = 1) -> Way:
-    """FFmpeg's encoder itself. `copies`: how often each picture is fed. `rates`: by how much the rate that it is told
-    is above the camera's, for copies that are coded."""
+    """FFmpeg's own encoder. `copies`: how often each picture is fed. `rates`: factor of the configured rate over the
+    camera's, for copies that are encoded."""
 
     def way(frames: list[av.VideoFrame], limits: QualityLimits) -> tuple[list[Coded], list[bytes], list[float]]:
         context = _plain_context(limits, rates, extra)
@@ -147,7 +148,7 @@ def _ours(make: Callable[[QualityLimits], Mpeg1Encoder | H264Encoder]) -> Way:
 
 
 def _picture_in(unit: bytes) -> bytes:
-    """The PES payload of a unit's packets."""
+    """Returns the PES payload of a unit's packets."""
     pes = b""
     for at in range(0, len(unit), 188):
         packet = unit[at : at + 188]
@@ -168,7 +169,7 @@ WAYS: Final[dict[str, Way]] = {
 
 
 def _off(frames: list[av.VideoFrame], coded: list[Coded], payloads: list[bytes], codec: str) -> float:
-    """How far what a decoder shows is from what was given, on average; infinite when pictures are missing."""
+    """Returns the average difference between decoded and original pictures; infinite if pictures are missing."""
     decoder = av.VideoCodecContext.create(codec, "r")
     assert isinstance(decoder, av.VideoCodecContext)
     decoder.options, decoder.thread_count = {"flags": "+low_delay"}, 1
@@ -185,7 +186,7 @@ def _off(frames: list[av.VideoFrame], coded: list[Coded], payloads: list[bytes],
 
 
 def _flight(width: int, height: int, count: int) -> list[av.VideoFrame]:
-    """Ground that turns and slides by, with detail of every size and a little noise."""
+    """Generates turning, sliding ground, with detail of every size and a little noise."""
     random = np.random.default_rng(7)
     noise = random.normal(128, 60, (height * 2, width * 3)).astype(np.float32)
     texture = np.sum([cv2.GaussianBlur(noise, (0, 0), size) * size for size in (1, 3, 9, 27)], axis=0)

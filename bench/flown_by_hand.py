@@ -1,7 +1,7 @@
 """A drone flown by hand through a real tower, and what its pilot notices: gaps in its frames, lost sticks, holds.
 
-A real agent flies it, over UDP; a made-up autopilot sends 50 frames a second and takes down which stick came; the pilot
-is a browser that sends sticks 50 times a second and answers pings.
+A real agent flies it over UDP; a stub autopilot sends 50 frames per second and records the sticks received; the pilot
+is a browser that sends sticks 50 times per second and answers pings.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _WRONG: Final = ("tower_holds_ordered_total", "tower_links_orphaned_total", "tow
 
 
 class TalkingAutopilot(StubAutopilot):
-    """Sends its attitude 50 times a second."""
+    """Sends its attitude 50 times per second."""
 
     def __init__(self, agent_port: int) -> None:
         super().__init__(agent_port)
@@ -61,21 +61,21 @@ class TalkingAutopilot(StubAutopilot):
 
 @dataclass
 class Noticed:
-    """In a stretch of flight."""
+    """Results for one period of flight."""
 
     frames_at: list[float] = field(default_factory=list)
-    """When each message with a frame of the drone came, monotonic seconds."""
+    """Arrival time of each message with a frame of the drone, monotonic seconds."""
     queues: list[tuple[RunQueue, RunQueue]] = field(default_factory=list)
-    """Of tower and agent, at each of those."""
+    """Of tower and agent, at each of those times."""
     sticks_at: dict[int, float] = field(default_factory=dict)
     own_gap_ms: float = 0.0
-    """For how long this program itself did not run at the worst: no gap below that is the tower's."""
+    """The longest time that this program itself did not run: a gap below that is not the tower's."""
     sticks_ms: list[float] = field(default_factory=list)
     sticks_lost: int = 0
     wrong: dict[str, float] = field(default_factory=dict)
     """Holds that were ordered or begun, and control channels that were lost."""
     closed: bool = False
-    """The pilot's live channel was."""
+    """Whether the pilot's live channel closed."""
     rss_before_mb: float = 0.0
     rss_most_mb: float = 0.0
     rss_after_mb: float = 0.0
@@ -89,12 +89,12 @@ class Noticed:
         return max(self.gaps_ms, default=float("inf"))
 
     def largest_gaps(self, count: int) -> list[tuple[float, float]]:
-        """The largest ones in ms, each with when it began, in seconds after the first frame."""
+        """Returns the largest gaps in ms, each with its beginning in seconds after the first frame."""
         begun_s = (at - self.frames_at[0] for at in self.frames_at)
         return sorted(zip(self.gaps_ms, begun_s, strict=False), reverse=True)[:count]
 
     def in_largest_gap(self) -> tuple[RunQueue, RunQueue]:
-        """How long tower and agent ran and waited for a processor during the largest gap."""
+        """Returns how long tower and agent ran and waited for a processor during the largest gap."""
         gaps = self.gaps_ms
         at = gaps.index(max(gaps))
         (tower, agent), (tower_then, agent_then) = self.queues[at + 1], self.queues[at]
@@ -107,7 +107,7 @@ class Noticed:
 
 
 class HandFlight:
-    """Call `flown_by_hand`."""
+    """Created by `flown_by_hand`."""
 
     def __init__(self, tower: LoadTower, drone_id: int, autopilot: StubAutopilot, browser: LeanBrowser) -> None:
         self.tower = tower
@@ -130,7 +130,7 @@ class HandFlight:
 
     @contextlib.asynccontextmanager
     async def noticing(self) -> AsyncIterator[Noticed]:
-        """What the pilot notices in the block; whole when the block has ended."""
+        """Records what the pilot notices in the block; complete when the block has ended."""
         before = self._before = await self._wrong()
         noticed = self._noticed = Noticed(rss_before_mb=rss_mb(self.tower.process.pid))
         watching = asyncio.create_task(self._watch(noticed))
@@ -140,7 +140,7 @@ class HandFlight:
             self._noticed = Noticed()
             watching.cancel()
             await asyncio.gather(watching, return_exceptions=True)
-        await asyncio.sleep(SETTLE_S)  # for sticks that are on their way
+        await asyncio.sleep(SETTLE_S)  # for sticks in transit
         arrived = self._autopilot.arrived
         noticed.sticks_ms = [(arrived[n] - at) * 1e3 for n, at in noticed.sticks_at.items() if n in arrived]
         noticed.sticks_lost = len(noticed.sticks_at) - len(noticed.sticks_ms)
@@ -150,16 +150,16 @@ class HandFlight:
         noticed.closed = self._browser.closed
 
     async def is_online(self, drone_id: int) -> bool:
-        """What the tower says."""
+        """Returns the tower's view."""
         return bool((await _drone(self.tower, drone_id))["online"])
 
     async def something_wrong(self) -> None:
-        """Returns when there has been a hold or a lost channel since the noticing began."""
+        """Returns after a hold or a lost channel since the recording began."""
         while await self._wrong() == self._before:  # noqa: ASYNC110
             await asyncio.sleep(0.2)
 
     async def fly(self) -> None:
-        """Sticks, until cancelled."""
+        """Sends sticks until cancelled."""
         due = time.monotonic()
         while True:
             if self.hands_off:
@@ -203,7 +203,7 @@ class HandFlight:
 
 
 async def figures_of(tower: LoadTower) -> dict[str, float]:
-    """The tower's metrics, by name with labels."""
+    """Returns the tower's metrics, by name with labels."""
     async with httpx.AsyncClient(
         base_url=tower.url, headers={"Cookie": tower.cookie}, trust_env=False, timeout=60
     ) as http:
@@ -220,8 +220,8 @@ async def flown_by_hand(
     pilot: LoadTower | None = None,
     made: Callable[[int], TalkingAutopilot] = TalkingAutopilot,
 ) -> AsyncIterator[HandFlight]:
-    """The tower's last drone, flown until the block ends: by the admin, or by `pilot`, the tower with the cookie of
-    somebody else. `made`: its autopilot, for a port."""
+    """Flies the tower's last drone until the block ends: as the admin, or as `pilot`, the tower with another user's
+    cookie. `made`: creates its autopilot, for a port."""
     drone_id = len(tower.keys)
     pilot = pilot or tower
     async with real_agent(folder, tower, made) as autopilot:
@@ -249,12 +249,12 @@ async def _drone(tower: LoadTower, drone_id: int) -> dict[str, object]:
 
 
 async def _is_armed(tower: LoadTower, drone_id: int) -> bool:
-    """Else it would not be held, whatever happens."""
+    """A disarmed drone would never be held."""
     return bool((await _drone(tower, drone_id))["armed"])
 
 
 async def _is_heard(flight: HandFlight) -> bool:
-    """Frames come at the rate at which they are sent."""
+    """Returns whether frames arrive at the rate at which they are sent."""
     async with flight.noticing() as noticed:
         await asyncio.sleep(1.0)
     return len(noticed.frames_at) > 0.5 / FRAME_S

@@ -1,4 +1,4 @@
-"""Mutated datagrams and WebSocket messages against the real code: nothing escapes, nothing grows, all is counted."""
+"""Mutated datagrams and WebSocket messages against the real code: no exception escapes, no growth, all is counted."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from bench.rows import Report
 DATAGRAMS: Final = 1_000_000
 MESSAGES: Final = 100_000
 QUICK: Final = 50
-"""`--quick` does one in so many."""
+"""`--quick` divides the numbers by this."""
 THROUGH_SOCKETS: Final = 0.02
-"""Share of the datagrams that goes through a real UDP socket, besides."""
+"""Share of the datagrams also sent through a real UDP socket."""
 
 MAX_OBJECTS_GROWN: Final = 1000
-"""What caches and free lists need, whether for a thousand datagrams or a million."""
+"""Room for caches and free lists, whether for a thousand datagrams or a million."""
 MAX_GROWN_MB: Final = 10.0
 
 KINDS: Final = {"live, bytes": 0.4, "live, text": 0.4, "agent, text": 0.2, "video, bytes": 0.1, "video, text": 0.1}
@@ -35,7 +35,7 @@ _WARM_UP: Final = 0.1
 
 
 class FaultsFound(Exception):
-    """Something went otherwise than it must; the rows tell what."""
+    """A check failed; the rows have the details."""
 
 
 async def run(report: Report, options: argparse.Namespace) -> None:

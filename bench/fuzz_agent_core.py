@@ -1,7 +1,7 @@
 """A receiver of mutated datagrams without a socket: a whole agent, from the datagram to the autopilot's port.
 
-It is the real code, so that an exception that would escape there escapes here. What became of a datagram is told by the
-counters that the product itself keeps.
+It is the real code, so that an exception that would escape there escapes here. The product's own counters show what
+happened to a datagram.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ _UP, _DOWN = b"u" * 32, b"d" * 32
 _IDENTITY: Final = Identity(Kept(DRONE, DroneKey(DRONE, b"k" * 32)))
 _ORDER: Final = HoldOrder(order_id=1, epoch=3, reason="the controls were taken")
 _TICK_EVERY: Final = 64
-"""Datagrams between two ticks; the autopilot says something then as well."""
+"""Datagrams between two ticks; the autopilot sends a message then as well."""
 
 _PING: Final = build(mavlink.MAVLink_ping_message(1, 2, 3, 4), system_id=255, component_id=190, sequence=0)
 
 
 class _DeafPort(AutopilotPort):
-    """An autopilot's port without an autopilot behind it; keeps what was sent last."""
+    """An autopilot's port without an autopilot; keeps what was sent last."""
 
     def __init__(self) -> None:
         super().__init__("nothing")
@@ -51,7 +51,7 @@ class _DeafPort(AutopilotPort):
 
 
 class _DeafSocket(DataSocket):
-    """The data channel's socket without a network behind it; keeps what was sent last."""
+    """The data channel's socket without a network; keeps what was sent last."""
 
     def __init__(self) -> None:
         super().__init__(lambda datagram: None)
@@ -62,7 +62,7 @@ class _DeafSocket(DataSocket):
 
 
 class AgentCore:
-    """An agent with an armed copter, its link up. Make it inside a running event loop."""
+    """An agent with an armed copter and an established link. Create it inside a running event loop."""
 
     name = "agent"
 
@@ -93,9 +93,9 @@ class AgentCore:
         )
 
     def deliver(self, datagram: bytes) -> tuple[set[str], int]:
-        """The drop reasons that were counted, and the bytes that were answered."""
+        """Returns the counted drop reasons, and the number of bytes answered."""
         before = self.counted()
-        self._socket.sent.clear()  # copies of urgent messages, which go out by time
+        self._socket.sent.clear()  # copies of urgent messages, which are sent by time
         self._data._from_uplink(0, datagram)
         answered = sum(map(len, self._socket.sent))
         if self._socket.sent:
@@ -108,26 +108,26 @@ class AgentCore:
         return reasons, answered
 
     def rest(self) -> None:
-        """Time passes: the agent ticks, its autopilot says something, the control channel takes what waits."""
+        """Advances time: the agent ticks, its autopilot sends a message, the control channel takes what is queued."""
         beat = mavlink.MAVLink_heartbeat_message(2, 3, 0x81, self._chance.choice((2, 3, 5)), 4, 3)
         self._agent._from_port(build(beat, system_id=1, component_id=1, sequence=0))
         self._agent._tick()
         if self._agent._onboard.downlink.epoch > 1 << 31:
-            # A mutation made the agent believe in an epoch of far away: a new sign-in sets it right, as it must.
+            # A mutation set the agent to a far-away epoch: a new sign-in must correct it.
             self._agent.link_up(self._welcome)
         self._agent._link._outbox.clear()
         self._port.sent.clear()
         self._socket.sent.clear()
 
     def counted(self) -> Counter[str]:
-        """Every drop of the link so far, and of the fence behind it."""
+        """Returns every drop of the link so far, and of the fence behind it."""
         counts = self._agent._link.counts + self._agent._onboard.downlink.counts
         return Counter(
             {"not-allowed" if why == "setup_signing" else str(why): number for why, number in counts.items()}
         )
 
     def serves(self) -> bool:
-        """Whether a frame still gets from the tower to the autopilot."""
+        """Returns whether a frame still reaches the autopilot from the tower."""
         self.rest()
         self.deliver(self.fuzzer.seal(self.fuzzer.frames_content([_PING])))
         return _PING in self._port.sent

@@ -1,4 +1,4 @@
-"""Mutations of bytes that know nothing of what the bytes mean. Everything comes from the seed."""
+"""Mutations of bytes without knowledge of their meaning. Everything derives from the seed."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ class Mutator:
         self.chance = chance
 
     def mutate(self, data: bytes) -> bytes:
-        """One to four mutations in a row. May give back the same bytes."""
+        """Applies one to four mutations in a row. May return the same bytes."""
         mutable = bytearray(data)
         for _ in range(self.chance.randint(1, _MAX_STEPS)):
             self._step(mutable)
         return bytes(mutable)
 
     def differently(self, data: bytes) -> bytes:
-        """At least one bit is another."""
+        """Mutates at least one bit."""
         while (mutated := self.mutate(data)) == data:
             pass
         return mutated
 
     def flip_bits(self, data: bytes) -> bytes:
-        """One to eight different bits; the length stays."""
+        """Flips one to eight different bits; the length stays."""
         mutable = bytearray(data)
         for bit in self.chance.sample(range(len(data) * 8), self.chance.randint(1, 8)):
             mutable[bit // 8] ^= 1 << bit % 8
         return bytes(mutable)
 
     def noise(self, at_most: int) -> bytes:
-        """Random bytes, of a random length that is often small or at the edge."""
+        """Returns random bytes, with a random length that is often small or at the limit."""
         pick = self.chance.random()
         size = at_most if pick < 0.05 else self.chance.randint(0, min(40, at_most)) if pick < 0.5 else None
         return self.chance.randbytes(self.chance.randint(0, at_most) if size is None else size)

@@ -1,8 +1,8 @@
-"""Sends mutated messages to a running tower through real WebSockets, and keeps the account: sent = accepted + refused.
+"""Sends mutated messages to a running tower through real WebSockets, and checks the account: sent = accepted + refused.
 
-What is refused is known from what the tower itself says to the outside: the counts in its notices, and the documented
-codes with which it closes. What it accepted of binary messages has to arrive at the drone. What a message deserves is
-asked from the product's own decoders; whether the tower lives by that is what is seen here.
+Refusals are known from what the tower itself reports: the counts in its notices, and its documented close codes.
+Accepted binary messages must arrive at the drone. The product's own decoders give the expected result for a message;
+this checks that the tower follows it.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ _ANSWER_WITHIN_S: Final = 20.0
 _BATCH: Final = 32
 _MISUSED, _NO_UTF8, _TOO_LARGE = 4400, 1007, 1009
 _MAX_MALFORMED: Final = 20
-"""Texts after which the live channel is closed."""
+"""Malformed texts after which the tower closes the live channel."""
 _MAX_REPORTED: Final = 10
 
 
 @dataclass
 class Account:
-    """What became of so many messages (binary ones: of the frames in them)."""
+    """The results for a number of messages (for binary ones: of the frames in them)."""
 
     messages: int = 0
     accepted: int = 0
@@ -48,31 +48,31 @@ class Account:
     wrong: list[str] = field(default_factory=list)
 
     def announce(self, words: str) -> None:
-        """Something went otherwise than it must."""
+        """Records a fault."""
         if len(self.wrong) < _MAX_REPORTED:
             self.wrong.append(words)
 
 
 @dataclass(frozen=True)
 class Target:
-    """A running tower, somebody's session in it, and drones."""
+    """A running tower, a user's session in it, and drones."""
 
     url: str
     cookie: str
     drone_ids: tuple[int, ...]
-    """Of the first of them the somebody has the controls."""
+    """The user has the controls of the first one."""
     keys: tuple[str, ...]
-    """Of drones that are attacked as their own agents, in turn: the tower takes so many reports a second of each."""
+    """Keys of drones attacked as their own agents, in turn: the tower limits the reports per second of each."""
 
 
 class _Browser:
-    """A connection to the live channel that reads all, answers pings and adds up the notices."""
+    """A connection to the live channel that reads everything, answers pings and sums the notices."""
 
     def __init__(self, connection: ClientConnection) -> None:
         self.connection = connection
         self.refused: Counter[str] = Counter()
         self.not_understood = 0
-        """Texts: each is answered at once and by itself."""
+        """Texts: each is answered at once and separately."""
         self.news = asyncio.Event()
         self._reading = asyncio.create_task(self._read())
 
@@ -92,7 +92,7 @@ class _Browser:
         self.news.set()
 
     async def until(self, reached: Callable[[], bool]) -> bool:
-        """False after the deadline."""
+        """Returns False after the deadline."""
         try:
             async with asyncio.timeout(_ANSWER_WITHIN_S):
                 while not reached():
@@ -103,7 +103,7 @@ class _Browser:
         return True
 
     def has_answered(self, texts: int) -> bool:
-        """So many, or it will answer none any more."""
+        """Returns whether this many are answered, or the connection is closed."""
         return self.closed or self.not_understood >= texts
 
     @property
@@ -136,7 +136,7 @@ async def _live(target: Target) -> AsyncIterator[_Browser]:
 async def attack_live_in_bytes(
     target: Target, chance: random.Random, messages: int, *, arrived: Callable[[], int]
 ) -> Account:
-    """Mutated tagged frames. `arrived`: how many frames have come out at the drones so far."""
+    """Sends mutated tagged frames. `arrived`: the number of frames that have reached the drones so far."""
     account = Account(connections=1)
     fuzzer = MessageFuzzer(chance, target.drone_ids)
     before = arrived()
@@ -168,7 +168,7 @@ async def attack_live_in_bytes(
 
 
 def _frames_in(message: bytes) -> int:
-    """How many fates a binary message has: one for each frame, or one if it is dropped whole."""
+    """Returns how many results a binary message has: one for each frame, or one if it is dropped whole."""
     if len(message) > MAX_UPWARD_MESSAGE_BYTES:
         return 1
     try:
@@ -178,7 +178,7 @@ def _frames_in(message: bytes) -> int:
 
 
 async def attack_live_in_text(target: Target, chance: random.Random, messages: int) -> Account:
-    """Mutated requests. Connects again whenever the tower has closed, which it must do at the right moment."""
+    """Sends mutated requests. Reconnects whenever the tower has closed, which it must do at the right moment."""
     account = Account()
     fuzzer = MessageFuzzer(chance, target.drone_ids)
     while account.messages < messages:
@@ -215,7 +215,7 @@ async def _texts_until_closed(browser: _Browser, fuzzer: MessageFuzzer, account:
 
 
 async def attack_agent(target: Target, chance: random.Random, messages: int) -> Account:
-    """As a signed-in agent: messages of which some are right and the first that is not must end the channel."""
+    """As a signed-in agent: sends messages of which some are valid; the first that is not must close the channel."""
     account = Account()
     fuzzer = MessageFuzzer(chance, target.drone_ids)
     while account.messages < messages:
@@ -256,7 +256,7 @@ async def _agent_until_closed(
 
 
 def _deserved(text: bytes, decode: Callable[[str], Any]) -> int | None:
-    """The code that a text message earns (with others of its kind), or None if there is nothing wrong with it."""
+    """Returns the expected close code for a text message (with others of its kind), or None if it is valid."""
     if len(text) > MAX_READ_BYTES:
         return _TOO_LARGE
     try:

@@ -1,4 +1,4 @@
-"""Delivers mutated datagrams to a core and judges each one's fate: accepted or dropped as it has to be, or a fault."""
+"""Delivers mutated datagrams to a core and judges each: accepted or dropped as expected, or a fault."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import Final, Protocol
 from bench.fuzz_datagrams import DatagramFuzzer
 
 _BREATHE_EVERY: Final = 256
-"""Datagrams between two turns of the event loop: what the cores have asked to be called back for is done then."""
+"""Datagrams between two turns of the event loop, which run the cores' scheduled callbacks."""
 
 _MAX_REPORTED: Final = 10
 WARM_UP_SHARE: Final = 0.2
@@ -26,44 +26,44 @@ class Core(Protocol):
     fuzzer: DatagramFuzzer
 
     def deliver(self, datagram: bytes) -> tuple[set[str], int]:
-        """Drop reasons that were counted, and bytes that were answered."""
+        """Returns the counted drop reasons, and the number of bytes answered."""
 
     def rest(self) -> None:
-        """Time passes."""
+        """Advances time."""
 
     def counted(self) -> Counter[str]:
-        """Every drop so far, by reason."""
+        """Returns every drop so far, by reason."""
 
     def serves(self) -> bool:
-        """Whether what is genuine still gets through."""
+        """Returns whether genuine frames still pass."""
 
 
 @dataclass
 class Verdict:
-    """What became of so many datagrams."""
+    """The results for a number of datagrams."""
 
     sent: int = 0
     accepted: int = 0
     dropped: Counter[str] = field(default_factory=Counter)
-    """Datagrams by (one of) the reasons that were counted for them."""
+    """Datagrams by (one of) the reasons counted for them."""
     by_mutation: Counter[str] = field(default_factory=Counter)
     escaped: list[str] = field(default_factory=list)
-    """Tracebacks of exceptions that nobody caught."""
+    """Tracebacks of uncaught exceptions."""
     wrong: list[str] = field(default_factory=list)
-    """What became of a datagram though it should not have."""
+    """Unexpected results."""
     objects_grown: int = 0
-    """Python objects more at the end than after the warm-up."""
+    """Additional Python objects at the end, compared with after the warm-up."""
     serves: bool = False
 
     @property
     def faults(self) -> int:
-        """0 if all is as it has to be."""
+        """0 if everything is as expected."""
         balance = abs(self.sent - self.accepted - self.dropped.total() - len(self.escaped))
         return len(self.escaped) + len(self.wrong) + balance + (not self.serves)
 
 
 async def fuzz_core(core: Core, datagrams: int) -> Verdict:
-    """Delivers so many. Runs in the event loop that the core was made in."""
+    """Delivers the datagrams. Runs in the event loop in which the core was created."""
     verdict = Verdict()
     warm = int(datagrams * WARM_UP_SHARE)
     objects = 0
@@ -106,7 +106,7 @@ def _add_figures(verdict: Verdict, words: str) -> None:
 
 
 async def _live_objects(core: Core) -> int:
-    """How many Python objects there are when all that waits has been done."""
+    """Returns the number of Python objects once all scheduled work is done."""
     await asyncio.sleep(0.2)
     core.rest()
     gc.collect()
@@ -114,5 +114,5 @@ async def _live_objects(core: Core) -> int:
 
 
 def chance_of(seed: int, name: str) -> random.Random:
-    """The randomness of one part of a run: the same for the same seed, whatever the other parts do."""
+    """Returns the randomness of one part of a run: the same for the same seed, independent of the other parts."""
     return random.Random(f"{seed} {name}")

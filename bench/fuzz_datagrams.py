@@ -1,4 +1,4 @@
-"""Mutated datagrams of one live link, each with what has to become of it.
+"""Mutated datagrams of one live link, each with its expected result.
 
 A table of mutations: the name, and the drop reasons that are right for it (`None` is "accepted"). Those below the seal
 must never be accepted; those inside it (sealed with the right key, as a hostile agent or tower would) reach the inner
@@ -38,7 +38,7 @@ _INSIDE: Final[Outcomes] = frozenset(
     {None, Reason.BAD_CONTENT, Reason.BAD_FRAME, Reason.FOREIGN_TAG, Reason.STALE_EPOCH, Reason.NOT_ALLOWED}
 )
 _HELD: Final = 32
-"""Genuine datagrams kept back and let go at random: some after the replay window has passed them, some before."""
+"""Genuine datagrams held back and released at random: some after the replay window has passed them, some before."""
 
 _MESSAGE_IDS: Final = tuple(CRC_EXTRA)
 _PASSING_IDS: Final = tuple(msgid for msgid in _MESSAGE_IDS if msgid != mavlink.MAVLINK_MSG_ID_SETUP_SIGNING)
@@ -51,13 +51,13 @@ class Fuzzed(NamedTuple):
     mutation: str
     datagram: bytes
     outcomes: Outcomes
-    """Of which one has to be its fate."""
+    """The expected results; one of them must occur."""
     authentic: bool
     """Whether the receiver may answer at all."""
 
 
 class DatagramFuzzer:
-    """`sender` is the genuine other end of the link; `urgent` a message that the receiver takes, as JSON."""
+    """`sender` is the genuine other end of the link; `urgent` a message that the receiver accepts, as JSON."""
 
     def __init__(
         self,
@@ -68,7 +68,7 @@ class DatagramFuzzer:
         epoch: Callable[[], int],
         fenced: bool,
     ) -> None:
-        """`epoch`: what the receiver takes now; `fenced`: whether it refuses an older one."""
+        """`epoch`: what the receiver accepts now; `fenced`: whether it refuses an older one."""
         self._chance = chance
         self._mutator = Mutator(chance)
         self._sender = sender
@@ -79,7 +79,7 @@ class DatagramFuzzer:
         self._before = self.genuine()
         self._held = [self.genuine() for _ in range(_HELD)]
         self.reflected = b""
-        """A datagram that the receiver itself has sealed."""
+        """A datagram sealed by the receiver itself."""
         self._table: tuple[tuple[str, Outcomes, bool, Callable[[], bytes]], ...] = (
             ("genuine", _ACCEPTED, True, self.genuine),
             ("noise", _UNSEALED, False, lambda: self._mutator.noise(2 * MAX_DATAGRAM_BYTES)),
@@ -106,11 +106,11 @@ class DatagramFuzzer:
 
     @property
     def mutations(self) -> list[str]:
-        """Their names."""
+        """Returns the names of the mutations."""
         return [row[0] for row in self._table]
 
     def next(self) -> Fuzzed:
-        """One of the table, each as likely as the others; the first of all is genuine."""
+        """Returns one of the table, all equally likely; the first datagram is genuine."""
         name, outcomes, authentic, make = self._chance.choice(self._table) if self._delivered else self._table[0]
         datagram = make()
         if authentic:
@@ -118,11 +118,11 @@ class DatagramFuzzer:
         return Fuzzed(name, datagram, outcomes, authentic)
 
     def seal(self, content: bytes) -> bytes:
-        """Any content under the right key and the next counter: what only a hostile owner of the key can do."""
+        """Seals any content with the right key and the next counter: only a hostile owner of the key can do this."""
         return self._sender._sealer.seal(content)
 
     def genuine(self) -> bytes:
-        """A datagram that has to be taken."""
+        """Returns a datagram that must be accepted."""
         return self.seal(self._genuine_content())
 
     def _genuine_content(self) -> bytes:
@@ -134,13 +134,14 @@ class DatagramFuzzer:
         return self.frames_content([self._frame() for _ in range(self._chance.randint(1, _MAX_FRAMES))])
 
     def frames_content(self, frames: list[bytes], *, drone_id: int | None = None, epoch: int | None = None) -> bytes:
-        """The content with these frames, at most a datagram's worth; tag and epoch are the right ones unless given."""
+        """Returns the content with these frames, at most a datagram's worth; tag and epoch are the right ones unless
+        given."""
         tag = self._sender.drone_id if drone_id is None else DroneId(drone_id)
         known = Epoch(self._epoch() if epoch is None else epoch)
         return encode_frames(tag, known, self._u32(), frames)[0]
 
     def _frame(self, message_id: int | None = None) -> bytes:
-        """A frame with a right checksum, of any message but the one that is never passed on, with any payload."""
+        """Returns a frame with a valid checksum, of any message except the one that never passes, with any payload."""
         msgid = self._chance.choice(_PASSING_IDS) if message_id is None else message_id
         payload = self._chance.randbytes(self._chance.choice((0, 1, 9, 30, 51, 255)))
         sources = bytes((self._chance.randrange(256), self._chance.choice((1, 1, 255)), self._chance.choice((1, 190))))
@@ -168,7 +169,7 @@ class DatagramFuzzer:
         return self._before[:HEADER_BYTES] + before[HEADER_BYTES:]
 
     def _late(self) -> bytes:
-        """One that was kept back; a fresh one takes its place."""
+        """Returns a datagram that was held back; a fresh one takes its place."""
         at = self._chance.randrange(_HELD)
         late, self._held[at] = self._held[at], self.genuine()
         return late

@@ -1,5 +1,5 @@
-"""Mutated WebSocket messages for the two channels: JSON that is wrong in every way, and tagged frames that are not what
-they say. Each is text or bytes as it goes onto the wire; text may be no UTF-8."""
+"""Mutated WebSocket messages for the two channels: JSON that is wrong in every way, and tagged frames with false
+contents. Each is text or bytes as on the wire; text may be invalid UTF-8."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from wire.ids import DroneId
 from wire.tagged import MAX_UPWARD_MESSAGE_BYTES, stamp, tag
 
 MAX_READ_BYTES: Final = 64 * 1024
-"""The tower's limit of a message: larger ones end the connection."""
+"""The tower's message limit: larger ones close the connection."""
 
 _BROWSER: Final[tuple[dict[str, Any], ...]] = (
     {"type": "watch", "rate_hz": 5},
@@ -45,19 +45,19 @@ _STRANGE: Final[tuple[str, ...]] = (
 
 
 class TextMessage(NamedTuple):
-    """UTF-8, or meant to be."""
+    """UTF-8, or an imitation of it."""
 
     data: bytes
 
 
 class BinaryMessage(NamedTuple):
-    """Tagged frames, or meant to be."""
+    """Tagged frames, or an imitation of them."""
 
     data: bytes
 
 
 class MessageFuzzer:
-    """`drone_ids`: tags that mean something; the first is one whose controls the sender has."""
+    """`drone_ids`: valid tags; the sender has the controls of the first."""
 
     def __init__(self, chance: random.Random, drone_ids: tuple[int, ...]) -> None:
         self._chance = chance
@@ -65,23 +65,23 @@ class MessageFuzzer:
         self._drone_ids = drone_ids
 
     def browser_text(self) -> TextMessage:
-        """Right now and then, wrong as a rule."""
+        """Occasionally valid, usually wrong."""
         return TextMessage(self._text(_BROWSER))
 
     def agent_text(self) -> TextMessage:
-        """For the agent's channel, right as a rule: a wrong one ends it."""
+        """For the agent's channel, usually valid: a wrong one closes it."""
         if self._chance.random() < 0.85:
             return TextMessage(self._with_strange_values(self._chance.choice(_AGENT), self._chance.random() < 0.05))
         return TextMessage(self._text(_AGENT))
 
     def viewer_text(self) -> TextMessage:
-        """For a viewer of video, right as a rule: a wrong one ends it."""
+        """For a viewer of video, usually valid: a wrong one closes the connection."""
         if self._chance.random() < 0.7:
             return TextMessage(json.dumps(self._chance.choice(_VIEWER)).encode())
         return TextMessage(self._text(_VIEWER))
 
     def binary(self) -> BinaryMessage:
-        """Tagged frames of which something is mutated: the tags, the frames, the ends, the stamp, or nothing."""
+        """Tagged frames with one mutation: in the tags, the frames, the ends or the stamp, or none."""
         makers: tuple[Callable[[], bytes], ...] = (
             self._tagged,
             lambda: self._mutator.mutate(self._tagged()),
@@ -116,7 +116,7 @@ class MessageFuzzer:
         return json.dumps(message).encode()
 
     def _with_strange_values(self, message: dict[str, Any], truly: bool) -> bytes:
-        """The same fields, one of them with a value that it cannot have; or unchanged but for a number."""
+        """Returns the same fields, one of them with an invalid value; or unchanged except for a number."""
         parts = {key: json.dumps(value) for key, value in message.items()}
         if truly:
             parts[self._chance.choice(list(parts))] = self._chance.choice(_STRANGE)

@@ -1,7 +1,7 @@
-"""A tower process under attack: a fleet, somebody who holds the first drone, and a witness who only watches it.
+"""A tower process under attack: a fleet, the holder of the first drone, and a witness who only watches it.
 
 Drone 1 flies and is watched; drone 2's link is mutated below and above the seal; the others are attacked as their own
-agents. What limits floods is opened wide: here it is what a message *is* that has to be seen, not how many there are.
+agents. Flood limits are raised: this tests the content of messages, not their number.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ _PROGRESS: Final = {
 
 
 class Witness:
-    """A browser that does what it should, while others do not."""
+    """A browser that behaves correctly while others do not."""
 
     def __init__(self, browser: LeanBrowser, agent: LoadAgent) -> None:
         self.delays_ms: list[float] = []
@@ -70,22 +70,22 @@ class Witness:
             await asyncio.sleep(1 / _FRAMES_PER_S)
 
     def start(self) -> None:
-        """The drone flies from here on."""
+        """Starts the drone's flight."""
         self._flying = asyncio.create_task(self._fly())
 
     async def stop(self) -> None:
-        """It flies no more. Harmless if it was stopped before."""
+        """Ends the flight. No effect if already stopped."""
         self._flying.cancel()
         await asyncio.gather(self._flying, return_exceptions=True)
 
     def lost(self) -> int:
-        """Events that have not come."""
+        """Events that did not arrive."""
         return self._sent - len(self._numbers)
 
     def _came(self, message: bytes) -> None:
         now_us = time.monotonic() * 1e6
         for drone_id, frame in split_tagged(message):
-            # Of drone 2 there comes whatever the mutations made of its frames; drone 1 also says the tower's denials.
+            # For drone 2 the mutated frames arrive; for drone 1 also the tower's denials.
             for arrived in read_plain(frame) if drone_id == 1 else ():
                 self.delays_ms.append((now_us - arrived.sent_us) / 1e3)
                 if arrived.number:
@@ -94,7 +94,7 @@ class Witness:
 
 @dataclass
 class FuzzedTower:
-    """See the module."""
+    """See the module docstring."""
 
     tower: LoadTower
     target: Target
@@ -113,7 +113,7 @@ class FuzzedTower:
 
     @property
     def alive(self) -> bool:
-        """Whether the process still runs."""
+        """Whether the process is still running."""
         return self.tower.process.returncode is None
 
     def rss_mb(self) -> float:
@@ -121,17 +121,17 @@ class FuzzedTower:
         return rss_mb(self.tower.process.pid)
 
     def errors_in_log(self) -> list[str]:
-        """Lines of level error or above, and what is no line of its own."""
+        """Returns lines of level error or above, and lines that are not log lines."""
         lines = self.log.read_text(errors="replace").splitlines()
         return [line for line in lines if '"error"' in line or '"critical"' in line or "Traceback" in line]
 
     async def drone_online(self, drone_id: int) -> bool:
-        """What the tower says."""
+        """Returns the tower's view."""
         answer = await self._http.get(f"/api/v1/drones/{drone_id}")
         return answer.status_code == 200 and bool(answer.json()["online"])
 
     async def drops(self) -> Counter[str]:
-        """Everything that the tower has counted as not passed on, by reason, as its metrics tell."""
+        """Returns everything that the tower has counted as dropped, by reason, from its metrics."""
         answer = await self._http.get("/metrics")
         answer.raise_for_status()
         found = re.findall(r'^tower_drops_total\{reason="([^"]+)"\} (\S+)', answer.text, re.MULTILINE)
@@ -150,7 +150,7 @@ class FuzzedTower:
         return await attack_agent(self.target, chance, messages)
 
     async def send_datagrams(self, chance: random.Random, datagrams: int) -> int:
-        """Mutated datagrams of drone 2's link, from its own address and from another."""
+        """Sends mutated datagrams of drone 2's link, from its own address and from another."""
         agent = self.agents[1]
         fuzzer = DatagramFuzzer(chance, sender=agent._sealed, urgent=_PROGRESS, epoch=lambda: 0, fenced=False)
         place = agent._socket.getpeername()
@@ -174,7 +174,7 @@ class FuzzedTower:
 
 @contextlib.asynccontextmanager
 async def fuzzed_tower(folder: Path) -> AsyncIterator[FuzzedTower]:
-    """Until the block ends."""
+    """Runs until the block ends."""
     async with (
         load_tower(folder / "tower", drones=2 + _AS_AGENTS, settings=_WITHOUT_FLOOD_GATE) as tower,
         httpx.AsyncClient(base_url=tower.url, headers={"Cookie": tower.cookie}, trust_env=False, timeout=30) as http,

@@ -1,7 +1,7 @@
 """A receiver of mutated datagrams without a socket: the tower's data channel, from the datagram to a browser's outbox.
 
-It is the real code, so that an exception that would escape there escapes here. What became of a datagram is told by the
-counters that the product itself keeps.
+It is the real code, so that an exception that would escape there escapes here. The product's own counters show what
+happened to a datagram.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _UP, _DOWN = b"u" * 32, b"d" * 32
 _ALICE: Final = UserRef(UserId(1), "alice")
 _MAX: Final = 1 << 30
 _TICK_EVERY: Final = 64
-"""Datagrams between two ticks of whoever receives them; a real tick comes more often."""
+"""Datagrams between two ticks of the receiver; a real tick comes more often."""
 
 _PROGRESS: Final = HoldProgress(order_id=1, epoch=3, step=HoldStep.CONFIRMED, detail="ALT_HOLD", elapsed_ms=12.5)
 _HEARTBEAT: Final = build(
@@ -85,7 +85,7 @@ class TowerCore:
         )
 
     def deliver(self, datagram: bytes) -> tuple[set[str], int]:
-        """The drop reasons that were counted, and the bytes that were answered."""
+        """Returns the counted drop reasons, and the number of bytes answered."""
         before = Counter(self.hub.state.drops)
         address = (f"198.51.100.{self._chance.randrange(256)}", self._chance.randrange(1, 65536))
         self._endpoint.datagram_received(datagram, address, time.monotonic())
@@ -99,8 +99,8 @@ class TowerCore:
         return set(self.hub.state.drops - before), answered
 
     def rest(self) -> None:
-        """Time passes: the hub ticks, the browser reads."""
-        self.hub.flood._reports.clear()  # a real agent says less in an hour than this one in a second
+        """Advances time: the hub ticks, the browser reads."""
+        self.hub.flood._reports.clear()  # a real agent sends less in an hour than this one in a second
         self.hub.tick(time.monotonic())
         self.hub.each_second(time.monotonic())
         self._browser.take_events()
@@ -108,11 +108,11 @@ class TowerCore:
         self._answers.clear()
 
     def counted(self) -> Counter[str]:
-        """Every drop so far."""
+        """Returns every drop so far."""
         return Counter({str(reason): count for reason, count in self.hub.state.drops.items()})
 
     def serves(self) -> bool:
-        """Whether a frame still gets from the agent to the browser."""
+        """Returns whether a frame still reaches the browser from the agent."""
         self.rest()
         content = self.fuzzer.frames_content([_HEARTBEAT])
         self.deliver(self.fuzzer.seal(content))

@@ -1,7 +1,8 @@
-"""Sends mutated units, texts and tickets to a running tower through the two WebSockets of video, and keeps the account.
+"""Sends mutated units, texts and tickets to a running tower through the two WebSockets of video, and checks the
+account.
 
-What a message deserves is asked from the product's own decoders. Whoever watches meanwhile must get whole units only,
-each of which can be decoded with what came before it.
+The product's own decoders give the expected result for a message. A viewer must meanwhile receive only whole units,
+each decodable with those before it.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ from wire.video import (
 _ANSWER_WITHIN_S: Final = 20.0
 _MISUSED, _NO_UTF8, _TOO_LARGE, _CUT_OFF = 4400, 1007, 1009, 1006
 _MAX_UNITS: Final = 1000
-"""On one connection: below what the tower takes for a flood."""
+"""On one connection: below the tower's flood limit."""
 _MAX_REQUESTS: Final = 500
 
 
@@ -72,7 +73,7 @@ async def _watching(target: Target, drone_id: int) -> AsyncIterator[ClientConnec
 
 
 async def attack_video_in_text(target: Target, chance: random.Random, messages: int) -> Account:
-    """As a viewer: requests of which some are right and the first that is not must end the connection."""
+    """As a viewer: sends requests of which some are valid; the first that is not must close the connection."""
     account = Account()
     fuzzer = MessageFuzzer(chance, target.drone_ids)
     while account.messages < messages:
@@ -88,7 +89,7 @@ def _text_earns(text: bytes) -> tuple[int, ...]:
     try:
         text.decode()
     except UnicodeDecodeError:
-        return _NO_UTF8, _MISUSED  # whoever of the two hears it
+        return _NO_UTF8, _MISUSED  # depends on which of the two receives it
     try:
         decode_video_request(text)
     except MalformedVideoRequest:
@@ -97,7 +98,7 @@ def _text_earns(text: bytes) -> tuple[int, ...]:
 
 
 async def attack_video_in_bytes(target: Target, chance: random.Random, messages: int) -> Account:
-    """As an agent that is signed in: mutated units while somebody watches, and tickets that are none."""
+    """As a signed-in agent: sends mutated units while somebody watches, and invalid tickets."""
     account = Account()
     fuzzer = _UnitFuzzer(chance)
     key = parse_drone_key(target.keys[0])
@@ -148,7 +149,7 @@ async def _read(channel: ClientConnection) -> None:
 
 
 async def _watch(viewer: ClientConnection, account: Account) -> int:
-    """How many units came; what is wrong with them is told."""
+    """Returns the number of units that arrived; records their faults."""
     came, sequence = 0, -1
     with contextlib.suppress(ConnectionClosed):
         async for message in viewer:
@@ -164,7 +165,7 @@ async def _watch(viewer: ClientConnection, account: Account) -> int:
 
 def _unit_earns(message: bytes) -> tuple[int, ...]:
     if len(message) > MAX_UNIT_BYTES:
-        return _TOO_LARGE, _CUT_OFF  # the reason may be lost with what was still on its way
+        return _TOO_LARGE, _CUT_OFF  # the reason may be lost with data in transit
     try:
         decode_head(message)
     except MalformedUnit:
@@ -206,7 +207,7 @@ async def _until_closed(
 
 
 class _UnitFuzzer:
-    """Units of one stream as a camera gives them, some of which are wrong, or lie."""
+    """Units of one stream as from a camera, some of which are wrong or have false contents."""
 
     def __init__(self, chance: random.Random) -> None:
         self._chance = chance
@@ -219,7 +220,7 @@ class _UnitFuzzer:
         return self._chance.choice(("", "none", begun, right + "A", right.swapcase(), "A" * 5000))
 
     def unit(self) -> bytes:
-        """A right one, as a rule."""
+        """Usually valid."""
         chance, pick = self._chance, self._chance.random()
         right = encode_unit(self._genuine())
         if pick < 0.93:

@@ -1,8 +1,8 @@
-"""For `bench missions --case "ground station"`: what QGroundControl asks when it connects, by way of `tower connect`.
+"""For `bench missions --case "ground station"`: QGroundControl's requests on connecting, through `tower connect`.
 
-The order, the numbers of tries and the batches are its own: AUTOPILOT_VERSION, flight modes, component metadata, camera
-and gimbal; all parameters by the list, ten of those that are lacking at a time once nothing has come for a second; all
-by the file, as a burst whose holes are asked for; the counts of the three plans.
+The order, the number of retries and the batches are its own: AUTOPILOT_VERSION, flight modes, component metadata,
+camera and gimbal; all parameters by the list, then missing ones ten at a time once nothing has arrived for a second;
+all by the file, as a burst whose holes are requested; the counts of the three plans.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ PAYLOADS: Final = (
     (1, "GIMBAL_MANAGER_INFORMATION"),
     (1, "GIMBAL_MANAGER_STATUS"),
 )
-"""What a vehicle with a camera and a gimbal says when it is asked, and which component says it."""
+"""The messages that a vehicle with a camera and a gimbal sends on request, and the component of each."""
 METADATA: Final = 397
 TRIES: Final = 5
 ANSWER_S: Final = 1.5
@@ -48,7 +48,7 @@ FILE: Final = b"@PARAM/param.pck?withdefaults=1"
 
 
 class NotAnswered(Exception):
-    """Something that it asks for never came."""
+    """A requested message never arrived."""
 
 
 class GroundStation:
@@ -65,7 +65,7 @@ class GroundStation:
 
     @classmethod
     async def at(cls, log: Path) -> GroundStation:
-        """Where `tower connect`, which writes this log, says that it is."""
+        """Connects to the port in this log of `tower connect`."""
         found: list[str] = []
 
         def there() -> bool:
@@ -101,7 +101,7 @@ class GroundStation:
         self._writer.write(build(message, system_id=255, component_id=190, sequence=self._sequence))
 
     async def _until(self, look: Callable[[Any], bool], within_s: float) -> bool:
-        """Whether something came about which `look` says yes."""
+        """Returns whether a message satisfied `look`."""
         until = asyncio.get_running_loop().time() + within_s
         while (left := until - asyncio.get_running_loop().time()) > 0:
             try:
@@ -120,13 +120,13 @@ class GroundStation:
         raise NotAnswered(what)
 
     async def asks_for_messages(self) -> None:
-        """Each is answered, with itself or with a refusal. Raises NotAnswered."""
+        """Each request is answered, with the message or with a refusal. Raises NotAnswered."""
         for name, number in REQUESTED.items():
             ask = mavlink.MAVLink_command_long_message(1, 1, 512, 0, number, *[0.0] * 6)
             await self._asked(name, ask, lambda m: m.get_type() == "COMMAND_ACK" and m.command == 512)
 
     async def asks_payloads(self) -> None:
-        """Camera, gimbal and metadata say what they are asked for, not only that they will. Raises NotAnswered."""
+        """Camera, gimbal and metadata send the requested messages, not only acknowledgements. Raises NotAnswered."""
         for component, name in PAYLOADS:
             number = getattr(mavlink, f"MAVLINK_MSG_ID_{name}")
             ask = mavlink.MAVLink_command_long_message(1, component, 512, 0, number, *[0.0] * 6)
@@ -135,14 +135,14 @@ class GroundStation:
             raise NotAnswered("COMPONENT_METADATA")
 
     async def asks_for_plans(self) -> None:
-        """The counts of all three come. Raises NotAnswered."""
+        """Requests the counts of all three. Raises NotAnswered."""
         for kind in range(3):
             counted = partial(_is_count, kind)
             await self._asked(f"plan {kind}", mavlink.MAVLink_mission_request_list_message(1, 1, kind), counted)
             self._say(mavlink.MAVLink_mission_ack_message(1, 1, 0, kind))
 
     async def lists(self) -> tuple[int, int, int]:
-        """How many parameters came, how many there are, how many of them were asked for one by one."""
+        """Returns how many parameters arrived, how many exist, and how many of them were requested one by one."""
         lacking: set[int] = set()
         batch: set[int] = set()
         count = asked = 0
@@ -171,7 +171,7 @@ class GroundStation:
         return count - len(lacking), count, asked
 
     async def reads_file(self) -> tuple[int, int]:
-        """How many parameters the file has, and how many it says that there are. Raises NotAnswered."""
+        """Returns how many parameters the file has, and how many it claims. Raises NotAnswered."""
         blocks: dict[int, bytes] = {}
         ended = False
 
@@ -218,9 +218,9 @@ class GroundStation:
 
 
 def _entries(data: bytes) -> tuple[int, int]:
-    """Of a file of parameters, with their defaults or without: how many are in it, and how many it says.
+    """Counts the entries of a parameter file, with defaults or without, and reads the count that it claims.
 
-    Source: ArduPilot, AP_Filesystem_Param. Raises NotAnswered about one that is cut or broken.
+    Source: ArduPilot, AP_Filesystem_Param. Raises NotAnswered for a truncated or broken file.
     """
     magic, count, total = _FILE_HEAD.unpack_from(data.ljust(_FILE_HEAD.size, b"\0"))
     if magic not in (0x671B, 0x671C) or count != total:

@@ -1,4 +1,4 @@
-"""Flying by hand for a benchmark: up to a height, back to the start, full stick one way."""
+"""Manual flight for a benchmark: up to a height, back to the start, full stick one way."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ THROTTLE_DOWN = Sticks(z=0)
 
 @dataclass(frozen=True, slots=True)
 class Modes:
-    """What DO_SET_MODE is given (param2, param3), and what the heartbeat then shows."""
+    """The parameters of DO_SET_MODE (param2, param3), and the resulting mode in the heartbeat."""
 
     by_hand: tuple[int, int]
     guided: tuple[int, int]
     altitude_hold: tuple[int, int]
     position_hold: str
-    """As the hold ladder names it."""
+    """As named in the hold ladder."""
     position_number: tuple[int, int]
     shift: bool
     take_off_height_is_amsl: bool
@@ -51,7 +51,7 @@ AXES = {
 
 
 class HandFlight:
-    """The operator's flying. The stick stream never pauses unless a trial is about that."""
+    """The operator's flying. The stick stream pauses only in trials about that."""
 
     def __init__(self, rig: Rig) -> None:
         self._rig = rig
@@ -70,7 +70,7 @@ class HandFlight:
         return bool(self.tap.modes) and self.tap.modes[-1].custom_mode in numbers
 
     async def change_mode(self, mode: tuple[int, int], by: Person | None = None) -> None:
-        """Asked for again every second until the autopilot shows it; by the operator unless told otherwise."""
+        """Requests the mode every second until the autopilot reports it; as the operator unless `by` is given."""
         number, asked_at = self.modes.number(mode), 0.0
         pilot = by or self.pilot
 
@@ -94,7 +94,7 @@ class HandFlight:
 
         async def flying() -> bool:
             nonlocal asked_at
-            # Throttle down arms with every receiver and with none; in the air centred sticks hold.
+            # Throttle down arms with every receiver and without one; in the air centred sticks hold.
             pilot.sticks = Sticks() if tap.modes and tap.modes[-1].armed else THROTTLE_DOWN
             if tap.motions and tap.motions[-1].alt_m > 2.0:
                 return True
@@ -118,7 +118,7 @@ class HandFlight:
             try:
                 check = await self.pilot.ask("GET", "/drones/1/loss-check")
             except Refused:
-                return True  # a tower without it
+                return True  # a tower without a loss check
             return bool(check["complete"])
 
         await wait_for("the loss check to be complete", complete, 30)
@@ -129,7 +129,7 @@ class HandFlight:
             return
 
     async def back_to_start(self) -> None:
-        """Guided to the middle of the field at HEIGHT_M, and by hand again with centred sticks."""
+        """Flies guided to the middle of the field at HEIGHT_M, then by hand with centred sticks."""
         pilot, tap = self.pilot, self.tap
         pilot.sticks = Sticks()
         await self.change_mode(self.modes.guided)
@@ -157,7 +157,7 @@ class HandFlight:
         await self.change_mode(mode or self.modes.by_hand)
 
     async def full_stick(self, sticks: Sticks, seconds: float) -> None:
-        """Pushed all the way, for so long that the machine moves as fast as it will, and still is."""
+        """Holds full stick long enough that the vehicle reaches its top speed, and keeps it there."""
         pilot = self.pilot
         until = pilot.now + seconds
         pilot.sticks = sticks

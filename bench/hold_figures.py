@@ -1,4 +1,4 @@
-"""What a hold did, read off the tap: when, whose sticks still came, and how the machine moved. No I/O."""
+"""The figures of a hold from the tap: times, sticks that still arrived, and the vehicle's motion. No I/O."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ STOPPED_MPS = 0.5
 @dataclass(frozen=True, slots=True)
 class HoldFigures:
     began_at: float
-    """The agent's first act at the autopilot's port: centred sticks, or the request of a mode."""
+    """The agent's first action at the autopilot's port: centred sticks, or a mode request."""
     mode_at: float
-    """The heartbeat that first showed the hold's mode."""
+    """The heartbeat that first reported the hold's mode."""
     foreign_frames: int
     """Of the old holder's sticks, after it began."""
     level_s: float
@@ -31,10 +31,10 @@ class HoldFigures:
 
 
 def began_at(tap: Tap, since: float) -> float | None:
-    """When the agent first did something for this hold at the autopilot's port: asked for its mode.
+    """Returns when the agent first acted for this hold at the autopilot's port: its mode request.
 
-    Its centred sticks go out in the same moment, but those of an earlier hold may still be coming; they count only
-    where no mode was asked for.
+    Its centred sticks leave at the same moment, but those of an earlier hold may still be arriving; they count only
+    without a mode request.
     """
     sticks = (stick.at for stick in tap.sticks if stick.at >= since and stick.who == AGENT)
     requests = (at for at in tap.mode_requests if at >= since)
@@ -46,7 +46,7 @@ def mode_shown_at(tap: Tap, since: float, numbers: set[int]) -> float | None:
 
 
 def figures(tap: Tap, since: float, old_holder: int, numbers: set[int]) -> HoldFigures:
-    """`since` is when it was triggered; `numbers` the custom modes that a hold may end in."""
+    """`since`: the time of the trigger. `numbers`: the custom modes that a hold may end in."""
     start = began_at(tap, since)
     if start is None:
         nothing = math.nan
@@ -67,7 +67,7 @@ def figures(tap: Tap, since: float, old_holder: int, numbers: set[int]) -> HoldF
 
 
 def _last_above(values: list[tuple[float, float]], limit: float) -> float:
-    """When it went under the limit for good; NaN if it never did."""
+    """Returns when it fell below the limit for good; NaN if it never did."""
     if not values or values[-1][1] > limit:
         return math.nan
     return max((at for at, value in values if value > limit), default=0.0)

@@ -1,4 +1,4 @@
-"""Signs in at a tower's control channel as an agent does, for programs that speak on it by themselves."""
+"""Signs in at a tower's control channel as an agent does, for programs that use the channel directly."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from wire.sign_in import SignInPurpose
 
 
 async def key_sign_in(connection: ClientConnection, key: DroneKey, *, resume: int | None = None) -> KeySignIn:
-    """Hears the challenge on a channel that was just opened with `tower-agent.v2`."""
+    """Receives the challenge on a channel just opened with `tower-agent.v2`."""
     challenge = decode_to_agent(str(await connection.recv()))
     if not isinstance(challenge, SignInChallenge):
         raise RuntimeError(f"the tower began with {challenge}")
@@ -39,7 +39,7 @@ async def say_hello(
     process: int = 0,
     resume: int | None = None,
 ) -> KeySignIn:
-    """Hears the challenge and answers it. The tower's answer is the next that comes."""
+    """Receives the challenge and answers it. The tower's answer is the next message."""
     sign_in = await key_sign_in(connection, key, resume=resume)
     await connection.send(encode_message(sign_in.hello(takes=takes, process=process)))
     return sign_in

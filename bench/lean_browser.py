@@ -1,7 +1,7 @@
-"""A receiver at the end of a relay that costs the load process next to nothing: a WebSocket client written by hand.
+"""A receiver at the end of a relay that costs the load process almost nothing: a hand-written WebSocket client.
 
-It understands what a server may send (unmasked frames, fragments, pings) and nothing more. Fan-out is measured with
-fifty of them at once.
+It understands only what a server may send (unmasked frames, fragments, pings). The fan-out benchmark uses fifty of them
+at once.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ from urllib.parse import urlsplit
 
 _CONTINUATION, _TEXT, _BINARY, _CLOSE, _PING, _PONG = 0, 1, 2, 8, 9, 10
 _MASK: Final = b"\0\0\0\0"
-"""A client must mask; a mask of zeros is one."""
+"""A client must mask; a mask of zeros is valid."""
 
 
 class UpgradeRefused(Exception):
-    """The server did not switch to WebSocket; carries what it answered."""
+    """The server did not switch to WebSocket; carries its response."""
 
 
 class LeanBrowser(asyncio.Protocol):
-    """Call `connect_browser`. `on_binary` and `on_text` get whole messages as they come."""
+    """Created by `connect_browser`. `on_binary` and `on_text` get whole messages as they arrive."""
 
     def __init__(self) -> None:
         self.on_binary: Callable[[bytes], None] = lambda message: None
@@ -40,7 +40,7 @@ class LeanBrowser(asyncio.Protocol):
         self._transport: asyncio.Transport | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        self._transport = cast(asyncio.Transport, transport)  # no base class of uvloop's
+        self._transport = cast(asyncio.Transport, transport)  # uvloop's transport has no base class
 
     def data_received(self, data: bytes) -> None:
         self._buffer += data
@@ -59,7 +59,7 @@ class LeanBrowser(asyncio.Protocol):
         self._buffer = self._buffer[at:]
 
     def _frame(self, at: int) -> int:
-        """Takes the frame that begins at `at`; where the next begins, or 0 if it is not whole yet."""
+        """Takes the frame that begins at `at`; returns where the next begins, or 0 if it is not complete yet."""
         buffer = self._buffer
         if len(buffer) < at + 2:
             return 0

@@ -1,8 +1,8 @@
 """The process that carries packets between the namespaces: from one TUN device to another, each when it is due.
 
-Each host has an access link with a LinkModel for either direction; a packet goes up the sender's and down the
-receiver's. It is started by `bench.namespaces` with the devices' file descriptors; profiles come as JSON lines on
-standard input, as do questions for what was carried, and when that ends so does the process.
+Each host has an access link with a LinkModel for either direction; a packet traverses the sender's uplink and the
+receiver's downlink. `bench.namespaces` starts it with the devices' file descriptors; profiles and queries for counts
+arrive as JSON lines on standard input, and the process exits when that closes.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Emulator:
         """`ports` by the host's IPv4 address, four bytes."""
         self._ports = ports
         self._waiting: list[tuple[float, int, bytes, Port, bool]] = []
-        """(when, in which order, packet, receiver, whether it has been down the receiver's link)."""
+        """(due time, order, packet, receiver, whether it has traversed the receiver's link)."""
         self._count = 0
         self._loop = asyncio.get_running_loop()
         self._alarm: asyncio.TimerHandle | None = None
@@ -67,7 +67,7 @@ class Emulator:
         while self._waiting and self._waiting[0][0] <= now + SPIN_S:
             due, _, packet, port, is_down = heapq.heappop(self._waiting)
             if not is_down:
-                # Only now, as what comes there first from others goes down first.
+                # Only now, because packets from others that arrive first traverse the downlink first.
                 for later, copy in port.down.packet(packet, due):
                     self._wait(later, copy, port, is_down=True)
                 continue

@@ -1,7 +1,7 @@
-"""A link that delays, loses, repeats, reorders and throttles packets. No I/O; it is given the time and the chance.
+"""A link that delays, loses, repeats, reorders and throttles packets. No I/O; takes the time and the randomness.
 
-One LinkModel is one direction of one link. A packet that goes in with `now` comes out as a list of (due time, packet):
-empty where it is lost, two where it is repeated.
+One LinkModel is one direction of one link. A packet that enters with `now` results in a list of (due time, packet):
+empty if it is lost, two if it is repeated.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 BUFFER_S = 1.0
-"""What may wait for a slow link; what would wait longer is dropped, as a router's full queue does."""
+"""Queue limit of a slow link; packets that would wait longer are dropped, as by a router's full queue."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,15 +20,15 @@ class Profile:
 
     delay_s: float = 0.0
     jitter_s: float = 0.0
-    """Added to the delay, evenly from 0 to this. By itself it never changes the order."""
+    """Added to the delay, uniformly from 0 to this. By itself it never changes the order."""
     loss: float = 0.0
     duplication: float = 0.0
     reordering: float = 0.0
-    """Of packets that go at once, past those that are still on the way."""
+    """Share of packets that leave at once, overtaking those in transit."""
     rate_bps: float = 0.0
-    """Bits a second; 0 is no limit."""
+    """Bits per second; 0 is no limit."""
     black_out: bool = False
-    """Nothing gets through."""
+    """Drops all packets."""
 
     def as_dict(self) -> dict[str, Any]:
         return asdict(self)
@@ -37,7 +37,7 @@ class Profile:
 class LinkModel:
     def __init__(self, profile: Profile, seed: int) -> None:
         self.profile = profile
-        """May be replaced at any time; what is on the way stays so."""
+        """May be replaced at any time; packets in transit keep their times."""
         self._chance = random.Random(seed)
         self._free_at = 0.0
         self._last_due = 0.0
@@ -47,9 +47,9 @@ class LinkModel:
         """Whole packets, with all headers from IP on."""
 
     def packet(self, data: bytes, now: float) -> list[tuple[float, bytes]]:
-        """When `data`, sent now, arrives: (due time, packet) for each copy of it."""
+        """Returns when `data`, sent now, arrives: (due time, packet) for each copy of it."""
         profile, chance = self.profile, self._chance
-        # Always the same number of throws, so that one setting does not change what another does to later packets.
+        # Always the same number of draws, so that one setting does not change the effect of another on later packets.
         lost, repeated, overtakes, jitter = (chance.random() for _ in range(4))
         if profile.black_out or lost < profile.loss:
             self.lost += 1

@@ -1,18 +1,17 @@
 """Many sealed agents in one process: load for a tower, on the wire the same as that many real agents.
 
-Each signs in at /api/v1/agent with its own key and agrees on keys (with the code of the real agent), has a UDP
-socket of its own, answers pings and sends its own. What it sends are stamped frames (`bench.load_frames`), so that
-whoever receives them can tell what was lost and how long it took. Run it in another process, on another
-core, than the tower.
+Each signs in at /api/v1/agent with its own key and agrees on keys (with the code of the real agent), has its own UDP
+socket, answers pings and sends its own. It sends stamped frames (`bench.load_frames`), so that the receiver can measure
+loss and delay. Run it in another process, on another core, than the tower.
 
     agents = await sign_in_all(tower_url, keys)          # [LoadAgent, ...]
     async with kept_alive(agents):
         await fly(agents, Telemetry(frames_per_s=50, burst=5, kinds=STATE_KINDS), for_s=10)
 
-Packing: the real agent collects frames up to the path MTU for at most 10 ms. An autopilot speaks in bursts (the
-messages of one rate come together), so that a datagram carries a burst: `packed=True`, the burst is the parameter.
-The frames are stamped when their datagram is sealed: what is measured is what comes *beyond* the deadline of packing.
-`packed=False` sends each frame in a datagram of its own.
+Packing: the real agent collects frames up to the path MTU for at most 10 ms. An autopilot sends in bursts (the messages
+of one rate together), so that a datagram carries a burst: `packed=True`, the burst is the parameter. The frames are
+stamped when their datagram is sealed: the measurement covers the delay *beyond* the packing deadline. `packed=False`
+sends each frame in a separate datagram.
 """
 
 from __future__ import annotations
@@ -45,13 +44,13 @@ SIGN_IN_AT_ONCE: Final = 16
 ALL_TAKE: Final = (TRANSACTIONS, FOLLOW, FOLLOW_PERSON)
 KEEPALIVE_S: Final = 0.5
 HELD_UP_S: Final = 0.02
-"""A load that the machine held up for longer than this goes on from there: it must not catch up with a flood."""
+"""A load that the machine delays for longer than this continues from there: it must not catch up with a flood."""
 _EVENTS: Final = frozenset(EVENT_KINDS)
 
 
 @dataclass(frozen=True, slots=True)
 class Telemetry:
-    """What each drone sends. `burst`: frames that come together; `kinds`: message ids, in turn."""
+    """The telemetry of each drone. `burst`: frames sent together; `kinds`: message ids, in turn."""
 
     frames_per_s: float
     kinds: tuple[int, ...]
@@ -65,13 +64,13 @@ class Telemetry:
 
 
 class LoadAgent:
-    """One agent. `on_frames` is called with frames that the tower sends for its autopilot, `on_message` with what the
-    tower says on the control channel."""
+    """One agent. `on_frames` is called with frames that the tower sends for its autopilot, `on_message` with the
+    tower's messages on the control channel."""
 
     def __init__(self, opened: OpenedChannel) -> None:
         self._opened = opened
         self._sealed = opened.sealed
-        self._sealed.keepalive.at_leisure(True)  # as an agent with one uplink does, whose drone nobody holds
+        self._sealed.keepalive.at_leisure(True)  # as an agent with one uplink whose drone has no holder
         self._sequence = 0
         self._next_kind = 0
         self.drone_id = opened.welcome.drone_id
@@ -83,9 +82,9 @@ class LoadAgent:
         """Transactional ones: the number of the last."""
         self.sent_datagrams = 0
         self.video_wanted: VideoWanted | None = None
-        """What the tower asked for last, of an agent that takes video."""
+        """The tower's last request, for an agent that supports video."""
         self.not_sent = 0
-        """Datagrams that our own kernel did not take."""
+        """Datagrams that the local kernel did not accept."""
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
         self._socket.connect((opened.host, opened.welcome.udp_port))
@@ -100,25 +99,25 @@ class LoadAgent:
 
     @property
     def ticket(self) -> str:
-        """Opens what an agent does by HTTP."""
+        """Authorizes the agent's HTTP requests."""
         return self._opened.welcome.ticket
 
     async def say(self, message: ToTower) -> None:
-        """Anything, on the control channel."""
+        """Sends any message on the control channel."""
         await self._opened.connection.send(encode_message(message))
 
     async def report_state(self, *, armed: bool = True, airborne: bool = True) -> None:
-        """The autopilot is heard; the drone is in the air, unless said otherwise."""
+        """Reports that the autopilot sends heartbeats, and that the drone is airborne, unless given otherwise."""
         await self.say(AutopilotState(heard=True, armed=armed, airborne=airborne))
 
     def send_burst(self, telemetry: Telemetry) -> None:
-        """The next frames of its telemetry, now."""
+        """Sends the next frames of its telemetry now."""
         now = time.monotonic()
         frames = [self._next_frame(telemetry.kinds, int(now * 1e6)) for _ in range(telemetry.burst)]
         self.send(frames, now, packed=telemetry.packed)
 
     def send(self, frames: Sequence[bytes], now: float, *, packed: bool = True) -> None:
-        """Any frames, sealed and sent now."""
+        """Seals and sends any frames now."""
         batches = [frames] if packed else [[frame] for frame in frames]
         for batch in batches:
             for datagram in self._sealed.seal_frames(self.epoch, batch, now):
@@ -126,7 +125,7 @@ class LoadAgent:
         self.sent_frames += len(frames)
 
     def keep_alive(self) -> None:
-        """A ping, where one is due."""
+        """Sends a ping if one is due."""
         for datagram in self._sealed.datagrams_to_send(time.monotonic()):
             self._send(datagram)
 
@@ -178,7 +177,7 @@ class LoadAgent:
                     self.on_message(message)
 
     async def close(self) -> None:
-        """Leaves."""
+        """Disconnects."""
         self._loop.remove_reader(self._socket)
         self._socket.close()
         await self._opened.connection.close()
@@ -194,8 +193,8 @@ async def sign_in_all(
     tries: int = 1,
     takes: tuple[str, ...] = (),
 ) -> list[LoadAgent]:
-    """One agent for each key, in order. Raises onboard_agent.sockets.control_channel.NoLink after so many tries.
-    `takes`: what they say of themselves beyond what every agent does."""
+    """Returns one agent for each key, in order. Raises onboard_agent.sockets.control_channel.NoLink after the given
+    tries. `takes`: what they support beyond what every agent does."""
     allow_files(2 * len(keys) + 256)
     url = parse_tower_url(tower_url)
     gate = asyncio.Semaphore(at_once)
@@ -219,7 +218,7 @@ async def _sign_in(url: TowerUrl, key: str, takes: tuple[str, ...]) -> LoadAgent
 
 @contextlib.asynccontextmanager
 async def kept_alive(agents: Sequence[LoadAgent]) -> AsyncIterator[None]:
-    """Their pings go out twice a second, spread evenly, until the block ends; then all of them leave."""
+    """Sends their pings twice per second, spread evenly, until the block ends; then disconnects all of them."""
 
     async def ping() -> None:
         slices = 10
@@ -238,12 +237,12 @@ async def kept_alive(agents: Sequence[LoadAgent]) -> AsyncIterator[None]:
 
 
 async def fly(agents: Sequence[LoadAgent], telemetry: Telemetry, *, for_s: float, seed: int = 1) -> float:
-    """Every agent sends its telemetry for so long. Returns by how much the load itself was late at the worst, in s."""
+    """Every agent sends its telemetry for this time. Returns the worst lateness of the load itself, in s."""
     return await paced([partial(agent.send_burst, telemetry) for agent in agents], telemetry.period_s, for_s, seed)
 
 
 async def paced(senders: Sequence[Callable[[], None]], period_s: float, for_s: float, seed: int = 1) -> float:
-    """Calls each sender once a period, at a moment of its own in it (by the seed). Returns the worst lateness, s."""
+    """Calls each sender once per period, at its own moment (from the seed). Returns the worst lateness, s."""
     chance = random.Random(seed)
     order = sorted((chance.random() * period_s, index) for index in range(len(senders)))
     timer = PreciseTimer()
@@ -272,7 +271,7 @@ def _moments(
 
 
 def allow_files(wanted: int) -> None:
-    """Raises the limit of open files of this process, as far as it may be raised."""
+    """Raises this process's limit of open files, as far as permitted."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     if soft < wanted:
         resource.setrlimit(resource.RLIMIT_NOFILE, (min(wanted, hard) if hard >= 0 else wanted, hard))

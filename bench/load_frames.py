@@ -1,8 +1,8 @@
-"""Frames that say when they were sent and which they are: what the load is made of, and how it is checked at the end.
+"""Frames that carry their sending time and number: the content of the load, checked at the other end.
 
-They have the ids, the lengths and the checksums of real messages. Of the payload, which nothing on the way looks
-at, the first twelve bytes are the sender's clock (u64, microseconds) and a number (u32): per drone, 1, 2, 3, ...
-for transactional frames, 0 for state.
+They have the ids, the lengths and the checksums of real messages. The first twelve bytes of the payload, which nothing
+on the path reads, are the sender's clock (u64, microseconds) and a number (u32): per drone, 1, 2, 3, ... for
+transactional frames, 0 for state.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ STATE_KINDS: Final = (
     mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT,
     mavlink.MAVLINK_MSG_ID_WIND,
 )
-"""Of which a browser keeps the newest only; none has an instance number among the first twelve bytes."""
+"""A browser keeps only the newest of these; none has an instance number among the first twelve bytes."""
 
 EVENT_KINDS: Final = (
     mavlink.MAVLINK_MSG_ID_PARAM_VALUE,
@@ -56,7 +56,7 @@ _REST: Final[dict[int, tuple[int, bytes, bytes]]] = {
 
 
 class Arrived(NamedTuple):
-    """One frame as it came out at the other end."""
+    """One frame as it arrived at the other end."""
 
     drone_id: int
     message_id: int
@@ -65,9 +65,8 @@ class Arrived(NamedTuple):
 
 
 def stamped_frame(message_id: int, sent_us: int, number: int, sequence: int, layer: int = 0) -> bytes:
-    """One whole MAVLink 2 frame of one of the kinds above, from system 1, component 1. All drones of the load are at
-    one place, as far as their stamps say: each in a `layer` of its own, 50 m above the next, so that none is near
-    another."""
+    """Returns one whole MAVLink 2 frame of one of the kinds above, from system 1, component 1. The stamps put all
+    drones of the load at one place: each has its own `layer`, 50 m above the next, so that none is near another."""
     length, rest, extra = _REST[message_id]
     if message_id == mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT:
         rest = _HEIGHT.pack(50_000 * layer) + rest[_HEIGHT.size :]
@@ -77,7 +76,7 @@ def stamped_frame(message_id: int, sent_us: int, number: int, sequence: int, lay
 
 
 def read_tagged(message: bytes) -> Iterator[Arrived]:
-    """The stamped frames of one message to a browser; others in it are left out."""
+    """Yields the stamped frames of one message to a browser; other frames are left out."""
     at, end = 0, len(message)
     while at < end:
         (drone_id,) = _TAG.unpack_from(message, at)
@@ -89,7 +88,7 @@ def read_tagged(message: bytes) -> Iterator[Arrived]:
 
 
 def read_plain(datagram: bytes) -> Iterator[Arrived]:
-    """The stamped frames of a datagram without tags. All of them count as drone 0."""
+    """Yields the stamped frames of a datagram without tags. All of them count as drone 0."""
     at, end = 0, len(datagram)
     while at < end:
         msgid = datagram[at + 7] | datagram[at + 8] << 8

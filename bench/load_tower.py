@@ -38,7 +38,7 @@ BROWSER_SUBPROTOCOL: Final = "tower.v1"
 
 @dataclass
 class LoadTower:
-    """A running tower. `process.pid` is what is measured."""
+    """A running tower. `process.pid` is the measured process."""
 
     url: str
     process: asyncio.subprocess.Process
@@ -50,7 +50,7 @@ class LoadTower:
     _browsers: list[LeanBrowser] = field(default_factory=list)
 
     async def browser(self) -> LeanBrowser:
-        """An admin's browser, which may watch every drone. Closed with the tower."""
+        """Returns an admin's browser, which may watch every drone. It is closed with the tower."""
         browser = await connect_browser(
             self.url, path="/api/v1/live", cookie=self.cookie, subprotocol=BROWSER_SUBPROTOCOL
         )
@@ -64,8 +64,8 @@ class LoadTower:
 
 
 async def make_fleet(folder: Path, drones: int, operators: Sequence[str] = ()) -> list[str]:
-    """A new database in `folder` with an admin, operators of these names (all with PASSWORD), and so many drones.
-    Returns their keys as text, in order."""
+    """Creates a database in `folder` with an admin, operators of these names (all with PASSWORD), and the drones.
+    Returns the drones' keys as text, in order."""
     database = open_database(f"sqlite+aiosqlite:///{folder / 'tower.sqlite3'}")
     passwords = Passwords(concurrency=1, memory_kib=19456, rounds=2)
     action = AuditAction(by=COMMAND_LINE, at=datetime.now(UTC))
@@ -105,7 +105,8 @@ async def load_tower(
     settings: dict[str, str] | None = None,
     operators: Sequence[str] = (),
 ) -> AsyncIterator[LoadTower]:
-    """Until the block ends. `cpus`: the process is bound to them. `settings`: more environment variables."""
+    """Runs until the block ends. `cpus`: processors that the process is bound to. `settings`: more environment
+    variables."""
     folder.mkdir(parents=True, exist_ok=True)  # noqa: ASYNC240 (before anything runs)
     keys = await make_fleet(folder, drones, operators)
     log = folder / "tower.log"
@@ -145,7 +146,7 @@ async def load_tower(
 
 
 async def as_somebody(tower: LoadTower, name: str) -> LoadTower:
-    """The same tower with the cookie of one of its operators."""
+    """Returns the same tower with the cookie of one of its operators."""
     async with httpx.AsyncClient(base_url=tower.url, timeout=30, trust_env=False) as client:
         answer = await client.post("/api/v1/session", json={"name": name, "password": PASSWORD})
         answer.raise_for_status()
@@ -153,7 +154,7 @@ async def as_somebody(tower: LoadTower, name: str) -> LoadTower:
 
 
 async def end(process: asyncio.subprocess.Process) -> None:
-    """Asks it to stop, and makes it stop."""
+    """Asks the process to stop, and kills it if it does not."""
     if process.returncode is None:
         with contextlib.suppress(ProcessLookupError):
             process.terminate()

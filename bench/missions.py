@@ -1,8 +1,8 @@
-"""`python -m bench missions`: plans and parameters by way of the agent, beside MAVSDK on the same emulated line.
+"""`python -m bench missions`: plans and parameters through the agent, compared with MAVSDK on the same emulated line.
 
-Ours: a person's program puts a plan to a real tower, whose agent writes it to the simulator beside it and reads it
-back. MAVSDK: its server speaks MAVLink by UDP with the same simulator (another vehicle of the same process), over the
-same line. Round after round, in turns. See docs/bench.md.
+Ours: a user's program sends a plan to a real tower, whose agent writes it to the local simulator and reads it back.
+MAVSDK: its server uses MAVLink over UDP with the same simulator (another vehicle of the same process), over the same
+line. They alternate round by round. See docs/bench.md.
 """
 
 from __future__ import annotations
@@ -45,12 +45,12 @@ TOWER_NEW: Final = "all parameters at a tower that has just been started"
 KNOCKS: Final = 10
 MAX_TOWERS: Final = 5
 PEERS_PLANS: Final = 1000
-"""Where the numbers of MAVSDK's plans begin: it never sends one that the agent has sent."""
+"""MAVSDK's plans are numbered from here: it never sends a plan that the agent has sent."""
 
 
 @dataclass
 class Trial:
-    """One place, loopback or the line, and what is found there."""
+    """One environment, loopback or the line, and its results."""
 
     rig: MissionsRig
     network: Network | None
@@ -60,7 +60,7 @@ class Trial:
 
     @contextlib.asynccontextmanager
     async def counted(self, system: str, what: str) -> AsyncIterator[None]:
-        """What the drone's line carries meanwhile, whoever sent it."""
+        """Counts the traffic on the drone's line meanwhile, whoever sent it."""
         if self.network is None:
             yield
             return
@@ -72,11 +72,11 @@ class Trial:
 
 
 async def run(report: Report, options: argparse.Namespace) -> None:
-    """`--case "ground station"` is a case of its own, that is run alone.
+    """`--case "ground station"` is a separate case that runs alone.
 
     `--rounds`, `--loopback`, `--network`, `--system`, `--peers`, `--keep`, `--quick` (20 items, one round).
 
-    `--autopilot`: real ArduCopters in place of the simulator. `--peer-rounds`: of MAVSDK only so many.
+    `--autopilot`: real ArduCopters in place of the simulator. `--peer-rounds`: the number of rounds for MAVSDK.
     """
     rounds = options.rounds or (1 if options.quick else ROUNDS)
     items = 20 if options.quick else ITEMS
@@ -157,7 +157,7 @@ async def _all_rounds(trial: Trial, ours: bool, peer: Installed | None, rounds: 
 
 
 async def _line_measured(trial: Trial) -> None:
-    """That the line is what it is said to be: TCP's own round trip, from the drone to the tower."""
+    """Verifies the properties of the line: TCP's own round trip, from the drone to the tower."""
     for _ in range(KNOCKS):
         trial.figures.took(OURS, "TCP handshake of drone and tower", await connect_time_s(trial.rig))
 
@@ -170,9 +170,9 @@ async def _until_known(person: RestPerson) -> None:
 
 
 async def _ours(trial: Trial, person: RestPerson, whose: str, number: int) -> None:
-    """A plan that the drone has not had yet, up and read back; then down again; then all parameters."""
+    """Uploads a plan that is new to the drone and reads it back; then downloads it; then reads all parameters."""
     figures, rows = trial.figures, survey(trial.items, number)
-    await person.ask("GET", DRONE)  # so that the connection is there, as a page's is
+    await person.ask("GET", DRONE)  # opens the connection, as a page's is open already
     async with trial.counted(OURS, UPLOAD + whose):
         put = await person.ask("PUT", f"{DRONE}/mission", {"items": rows})
     if put.status != 200 or put.json["state"] != "done":
@@ -196,7 +196,7 @@ async def _ours(trial: Trial, person: RestPerson, whose: str, number: int) -> No
 
 
 async def _ground_station(trial: Trial, rounds: int) -> None:
-    """What QGroundControl asks, again and again, by way of `tower connect`: all of it, each time."""
+    """Repeats all of QGroundControl's requests through `tower connect`."""
     figures, loop = trial.figures, asyncio.get_running_loop()
     await _until_known(await trial.rig.near())
     station = await trial.rig.ground_station()
@@ -226,7 +226,7 @@ async def _ground_station(trial: Trial, rounds: int) -> None:
 
 
 async def _read_anew(trial: Trial, person: RestPerson, whose: str) -> None:
-    """From the request until the table is there that the autopilot has told since."""
+    """Measures from the request until the newly read table is available."""
     figures, began = trial.figures, asyncio.get_running_loop().time()
     async with trial.counted(OURS, READ_ANEW + whose):
         read = await person.ask("POST", f"{DRONE}/parameters/read")
@@ -240,13 +240,13 @@ async def _read_anew(trial: Trial, person: RestPerson, whose: str) -> None:
 
 
 def _is_the_plan(got: list[list[Any]], rows: list[list[Any]]) -> bool:
-    """As the autopilot keeps it: the tower and MAVSDK are held to the same."""
+    """As the autopilot keeps it: the same criterion for the tower and MAVSDK."""
     back, sent = (tuple(plan_from_json(json.dumps(one))) for one in (got, rows))
     return same_plan(ArduPilot(), PlanKind.MISSION, sent, back)
 
 
 async def _mavsdk(trial: Trial, installed: Installed, number: int) -> None:
-    """Its server is started again, so that it knows nothing; the clock runs from when it is connected."""
+    """Restarts its server, so that it has no cached data; the clock starts when it is connected."""
     figures, rows = trial.figures, survey(trial.items, number)
     what = "connect"
     try:
@@ -270,7 +270,7 @@ async def _mavsdk(trial: Trial, installed: Installed, number: int) -> None:
 
 
 async def _tower_anew(trial: Trial) -> None:
-    """The tower is killed and started: from when the drone is online again until a person gets all parameters."""
+    """Kills and restarts the tower: from the drone being online again until a user gets all parameters."""
     rig = trial.rig
     rig.tower.kill()
     await rig.tower.wait()

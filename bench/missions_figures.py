@@ -1,4 +1,4 @@
-"""What `bench missions` finds: seconds by system and case, failures, what the line carried; and the rows of it."""
+"""The results of `bench missions`: seconds by system and action, failures, traffic on the line; and their rows."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from bench.rows import Report
 OURS: Final = "ours"
 PEER: Final = "MAVSDK"
 Key = tuple[str, str]
-"""(system, what was done)."""
+"""(system, action)."""
 
 
 @dataclass
 class Figures:
-    """Of one place: loopback, or the emulated line."""
+    """For one environment: loopback, or the emulated line."""
 
     report: Report
     took_s: dict[Key, list[float]] = field(default_factory=dict)
@@ -34,7 +34,7 @@ class Figures:
         self.report.say(f"  {system}: {what}: failed: {words}")
 
     def announce(self, where: str) -> None:
-        """The rows: one case each, with both systems."""
+        """Adds the rows: a case for each action, with both systems."""
         for what in dict.fromkeys(what for _, what in (*self.took_s, *self.failures)):
             for system in (OURS, PEER):
                 self._add_figures(f"{what}, {where}", (system, what))
@@ -59,7 +59,7 @@ class Figures:
             self.report.add(case, "of those lost", lost_down, "count")
 
     def _add_ratio(self, case: str, what: str) -> None:
-        """Against what MAVSDK took for the same over the drone's line alone, wherever our person was."""
+        """The ratio to MAVSDK's time for the same over the drone's line alone, wherever the tower's user was."""
         ours, theirs = self.took_s.get((OURS, what)), self.took_s.get((PEER, what.partition(",")[0]))
         if ours and theirs:
             self.report.system = OURS

@@ -1,4 +1,4 @@
-"""A survey: lanes, a photograph at each turn; rows as REST has them, and as an ArduCopter gives them back."""
+"""A survey: lanes, a photograph at each turn; rows as in REST, and as an ArduCopter returns them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PHOTOGRAPH: Final = 203
 
 
 def survey(items: int, number: int) -> list[list[Any]]:
-    """So many items; another `number` is another plan, in every waypoint."""
+    """Returns this many items; another `number` is another plan, in every waypoint."""
     height_m = 20 + number % 80
     shift = number // 80
     rows: list[list[Any]] = [

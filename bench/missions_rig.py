@@ -1,7 +1,7 @@
 """For `bench missions`: tower, agent and simulator as in the field, beside MAVSDK on the same line.
 
-The simulator flies two vehicles on the drone's host: one speaks with the agent there, the other over the line with
-MAVSDK on the tower's host, which is how a ground station without a tower has it. Or they are two real ArduCopters.
+The simulator flies two vehicles on the drone's host: one is connected to the agent there, the other over the line to
+MAVSDK on the tower's host, as a ground station without a tower would be. Or they are two real ArduCopters.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ COPTER: Final = Kind("ardupilot", radio=True)
 DRONE: Final = "/drones/1"
 REQUEST_WITHIN_S: Final = 180.0
 KEPT_S: Final = 2.0
-"""The tower hangs up after five."""
+"""The tower closes idle connections after five."""
 
 
 @dataclass(frozen=True, slots=True)
 class Answered:
-    """An answer, and how long the person waited for it."""
+    """A response, and how long the user waited for it."""
 
     status: int
     json: Any
@@ -44,12 +44,12 @@ class Answered:
 
 
 class RestPerson:
-    """The operator's program on one host: plain requests, on a connection that stays open, as a browser's does."""
+    """The operator's program on one host: plain requests on a persistent connection, as in a browser."""
 
     def __init__(self, address: str, trust: Path | None, enter: Callable[[], AbstractContextManager[None]]) -> None:
         """`enter`: within it, what a thread opens belongs to the host."""
         self._enter = enter
-        # A thread of its own: a thread belongs to a host for as long as it opens something there.
+        # A separate thread, because a thread belongs to a host as long as it opens something there.
         self._thread = ThreadPoolExecutor(max_workers=1)
         verify: ssl.SSLContext | bool = True if trust is None else ssl.create_default_context(cafile=str(trust))
         self._http = httpx.Client(
@@ -124,16 +124,16 @@ class MissionsRig(Rig):
             tap.open()
 
     async def near(self) -> RestPerson:
-        """The operator on the tower's own host, signed in."""
+        """Returns the operator on the tower's own host, signed in."""
         return await self._signed_in(RestPerson(self.address, None, lambda: self.in_host("tower")))
 
     async def far(self) -> RestPerson:
-        """The operator on a host of their own, signed in. Only on a network."""
+        """Returns the operator on a separate host, signed in. Only on a network."""
         assert self._network is not None and self.public_address is not None
         return await self._signed_in(RestPerson(self.public_address, self._trust, lambda: self.in_host("browser")))
 
     def in_host(self, host: str) -> AbstractContextManager[None]:
-        """What the thread opens within it belongs to that host; on loopback there is but one."""
+        """What the thread opens within it belongs to that host; loopback has only one."""
         return nullcontext() if self._network is None else self._network.inside(host)
 
     async def _signed_in(self, person: RestPerson) -> RestPerson:
@@ -143,12 +143,12 @@ class MissionsRig(Rig):
 
     @contextlib.asynccontextmanager
     async def mavsdk(self, installed: Installed) -> AsyncIterator[MavSdk]:
-        """Started anew, and connected with the other vehicle. Raises PeerFailed."""
+        """Starts a new server, and connects it with the other vehicle. Raises PeerFailed."""
         async with mavsdk_on(installed, self._ground_port, _free_tcp_port(), self._folder / "mavsdk.log") as peer:
             yield peer
 
     async def ground_station(self) -> GroundStation:
-        """A program of the operator's, at `tower connect` on the tower's host."""
+        """Starts an operator's program at `tower connect` on the tower's host."""
         token = self._folder / "station.token"
         scopes = ("--scope", "watch", "--scope", "fly")
         await self._tower_command("token", "add", "operator", "station", *scopes, "--token-file", str(token))
@@ -167,7 +167,8 @@ class MissionsRig(Rig):
 
 
 async def connect_time_s(rig: MissionsRig) -> float:
-    """How long TCP takes to connect the drone's host with the tower's: a round trip, or a second more where it lost."""
+    """Returns TCP's connection time from the drone's host to the tower's: a round trip, or a second more after a
+    loss."""
     assert rig.public_address is not None
     url = httpx.URL(rig.public_address)
 

@@ -4,7 +4,7 @@
         agent = await net.run_in("drone", "tower-agent", ...)
         await net.change("drone", Profile(black_out=True))
 
-Needs root, iproute2 and /dev/net/tun (`why_not` says what is missing). Everything goes away at the end, whatever
+Needs root, iproute2 and /dev/net/tun (`why_not` reports what is missing). Everything is removed at the end, whatever
 happens.
 """
 
@@ -39,7 +39,7 @@ _CLONE_NEWNET: Final = 0x40000000
 
 
 def why_not() -> str | None:
-    """What is missing on this machine, and how to get it; None if nothing is."""
+    """Returns what is missing on this machine, and how to get it; None if nothing is."""
     if os.geteuid() != 0:
         return "root, for network namespaces"
     if shutil.which("ip") is None:
@@ -50,8 +50,8 @@ def why_not() -> str | None:
 
 
 class Carried(NamedTuple):
-    """Packets of one access link, those that got through and those that were lost, each way; and the bytes of those
-    that got through, with all headers from IP on."""
+    """Packets of one access link, delivered and lost, each way; and the bytes of the delivered ones, with all headers
+    from IP on."""
 
     passed_up: int
     lost_up: int
@@ -62,7 +62,7 @@ class Carried(NamedTuple):
 
 
 class Network:
-    """Three hosts. `address(name)` is theirs."""
+    """Three hosts. `address(name)` returns the address of one."""
 
     def __init__(self, label: str) -> None:
         self._label = label
@@ -77,23 +77,23 @@ class Network:
         return f"{self._label}-{host}"
 
     def command_in(self, host: str, *command: str) -> list[str]:
-        """The same command, in that host's namespace."""
+        """Returns the same command, in that host's namespace."""
         return ["ip", "netns", "exec", self.namespace(host), *command]
 
     async def run_in(self, host: str, *command: str, **options: Any) -> asyncio.subprocess.Process:
-        """Start a process there; it is ended with the network. `options` as for create_subprocess_exec."""
+        """Starts a process there; it ends with the network. `options` as for create_subprocess_exec."""
         process = await asyncio.create_subprocess_exec(*self.command_in(host, *command), **options)
         self._processes.append(process)
         return process
 
     @contextlib.contextmanager
     def inside(self, host: str) -> Iterator[None]:
-        """What this thread opens meanwhile belongs to that host, and stays there. No await in between."""
+        """What this thread opens within the block belongs to that host, and stays there. No await inside the block."""
         with inside_namespace(f"/run/netns/{self.namespace(host)}"):
             yield
 
     async def change(self, host: str, profile: Profile | None = None, **ways: Profile) -> None:
-        """A new profile of the host's access link, both ways or `up=`, `down=`; in force when this returns."""
+        """Sets a new profile of the host's access link, both ways or `up=`, `down=`; in force on return."""
         if profile is not None:
             ways = {"up": profile, "down": profile}
         answer = await self._say({"host": host, **{way: one.as_dict() for way, one in ways.items()}})
@@ -101,7 +101,7 @@ class Network:
             raise RuntimeError("the link emulator has died")
 
     async def carried(self, host: str) -> Carried:
-        """What went over the host's access link since the start."""
+        """Returns the traffic on the host's access link since the start."""
         answer = await self._say({"host": host, "count": True})
         if not answer:
             raise RuntimeError("the link emulator has died")
@@ -143,7 +143,7 @@ class Network:
             raise RuntimeError("the link emulator did not start")
 
     async def stop(self) -> None:
-        """Each step even if another fails: nothing may stay behind."""
+        """Runs each step even if another fails: nothing may stay behind."""
         for process in reversed(self._processes):
             await _end(process)
         if self._emulator is not None:
@@ -155,7 +155,7 @@ class Network:
 
 @contextlib.asynccontextmanager
 async def emulated_network(profiles: Mapping[str, Profile] | None = None, *, seed: int = 1) -> AsyncIterator[Network]:
-    """`profiles`: the access links of hosts, the same both ways; a host that is not named has a perfect one."""
+    """`profiles`: access links of hosts, the same both ways; a host without a profile has a perfect link."""
     network = Network(f"bench{os.getpid()}")
     try:
         await network.start(seed)
@@ -182,7 +182,7 @@ def _open_tun() -> int:
 
 @contextlib.contextmanager
 def inside_namespace(path: str) -> Iterator[None]:
-    """What this thread opens meanwhile belongs to the network namespace with this file."""
+    """What this thread opens within the block belongs to the network namespace of this file."""
     home = os.open("/proc/thread-self/ns/net", os.O_RDONLY)
     try:
         _enter(path)

@@ -1,4 +1,4 @@
-"""Somebody at a console: signed in, with a live channel, an answer to pings, and sticks at 50 Hz."""
+"""A user at a console: signed in, with a live channel, answers to pings, and sticks at 50 Hz."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Event = dict[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Sticks:
-    """MANUAL_CONTROL; centred unless said otherwise."""
+    """MANUAL_CONTROL; centred by default."""
 
     x: int = 0
     y: int = 0
@@ -35,27 +35,27 @@ class Sticks:
 
 
 class Refused(Exception):
-    """The tower said no to a request."""
+    """The tower refused a request."""
 
 
 class Person:
     def __init__(self, name: str, mark: int, address: str, drone_id: int) -> None:
-        """`mark`: the `buttons` of their sticks, by which the tap knows them."""
+        """`mark`: the `buttons` of their sticks, by which the tap recognizes them."""
         self.name = name
         self._mark = mark
         self._drone_id = drone_id
         self._address = address
-        # Not for so long that the tower closes a connection in the moment in which it is used again.
+        # Short enough that the tower does not close a connection just as it is used again.
         limits = httpx.Limits(keepalive_expiry=2.0)
         self.http = httpx.AsyncClient(base_url=f"{address}/api/v1", timeout=15, limits=limits)
         self._loop = asyncio.get_running_loop()
         self._socket: ClientConnection | None = None
         self._tasks: list[asyncio.Task[None]] = []
         self.sticks: Sticks | None = None
-        """What is being sent 50 times a second; None: nothing."""
+        """Sent 50 times per second; None: nothing."""
         self.pong_delay_s = 0.0
         self.answered_at = 0.0
-        """When the last answer to a request came."""
+        """When the last response arrived."""
         self.events: list[tuple[float, Event]] = []
         self._news = asyncio.Event()
         self._sequence = 0
@@ -81,7 +81,7 @@ class Person:
         await self.until(lambda event: event["type"] == "welcome", since=0.0)
 
     async def vanish(self) -> None:
-        """The socket goes without a good-bye, as when a laptop lid closes."""
+        """Closes the socket without a WebSocket close, as when a laptop lid closes."""
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
@@ -151,7 +151,7 @@ class Person:
     async def until(
         self, wanted: Callable[[Event], bool], *, since: float, timeout_s: float = 15.0
     ) -> tuple[float, Event]:
-        """The first event after `since` that is wanted, with when it came. Raises TimeoutError."""
+        """Returns the first wanted event after `since`, with its arrival time. Raises TimeoutError."""
         looked = 0
         async with asyncio.timeout(timeout_s):
             while True:
@@ -163,7 +163,7 @@ class Person:
                 await self._news.wait()
 
     async def until_hold(self, *, since: float, timeout_s: float = 15.0) -> tuple[float, Event]:
-        """The step that ends a hold: confirmed, or what came instead by the deadline."""
+        """Returns the step that ends a hold: confirmed, or not needed."""
         return await self.until(
             lambda event: (
                 event["type"] == "hold"

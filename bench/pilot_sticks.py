@@ -26,28 +26,29 @@ _BUTTONS_AT: Final = 10 + 8
 
 
 def stick(drone_id: DroneId, number: int) -> bytes:
-    """A MANUAL_CONTROL as a browser sends it now. Its `buttons` are the number, 1 to 65,535."""
+    """Returns a MANUAL_CONTROL as a browser sends it now. Its `buttons` are the number, 1 to 65,535."""
     message = mavlink.MAVLink_manual_control_message(1, 0, 0, 500, 0, number)
     frame = build(message, system_id=255, component_id=190, sequence=number & 0xFF)
     return stamp(stamp_ms(time.monotonic())) + tag(drone_id, frame)
 
 
 def stick_number(frame: bytes) -> int | None:
-    """The number in such a frame; None if it is another message."""
+    """Returns the number in such a frame; None if it is another message."""
     if message_id(frame) != _MANUAL_CONTROL:
         return None
     return int(_BUTTONS.unpack_from(frame.ljust(32, b"\0"), _BUTTONS_AT)[0])
 
 
 def answer_ping(browser: LeanBrowser, text: bytes) -> None:
-    """Where the text is the tower's ping."""
+    """Answers if the text is the tower's ping."""
     event = json.loads(text)
     if event["type"] == "ping":
         browser.send_text(json.dumps({"type": "pong", "sequence": event["sequence"]}))
 
 
 async def take(tower: LoadTower, drone_id: int, how: str = "take") -> None:
-    """Waits until the drone's autopilot is heard, then takes the controls, or acquires them, which orders no hold."""
+    """Waits for the heartbeats of the drone's autopilot, then takes the controls, or acquires them, which orders no
+    hold."""
     async with httpx.AsyncClient(
         base_url=f"{tower.url}/api/v1", headers={"Cookie": tower.cookie}, trust_env=False
     ) as client:

@@ -1,6 +1,6 @@
-"""Waits until a moment to within some microseconds: an event loop's own timers know whole milliseconds only.
+"""Waits until a moment to within some microseconds: an event loop's own timers have millisecond resolution.
 
-A timerfd of the kernel: an event loop can wait for it like for any other descriptor, and burns no processor meanwhile.
+Uses a kernel timerfd: an event loop can wait for it as for any other descriptor, without using the processor meanwhile.
 """
 
 from __future__ import annotations
@@ -50,6 +50,6 @@ class PreciseTimer:
             self._waiting.set_result(None)
 
     def close(self) -> None:
-        """Gives the descriptor back."""
+        """Releases the descriptor."""
         self._loop.remove_reader(self._fd)
         os.close(self._fd)

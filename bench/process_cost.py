@@ -1,4 +1,5 @@
-"""What a process has used so far: processor time to the nanosecond, memory. From /proc, of all its threads."""
+"""The resources that a process has used so far: processor time to the nanosecond, memory. From /proc, of all
+threads."""
 
 from __future__ import annotations
 
@@ -9,7 +10,8 @@ _PAGE_BYTES = os.sysconf("SC_PAGE_SIZE")
 
 
 def cpu_us(pid: int) -> float:
-    """Microseconds of processor that the process, with all its live threads, has had. Raises OSError if it is gone."""
+    """Returns the microseconds of processor time of the process with all its live threads. Raises OSError if it is
+    gone."""
     total_ns = 0
     for task in Path(f"/proc/{pid}/task").iterdir():
         try:
@@ -20,12 +22,12 @@ def cpu_us(pid: int) -> float:
 
 
 def udp_drops(port: int) -> int:
-    """Datagrams for which the receiving socket on this port had no room, since it was opened."""
+    """Returns how many datagrams the socket on this port has dropped for lack of room, since it was opened."""
     here = f":{port:04X} "
     table = Path("/proc/net/udp").read_text().splitlines()
     return sum(int(line.split()[-1]) for line in table if here in line[:24])
 
 
 def rss_mb(pid: int) -> float:
-    """Resident memory in MB (10**6 bytes)."""
+    """Returns the resident memory in MB (10**6 bytes)."""
     return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * _PAGE_BYTES / 1e6

@@ -2,10 +2,10 @@
 
     async with flying(binary, folder, receiver=Receiver.NONE) as autopilot:
         autopilot.port      # a socket of its network: the agent's side of SERIAL0 (bench.autopilot_tap)
-        autopilot.truth     # SERIAL1: what it really does, for the measurement alone
+        autopilot.truth     # SERIAL1: its true motion, only for the measurement
 
 It listens for its radio receiver on every address, and no option changes that; hence the closed loopback. It boots
-quickly and flies at speed 1. Nothing here knows where the program comes from.
+quickly and flies at speed 1. This module does not know where the program comes from.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ BOOT_S: Final = 120.0
 TCP_PORT: Final = 5760
 FEED_S: Final = 0.02
 FED_FOR_S: Final = 15.0
-"""It keeps the last values, so the feed ends when they have surely come."""
+"""It keeps the last values, so the feed ends when they have certainly arrived."""
 
 _CALIBRATED: Final = {
     **{
@@ -40,7 +40,7 @@ _CALIBRATED: Final = {
     **{f"INS_ACC{number}OFFS_{axis}": 0.001 for number in ("", 2) for axis in "XYZ"},
     **{f"INS_ACC{number}SCAL_{axis}": 1.001 for number in ("", 2) for axis in "XYZ"},
 }
-"""Without offsets it takes its sensors for not calibrated and does not arm."""
+"""Without offsets it considers its sensors uncalibrated and does not arm."""
 
 _AIRFRAME: Final = {
     "FRAME_CLASS": 1,
@@ -61,17 +61,17 @@ _AIRFRAME: Final = {
     },
     **{f"FLTMODE{position}": 0 for position in range(1, 7)},
 }
-"""A quadcopter with a radio whose switch says STABILIZE in every position. All else is as ArduCopter has it."""
+"""A quadcopter with a radio whose mode switch selects STABILIZE in every position. All else is ArduCopter's default."""
 
 
 class Receiver(StrEnum):
-    """What the radio receiver says while nobody has a transmitter in hand."""
+    """The radio receiver's output while nobody touches the transmitter."""
 
     LOW = "low"
     """Throttle at 1000, the other sticks centred."""
     CENTRED = "centred"
     NONE = "none"
-    """There is none."""
+    """No receiver."""
 
 
 _CHANNELS: Final = {
@@ -81,11 +81,11 @@ _CHANNELS: Final = {
 
 
 class NoAutopilot(RuntimeError):
-    """It cannot be run on this machine, or did not come up."""
+    """The autopilot cannot run on this machine, or did not start."""
 
 
 class RealAutopilot:
-    """One process. `port` and `truth` are there after `start`."""
+    """One process. `port` and `truth` exist after `start`."""
 
     def __init__(
         self,
@@ -97,9 +97,10 @@ class RealAutopilot:
         home: tuple[float, float, float] = HOME,
         on_tcp: bool = False,
     ) -> None:
-        """`parameters` are set besides our own; `folder` is its alone. `home`: degrees, metres above the sea.
+        """`parameters` are set in addition to the defaults here; `folder` is used by it alone. `home`: degrees, metres
+        above sea level.
 
-        `on_tcp`: SERIAL0 listens at TCP_PORT of its network (`namespace`), and `port` hears nothing.
+        `on_tcp`: SERIAL0 listens at TCP_PORT of its network (`namespace`), and `port` receives nothing.
         """
         self._on_tcp = on_tcp
         self.receiver = receiver
@@ -114,7 +115,7 @@ class RealAutopilot:
         self._feeding: asyncio.Task[None] | None = None
 
     async def start(self) -> None:
-        """Until it is ready to arm. Raises NoAutopilot."""
+        """Waits until it is ready to arm. Raises NoAutopilot."""
         self._folder.mkdir(parents=True, exist_ok=True)
         wanted = {**self._parameters, "SIM_RC_FAIL": float(self.receiver is Receiver.NONE)}
         ours = self._folder / "parameters.parm"
@@ -161,7 +162,7 @@ class RealAutopilot:
 
     @property
     def namespace(self) -> str:
-        """The file of its network, for bench.namespaces.inside_namespace."""
+        """The file of its network namespace, for bench.namespaces.inside_namespace."""
         assert self._process is not None
         return f"/proc/{self._process.pid}/ns/net"
 
@@ -175,7 +176,7 @@ class RealAutopilot:
         assert self._radio is not None
         packet = struct.pack("<16H", *channels, *(1500,) * 8)
         for _ in range(round(FED_FOR_S / FEED_S)):
-            with contextlib.suppress(OSError):  # nobody listens there before it has begun
+            with contextlib.suppress(OSError):  # it does not listen there before it has started
                 self._radio.send(packet)
             await asyncio.sleep(FEED_S)
 
@@ -195,7 +196,7 @@ class RealAutopilot:
 
 @contextlib.asynccontextmanager
 async def flying(binary: Path, folder: Path, **options: Any) -> AsyncIterator[RealAutopilot]:
-    """`options` as RealAutopilot's."""
+    """`options` as for RealAutopilot."""
     autopilot = RealAutopilot(binary, folder, **options)
     try:
         await autopilot.start()

@@ -1,7 +1,7 @@
 """`python -m bench relay`: our relay beside its peers, in one run: processor per frame, latency, loss, memory.
 
-The process under test has a processor for itself, the load (this process) the other ones. Systems take turns, round
-after round, so that whatever else the machine does hits all of them. See docs/bench.md for what each case means.
+The process under test has a dedicated processor, the load (this process) the other ones. Systems take turns, round
+after round, so that other activity on the machine affects all of them. See docs/bench.md for the meaning of each case.
 """
 
 from __future__ import annotations
@@ -28,14 +28,15 @@ PACKED: Final = Pattern("bursts of 5", 5)
 UNPACKED: Final = Pattern("bursts of 5, a datagram each", 5, packed=False)
 ONE_BY_ONE: Final = Pattern("one by one", 1)
 DEADLINE_MS: Final = 1e3 * MAX_REST_S
-"""How long a datagram may wait in the tower for others to be read with. Latency is told with it and beyond it."""
+"""Maximum time that a datagram waits in the tower to be read together with others. Latency is reported with and beyond
+it."""
 
 FLOOR: Final = "forwarder, uvloop UDP to WebSocket"
 
 
 @dataclass(frozen=True)
 class Plan:
-    """How much of it."""
+    """The extent of a run."""
 
     drones: int = 50
     rates: tuple[float, ...] = (500.0, 2500.0)
@@ -53,7 +54,7 @@ QUICK: Final = Plan(3, (150.0,), 1, 0.5, (2,), (2,), 500.0, 1, 1.0)
 
 @dataclass
 class Found:
-    """Of one system in one case, over the rounds."""
+    """Results of one system in one case, over the rounds."""
 
     cpu_us: list[float] = field(default_factory=list)
     whole_us: list[float] = field(default_factory=list)
@@ -168,7 +169,7 @@ def _add_figures(report: Report, case: str, name: str, one: Found, found: dict[t
     report.system = name
     cpu_us = statistics.median(one.cpu_us)
     report.add(case, "cpu_per_frame", cpu_us, "us")
-    # Our unpacked frames are compared with the forwarder's at the same bursts: it knows no packing.
+    # Our unpacked frames are compared with the forwarder at the same bursts: it has no packing.
     floor = found.get((case.replace(UNPACKED.name, PACKED.name), FLOOR))
     if floor is not None:
         report.add(case, "cpu_of_forwarders", cpu_us / statistics.median(floor.cpu_us), "ratio")

@@ -1,4 +1,4 @@
-"""How far it goes: most frames per second without loss, many browsers, many drones."""
+"""The limits: maximum frames per second without loss, many browsers, many drones."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ BURST: Final = Pattern("bursts of 5", 5)
 STEP: Final = 1.3
 LIMIT_S: Final = 1.5
 TRIES: Final = 3
-"""Before a rate counts as too high: a machine that stood still for a moment loses frames too."""
+"""Before a rate counts as too high: a machine that stalls for a moment loses frames too."""
 LEAST: Final = 50.0
-"""Frames per second: below this the machine stands still, whatever the system."""
+"""Frames per second: below this the machine is stalled, whatever the system."""
 LOAD_WAS_LATE: Final = "the load could not make more"
 LOAD_KEPT_UP: Final = 0.9
-"""Of the wanted rate: below it the load itself is the limit."""
+"""Share of the wanted rate: below it the load itself is the limit."""
 
 
 async def most_without_loss(
     report: Report, systems: dict[str, System], drones: int, place: Path, first: float, steps: int
 ) -> None:
-    """Raises the rate by STEP until frames are lost, or the load cannot make more (a row `load_was_the_limit`, 1).
+    """Raises the rate by STEP until frames are lost, or the load reaches its limit (a row `load_was_the_limit`, 1).
 
-    Where already the first rate is too much it is lowered by STEP until it is not: every system gets a figure, or a row
-    `failed` with the reason said.
+    If the first rate is already too high, it is lowered by STEP until it is not: every system gets a figure, or a row
+    `failed` with the reason reported.
     """
     for index, (name, system) in enumerate(systems.items()):
         if "watching" in name:
-            continue  # conflates: that is no loss
+            continue  # conflates, which is not loss
         folder = place / f"limit-{index}"
         folder.mkdir()
         report.system = name
@@ -66,7 +66,7 @@ async def _find_most(report: Report, name: str, running: Running, drones: int, f
 
 
 async def _why_not(running: Running, rate: float, drones: int) -> str:
-    """Why this rate is too much; empty if it is not."""
+    """Returns why this rate is too high; empty if it is not."""
     why = ""
     for _ in range(TRIES):
         one = await measure(
@@ -85,7 +85,7 @@ async def _why_not(running: Running, rate: float, drones: int) -> str:
 async def browsers_served(
     report: Report, counts: Sequence[int], drones: int, rate: float, for_s: float, place: Path
 ) -> None:
-    """One more browser, and one more: every frame to every one of them."""
+    """Adds browsers one by one: every frame goes to each of them."""
     report.system = "ours"
     for count in counts:
         folder = place / f"browsers-{count}"

@@ -1,4 +1,4 @@
-"""One measurement: so much load for so long, and what it cost. Idle cost is measured before and taken off."""
+"""One measurement: a load for a time, and its cost. The idle cost is measured before and subtracted."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from bench.relay_systems import Pattern, Running
 IDLE_S = 1.5
 WARM_S = 0.7
 SETTLE_S = 0.4
-"""For what is still on its way when the load ends: a watch period and more."""
+"""For frames still in transit when the load ends: a watch period and more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,23 +23,23 @@ class Measured:
     arrived: int
     messages: int
     cpu_us_per_frame: float
-    """Beyond what it uses when idle with the same links."""
+    """Beyond its use when idle with the same links."""
     whole_us_per_frame: float
-    """All that it used meanwhile, keep-alives and clocks too."""
+    """Everything that it used meanwhile, including keep-alives and clocks."""
     latencies_us: list[float]
     close_us: list[float]
-    """Of the drone that somebody looks at closely."""
+    """Of the drone that a viewer watches closely."""
     sticks_us: list[float]
     """Of sticks, down to its agent."""
     sending_s: float
-    """How long our load took to send it."""
+    """How long the load took to send it."""
     load_late_ms: float
-    """By how much our own load was late at worst."""
+    """Worst lateness of the load itself."""
     rss_mb: float
 
 
 async def idle_us_per_s(running: Running, for_s: float = IDLE_S) -> float:
-    """What it costs to do nothing."""
+    """Returns the cost when idle."""
     begin_us, began_s = cpu_us(running.pid), time.monotonic()
     await asyncio.sleep(for_s)
     return (cpu_us(running.pid) - begin_us) / (time.monotonic() - began_s)
@@ -55,7 +55,7 @@ async def measure(
     idle: float,
     warm: bool = True,
 ) -> Measured:
-    """`frames_per_s`: of all drones together. `idle`: microseconds per second, to be taken off."""
+    """`frames_per_s`: of all drones together. `idle`: microseconds per second, to be subtracted."""
     rate = frames_per_s / drones
     senders, period_s = running.senders(rate, pattern), pattern.burst / rate
     if warm:

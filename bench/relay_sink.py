@@ -1,4 +1,4 @@
-"""What came out at the other end: how many frames, which, how late. One for each measurement."""
+"""The output at the other end: number, identity and latency of the frames. One for each measurement."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from bench.load_frames import Arrived
 
 @dataclass
 class Sink:
-    """`take` is called with everything that arrives; `read` cuts it into frames."""
+    """`take` is called with everything that arrives; `read` splits it into frames."""
 
     read: Callable[[bytes], Iterator[Arrived]]
     frames: int = 0
@@ -19,13 +19,13 @@ class Sink:
     latencies_us: list[float] = field(default_factory=list)
     last_number: dict[int, int] = field(default_factory=dict)
     close_to: int | None = None
-    """The drone that somebody looks at closely."""
+    """The drone that a viewer watches closely."""
     close_us: list[float] = field(default_factory=list)
     """Its latencies, which are among `latencies_us` too."""
     sticks_us: list[float] = field(default_factory=list)
     """Of sticks on their way down, from the browser's socket to the agent's."""
     out_of_order: int = 0
-    """Transactional frames that came twice, or before their turn."""
+    """Transactional frames that were duplicated or out of order."""
 
     def take(self, message: bytes) -> None:
         now_us = time.monotonic() * 1e6
@@ -42,6 +42,6 @@ class Sink:
                 self.last_number[drone_id] = number
 
     def clear(self) -> None:
-        """Begins a new measurement. Numbers go on."""
+        """Begins a new measurement. The numbering continues."""
         self.frames = self.messages = 0
         self.latencies_us, self.close_us, self.sticks_us = [], [], []

@@ -26,7 +26,7 @@ AGENT: Final = Path(sys.executable).parent / "tower-agent"
 
 
 class StubAutopilot:
-    """Says that it is there, once a second, and takes down when which stick came: `buttons` is its number."""
+    """Sends a heartbeat every second, and records when each stick arrived: `buttons` is its number."""
 
     def __init__(self, agent_port: int) -> None:
         self.arrived: dict[int, float] = {}
@@ -70,7 +70,8 @@ class StubAutopilot:
 async def stick_latencies_ms(
     folder: Path, *, drones: int, frames_per_s: float, for_s: float
 ) -> tuple[int, list[float]]:
-    """(sticks sent, milliseconds of each that came). The admin flies the last drone by a real agent; others load."""
+    """Returns (number of sticks sent, milliseconds of each that arrived). The admin flies the last drone through a real
+    agent; the others are load."""
     async with load_tower(folder, drones=drones + 1, cpus=under_test()) as tower:
         agents = await sign_in_all(tower.url, tower.keys[:-1])
         async with kept_alive(agents), real_agent(folder, tower) as autopilot:
@@ -104,7 +105,7 @@ async def _send_sticks(browser: LeanBrowser, drone_id: DroneId, for_s: float) ->
 async def real_agent(
     folder: Path, tower: LoadTower, made: Callable[[int], StubAutopilot] = StubAutopilot
 ) -> AsyncIterator[StubAutopilot]:
-    """A process of its own for the tower's last drone, with an autopilot that `made` makes for a port."""
+    """Runs an agent process for the tower's last drone, with an autopilot that `made` creates for a port."""
     token = folder / "drone.token"
     token.touch(mode=0o600)
     token.write_text(tower.keys[-1])

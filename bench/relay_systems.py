@@ -1,4 +1,4 @@
-"""The systems that are measured side by side, ours and its peers: how each is started, fed by senders, and read."""
+"""The systems measured side by side, ours and its peers: how each is started, fed by senders, and read."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ RECEIVE_BUFFER_BYTES: Final = 1 << 20
 
 @dataclass(frozen=True, slots=True)
 class Pattern:
-    """How frames come from the autopilots."""
+    """How frames arrive from the autopilots."""
 
     name: str
     burst: int
@@ -54,7 +54,7 @@ class Running:
 
 
 System = Callable[[Path, int], contextlib.AbstractAsyncContextManager[Running]]
-"""(folder of its own, number of drones) to a running system."""
+"""(its own folder, number of drones) to a running system."""
 
 
 @contextlib.asynccontextmanager
@@ -67,8 +67,8 @@ async def ours(
     focus: bool = False,
     flown: bool = False,
 ) -> AsyncIterator[Running]:
-    """The tower, with a browser that watches. With transactional kinds every frame must come, and at once. `focus`: it
-    looks at the first drone closely. `flown`: it flies that one, with sticks 50 times a second."""
+    """The tower, with a browser that watches. With transactional kinds every frame must arrive, and at once. `focus`:
+    it watches the first drone closely. `flown`: it flies that one, with sticks 50 times per second."""
     async with load_tower(folder, drones=drones, cpus=under_test()) as tower:
         agents = await sign_in_all(tower.url, tower.keys)
         sink = Sink(read_tagged)
@@ -130,7 +130,7 @@ async def flown_by(tower: LoadTower, browser: LeanBrowser, agent: LoadAgent, sin
 
 
 class PlainDrones:
-    """As many UDP sockets as drones, that send plain MAVLink, a frame a datagram, to one port."""
+    """One UDP socket per drone; they send plain MAVLink, one frame per datagram, to one port."""
 
     def __init__(self, drones: int, port: int) -> None:
         self.sent = 0
@@ -177,7 +177,7 @@ async def to_websocket(folder: Path, drones: int, *, library: bool = False) -> A
 
 @contextlib.asynccontextmanager
 async def in_c(folder: Path, drones: int) -> AsyncIterator[Running]:
-    """recvfrom and sendto. Raises FileNotFoundError where there is no compiler."""
+    """recvfrom and sendto. Raises FileNotFoundError without a compiler."""
     program, port = folder / "udp_forward", folder / "port"
     compiler = await asyncio.create_subprocess_exec("gcc", "-O2", "-o", str(program), str(PEERS / "udp_forward.c"))
     if await compiler.wait():
@@ -194,7 +194,7 @@ async def in_c(folder: Path, drones: int) -> AsyncIterator[Running]:
 
 @contextlib.asynccontextmanager
 async def mavproxy(folder: Path, drones: int, *, program: Path, modules: bool) -> AsyncIterator[Running]:
-    """MAVProxy as a UDP router from one port to one other, with its default modules or with none."""
+    """MAVProxy as a UDP router from one port to another, with its default modules or with none."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("127.0.0.1", 0))
         in_port = probe.getsockname()[1]
@@ -224,7 +224,7 @@ async def mavproxy(folder: Path, drones: int, *, program: Path, modules: bool) -
 
 @contextlib.contextmanager
 def udp_sink(sink: Sink) -> Iterator[int]:
-    """A UDP port whose datagrams go to the sink."""
+    """Yields a UDP port whose datagrams go to the sink."""
     receiver = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     receiver.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER_BYTES)
     receiver.setblocking(False)
@@ -245,7 +245,7 @@ def udp_sink(sink: Sink) -> Iterator[int]:
 
 
 def share_processors() -> bool:
-    """Keeps this process off one processor, which the systems under test get. False where there is only one."""
+    """Keeps this process off one processor, for the systems under test. False if there is only one."""
     mine = os.sched_getaffinity(0)
     if len(mine) < 2:
         return False
@@ -254,7 +254,7 @@ def share_processors() -> bool:
 
 
 def under_test() -> set[int] | None:
-    """The processor for a system under test; None before `share_processors`, or where there is only one."""
+    """Returns the processor for a system under test; None before `share_processors`, or if there is only one."""
     return set(range(os.cpu_count() or 1)) - os.sched_getaffinity(0) or None
 
 

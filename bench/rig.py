@@ -1,6 +1,6 @@
 """A tower, an agent and a simulator as real processes, with a tap between the last two; on loopback or on a network.
 
-On the emulated network tower and people are one host, the drone (agent, tap, simulator) is the other.
+On the emulated network tower and users are one host, the drone (agent, tap, simulator) is the other.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ START_S: Final = 120.0
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """Which machine flies."""
+    """The vehicle."""
 
     flavour: str
     radio: bool
@@ -46,7 +46,7 @@ class Kind:
     def options(self) -> list[str]:
         words = ["--flavour", self.flavour, "--radio", "low" if self.radio else "none", "--boot-s", "3"]
         if self.flavour == "px4" and self.radio:
-            words += ["--param", "COM_RC_IN_MODE=1"]  # else the receiver, heard first, keeps everybody else out
+            words += ["--param", "COM_RC_IN_MODE=1"]  # else the receiver, which comes first, excludes all other sources
         return words
 
 
@@ -60,7 +60,7 @@ class Rig:
         self._front: TlsFront | None = None
         self._trust: Path | None = None
         self.public_address: str | None = None
-        """Where the tower is for other hosts; None on loopback."""
+        """The tower's address for other hosts; None on loopback."""
         self.tower: asyncio.subprocess.Process
         self.agent: asyncio.subprocess.Process
         self.tap: Tap
@@ -110,7 +110,7 @@ class Rig:
         await wait_for("the drone to be online", online)
 
     async def _start_drone(self, tower: str, token: str) -> None:
-        """Simulator, tap and agent. `tower`: its address as the drone sees it; `token`: the file of its credential."""
+        """Starts simulator, tap and agent. `tower`: its address from the drone; `token`: the file of its credential."""
         with self._at_the_drone():
             agent_port = free_udp_port()
             self.tap = Tap(("127.0.0.1", agent_port))
@@ -135,7 +135,7 @@ class Rig:
         )
 
     async def start_tower(self) -> None:
-        """Once more after it was killed: on the same ports."""
+        """Also restarts it after a kill, on the same ports."""
         self._starts += 1
         name = f"tower-{self._starts}"
         self.tower = await self._run(name, str(BIN / "tower"), "serve")
@@ -242,7 +242,8 @@ async def running(folder: Path, kind: Kind, network: Network | None) -> AsyncIte
 
 
 async def wait_for(what: str, look: Callable[[], object], timeout_s: float = START_S) -> None:
-    """Until `look` (a plain or an async function) says yes. Raises TimeoutError with what was waited for."""
+    """Waits until `look` (a plain or an async function) returns true. Raises TimeoutError with the awaited
+    condition."""
     deadline = asyncio.get_running_loop().time() + timeout_s
     while True:
         answer = look()

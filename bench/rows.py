@@ -1,4 +1,4 @@
-"""What a benchmark finds: rows, percentiles, the table for people and the JSON for programs."""
+"""The results of a benchmark: rows, percentiles, the table for people and the JSON for programs."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Row:
 
 
 def percentile(values: Iterable[float], share: float) -> float:
-    """The smallest value that at least `share` of them do not exceed (nearest rank); no interpolation, no flattery."""
+    """Returns the smallest value that at least `share` of them do not exceed (nearest rank), without interpolation."""
     ordered = sorted(values)
     if not ordered:
         return math.nan
@@ -38,7 +38,7 @@ def percentile(values: Iterable[float], share: float) -> float:
 
 @dataclass
 class Report:
-    """Collects the rows of one run, and says each as it is found, so that a run that is broken off is not lost."""
+    """Collects the rows of one run, and prints each at once, so that an aborted run is not lost."""
 
     bench: str
     system: str = "ours"
@@ -50,7 +50,7 @@ class Report:
         self.rows.append(Row(case, self.system, metric, round(value, 3), unit))
 
     def spread(self, case: str, metric: str, values: list[float], unit: str) -> None:
-        """p50, p95, p99 and the greatest, with how many there were."""
+        """Adds p50, p95, p99 and the maximum, with the number of values."""
         for name, share in SPREAD.items():
             if values:
                 self.add(case, f"{metric}_{name}", percentile(values, share), unit)
@@ -60,7 +60,7 @@ class Report:
         self.console.print(words, highlight=False)
 
     def as_table(self) -> Table:
-        """A line for each metric of a case; what has percentiles has them side by side."""
+        """A line for each metric of a case; percentiles are side by side."""
         table = Table(title=f"bench {self.bench}")
         for name in ("case", "system", "metric", "value", *SPREAD, "n", "unit"):
             table.add_column(name, justify="left" if name in ("case", "system", "metric", "unit") else "right")
@@ -92,7 +92,7 @@ class Report:
 
 
 def machine() -> dict[str, Any]:
-    """What the figures depend on."""
+    """Returns the conditions that the figures depend on."""
     return {
         "cpus": os.cpu_count(),
         "load_1min": round(os.getloadavg()[0], 2),

@@ -18,6 +18,6 @@ class RunQueue(NamedTuple):
 
 
 def run_queue_of(pid: int) -> RunQueue:
-    """Of the main thread, where the event loop runs. Raises OSError if it is gone."""
+    """Reads the main thread, which runs the event loop. Raises OSError if it is gone."""
     ran_ns, waited_ns, _ = Path(f"/proc/{pid}/schedstat").read_text().split()
     return RunQueue(int(ran_ns) / 1e6, int(waited_ns) / 1e6)

@@ -1,4 +1,4 @@
-"""A thousand drones and twenty browsers on one tower: enrolment, a storm of sign-ins, and what arrives for how long."""
+"""A thousand drones and twenty browsers on one tower: enrolment, a storm of sign-ins, and delivery over time."""
 
 from __future__ import annotations
 
@@ -27,17 +27,18 @@ SECONDS: Final = 600.0
 FRAMES_PER_S: Final = 10.0
 WATCH_HZ: Final = 5.0
 ALLOWANCE_MS: Final = 250.0
-"""State may be older than the watch period by this much."""
+"""State may exceed the watch period by this age."""
 
 SAMPLE_S: Final = 10.0
 SETTLING_S: Final = 120.0
-"""Of a long run, the beginning is not counted for the slope of memory: buffers and caches reach their size."""
+"""The beginning of a long run is excluded from the slope of memory, because buffers and caches fill up."""
 ENROLLED_OVER_REST: Final = 100
 STORM: Final = 200
-"""Agents that sign in at the same moment, as after a restart of the tower; each tries again as the real one does."""
+"""Agents that sign in at the same moment, as after a restart of the tower; each retries as the real one does."""
 
 KINDS: Final = (*STATE_KINDS[:3], EVENT_KINDS[3], *STATE_KINDS[:3], *STATE_KINDS[3:9])
-"""What a drone sends in turn: attitude, position and speed more often than the rest; one in thirteen is an event."""
+"""The messages of a drone, in turn: attitude, position and speed more often than the rest; one in thirteen is an
+event."""
 
 
 async def run(report: Report, options: argparse.Namespace) -> None:
@@ -77,13 +78,13 @@ async def _run(
 
 
 def _split_cpus() -> tuple[set[int] | None, set[int] | None]:
-    """The tower on the first of the processors that we may use, the load on the rest; None where there is one only."""
+    """The tower on the first available processor, the load on the rest; None if there is only one."""
     cpus = sorted(os.sched_getaffinity(0))
     return ({cpus[0]}, set(cpus[1:])) if len(cpus) > 1 else (None, None)
 
 
 async def _enrol(report: Report, case: str, tower: LoadTower) -> None:
-    """How long an admin's program waits for each drone that it adds over REST, on a tower that has so many already."""
+    """Measures an admin's wait for each drone added over REST, on a tower that has this many already."""
     headers = {"Cookie": tower.cookie, "Origin": tower.url}
     async with httpx.AsyncClient(base_url=tower.url, headers=headers, trust_env=False, timeout=60) as http:
         took_ms = []
@@ -96,7 +97,7 @@ async def _enrol(report: Report, case: str, tower: LoadTower) -> None:
 
 
 async def _watcher(tower: LoadTower, *, first: bool) -> Everything | EventsOnly:
-    """The first looks at every frame, the others at what may not be lost: the load must not be what is measured."""
+    """The first reads every frame, the others only what must not be lost: the load must not distort the measurement."""
     watcher = Everything() if first else EventsOnly()
     browser: LeanBrowser = await tower.browser()
     browser.on_binary = watcher.came
@@ -138,7 +139,7 @@ async def _fly(
 
     sampling = asyncio.create_task(sample())
     load_cpu = time.process_time()
-    # The load's own pauses are not the tower's: they would count as age of what it sent and what it got.
+    # The load's own pauses are not the tower's: they would add to the age of the data sent and received.
     gc.collect()
     gc.disable()
     try:
@@ -194,7 +195,7 @@ def _memory(report: Report, case: str, memory: list[tuple[float, float]]) -> Non
 
 
 def slope(points: list[tuple[float, float]]) -> float:
-    """Of the straight line through them by least squares; 0 if there are not two moments."""
+    """Returns the slope of the least-squares line; 0 without two different times."""
     if len({at for at, _ in points}) < 2:
         return 0.0
     mean_at = sum(at for at, _ in points) / len(points)

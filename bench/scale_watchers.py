@@ -1,4 +1,4 @@
-"""What the browsers of the scale benchmark look at: one at every frame, the others at what may not be lost."""
+"""What the browsers of the scale benchmark read: one every frame, the others only what must not be lost."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ class EventsOnly:
     def __init__(self) -> None:
         self.events = 0
         self.out_of_order = 0
-        """Those whose number is not the one behind the last: after a gap, or repeated, or too late."""
+        """Frames whose number does not follow the last: after a gap, repeated, or late."""
         self.losses_reported = 0
         self._last: dict[int, int] = {}
 
     def begin(self) -> None:
-        """The flight begins."""
+        """Called when the flight begins."""
 
     def reported(self, text: bytes) -> None:
-        """A text message came."""
+        """Takes a text message."""
         if text.startswith(b'{"type":"lost"'):
             self.losses_reported += 1
 
     def came(self, message: bytes) -> None:
-        """A binary message came."""
+        """Takes a binary message."""
         at, end = 0, len(message)
         while at < end:
             if message[at + 11] | message[at + 12] << 8 in _EVENT_KINDS:
@@ -54,7 +54,7 @@ class EventsOnly:
 
 
 class Everything(EventsOnly):
-    """Besides, how old each state frame is when it comes, and how old what is known of a drone ever became."""
+    """Also measures the age of each state frame on arrival, and the greatest age of a drone's known state."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -91,8 +91,8 @@ class Everything(EventsOnly):
         return [step * _AGE_STEP_MS for step, count in sorted(self._ages.items()) for _ in range(count)]
 
     def stalest_ms(self) -> float:
-        """How long ago the newest thing known of a drone had been sent, at the worst, just before something newer came.
+        """The greatest age of the newest known data of a drone, just before newer data arrived.
 
-        Of which the time between two frames of a drone is a part.
+        Includes the interval between two frames of a drone.
         """
         return self._stalest_us / 1e3

@@ -1,7 +1,7 @@
-"""Several drones at one tower, each with an agent, an operator and an autopilot of its own; one admin over all.
+"""Several drones at one tower, each with its own agent, operator and autopilot; one admin for all.
 
-Each drone gets a fresh autopilot and a fresh agent for each flight (`equip`): what one flight leaves behind does not
-reach the next. Without a path to a real autopilot, `tower-sim` flies.
+Each drone gets a fresh autopilot and a fresh agent for each flight (`equip`), so that no flight affects the next.
+Without a path to a real autopilot, `tower-sim` flies.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from bench.tap import ADMIN, OPERATOR, Tap
 
 SIMULATED: Final = Kind("ardupilot", radio=True)
 BOOTS_AT_ONCE: Final = 2
-"""An autopilot that boots does so as fast as a processor lets it."""
+"""A booting autopilot uses all the processor time that it gets."""
 
 
 class Squadron(Rig):
-    """`drones` are there after `start`. `binary`: of a real autopilot, or None."""
+    """`drones` exist after `start`. `binary`: of a real autopilot, or None."""
 
     def __init__(self, folder: Path, count: int, binary: Path | None) -> None:
         super().__init__(folder, SIMULATED, None)
@@ -54,7 +54,7 @@ class Squadron(Rig):
             token = self.folder / f"drone-{number}.token"
             token.touch(mode=0o600)
             begun = await self.admin.ask("POST", f"/drones/{drone_id}/enrolments", {"lasts_s": 86_400})
-            token.write_text(begun["token"])  # its agent's first start makes a key of it
+            token.write_text(begun["token"])  # its agent's first start replaces it with a key
             drone = FlownDrone(self, drone_id, made["drone"]["name"], name, token)
             self.drones.append(drone)
             await drone.sign_in()
@@ -65,7 +65,7 @@ class Squadron(Rig):
 
     @property
     def udp_port(self) -> int:
-        """The tower's own, on the same address."""
+        """The tower's own port, at the same address."""
         return self._fixed_udp_port()
 
     async def spawn(self, name: str, *command: str) -> asyncio.subprocess.Process:
@@ -83,7 +83,7 @@ class Squadron(Rig):
 
 
 class FlownDrone:
-    """One drone. `tap` and what it saw are those of the flight that goes on."""
+    """One drone. `tap` and its records are those of the present flight."""
 
     def __init__(self, squadron: Squadron, drone_id: int, name: str, operator: str, token: Path) -> None:
         self.squadron = squadron
@@ -92,7 +92,7 @@ class FlownDrone:
         self.operator = Person(operator, OPERATOR, squadron.address, drone_id)
         self.tap: Tap
         self.tower_address: str | None = None
-        """Where the agent finds the tower, if not at its own address."""
+        """The agent's address of the tower, if not the tower's own."""
         self.agent: asyncio.subprocess.Process | None = None
         self.autopilot: RealAutopilot | None = None
         self._simulator: asyncio.subprocess.Process | None = None
@@ -116,7 +116,8 @@ class FlownDrone:
         await self.operator.go_live()
 
     async def equip(self, receiver: Receiver, parameters: dict[str, float]) -> None:
-        """A fresh autopilot and a fresh agent; nobody has the controls; the tower hears the autopilot."""
+        """Starts a fresh autopilot and a fresh agent; nobody has the controls; the tower receives the autopilot's
+        heartbeats."""
         await self.leave()
         self._flights += 1
         self._equipped_at = self.admin.now
@@ -154,14 +155,14 @@ class FlownDrone:
         self._simulator = await self.squadron.spawn(f"{self.folder.name}/simulator", *command)
 
     async def start_agent(self) -> None:
-        """The same again after it was killed: with the state that the one before left."""
+        """Also restarts it after a kill, with the state that the previous process left."""
         command = self.squadron.program("tower-agent", "run", "--tower", self.tower_address or self.squadron.address)
         command += ["--token", str(self._token), "--autopilot", f"udpin:127.0.0.1:{self._agent_port}"]
         command += ["--state", str(self.folder / "state")]
         self.agent = await self.squadron.spawn(f"{self.folder.name}/agent", *command)
 
     async def kill_agent(self) -> None:
-        """As the kernel does: no good-bye."""
+        """SIGKILL: no clean shutdown."""
         if self.agent is not None and self.agent.returncode is None:
             self.agent.kill()
             await self.agent.wait()
@@ -181,7 +182,7 @@ class FlownDrone:
             self.autopilot = None
 
     def disarm(self) -> None:
-        """Wherever it is, past agent and tower."""
+        """Disarms in any state, bypassing agent and tower."""
         if self.autopilot is not None:
             self.autopilot.truth.disarm()
         else:
@@ -195,7 +196,7 @@ class FlownDrone:
         return await person.ask("POST", path, {"reason": "bench", **body})
 
     async def free(self) -> None:
-        """Nobody has the controls, nobody is shut out."""
+        """Frees the controls; nobody is excluded any more."""
         await self.operator.vanish()
         await self.operator.go_live()
         self.operator.pong_delay_s = 0.0
@@ -207,7 +208,7 @@ class FlownDrone:
         await self.order(self.admin, "release")
 
     async def acknowledge_losses(self) -> None:
-        """Whatever the check before flight calls dangerous. The drone has to be named."""
+        """Acknowledges everything that the pre-flight check reports as dangerous. Needs the name of the drone."""
         path = f"/drones/{self.drone_id}/loss-check"
 
         async def complete() -> bool:
@@ -217,7 +218,7 @@ class FlownDrone:
         await self.operator.ask("POST", f"{path}/acknowledge", {"drone": self.name})
 
     def events_since(self, person: Person, since: float) -> list[tuple[float, Event]]:
-        """What this person was told of this drone."""
+        """Returns this person's events about this drone."""
         found = []
         for at, event in person.events:
             about = event.get("drone_id") or (event.get("drone") or {}).get("id")
@@ -226,7 +227,7 @@ class FlownDrone:
         return found
 
     def write_down(self, title: str, since: float) -> None:
-        """The flight's log, for people. Times are counted from `since`."""
+        """Writes the flight's log, for people. Times are relative to `since`."""
         if not self._equipped:
             return
         lines: list[tuple[float, str]] = []
@@ -259,7 +260,7 @@ class FlownDrone:
 
 
 def _in_short(event: Event) -> str:
-    """Of a whole drone only what is about its hold."""
+    """Of a whole drone only the fields about its hold."""
     if event["type"] != "drone":
         return json.dumps(event)
     drone = event["drone"]

@@ -1,8 +1,7 @@
-"""A tap at the autopilot's port: between agent and simulator, it sees every frame either way, with the time.
+"""A tap at the autopilot's port: between agent and simulator, it sees every frame in both directions, with the time.
 
-It tells whose sticks a MANUAL_CONTROL is by its `buttons`, which the simulator ignores and nobody on the way may
-change.
-It asks the autopilot for a motion log of its own, which it keeps from the agent.
+It identifies the sender of a MANUAL_CONTROL by its `buttons`, which the simulator ignores and nothing on the path may
+change. It requests a separate motion log from the autopilot, which it does not pass to the agent.
 """
 
 from __future__ import annotations
@@ -57,7 +56,7 @@ class ModeSeen:
 
 
 class Tap:
-    """Call `open`; the simulator sends to `port`, the agent listens on the port it was given."""
+    """Call `open`; the simulator sends to `port`, the agent listens on the given port."""
 
     def __init__(self, agent: tuple[str, int]) -> None:
         self._agent = agent
@@ -120,7 +119,7 @@ class Tap:
                 self._note(frame, now)
 
     def _keep(self, frame: bytes, now: float) -> bool:
-        """Take down what the autopilot says; True for what only we asked for."""
+        """Records the autopilot's messages; True for those that only the tap requested."""
         number = message_id(frame)
         if number not in (0, 77, 253, _ATTITUDE, _POSITION):
             return False
@@ -167,7 +166,7 @@ class Tap:
                 self._inner.sendto(build(ask, system_id=200, component_id=1, sequence=0), self._simulator)
 
     def disarm(self) -> None:
-        """Wherever it is: as nobody's ground station."""
+        """Disarms in any state, under a system id that is no ground station's."""
         assert self._inner is not None
         ask: Any = mavlink.MAVLink_command_long_message(
             1, 1, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0, 0, _FORCE, 0, 0, 0, 0, 0
@@ -176,7 +175,7 @@ class Tap:
             self._inner.sendto(build(ask, system_id=200, component_id=1, sequence=0), self._simulator)
 
     def forget(self) -> None:
-        """A new round: nothing of the one before matters."""
+        """Begins a new round: drops the records of the last."""
         for kept in (self.sticks, self.motions, self.tilts, self.modes, self.mode_requests, self.mode_answers):
             del kept[: len(kept) - 1]
 

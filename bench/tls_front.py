@@ -1,4 +1,4 @@
-"""TLS in front of a tower, as a reverse proxy ends it: an agent on another host refuses to speak in the clear."""
+"""TLS in front of a tower, as on a reverse proxy: an agent on another host refuses an unencrypted connection."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cryptography.hazmat.primitives.asymmetric import ec
 
 
 def make_certificate(folder: Path, address: str) -> tuple[Path, Path]:
-    """(certificate, key) for an IP address, signed by itself: the certificate is its own authority."""
+    """Returns (certificate, key) for an IP address, self-signed: the certificate is its own authority."""
     key = ec.generate_private_key(ec.SECP256R1())
     name = x509.Name([x509.NameAttribute(x509.NameOID.COMMON_NAME, "bench")])
     now = datetime.datetime.now(datetime.UTC)
@@ -41,7 +41,7 @@ def make_certificate(folder: Path, address: str) -> tuple[Path, Path]:
 
 
 class TlsFront:
-    """Carries what comes in by TLS on to the tower on this host, and back."""
+    """Forwards TLS connections to the tower on this host, and back."""
 
     def __init__(self, tower_port: int) -> None:
         self._tower_port = tower_port
@@ -88,7 +88,7 @@ class TlsFront:
             task.cancel()
         await asyncio.gather(*self._carrying, return_exceptions=True)
         for writer in list(self._writers):
-            writer.transport.abort()  # the good-bye of TLS would wait for peers that are cut off
+            writer.transport.abort()  # a TLS close would wait for peers that are cut off
 
 
 async def _carry(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:

@@ -1,6 +1,6 @@
-"""What a real autopilot's simulated machine truly does, on a MAVLink port of its own that no agent sees.
+"""The true motion of a real autopilot's simulated vehicle, on a separate MAVLink port that no agent sees.
 
-Its requests come from a system that is nobody's ground station, so they change nothing that a hold depends on.
+Its requests come from a system id that is no ground station's, so they do not affect a hold.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class Truth:
 
     @property
     def has_position(self) -> bool:
-        """Enough of one to arm with: the estimator has it, and says that it comes from the GPS."""
+        """Whether the position suffices for arming: the estimator has one, based on GPS."""
         flags = self.ekf_flags
         return self._uses_gps and flags & POSITION_FLAGS == POSITION_FLAGS and not flags & NO_POSITION_FLAG
 
@@ -84,14 +84,14 @@ class Truth:
         self.send(mavlink.MAVLink_command_long_message(1, 1, number, 0, *seven))
 
     async def ask(self, number: int, *params: float, within_s: float = 3.0) -> int:
-        """The MAV_RESULT of the command. Raises TimeoutError."""
+        """Returns the MAV_RESULT of the command. Raises TimeoutError."""
         count = len(self.answers)
         self.command(number, *params)
         await wait_for(f"the answer to {number}", lambda: any(a[1] == number for a in self.answers[count:]), within_s)
         return next(result for _, command, result in self.answers[count:] if command == number)
 
     async def set_parameter(self, name: str, value: float) -> None:
-        """Until the autopilot says that it has this value. Raises TimeoutError."""
+        """Waits until the autopilot reports this value. Raises TimeoutError."""
         asked_at = 0.0
         real = mavlink.MAV_PARAM_TYPE_REAL32
 
@@ -105,7 +105,7 @@ class Truth:
         await wait_for(f"{name} to be {value:g}", done, 10)
 
     def disarm(self) -> None:
-        """Wherever it is."""
+        """Disarms in any state."""
         self.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0, FORCE)
 
     def _read(self) -> None:
@@ -114,7 +114,7 @@ class Truth:
                 data, self._autopilot = self._sock.recvfrom(4096)
             except (BlockingIOError, ConnectionError):
                 return
-            with contextlib.suppress(MalformedFrame):  # what it prints while it starts is no MAVLink
+            with contextlib.suppress(MalformedFrame):  # its start-up output is not MAVLink
                 for frame in split_frames(data):
                     self._note(frame, self._loop.time())
 
@@ -151,7 +151,7 @@ class Truth:
 
 
 def _motion(state: Any, now: float) -> Motion:
-    """SIM_STATE's own latitude and longitude are too coarse in its floats; the integers beside them are not."""
+    """SIM_STATE's own float latitude and longitude are too coarse; its integer fields are not."""
     lat = state.lat_int * 1e-7 if getattr(state, "lat_int", 0) else state.lat
     lon = state.lon_int * 1e-7 if getattr(state, "lon_int", 0) else state.lon
     north_m = math.radians(lat - HOME[0]) * _EARTH_M

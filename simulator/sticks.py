@@ -52,7 +52,7 @@ class Sticks:
         self._override.clear()
 
     def override(self, channels: Sequence[int], now_s: float) -> None:
-        """RC_CHANNELS_OVERRIDE from an accepted sender; `channels` are the raw values of 1 to 18."""
+        """RC_CHANNELS_OVERRIDE from a sender that `accepts` admits; `channels` are the raw values of 1 to 18."""
         for index, value in enumerate(channels[:CHANNELS]):
             if value == IGNORE or (index >= 8 and value == 0):
                 continue

@@ -187,7 +187,7 @@ class SafetySettings(msgspec.Struct, frozen=True, tag="safety_settings", tag_fie
     lost_hold_s: float = 2.0
     lost_action: LostAction = LostAction.RETURN
     lost_action_s: float = 30.0
-    """Runs from the loss of the tower or of the person: since the hold began, or since the holder left."""
+    """Delay of `lost_action` after the loss of the tower, or of the person (a hold began, or the holder left)."""
     rtt_limit_ms: float = 500.0
     """The agent holds when sticks are older than half of this for `rtt_limit_s` during manual flight."""
     rtt_limit_s: float = 1.0

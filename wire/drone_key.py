@@ -67,7 +67,7 @@ def key_text(key: bytes) -> str:
 
 
 def key_bytes(text: str) -> bytes:
-    """Decodes what `key_text` returns. Each key has exactly one text. Raises MalformedKey."""
+    """Decodes the 32 bytes from the text of `key_text`; each key has exactly one text. Raises MalformedKey."""
     try:
         key = base64.b64decode(f"{text}=", altchars=b"-_", validate=True)
     except (binascii.Error, ValueError):

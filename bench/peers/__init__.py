@@ -1,1 +1,1 @@
-"""What our relay is measured against: the other ways to get MAVLink frames from drones to whoever watches."""
+"""Systems that our relay is compared with: other ways to get MAVLink frames from drones to viewers."""

@@ -1,4 +1,4 @@
-"""Environments of their own for other people's programs, below the folder of `--peers`, made when first wanted."""
+"""Separate environments for third-party programs, in the folder of `--peers`, created when first needed."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from pathlib import Path
 
 
 class CannotInstall(Exception):
-    """It cannot be had here, with the reason."""
+    """The program cannot be installed here; carries the reason."""
 
 
 async def environment_with(folder: Path, name: str, package: str, *, holds: str, room_bytes: int) -> Path:
-    """The environment `folder/name` with `package` (as for pip) in it. `holds`: a file below it that is there when it
-    is whole. Raises CannotInstall."""
+    """Returns the environment `folder/name` with `package` (as for pip) installed. `holds`: a file in it that exists
+    once it is complete. Raises CannotInstall."""
     environment = folder / name
     if (environment / holds).exists():
         return environment

@@ -1,7 +1,7 @@
 """JSMpeg's documented set-up: ffmpeg posts MPEG-TS to a relay in Node, a page plays what the relay sends it.
 
-`ffmpeg -f v4l2 ... -f mpegts -codec:v mpeg1video -s 640x480 -b:v 1000k -bf 0 http://relay/secret` is how its
-documentation has it; here the camera is the simulator's, which ffmpeg reads itself. The player has its defaults.
+`ffmpeg -f v4l2 ... -f mpegts -codec:v mpeg1video -s 640x480 -b:v 1000k -bf 0 http://relay/secret` is the command in its
+documentation; here ffmpeg reads the simulator's camera directly. The player has its defaults.
 """
 
 from __future__ import annotations
@@ -30,23 +30,23 @@ PAGE: Final = """<!doctype html><meta charset="utf-8"><title>JSMpeg</title>
 """
 
 CommandAt = Callable[..., list[str]]
-"""The words of a command to those that run it on the host where it belongs."""
+"""Takes the words of a command; returns those that run it on the right host."""
 
 
 @dataclass(frozen=True, slots=True)
 class Jsmpeg:
-    """Installed."""
+    """The installed set-up."""
 
     folder: Path
 
     @property
     def player(self) -> Path:
-        """One script, its WASM in it."""
+        """One script that contains its WASM."""
         return self.folder / PLAYER
 
 
 async def jsmpeg_in(folder: Path) -> Jsmpeg:
-    """Below `folder`, by npm's own settings, at the versions of the lock file. Raises CannotInstall."""
+    """Installs in `folder`, with npm's own settings, at the versions of the lock file. Raises CannotInstall."""
     for program, package in (("ffmpeg", "ffmpeg"), ("node", "nodejs"), ("npm", "npm")):
         if shutil.which(program) is None:
             raise CannotInstall(f"{program} is not there (Debian: apt-get install {package})")
@@ -72,7 +72,7 @@ async def jsmpeg_in(folder: Path) -> Jsmpeg:
 
 @dataclass(frozen=True, slots=True)
 class Relay:
-    """Running."""
+    """A running relay."""
 
     pid: int
     address: str
@@ -86,7 +86,7 @@ class Relay:
 
 @contextlib.asynccontextmanager
 async def relay_at(jsmpeg: Jsmpeg, address: str, log: Path, command_at: CommandAt) -> AsyncIterator[Relay]:
-    """The Node relay, listening at `address` of the host that `command_at` means."""
+    """Runs the Node relay, listening at `address` on the host of `command_at`."""
     with log.open("ab") as complaints:
         process = await asyncio.create_subprocess_exec(
             *command_at("node", str(jsmpeg.folder / "relay.js"), address, SECRET),
@@ -106,8 +106,9 @@ async def relay_at(jsmpeg: Jsmpeg, address: str, log: Path, command_at: CommandA
 async def ffmpeg_to(
     relay: Relay, camera: str, size: str, rate_hz: float, bits_per_s: int, log: Path, command_at: CommandAt
 ) -> AsyncIterator[int]:
-    """The encoder as documented, until the block ends. `camera`: the URL of MJPEG, `size` as 320x240. Its pid."""
-    # The rate stands before the input as that of a camera does: MJPEG by HTTP does not say its own.
+    """Runs the encoder as documented, until the block ends. `camera`: the MJPEG URL; `size`: such as 320x240. Yields
+    its pid."""
+    # The rate precedes the input, like a camera's: MJPEG over HTTP does not state its own.
     words = ["ffmpeg", "-nostdin", "-hide_banner", "-loglevel", "error"]
     words += ["-f", "mpjpeg", "-r", f"{rate_hz:g}", "-i", camera]
     words += ["-f", "mpegts", "-codec:v", "mpeg1video", "-s", size, "-b:v", str(bits_per_s), "-bf", "0"]

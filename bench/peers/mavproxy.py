@@ -1,4 +1,4 @@
-"""MAVProxy in an environment of its own: it pulls 1.1 GB of packages."""
+"""MAVProxy in a separate environment: it pulls 1.1 GB of packages."""
 
 from __future__ import annotations
 
@@ -14,6 +14,6 @@ PROGRAM: Final = "bin/mavproxy.py"
 
 
 async def mavproxy_in(folder: Path) -> Path:
-    """Its program below `folder`, installed from the package index if it is not there yet. Raises CannotInstall."""
+    """Returns its program in `folder`, installed from the package index if missing. Raises CannotInstall."""
     made = await environment_with(folder, "mavproxy", "MAVProxy", holds=PROGRAM, room_bytes=ROOM_BYTES)
     return made / PROGRAM

@@ -1,8 +1,8 @@
-"""What somebody writes with MAVSDK-Python, made to be timed: it does what it is told on standard input, line by line.
+"""A typical MAVSDK-Python program, for timing: it executes commands from standard input, line by line.
 
-Run as `python mavsdk_program.py ADDRESS GRPC_PORT` by a Python that has MAVSDK; nothing of this repository is imported.
+Run as `python mavsdk_program.py ADDRESS GRPC_PORT` by a Python that has MAVSDK; it imports nothing of this repository.
 Each line in is JSON: {"do": "parameters"} | {"do": "upload", "items": rows} | {"do": "download"}; rows are the plan's,
-without home. Each line out: {"s": seconds, ...} or {"failed": words}. The first tells of the connection.
+without home. Each line out: {"s": seconds, ...} or {"failed": words}. The first reports the connection.
 """
 
 import asyncio
@@ -15,7 +15,7 @@ from mavsdk import System
 from mavsdk.mission_raw import MissionItem
 
 HOME_SLOT = MissionItem(0, 0, 16, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0)
-"""ArduPilot keeps home in slot 0, and its own there."""
+"""ArduPilot keeps home in slot 0; so does this program."""
 
 Row = list[Any]
 
@@ -59,7 +59,7 @@ async def timed(action: Any) -> None:
     try:
         found = await action
         found["s"] = time.monotonic() - began
-    except Exception as error:  # of whatever kind: it is told, and is a figure too
+    except Exception as error:  # of any kind: it is reported, and counts as a result
         found = {"failed": f"{type(error).__name__}: {error}"}
     print(json.dumps(found), flush=True)
 

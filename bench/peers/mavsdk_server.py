@@ -1,4 +1,4 @@
-"""MAVSDK's own server (the program in its wheel) and a program of its author's kind, in an environment of its own."""
+"""MAVSDK's own server (the program in its wheel) and a typical client program, in a separate environment."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from typing import Any, Final
 from bench.peers.environment import environment_with
 
 PACKAGE: Final = "mavsdk<4"
-"""The last whose wheel has the server; from 4 on it is a library inside the program."""
+"""The last version with the server in its wheel; from 4 on it is a library inside the program."""
 ROOM_BYTES: Final = 500_000_000
 SERVER: Final = "mavsdk/bin/mavsdk_server"
 PROGRAM: Final = Path(__file__).with_name("mavsdk_program.py")
@@ -23,12 +23,12 @@ ANSWER_WITHIN_S: Final = 600.0
 
 
 class PeerFailed(Exception):
-    """MAVSDK could not do what it was asked, in its own words."""
+    """MAVSDK failed; the message is its own."""
 
 
 @dataclass(frozen=True, slots=True)
 class Installed:
-    """A Python, and where it finds MAVSDK if not among its own packages."""
+    """A Python, and the location of MAVSDK if it is not among its packages."""
 
     python: Path
     path: Path | None = None
@@ -40,8 +40,8 @@ class Installed:
 
 
 async def mavsdk_in(folder: Path) -> Installed:
-    """That of the tests (deploy/install_test_parts.sh) where it is there, else one below `folder`, installed from the
-    package index if it is not there yet. Raises bench.peers.environment.CannotInstall."""
+    """Returns the installation of the tests (deploy/install_test_parts.sh) if it exists, else one in `folder`,
+    installed from the package index if missing. Raises bench.peers.environment.CannotInstall."""
     of_tests = Path(sys.prefix) / "stock-clients"
     if (of_tests / SERVER).exists():
         return Installed(Path(sys.executable), of_tests)
@@ -51,13 +51,13 @@ async def mavsdk_in(folder: Path) -> Installed:
 
 
 class MavSdk:
-    """One life of the server, and of the program that speaks with it."""
+    """One run of the server, and of its client program."""
 
     def __init__(self, process: asyncio.subprocess.Process) -> None:
         self._process = process
 
     async def do(self, action: str, **said: Any) -> Any:
-        """Its answer, with the seconds that it took as `s`. Raises PeerFailed."""
+        """Returns its answer, with the elapsed seconds as `s`. Raises PeerFailed."""
         assert self._process.stdin is not None
         self._process.stdin.write(json.dumps({"do": action, **said}).encode() + b"\n")
         return await self.answer()
@@ -78,7 +78,7 @@ class MavSdk:
 
 @contextlib.asynccontextmanager
 async def mavsdk_on(installed: Installed, port: int, grpc_port: int, log: Path) -> AsyncIterator[MavSdk]:
-    """Listens for an autopilot on UDP `port` of the host that this is, and is connected. Raises PeerFailed."""
+    """Listens for an autopilot on UDP `port` of this host, and connects. Raises PeerFailed."""
     with log.open("ab") as errors:
         process = await asyncio.create_subprocess_exec(
             *(str(installed.python), str(PROGRAM), f"udpin://0.0.0.0:{port}", str(grpc_port)),
@@ -98,7 +98,7 @@ async def mavsdk_on(installed: Installed, port: int, grpc_port: int, log: Path) 
 
 
 async def _end(process: asyncio.subprocess.Process) -> None:
-    """The program and the server that it has started: a group of their own."""
+    """Ends the program and the server that it started: they have their own process group."""
     with contextlib.suppress(ProcessLookupError):
         os.killpg(process.pid, 15)
     try:

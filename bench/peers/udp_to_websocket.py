@@ -1,9 +1,9 @@
-"""A bare UDP-to-WebSocket forwarder on uvloop, the floor of Python: `udp_to_websocket.py PORT_FILE [--library]`
+"""A bare UDP-to-WebSocket forwarder on uvloop, the lower bound for Python: `udp_to_websocket.py PORT_FILE [--library]`
 
-It checks nothing, knows nobody and decrypts nothing: what comes in a datagram goes out at once as one binary message to
-every WebSocket. By default it writes the WebSocket header by hand, straight to the transport, which is the least
-that anybody could do; with `--library` it is what people usually write, `websockets.broadcast`.
-The two port numbers, UDP and TCP, are written to PORT_FILE.
+It checks nothing, authenticates nobody and decrypts nothing: each datagram is sent at once as one binary message to
+every WebSocket. By default it writes the WebSocket header by hand, straight to the transport, which is the minimum
+possible; with `--library` it does what people usually write, `websockets.broadcast`. The two port numbers, UDP and TCP,
+are written to PORT_FILE.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ MAGIC = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11"
 
 
 class ByHand(asyncio.Protocol):
-    """Upgrades whoever asks; ignores what they say afterwards."""
+    """Upgrades every client; ignores what they send afterwards."""
 
     everybody: ClassVar[set[asyncio.Transport]] = set()
 

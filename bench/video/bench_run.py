@@ -1,4 +1,4 @@
-"""Runs the cases of `bench video` that are asked for. See docs/bench.md."""
+"""Runs the requested cases of `bench video`. See docs/bench.md."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ LONG: Final = "long"
 
 
 def chosen(words: str | None) -> list[str]:
-    """The cases named in a list with commas; all but the long one if none is. Raises ValueError."""
+    """Returns the cases in a comma-separated list; all but the long one if the list is empty. Raises ValueError."""
     names = words.split(",") if words else list(CASES)
     for name in names:
         if name not in CASES and name != LONG:

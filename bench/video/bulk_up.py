@@ -1,4 +1,4 @@
-"""A file that is sent up the drone's line as fast as TCP can, by something that is none of ours."""
+"""A file transfer over the drone's uplink as fast as TCP permits, by an unrelated program."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _PIECE: Final = bytes(16 * 1024)
 
 @contextlib.asynccontextmanager
 async def bulk_up(network: Network) -> AsyncIterator[None]:
-    """Until the block ends."""
+    """Runs until the block ends."""
     loop = asyncio.get_running_loop()
     with contextlib.ExitStack() as stack:
         with network.inside("tower"):

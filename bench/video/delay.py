@@ -1,4 +1,4 @@
-"""From the camera to the screen: how late each picture was when it was first seen, both systems in turns."""
+"""From the camera to the screen: the delay of each picture when it was first seen, both systems in turn."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ COLLECT_S: Final = 2.0
 
 @dataclass
 class Seen:
-    """Of one system in one case, all rounds together."""
+    """Results of one system in one case, all rounds together."""
 
     rounds: list[list[Sight]] = field(default_factory=list)
     oldest_ms: list[float] = field(default_factory=list)
@@ -41,7 +41,7 @@ class Seen:
 
 
 async def delays(bench: Bench, case: str, setting: Setting, lines: dict[str, Line] | None = None) -> None:
-    """One case: `bench.rounds` rounds of each system in turns."""
+    """Runs one case: `bench.rounds` rounds of each system in turn."""
     if not bench.has(case):
         return
     bench.report.say(f"[bold]{case}[/bold]")
@@ -125,7 +125,7 @@ def _add_figures(report: Report, case: str, seen: Seen, rate_hz: float) -> None:
 
 
 async def for_long(bench: Bench, case: str, setting: Setting, minutes: float) -> None:
-    """Each system for so long, one after the other: does the delay grow?"""
+    """Runs each system for this time, one after the other: does the delay grow?"""
     bench.report.say(f"[bold]{case}[/bold]")
     async with trial(bench, case, setting) as one:
         for system in bench.systems:

@@ -1,4 +1,5 @@
-"""One stream to 1, 10 and 50 viewers in another process: what is missing, and what the tower and the Node relay use."""
+"""One stream to 1, 10 and 50 viewers in another process: missing units, and the cost of the tower and the Node
+relay."""
 
 from __future__ import annotations
 
@@ -28,7 +29,7 @@ READY_S: Final = 40.0
 
 @dataclass(frozen=True, slots=True)
 class Address:
-    """Where a viewer's WebSocket is opened."""
+    """The address of a viewer's WebSocket."""
 
     url: str
     path: str
@@ -42,11 +43,11 @@ class Address:
 
 
 class NoViewers(Exception):
-    """They did not all get something."""
+    """Not all viewers received something."""
 
 
 class Viewers:
-    """Their process. `came`: what all of them had since the last question."""
+    """The viewers' process. `came`: what all of them received since the last query."""
 
     def __init__(self, process: asyncio.subprocess.Process) -> None:
         self._process = process
@@ -63,7 +64,7 @@ class Viewers:
 
 @contextlib.asynccontextmanager
 async def viewers_of(address: Address, count: int, trial: Trial) -> AsyncIterator[Viewers]:
-    """So many, each with something on its screen already. Raises NoViewers."""
+    """Yields this many viewers, each with a picture on its screen already. Raises NoViewers."""
     with (trial.logs / "viewers.log").open("ab") as log:
         process = await asyncio.create_subprocess_exec(
             *trial.rig.command_at("tower", sys.executable, "-m", "bench.video.viewers"),
@@ -86,7 +87,7 @@ async def viewers_of(address: Address, count: int, trial: Trial) -> AsyncIterato
 
 
 def ours_at(trial: Trial, setting: Setting) -> Address:
-    """The tower's, for the operator, on the tower's host."""
+    """The tower's address for the operator, on the tower's host."""
     rig = trial.rig
     cookie = "; ".join(f"{name}={value}" for name, value in rig.operator.http.cookies.items())
     asked = f"quality={setting.quality.name.lower()}&codec={CODEC_WORDS[setting.codec]}"
@@ -107,7 +108,7 @@ async def fan_out(bench: Bench) -> None:
 
 
 async def _same_units(one: Trial) -> None:
-    """Neither encoder runs: both relays are fed what ours made, in turns."""
+    """Neither encoder runs: both relays are fed our units, in turn."""
     setting, rig = one.setting, one.rig
     costs = Costs(one.bench.report, f"{setting.words}, same units")
     ours = ours_at(one, setting)
@@ -154,7 +155,7 @@ class Costs:
         self.report.add(case, "processor per message, beyond idle", each_us, "us")
         self.report.add(case, "out", out_mb, "MB")
         self.report.add(case, "to each viewer", came["bytes"] * 8 / 1000 / count / seconds, "kbit/s")
-        # What was skipped is told within a second: some of it may belong to the time before.
+        # Skipped units are reported within a second: some may belong to the time before.
         missing = max(came["missing"] - came["skipped"], 0)
         self.report.add(case, "missing", missing, "units" if system == OURS else "packets")
         self.report.add(case, "skipped", came["skipped"], "units")

@@ -1,4 +1,4 @@
-"""What is made of the sights: delays, pictures nobody saw, how stale the screen was, drift, recovery (no I/O)."""
+"""Figures from the sights: delays, unseen pictures, age of the screen, drift, recovery (no I/O)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ TS_PACKET_BYTES: Final = 188
 _SYNC: Final = 0x47
 _ADAPTATION_ONLY: Final = 2
 SAME_AGAIN_MS: Final = 25.0
-"""So much above the usual delay, a viewer has caught up."""
+"""A viewer within this of the usual delay has caught up."""
 STAYS_MS: Final = 1000.0
 
 
@@ -22,7 +22,7 @@ def delays_ms(sights: Sequence[Sight]) -> list[float]:
 
 
 def unseen(sights: Sequence[Sight], rate_hz: float) -> int:
-    """Pictures that the camera made between the first and the last that were seen, and that nobody saw."""
+    """Returns how many pictures the camera made between the first and the last seen that were not seen."""
     if len(sights) < 2:
         return 0
     times = sorted(one.rendered_ms for one in sights)
@@ -30,7 +30,8 @@ def unseen(sights: Sequence[Sight], rate_hz: float) -> int:
 
 
 def oldest_on_screen_ms(sights: Sequence[Sight], end_ms: float) -> float:
-    """The greatest age of what was on the screen, until something newer came; the last stands until `end_ms`."""
+    """Returns the greatest age of the picture on the screen before a newer one arrived; the last one stays until
+    `end_ms`."""
     if not sights:
         return float("nan")
     until = [*(one.seen_ms for one in sights[1:]), max(end_ms, sights[-1].seen_ms)]
@@ -42,7 +43,7 @@ def oldest_on_screen_ms(sights: Sequence[Sight], end_ms: float) -> float:
 
 
 def drift_ms_per_minute(sights: Sequence[Sight]) -> float:
-    """The slope of the line through the medians of each ten seconds."""
+    """Returns the slope of the line through the medians of each ten seconds."""
     groups: dict[int, list[float]] = {}
     for one in sights:
         groups.setdefault(int((one.seen_ms - sights[0].seen_ms) // 10_000), []).append(one.delay_ms)
@@ -53,9 +54,9 @@ def drift_ms_per_minute(sights: Sequence[Sight]) -> float:
 
 
 def recovered_after_ms(sights: Sequence[Sight], ended_ms: float, usual_ms: float) -> float:
-    """From `ended_ms` until the delay is the usual again and stays so for a second; NaN if it never is.
+    """Returns the time from `ended_ms` until the delay is back to usual for a second; NaN if it never is.
 
-    Late ones among the pictures of that second may be a twentieth, as the usual is a p95.
+    A twentieth of the pictures in that second may be late, because the usual delay is a p95.
     """
     after = [one for one in sights if one.seen_ms >= ended_ms]
     for one in after:
@@ -69,12 +70,12 @@ def recovered_after_ms(sights: Sequence[Sight], ended_ms: float, usual_ms: float
 
 
 def frozen_ms(sights: Sequence[Sight]) -> float:
-    """The longest time in which nothing new was seen."""
+    """Returns the longest time without a new picture."""
     return max((late.seen_ms - early.seen_ms for early, late in itertools.pairwise(sights)), default=0.0)
 
 
 class TransportStream:
-    """Counts packets of MPEG-TS, in pieces of any size, that are missing by their continuity counters."""
+    """Counts missing MPEG-TS packets by their continuity counters, in pieces of any size."""
 
     def __init__(self) -> None:
         self.packets = 0

@@ -1,28 +1,28 @@
-"""When a viewer says `got`, as the console's player does (web/src/video/got_cadence.ts). Pure: takes `now`.
+"""When a viewer sends `got`, as the console's player does (web/src/video/got_cadence.ts). Pure: takes `now`.
 
-While all is well it says so now and then, and that is a promise: it speaks up as soon as something is late or does not
-come. What it then says often is what the tower bounds by what is on its way (server/live/video/pacing.py).
+While nothing is late it reports occasionally, which is a promise: it reports at once if a picture is late or missing.
+The tower limits its data in transit by the frequent reports that follow (server/live/video/pacing.py).
 """
 
 from typing import Final, NamedTuple
 
 EVERY_S: Final = 0.075
-"""While it is not calm: for the first picture so long after it last said something ..."""
+"""While not calm: the earliest report after the last one, at a picture ..."""
 AT_LAST_S: Final = 0.12
-"""... and then at the latest."""
+"""... and the latest."""
 CALM_EVERY_S: Final = 2.0
 CALM_AFTER_S: Final = 0.5
-"""Without anything late or missing."""
+"""Without a late or missing picture."""
 LATE_S: Final = 0.04
-"""Later than at its best."""
+"""Delay above the minimum."""
 OVERDUE_S: Final = 0.05
-"""After the time at which the next picture should have come."""
+"""After the time at which the next picture should have arrived."""
 BEST_FOR_S: Final = 30.0
 
 
 class Got(NamedTuple):
-    """`calm`: it will say at once when something is late or missing. `overdue`: the next one should have come.
-    `held_s`: it was drawn so long before this is said."""
+    """`calm`: the viewer will report at once if a picture is late or missing. `overdue`: the next one should have
+    arrived. `held_s`: time since it was drawn."""
 
     sequence: int
     calm: bool = False
@@ -31,32 +31,32 @@ class Got(NamedTuple):
 
 
 class GotCadence:
-    """One for each connection. Times in seconds, of one clock; that of capture may be of another one."""
+    """One for each connection. Times in seconds, of one clock; capture times may have another."""
 
     def __init__(self) -> None:
         self._said_at = float("-inf")
         self._promised = False
-        """It last said that it is calm."""
+        """The last report was calm."""
         self._was_overdue = False
-        """It last said that something should have come."""
+        """The last report was overdue."""
         self._newest: int | None = None
         self._unsaid = False
         self._drawn_at = 0.0
         self._uneasy_at: float | None = None
         self._next = 0
-        """The sequence that comes next."""
+        """The expected sequence number."""
         self._expected_at = float("inf")
         self._best_s = self._best_before_s = float("inf")
         self._best_since = float("-inf")
 
     def came(self, sequence: int, now: float) -> None:
-        """A unit has come, and is about to be drawn."""
+        """Notes a unit that has arrived and is about to be drawn."""
         if sequence != self._next:
             self._uneasy_at = now
         self._next = (sequence + 1) & 0xFFFFFFFF
 
     def drawn(self, sequence: int, captured_at: float | None, rate_hz: float, now: float) -> Got | None:
-        """This one is done with, and all before it. `captured_at`: None where that is not known."""
+        """Notes that this one and all before it are done. `captured_at`: None if not known."""
         if self._uneasy_at is None or captured_at is None or self._is_late(now - captured_at, now):
             self._uneasy_at = now
         self._newest, self._unsaid, self._drawn_at = sequence, True, now
@@ -69,13 +69,13 @@ class GotCadence:
 
     @property
     def look_at(self) -> float:
-        """When `look` has something to say, if nothing is drawn before; it may be over then, and later."""
+        """When `look` may have a report, if nothing is drawn before; by then it may be obsolete, and due later."""
         if self._promised:
             return self._expected_at
         return self._said_at + AT_LAST_S if self._unsaid else float("inf")
 
     def look(self, now: float) -> Got | None:
-        """The time has come."""
+        """Returns the report that is due."""
         if self._newest is None or now < self.look_at:
             return None
         if self._promised:

@@ -1,7 +1,7 @@
-"""Flies the vehicle that carries the camera, so that the picture moves: up, and round and round. Plain MAVLink by UDP.
+"""Flies the vehicle that carries the camera, so that the picture moves: up, then in circles. Plain MAVLink over UDP.
 
-It is a vehicle of its own in the simulator's process, not the one that the agent speaks with: what flies the camera has
-no part in what is measured.
+It is a separate vehicle in the simulator's process, not the agent's: flying the camera takes no part in the
+measurement.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ _POSITION: Final = mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT
 
 
 class OrbitPilot:
-    """Asks again every 2 s for what is not there yet. `circles`: it is up, and was sent round."""
+    """Repeats unconfirmed requests every 2 s. `circles`: it is up, and has been sent into circles."""
 
     def __init__(self) -> None:
-        """Of the host that this thread is in."""
+        """On the host of the calling thread."""
         self.circles = False
         self._height_m = 0.0
         self._vehicle: tuple[str, int] | None = None

@@ -1,6 +1,6 @@
-"""Feeds both relays with the same units at the same times, so that what is compared is the relays alone.
+"""Feeds both relays with the same units at the same times, so that only the relays are compared.
 
-The units are recorded from the real agent first. Then the tower gets them from an agent of the bench's own, linked and
+The units are recorded from the real agent first. Then the tower gets them from an agent of the benchmark, linked and
 kept alive, which flies nothing; the Node relay gets the MPEG-TS in each of them as one piece of a POST.
 """
 
@@ -27,12 +27,14 @@ from wire.video import AGENT_VIDEO_SUBPROTOCOL, VIDEO, VIEWER_VIDEO_SUBPROTOCOL,
 RECORD_S: Final = 8.0
 
 Recorded = list[tuple[float, Unit]]
-"""Seconds from the first, which is a key picture, to each. After the last one another key came: it can be repeated."""
+"""Seconds from the first, which is a key picture, to each. Another key followed the last, so the recording can
+repeat."""
 Send = Callable[[Unit], Awaitable[None]]
 
 
 async def recorded(url: str, path: str, cookie: str) -> Recorded:
-    """What a viewer of the tower gets, and when, from the second key picture on: what comes before is of the past."""
+    """Records what a viewer of the tower gets, with times, from the second key picture on: earlier units are
+    backlog."""
     came: Recorded = []
     keys: list[int] = []
 
@@ -61,7 +63,7 @@ async def recorded(url: str, path: str, cookie: str) -> Recorded:
 
 @contextlib.asynccontextmanager
 async def _played(units: Recorded, send: Send) -> AsyncIterator[None]:
-    """Over and over until the block ends, numbered as one stream."""
+    """Repeats until the block ends, numbered as one stream."""
     period_s = units[-1][0] + units[-1][0] / (len(units) - 1)
 
     async def play() -> None:
@@ -93,7 +95,7 @@ async def quiet_tower(folder: Path) -> AsyncIterator[tuple[LoadTower, LoadAgent]
 
 @contextlib.asynccontextmanager
 async def tower_fed(tower: LoadTower, agent: LoadAgent, units: Recorded) -> AsyncIterator[None]:
-    """The tower takes units of what it wants only: somebody has to watch."""
+    """The tower accepts only units that it has requested, so a viewer must be watching."""
     await wait_for("the ticket of the video channel", lambda: agent.video_wanted)
     assert agent.video_wanted is not None
     async with connect(
@@ -122,7 +124,7 @@ async def tower_fed(tower: LoadTower, agent: LoadAgent, units: Recorded) -> Asyn
 
 @contextlib.asynccontextmanager
 async def relay_fed(relay: Relay, units: Recorded) -> AsyncIterator[None]:
-    """As ffmpeg does it, a chunk for each picture."""
+    """A chunk for each picture, as ffmpeg does."""
     _, writer = await asyncio.open_connection(relay.address, relay.stream_port)
     head = f"POST /{SECRET} HTTP/1.1\r\nHost: {relay.address}\r\nTransfer-Encoding: chunked\r\n\r\n"
     writer.write(head.encode())

@@ -31,7 +31,7 @@ FLAGS: Final = (
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-sync",
-    "--disable-features=LocalNetworkAccessChecks",  # the peer's page may be from elsewhere than its relay
+    "--disable-features=LocalNetworkAccessChecks",  # the peer's page may have another origin than its relay
 )
 FIRST_PICTURE_S: Final = 30.0
 OUR_CANVAS: Final = "[data-testid=video-picture]"
@@ -42,7 +42,7 @@ PEERS_ORIGIN: Final = "http://jsmpeg.bench"
 
 
 class NothingSeen(Exception):
-    """No picture came to the screen."""
+    """No picture reached the screen."""
 
 
 def chromium_program() -> str | None:
@@ -51,12 +51,12 @@ def chromium_program() -> str | None:
 
 @contextlib.asynccontextmanager
 async def chromium(folder: Path, name: str, command_at: CommandAt) -> AsyncIterator[Browser]:
-    """`name`: of its start script, one for each. `command_at`: see bench.peers.jsmpeg."""
+    """`name`: of its start script, unique. `command_at`: see bench.peers.jsmpeg."""
     program = chromium_program()
     if program is None:
         raise RuntimeError("this needs Chromium (Debian: apt-get install chromium)")
     script = folder / f"chromium-{name}"
-    # Run by root, Chromium puts what draws above everything else on the machine; a person's does not.
+    # Run by root, Chromium gives its compositor priority over everything on the machine; for a user it does not.
     modest = ["setpriv", "--bounding-set=-sys_nice"] if shutil.which("setpriv") else []
     script.write_text(f'#!/bin/sh\nexec {shlex.join(command_at(*modest, program))} "$@"\n')
     script.chmod(0o700)
@@ -77,7 +77,7 @@ class Shown:
     looks: int = 0
     longest_gap_ms: float = 0.0
     reported_ms: list[float] = field(default_factory=list)
-    """What our page itself says of the delay, each time it was collected."""
+    """The delay that our page itself reports, at each collection."""
 
     async def watch(self, canvas: str) -> None:
         """Reads this canvas (a CSS selector) from now on. Raises NothingSeen."""
@@ -100,7 +100,7 @@ class Shown:
             self.reported_ms.append(float(reported))
 
     async def words(self) -> str:
-        """The beginning of what the page says, for errors."""
+        """Returns the beginning of the page's text, for errors."""
         return " ".join((await self.page.inner_text("body")).split())[:300]
 
 
@@ -128,7 +128,7 @@ async def peers_page(browser: Browser, jsmpeg: Jsmpeg, url: str, size: tuple[int
 
 
 async def our_page_built(folder: Path) -> Path:
-    """The console's video alone on a page (web/bench/video_page), built into `folder`. Raises RuntimeError."""
+    """Builds the console's video alone as a page (web/bench/video_page) into `folder`. Raises RuntimeError."""
     built = folder / "page"
     words = ("vite", "build", "bench/video_page", "--config", "vite.config.ts", "--outDir", str(built))
     process = await asyncio.create_subprocess_exec(
@@ -145,7 +145,7 @@ async def our_page_built(folder: Path) -> Path:
 
 @contextlib.asynccontextmanager
 async def our_page(browser: Browser, built: Path, address: str, setting: Setting) -> AsyncIterator[Shown]:
-    """The video of drone 1 to the operator, from the tower at `address`."""
+    """The video of drone 1 for the operator, from the tower at `address`."""
     context = await browser.new_context(ignore_https_errors=True)
     complaints: list[str] = []
     try:

@@ -1,4 +1,4 @@
-"""What is filmed and how, and the lines that it goes over."""
+"""Camera settings, and the lines."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ CODEC_WORDS: Final = {Codec.MPEG1: "mpeg1", Codec.H264: "h264"}
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """The camera's, and the stream that is asked for: both systems have the same size, rate and bit rate."""
+    """Camera and requested stream: both systems have the same size, rate and bit rate."""
 
     quality: Quality
     codec: Codec = Codec.MPEG1
@@ -50,7 +50,7 @@ H264: Final = Setting(Quality.HIGH, Codec.H264)
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """An access link, as the host sees it that has it."""
+    """An access link, from the view of its host."""
 
     words: str
     up: Profile
@@ -66,7 +66,7 @@ def _same(words: str, profile: Profile) -> Line:
 
 
 WIFI: Final = _same("Wi-Fi", Profile(delay_s=0.002, jitter_s=0.004, loss=0.001, rate_bps=20e6))
-"""2 to 6 ms each way, what its own repetitions leave of the losses."""
+"""2 to 6 ms each way, and the losses that remain after link-layer retries."""
 FOUR_G: Final = _same("4G", Profile(delay_s=0.025, loss=0.01))
 """50 ms round trip, 1 % of the packets lost each way."""
 THREE_G: Final = Line("3G", Profile(delay_s=0.075, rate_bps=1e6), Profile(delay_s=0.075, rate_bps=2e6))

@@ -1,8 +1,8 @@
-"""Sticks through the tower to a drone whose uplink is full of video, beside the same with none.
+"""Sticks through the tower to a drone whose uplink is full of video, compared with no video.
 
-The uplink takes 2 Mbit/s; our three qualities in both codecs at once want 3.4, the peer's ffmpeg is told to send 3. As
-our rate control leaves some of the line free, there is a round with something else beside our video that leaves none.
-What is really on the uplink is counted where the line is emulated, with all headers.
+The uplink takes 2 Mbit/s; our three qualities in both codecs at once need 3.4, the peer's ffmpeg is set to 3. Because
+our rate control leaves some of the line free, one round adds a bulk transfer to our video that leaves none. The line
+emulator counts the actual traffic on the uplink, with all headers.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ AUDIENCE, SEATS = "one video to 50 viewers", 50
 
 
 class SticksRig(VideoRig):
-    """The simulator is there for its camera; a stub is the autopilot, which tells each stick."""
+    """The simulator is there for its camera; a stub is the autopilot, which reports each stick."""
 
     autopilot: StubAutopilot
 
@@ -109,7 +109,7 @@ class Flown:
 
 
 async def _round(one: Trial, flown: Flown, viewers: list[Viewers], number: int) -> int:
-    """Adds to `flown`; the number of the next stick."""
+    """Adds to `flown`; returns the number of the next stick."""
     rig = one.rig
     assert isinstance(rig, SticksRig) and one.network is not None
     for each in viewers:
@@ -147,7 +147,7 @@ def _whats(bench: Bench) -> list[str]:
 
 @contextlib.asynccontextmanager
 async def _load(one: Trial, what: str) -> AsyncIterator[list[Viewers]]:
-    """Yields what can be asked for what came: the viewers' processes."""
+    """Yields the viewers' processes, for queries."""
     async with contextlib.AsyncExitStack() as stack:
         if what == SHARED:
             assert one.network is not None
@@ -168,7 +168,7 @@ async def _load(one: Trial, what: str) -> AsyncIterator[list[Viewers]]:
 
 
 async def _fly(rig: SticksRig, first: int, seconds: float) -> tuple[list[float], list[int]]:
-    """(milliseconds of each stick that came, the numbers of all that were sent)."""
+    """Returns (milliseconds of each stick that arrived, the numbers of all that were sent)."""
     timer = PreciseTimer()
     sent: dict[int, float] = {}
     begin = time.monotonic() + 0.2

@@ -1,4 +1,4 @@
-"""The clock strip in the simulator's pictures, as a page reads it back: what it says, how old a picture was (no I/O).
+"""The clock strip in the simulator's pictures, as read back by a page: its time, and the age of a picture (no I/O).
 
 The strip is 20 cells: black, white, 16 bits of Gray code (the highest first) of the Unix time in ms modulo 65,536 when
 the picture was rendered, the parity of these bits, its complement.
@@ -13,12 +13,12 @@ from typing import Final, NamedTuple
 CELLS: Final = 20
 WRAP_MS: Final = 1 << 16
 AHEAD_MS: Final = 1000
-"""A picture may seem to come so far from the future, were the clocks of two programs apart."""
+"""A picture may appear to be this far in the future, if the clocks of two programs differ."""
 _BITS: Final = 16
 
 
 def encode(unix_ms: int) -> int:
-    """The cells of a picture rendered then, as a number: cell 0 is the highest of 20 bits, white is 1."""
+    """Returns the cells of a picture rendered then, as a number: cell 0 is the highest of 20 bits, white is 1."""
     clock = unix_ms % WRAP_MS
     gray = clock ^ clock >> 1
     parity = gray.bit_count() & 1
@@ -26,7 +26,7 @@ def encode(unix_ms: int) -> int:
 
 
 def clock_ms(cells: int) -> int | None:
-    """What these cells say, 0..65535; None if they are no strip."""
+    """Decodes these cells, 0..65535; None if they are no strip."""
     if cells >> 18 != 1 or (cells >> 1 & 1) == (cells & 1):
         return None
     gray = cells >> 2 & (1 << _BITS) - 1
@@ -51,7 +51,7 @@ class Sight(NamedTuple):
 
 
 def sight(seen_ms: float, clock: int) -> Sight:
-    """Which moment the clock meant: the one from 64.5 s before it was seen to a second after."""
+    """Resolves the clock to a time from 64.5 s before it was seen to a second after."""
     age = (seen_ms - clock + AHEAD_MS) % WRAP_MS - AHEAD_MS
     return Sight(seen_ms, seen_ms - age)
 
@@ -63,7 +63,7 @@ class Screen:
     sights: list[Sight] = field(default_factory=list)
     """Each picture once, when it was first seen."""
     misread: int = 0
-    """Readings that are no strip: a picture that was torn, or not there."""
+    """Readings that are no strip: a torn or missing picture."""
     backward: int = 0
     """Pictures seen after a newer one."""
     _seen: set[int] = field(default_factory=set)
@@ -85,5 +85,5 @@ class Screen:
             self.sights.append(one)
 
     def between(self, begin_ms: float, end_ms: float) -> list[Sight]:
-        """Those seen then."""
+        """Returns those seen in this time."""
         return [one for one in self.sights if begin_ms <= one.seen_ms < end_ms]

@@ -1,6 +1,6 @@
-// Looks at a canvas at each animation frame and once between two: run in the page that shows it, with the CSS selector of
-// the canvas. `window.stripReader` then holds [Unix ms, cells] for each change of the clock strip (bench/video/strip.py),
-// how often it looked, and the longest time between two looks.
+// Reads a canvas at each animation frame and once between two. Runs in the page that shows it, with the CSS selector of
+// the canvas. `window.stripReader` then has [Unix ms, cells] for each change of the clock strip (bench/video/strip.py),
+// the number of reads, and the longest time between two reads.
 (selector) => {
   const CELLS = 20;
   const CELL_PX = 8;
@@ -11,7 +11,7 @@
 
   const copy = document.createElement('canvas');
   copy.width = CELLS * CELL_PX;
-  copy.height = STRIP_ROWS; // the rest of the picture falls outside
+  copy.height = STRIP_ROWS; // the rest of the picture is cropped
   const pen = copy.getContext('2d', { willReadFrequently: true, alpha: false });
   const reader = { readings: [], looks: 0, longestGapMs: 0 };
   let last = -1;
@@ -42,7 +42,7 @@
     if (lastLook) reader.longestGapMs = Math.max(reader.longestGapMs, at - lastLook);
     lastLook = at;
     see();
-    // What a worker draws comes to the page's canvas a little after the frame in which it goes to the screen has begun.
+    // A worker's drawing reaches the page's canvas shortly after the beginning of the frame that shows it.
     setTimeout(see, SECOND_LOOK_MS);
   }
 

@@ -26,7 +26,7 @@ USUAL: Final = Profile(delay_s=0.01)
 """Of the viewer's line, each way."""
 SHARE: Final = 3
 NEAR, FAR = "tower", "browser"
-"""The hosts of the viewer that is not throttled, and of the one that is."""
+"""The hosts of the unthrottled and of the throttled viewer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +91,7 @@ async def _watched(one: Trial, case: str, throttled: Shown, other: Shown) -> Non
 def announce(
     report: Report, case: str, times: Times, throttled: list[Sight], other: list[Sight], rate_hz: float
 ) -> None:
-    """The rows of both viewers."""
+    """Adds the rows of both viewers."""
     before, during = (_between(throttled, *span) for span in _spans(times))
     usual_ms = percentile(delays_ms(before), 0.95)
     report.add(case, "throttled: delay before, p95", usual_ms, "ms")
@@ -118,7 +118,7 @@ def _between(sights: list[Sight], begin_ms: float, end_ms: float) -> list[Sight]
 
 
 def _oldest(sights: list[Sight], times: Times) -> float:
-    """What stood on the screen when the throttle began counts as well."""
+    """The picture on the screen when the throttle began counts as well."""
     earlier = [one for one in sights if one.seen_ms < times.throttled][-1:]
     during = _between(sights, times.throttled, times.freed)
     after = next((one.seen_ms for one in sights if one.seen_ms >= times.freed), times.end)
@@ -126,7 +126,7 @@ def _oldest(sights: list[Sight], times: Times) -> float:
 
 
 def _over_time(report: Report, case: str, times: Times, viewers: dict[str, list[Sight]]) -> None:
-    """A row for each five seconds, counted from the throttle's beginning."""
+    """Adds a row for each five seconds, counted from the beginning of the throttle."""
     begin = times.throttled - BEFORE_S * 1000
     while begin + BIN_S * 1000 <= times.end + 1:
         since = (begin - times.throttled) / 1000

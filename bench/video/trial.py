@@ -1,4 +1,4 @@
-"""One place where both systems run side by side: a line or loopback, a camera's setting; and what is used in it."""
+"""One environment in which both systems run side by side: a line or loopback, a camera's setting, and the programs."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Bench:
     """Of each round, without its warm-up."""
     rounds: int
     parts: tuple[str, ...] = ()
-    """Only what has one of these in its name; none: everything."""
+    """Runs only cases with one of these in their name; empty: everything."""
 
     def has(self, case: str) -> bool:
         return not self.parts or any(part in case for part in self.parts)
@@ -56,7 +56,7 @@ class Trial:
     setting: Setting
     logs: Path
     browsers: dict[str, Browser] = field(default_factory=dict)
-    """By the host where they are."""
+    """By their host."""
 
     @contextlib.asynccontextmanager
     async def relay(self) -> AsyncIterator[Relay]:
@@ -68,7 +68,7 @@ class Trial:
 
     @contextlib.asynccontextmanager
     async def ffmpeg(self, relay: Relay, bits_per_s: int | None = None) -> AsyncIterator[int]:
-        """On the drone's host; its pid."""
+        """Runs on the drone's host; yields its pid."""
         one = self.setting
         async with ffmpeg_to(
             relay,
@@ -96,7 +96,7 @@ class Trial:
 
     @contextlib.asynccontextmanager
     async def shown(self, system: str) -> AsyncIterator[tuple[Shown, dict[str, list[int]]]]:
-        """The system alone, with a page that shows it; and the processes that it consists of, by their names."""
+        """Runs the system alone, with a page that shows it; also yields its processes by name."""
         rig = self.rig
         if system == OURS:
             async with self.ours_shown() as shown:
@@ -118,7 +118,7 @@ async def trial(
     browsers: tuple[str, ...] = ("browser",),
     kind: type[VideoRig] = VideoRig,
 ) -> AsyncIterator[Trial]:
-    """`lines`: by the host that has them; None: loopback, else the emulated network. `browsers`: hosts with one."""
+    """`lines`: by host; None: loopback, else the emulated network. `browsers`: hosts with one."""
     folder = bench.folder / name.replace("/", " ")
     async with contextlib.AsyncExitStack() as stack:
         network = None
@@ -136,6 +136,6 @@ async def trial(
 
 
 def report_used(report: Report, case: str, used_ms: dict[str, float], seconds: float) -> None:
-    """Rows with the processor of each, in percent of one."""
+    """Adds rows with the processor of each, in percent of one."""
     for name, ms in used_ms.items():
         report.add(case, f"processor of {name}", ms / seconds / 10, "% of one")

@@ -1,6 +1,6 @@
-"""For `bench video`: tower, agent and simulator as in the field, the agent with the simulator's camera, which flies.
+"""For `bench video`: tower, agent and simulator as in the field; the agent has the simulator's camera, which flies.
 
-The camera is MJPEG by HTTP on the drone's host; the peer's ffmpeg reads the same one there.
+The camera is MJPEG over HTTP on the drone's host; the peer's ffmpeg reads the same one there.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class VideoRig(Rig):
 
     @property
     def viewers_address(self) -> str:
-        """Where a browser finds the tower, from any host."""
+        """The tower's address for a browser on any host."""
         return self.address if self.public_address is None else self.public_address
 
     @property
@@ -56,7 +56,7 @@ class VideoRig(Rig):
         await self._start_agent(tower, token, f"udpin:127.0.0.1:{agent_port}")
 
     async def _start_camera(self, *first: str) -> None:
-        """The simulator; `first`: words for the vehicle that the agent has. The last one has the camera."""
+        """Starts the simulator; `first`: options for the agent's vehicle. The last vehicle has the camera."""
         with self._at_the_drone():
             self._camera_port = free_tcp_port()
             self._pilot = pilot = OrbitPilot()
@@ -87,7 +87,7 @@ class VideoRig(Rig):
         return _children(self.agent.pid)
 
     async def until_idle(self) -> None:
-        """Until the agent encodes nothing any more, so that it does not run beside the peer."""
+        """Waits until the agent has stopped encoding, so that it does not run beside the peer."""
         still = 0
 
         async def idle() -> bool:

@@ -1,7 +1,8 @@
-"""The process with the viewers of a fan-out: WebSocket clients that read everything, and count what is missing.
+"""The viewers' process of a fan-out: WebSocket clients that read everything, and count what is missing.
 
-`python -m bench.video.viewers` gets one JSON line: {"url", "path", "cookie", "subprotocol", "count", "units"}; says
-"ready" when every viewer has had something; then answers each further line with what came since the last, as JSON.
+`python -m bench.video.viewers` gets one JSON line: {"url", "path", "cookie", "subprotocol", "count", "units"}; prints
+"ready" when every viewer has received something; then answers each further line with what arrived since the last, as
+JSON.
 """
 
 from __future__ import annotations
@@ -25,20 +26,20 @@ FIRST_S: Final = 30.0
 
 @dataclass
 class Tally:
-    """Of one viewer, since the last question."""
+    """Of one viewer, since the last query."""
 
     messages: int = 0
     bytes: int = 0
     missing: int = 0
     """Units, or packets of MPEG-TS."""
     skipped: int = 0
-    """Of those units what the tower says that it left out, as this viewer was too slow for them."""
+    """Those of the missing units that the tower reports as skipped, because this viewer was too slow."""
     breaks: int = 0
     ages_ms: list[float] = field(default_factory=list)
 
 
 class UnitViewer:
-    """Of the tower: numbers in the units' heads, and it says what it got."""
+    """A viewer of the tower: counts by the numbers in the units' heads, and sends `got`."""
 
     def __init__(self, browser: LeanBrowser) -> None:
         self.tally = Tally()
@@ -85,7 +86,7 @@ class UnitViewer:
 
 
 class StreamViewer:
-    """Of the Node relay: MPEG-TS in pieces of any size."""
+    """A viewer of the Node relay: MPEG-TS in pieces of any size."""
 
     def __init__(self, browser: LeanBrowser) -> None:
         self.tally = Tally()

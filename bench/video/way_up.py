@@ -1,4 +1,4 @@
-"""What the drone's uplink does to anything small that goes over it: stamped datagrams from the drone to the tower."""
+"""How the drone's uplink treats small datagrams: stamped datagrams from the drone to the tower."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from bench.namespaces import Network
 EVERY_S: Final = 0.05
 _STAMP: Final = Struct("<d")
 _PADDING: Final = b"\0" * 60
-"""As long as a sealed frame of telemetry is."""
+"""As long as a sealed frame of telemetry."""
 
 
 class WayUp:
-    """Milliseconds of each datagram that came, and how many were sent."""
+    """Milliseconds of each datagram that arrived, and how many were sent."""
 
     def __init__(self, network: Network) -> None:
         with network.inside("tower"):
@@ -41,7 +41,7 @@ class WayUp:
             await asyncio.sleep(EVERY_S)
 
     async def rest(self) -> None:
-        """Sends no more; what is on the way comes, even from a queue that is full."""
+        """Stops sending; waits for datagrams in transit, even from a full queue."""
         self._speaking.cancel()
         await asyncio.sleep(BUFFER_S + 0.5)
 
@@ -67,7 +67,7 @@ def _socket(address: str) -> socket.socket:
 
 @contextlib.asynccontextmanager
 async def way_up(network: Network) -> AsyncIterator[WayUp]:
-    """Until the block ends."""
+    """Runs until the block ends."""
     probe = WayUp(network)
     try:
         yield probe

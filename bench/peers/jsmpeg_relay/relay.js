@@ -1,5 +1,5 @@
-// JSMpeg's way to carry live video: MPEG-TS comes in by HTTP POST, and each piece of it, as it comes, goes out to every
-// WebSocket. No queues of its own, no key pictures for late joiners, no bound for a viewer that does not read.
+// JSMpeg's transport for live video: MPEG-TS arrives by HTTP POST, and each piece is sent at once to every WebSocket. It
+// has no queues, no key pictures for late joiners, and no limit for a viewer that does not read.
 //
 //   node relay.js ADDRESS SECRET    prints {"stream": PORT, "viewers": PORT}; ffmpeg posts to http://ADDRESS:PORT/SECRET
 'use strict';
@@ -23,7 +23,7 @@ const stream = http.createServer((request, response) => {
   });
   request.on('end', () => response.end());
 });
-stream.requestTimeout = 0; // Node would end a stream after five minutes
+stream.requestTimeout = 0; // by default Node ends a stream after five minutes
 
 viewers.on('listening', () => {
   stream.listen(0, address, () => {
