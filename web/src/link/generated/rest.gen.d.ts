@@ -1773,7 +1773,7 @@ export interface components {
             readonly version: string;
         };
         /**
-         * @description Stage of an open hold.
+         * @description The stage of an open hold.
          * @enum {string}
          */
         readonly HoldStage: "none" | "altitude" | "stay";
@@ -1909,7 +1909,7 @@ export interface components {
             readonly simulated: boolean;
         };
         /**
-         * @description Who is away.
+         * @description Who is lost.
          * @enum {string}
          */
         readonly Lost: "tower" | "person";
@@ -1919,7 +1919,7 @@ export interface components {
          */
         readonly LostAction: "return" | "land" | "continue" | "stay";
         /**
-         * @description Phase of the lost action.
+         * @description The phase of the lost action.
          * @enum {string}
          */
         readonly LostPhase: "quiet" | "counting" | "stayed" | "asking" | "done";
