@@ -6,7 +6,7 @@ Trusts only what it reads back. I/O only by the journal; takes `now`.
     WRITING      the intent is in the journal; the new plan is being written
     READING      reads back. The new plan: done  /  the old one: untouched  /  else RESTORING
     RESTORING    the old plan is being written
-    PROVING      reads back. The old plan: restored  /  else RESTORING again, until the plan counts as unknown
+    PROVING      reads back. The old plan: restored  /  else RESTORING again; after MAX_RESTORES it is unknown
 
 Recovery after a crash starts at READING, with both plans from the journal.
 

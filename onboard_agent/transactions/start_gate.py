@@ -109,7 +109,7 @@ class LatestStart:
         self._arms = False
 
     def passed(self, frame: bytes, now: float) -> None:
-        """Records a start (`starts_mission`) sent now. A choice of item only affects a mission that already flies."""
+        """Records a start (`starts_mission`) sent now. Ignores a choice of item, which starts nothing new."""
         command = _command(frame)
         if command == mavlink.MAV_CMD_DO_SET_MISSION_CURRENT or message_id(frame) not in _COMMANDS | {_OLD_MODE}:
             return

@@ -1,9 +1,9 @@
 """Checks the health of the video process by its reports and its thread states. No I/O.
 
-Silence is reported soon, because no pictures arrive then, whatever the reason. Silence alone does not end the process:
-on a busy computer a healthy process may wait long for its turn. The system then shows one of its threads as ready to
-run, or waiting for the disk. If instead all threads are stopped or asleep, the process hangs: its event loop never
-sleeps longer than a tenth of a second, unless another thread holds Python's lock.
+Silence is reported soon, because no pictures arrive then, whatever the reason. A short silence alone does not end the
+process: on a busy computer a healthy process may wait long for its turn. The system then shows one of its threads as
+ready to run, or waiting for the disk. If instead all threads are stopped or asleep, the process hangs: its event loop
+never sleeps longer than a tenth of a second, unless another thread holds Python's lock.
 """
 
 from enum import Enum
