@@ -7,7 +7,7 @@ one round trip, within milliseconds on a fast line, and never before the answer 
 from typing import Final
 
 MIN_S: Final = 0.06
-"""An autopilot polls its serial line 50 to 400 times a second, and some of its tasks delay that further."""
+"""An autopilot polls its line 50 to 400 times a second, and some of its tasks delay that further."""
 MEAN_WEIGHT: Final = 1 / 8
 DEVIATION_WEIGHT: Final = 1 / 4
 DEVIATIONS: Final = 4.0

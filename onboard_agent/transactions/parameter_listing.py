@@ -1,16 +1,15 @@
-"""Reads all parameters: the list as the autopilot sends it, then the missing ones by number. No I/O.
+"""Reads all parameters: the list from the autopilot, then each missing value by its index. No I/O.
 
 Rules, each tested:
-
-- Values are counted by their number in the list, whatever the name; a repeated name has the newer value.
-- If the count changes on the way, all numbers move; the same if a name appears at two numbers: the list restarts, a few
-  times at most.
-- While the list flows, nothing else is requested; it is over when its last number arrived or it is silent.
-- A missing number is requested again after about a measured round trip.
-- If so many are missing that single requests would take longer than the list did, the list is requested again, and
-  known values stay: an autopilot that lists a thousand a second may answer single requests far more slowly.
-- If PX4 reports the hash of all parameters before the list and the same one after it, the table must match that hash.
-- A table is complete, or the reading failed.
+- Received values are counted by index, whatever their name; a name that is sent again has the newer value.
+- A change of the parameter count during the reading shifts all indexes, and so does a name that appears at two indexes:
+  the list is requested again, at most a few times.
+- While the list flows nothing else is requested; it is over when its last index arrives or when it falls silent.
+- A value that does not arrive is requested again after about one measured round trip.
+- If single requests would take longer than the list did, at their measured pace, the list is requested again and known
+  values stay: an autopilot that sends a thousand in a second as a list may answer single requests far more slowly.
+- If PX4 sends the same hash of all parameters before and after the list, the table has that hash.
+- The result is a complete table or a failure.
 """
 
 from dataclasses import dataclass
@@ -24,16 +23,16 @@ from wire.parameters import MAX_ENTRIES, Parameter, Table, by_name
 
 MAX_RESTARTS: Final = 5
 SETTLE_S: Final = 0.3
-"""After a change of their number: one switch brings many of them, and what is on its way is of the old count."""
+"""After a change of the count: one switch adds many parameters, and values in transit have the old count."""
 HASH_TRIES: Final = 2
 MAX_REPEATS: Final = 4
 GAPS_MEASURED: Final = 12
-"""This many single answers show their pace."""
+"""Single answers needed to estimate their rate."""
 
 
 @dataclass(frozen=True, slots=True)
 class Listed:
-    """`autopilot_hash`: PX4's hash of exactly this table, if it reported one."""
+    """`autopilot_hash`: PX4's hash of exactly this table, if it sent one."""
 
     table: Table
     count: int
@@ -42,7 +41,7 @@ class Listed:
 
 @dataclass(frozen=True, slots=True)
 class Unchanged:
-    """The autopilot has the hash that it had: nothing was read."""
+    """The hash of the autopilot is unchanged: nothing was read."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +53,7 @@ class ListingFailed:
 
 @dataclass(frozen=True, slots=True)
 class _Asked:
-    """For a number: count of requests, time of the last, and deadline of the answer."""
+    """Requests for one index: how many, when the last one was sent, and how long to wait for an answer."""
 
     tries: int
     at: float
@@ -65,10 +64,10 @@ _NEVER_ASKED: Final = _Asked(0, 0.0, float("-inf"))
 
 
 class ParameterListing:
-    """Call `due` at each tick and after each `heard`, until `end` is set."""
+    """Call `due` at each tick and after each `receive`, until `end` is set."""
 
     def __init__(self, talk: ParameterFrames, pace: Pace, *, known_hash: bytes | None = None) -> None:
-        """`known_hash`: of the remembered table, if the autopilot reported one."""
+        """`known_hash`: the autopilot's hash of the remembered table, if it sent one."""
         self._talk = talk
         self._pace = pace
         self._known_hash = known_hash
@@ -77,7 +76,7 @@ class ParameterListing:
         self._asking_hash = False
         self._restarts = 0
         self._hash: bytes | None = None
-        """As reported before the list."""
+        """The hash sent before the list."""
         self._count = 0
         self._names: dict[int, str] = {}
         self._values: dict[str, Parameter] = {}
@@ -87,9 +86,9 @@ class ParameterListing:
         self._flow_began_at = 0.0
         self._longest_pause_s = 0.0
         self._list_ended = False
-        """Its last number arrived without a request."""
+        """The last index arrived as part of the list, not as a requested value."""
         self._missing: dict[int, None] | None = None
-        """Numbers that the list did not tell; None while it flows."""
+        """Indexes missing from the list; None while it flows."""
         self._gaps_began_at = 0.0
         self._gaps_requested = 0
         self._repeats = 0
@@ -102,11 +101,11 @@ class ParameterListing:
 
     @property
     def progress(self) -> tuple[int, int]:
-        """Parameters received, and in all (0: not known yet)."""
+        """Parameters received, and in total (0: not known yet)."""
         return len(self._names), self._count
 
     def receive(self, received: ParamValue, now: float) -> None:
-        """A PARAM_VALUE of the autopilot, whoever requested it."""
+        """Takes a PARAM_VALUE of the autopilot, whoever requested it."""
         if self.end is not None:
             return
         if received.name == HASH_NAME:
@@ -136,7 +135,7 @@ class ParameterListing:
             return []
         return self._gaps(now)
 
-    # Inside.
+    # Internals.
 
     def _ask_list(self) -> None:
         self._asking_hash = False
@@ -149,7 +148,7 @@ class ParameterListing:
         self._question.ask(self._talk.ask_name(HASH_NAME), self._pace.answer_s)
 
     def _silent(self) -> None:
-        """Nobody has answered the question."""
+        """The request got no answer."""
         if not self._asking_hash:
             self.end = ListingFailed("the autopilot does not answer")
         elif self._complete:
@@ -171,7 +170,7 @@ class ParameterListing:
             self._ask_list()
 
     def _accept_count(self, count: int, now: float) -> bool:
-        """Whether a value with this count belongs to the present list."""
+        """Returns whether a value with this count belongs to the list being read."""
         known, self._count = self._count, count
         if known and self._streaming:
             self._restart(now)
@@ -185,7 +184,7 @@ class ParameterListing:
         self._hash = None
         self._flowed_at = None
         self._list_ended, self._missing = False, None
-        self._streaming = False  # what comes until the list is asked for again is of neither
+        self._streaming = False  # values that arrive before the next request belong to neither list
         self._begin_at = now + SETTLE_S
         self._restarts += 1
         if self._restarts > MAX_RESTARTS:
@@ -217,7 +216,7 @@ class ParameterListing:
     def _all_received(self, now: float) -> None:
         doubled = len(set(self._names.values())) < self._count
         if doubled and not self._restarts:
-            self._restart(now)  # they moved while they were read; where that is not why, it is so the second time too
+            self._restart(now)  # the indexes shifted during the reading; if that is not the cause, it happens again
         elif self._hash is not None:
             self._ask_hash()
         else:
@@ -241,7 +240,7 @@ class ParameterListing:
         return not self._list_ended and self._flowed_at is not None and now - self._flowed_at < quiet_s
 
     def _list_is_faster(self, now: float) -> bool:
-        """Whether the rest would come sooner with the whole list than number by number, at the pace of either."""
+        """Returns whether the whole list would be faster than single requests for the rest, at their measured rates."""
         assert self._missing is not None and self._flowed_at is not None
         if self._repeats >= MAX_REPEATS or self._gaps_requested < GAPS_MEASURED:
             return False

@@ -1,4 +1,4 @@
-"""The parameter table that the agent remembers from one start to the next. No I/O.
+"""The parameter table that the agent remembers across restarts. No I/O.
 
 A record belongs to one autopilot, identified by its chip number (AUTOPILOT_VERSION) or, without one, by system id and
 kind. It is a cache: an unreadable or incomplete record counts as none.
@@ -16,17 +16,17 @@ MAX_RECORD_BYTES: Final = 2 * MAX_PACKED_TABLE_BYTES
 
 
 class ParameterStore(Protocol):
-    """One record for each autopilot. May fail in silence: then nothing is remembered."""
+    """One record for each autopilot. May fail silently; then nothing is remembered."""
 
     def load(self, autopilot: str) -> bytes | None:
-        """The record, or None. `autopilot`: letters, digits and hyphens."""
+        """Returns the record, or None. `autopilot`: letters, digits and hyphens."""
 
     def save(self, autopilot: str, record: bytes) -> None:
-        """In the place of the one before."""
+        """Replaces the previous record."""
 
 
 class Remembered(msgspec.Struct, frozen=True):
-    """The last known table. `count`: by the autopilot. `autopilot_hash`: PX4's hash of it."""
+    """The last known table. `count`: as the autopilot counts. `autopilot_hash`: PX4's hash of the table."""
 
     table: Table
     count: int
@@ -43,7 +43,7 @@ _decoder: Final = msgspec.json.Decoder(_Record)
 
 
 def chip_name(version: object) -> str | None:
-    """The name of an autopilot by its AUTOPILOT_VERSION; None where that does not tell the chip."""
+    """The name of an autopilot from its AUTOPILOT_VERSION; None if that does not identify the chip."""
     uid2 = bytes(getattr(version, "uid2", b"") or b"")
     if any(uid2):
         return f"chip-{uid2.hex()}"
@@ -52,20 +52,20 @@ def chip_name(version: object) -> str | None:
 
 
 def place_name(*, system_id: int, autopilot_kind: int) -> str:
-    """The name of an autopilot that does not tell its chip."""
+    """The name of an autopilot that does not report its chip."""
     kind = mavlink.enums["MAV_AUTOPILOT"].get(autopilot_kind)
     name = str(autopilot_kind) if kind is None else str(kind.name).removeprefix("MAV_AUTOPILOT_").lower()
     return f"{name.replace('_', '-')}-{system_id}"
 
 
 def remember(store: ParameterStore, autopilot: str, what: Remembered) -> None:
-    """Saves it."""
+    """Saves the table."""
     record = _Record(pack_table(what.table), what.count, what.autopilot_hash)
     store.save(autopilot, msgspec.json.encode(record))
 
 
 def recall(store: ParameterStore, autopilot: str) -> Remembered | None:
-    """What was saved last, if it is whole."""
+    """Returns the saved table if it is complete."""
     saved = store.load(autopilot)
     if saved is None or len(saved) > MAX_RECORD_BYTES:
         return None

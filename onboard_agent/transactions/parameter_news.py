@@ -1,10 +1,9 @@
-"""Reports of the parameter table for the tower: whole by its hash, or change by change. No I/O; takes `now`.
+"""Reports the parameter table to the tower: as a whole by its hash, or change by change. No I/O; takes `now`.
 
 Rules, each tested:
-
-- A few changes are reported one by one, each with the hashes before and after it; many at once as another table.
-- At most once in SEND_EVERY_S, and nothing twice.
-- A new tower first gets the present state.
+- A few changes are reported one by one, each with the hash before and after it; many changes count as another table.
+- Reports are sent at most once in SEND_EVERY_S, and never twice.
+- A new tower first receives the current state.
 """
 
 from typing import Final
@@ -16,19 +15,19 @@ from wire.transactions import ParameterCache, ParameterChanged
 
 SEND_EVERY_S: Final = 0.5
 MAX_CHANGES: Final = 4
-"""Each costs a hash over the whole table, on a slow computer some milliseconds, and sticks may pass."""
+"""Each change hashes the whole table, which takes some milliseconds on a slow computer and may delay sticks."""
 
 News = ParameterCache | ParameterChanged
 
 
 class ParameterNews:
-    """Keeps the table. `learnt`, `put` and `reading` change what there is to tell, `due` tells it."""
+    """Keeps the table. `learnt`, `put` and `reading` change what to report, `due` reports it."""
 
     def __init__(self) -> None:
         self.values: dict[str, Parameter] = {}
-        """By name, as far as they are known: nothing, or a whole table."""
+        """By name: empty, or a complete table."""
         self.verified = False
-        """Whether the autopilot itself has sent all of them since it connected."""
+        """Whether the autopilot itself has sent the whole table since it came."""
         self._progress = (0, 0)
         self._hash: str | None = None
         self._changed: dict[str, None] = {}
@@ -38,7 +37,7 @@ class ParameterNews:
 
     @property
     def table(self) -> Table:
-        """As it is."""
+        """The current table."""
         return by_name(self.values.values())
 
     @property
@@ -50,20 +49,20 @@ class ParameterNews:
 
     @property
     def is_sent(self) -> bool:
-        """Whether the tower knows anything of them."""
+        """Whether anything was reported to the tower."""
         return self._sent is not None
 
     def forget(self) -> None:
-        """Nothing that was known holds."""
+        """Discards the table."""
         self.learnt((), verified=False)
 
     def doubt(self) -> None:
-        """The table may have changed: it counts as remembered until it is read again."""
+        """The table may have changed: it counts as remembered until it is received again."""
         self.verified = False
         self._progress = (0, 0)
 
     def learnt(self, table: Table, *, verified: bool) -> None:
-        """The whole table."""
+        """Replaces the whole table."""
         self.values = {one.name: one for one in table}
         self.verified = verified
         self._progress = (0, 0)
@@ -71,7 +70,7 @@ class ParameterNews:
         self._hash = None
 
     def put(self, parameter: Parameter) -> bool:
-        """A value arrived. Returns whether it is new; without a table it is not kept."""
+        """Takes one received parameter. Returns whether it is new; without a table it is not kept."""
         if not self.values or self.values.get(parameter.name) == parameter:
             return False
         self.values[parameter.name] = parameter
@@ -80,16 +79,16 @@ class ParameterNews:
         return True
 
     def reading(self, done: int, total: int) -> None:
-        """Progress of a list: this many have arrived."""
+        """Takes the progress of a list that is being read."""
         self._progress = (done, total)
 
     def resend(self) -> None:
-        """The tower may know nothing."""
+        """The tower may know nothing: sends the state again."""
         self._sent = None
         self._sent_at = float("-inf")
 
     def due(self, now: float, *, at_once: bool = False) -> list[News]:
-        """The reports due now. `at_once`: whatever the time of the last report."""
+        """Returns the reports to send now. `at_once` ignores SEND_EVERY_S."""
         if now - self._sent_at < SEND_EVERY_S and not at_once:
             return []
         news: list[News] = []
@@ -109,8 +108,7 @@ class ParameterNews:
         return news
 
     def _changes(self, before: str) -> list[News]:
-        """Changes one by one, unless the table differs by more than these: then none, and it is reported as another
-        table."""
+        """Returns the changes one by one; nothing if the table differs by more, and so counts as another table."""
         values = dict(self._sent_values)
         changes: list[News] = []
         for name in self._changed:

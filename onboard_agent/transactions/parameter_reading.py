@@ -1,11 +1,10 @@
-"""Reads all parameters in the autopilot's fastest way: its file of them, else its list. No I/O.
+"""Reads all parameters in the fastest way that the autopilot offers: its parameter file, else its list. No I/O.
 
 Rules, each tested:
-
-- The file is requested if the autopilot offers files. The result is a whole table or nothing.
-- If the file is not available, or is inconsistent twice (values change during the read), the list is read instead, each
-  time.
-- A value that arrives during the read is newer than the file.
+- The file is requested if the autopilot has files. The result is a complete table or nothing.
+- If the file is not available, or twice invalid (it may change during the reading), the list is read instead, and a new
+  reading starts with the file again.
+- A value received while the file is read is newer than the file.
 """
 
 from typing import Final
@@ -20,16 +19,16 @@ from wire.parameters import Parameter, by_name
 
 FILE_TRIES: Final = 2
 USUAL_ENTRY_BYTES: Final = 12
-"""Bytes of the file per parameter, to report progress."""
+"""Typical size of one parameter in the file, to estimate progress."""
 
 
 class ParameterReading:
-    """Call `due` at each tick and after each `heard` and `heard_file`, until `end` is set."""
+    """Call `due` at each tick and after each `receive` and `heard_file`, until `end` is set."""
 
     def __init__(
         self, talk: ParameterFrames, pace: Pace, *, files: FileFrames | None, known_hash: bytes | None
     ) -> None:
-        """`files`: where the autopilot has files. `known_hash`: as of ParameterListing."""
+        """`files`: None if the autopilot has no files. `known_hash`: as for ParameterListing."""
         self._talk = talk
         self._pace = pace
         self._files = files
@@ -45,7 +44,7 @@ class ParameterReading:
 
     @property
     def progress(self) -> tuple[int, int]:
-        """Parameters received, and in all (0: not known yet)."""
+        """Parameters received, and in total (0: not known yet)."""
         if self._listing is not None:
             return self._listing.progress
         if self._file is None:
@@ -54,7 +53,7 @@ class ParameterReading:
         return min(total, self._file.received_bytes // USUAL_ENTRY_BYTES), total
 
     def receive(self, received: ParamValue, now: float) -> bool:
-        """A PARAM_VALUE of the autopilot, whoever requested it. Returns whether the list being read takes it."""
+        """Takes a PARAM_VALUE, whoever requested it. Returns whether it added to the list being read."""
         if self._listing is None:
             if received.parameter is not None:
                 self._newer[received.name] = received.parameter
@@ -64,7 +63,7 @@ class ParameterReading:
         return self._listing.progress[0] > before
 
     def heard_file(self, answer: FileAnswer, now: float) -> None:
-        """The autopilot answers us about a file."""
+        """Takes an answer about the file."""
         if self._file is not None:
             self._file.receive(answer, now)
 
@@ -82,7 +81,7 @@ class ParameterReading:
             self.end = self._listing.end
         return out
 
-    # Inside.
+    # Internals.
 
     def _open(self, files: FileFrames) -> FileRead:
         self._file_tries += 1

@@ -1,12 +1,11 @@
 """Writes parameters one after another, and trusts only what it reads back. No I/O; takes `now`.
 
 Rules, each tested:
-
-- In the given order; the next is not sent before the last was read back or given up.
-- An impossible value is refused without being sent: not a number, a fraction for an integer, outside the type's range.
-- A parameter outside the table is requested by name first: its type decides the encoding of its value.
-- For each parameter without the requested value, the result says in words what the autopilot has.
-- When cancelled, it completes the present one and starts no other. After two without an answer it stops by itself.
+- Parameters are written in the given order; each is read back or given up before the next is sent.
+- An invalid value is refused without being sent: not a number, a fraction for an integer, out of range for its kind.
+- A parameter that is not in the table is requested by name first: its kind decides how its value is encoded.
+- The final value of each parameter that differs from the requested one is reported, in words.
+- A stopped write finishes its current parameter and begins no other. After two unanswered ones it stops by itself.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,7 +21,7 @@ from wire.parameters import Parameter
 from wire.transactions import MAX_REFUSALS, Outcome, ParameterRefusal
 
 MAX_SETS: Final = 2
-"""A value that is on its way from a list may be older than the one that was set."""
+"""A value already on its way from a list may be older than the one that was set."""
 MAX_SILENT: Final = 2
 MAX_NAMES_LISTED: Final = 5
 
@@ -45,7 +44,7 @@ class _At(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class WriteEnd:
-    """`refusals`: the first MAX_REFUSALS of `refused`."""
+    """`refusals`: the first MAX_REFUSALS of `refused` refusals."""
 
     outcome: Outcome
     words: str
@@ -54,7 +53,7 @@ class WriteEnd:
 
 
 class ParameterWrite:
-    """Call `due` at each tick and after each `heard`, until `end` is set."""
+    """Call `due` at each tick and after each `receive`, until `end` is set."""
 
     def __init__(
         self,
@@ -63,14 +62,14 @@ class ParameterWrite:
         known: Mapping[str, Parameter],
         pace: Pace,
     ) -> None:
-        """`known`: the table as far as it is known."""
+        """`known`: the known part of the table."""
         self._talk = talk
         self._values = values
         self._known = known
         self._pace = pace
         self._next = 0
         self._at: _At | None = None
-        """Of the present one; None between two."""
+        """State of the current parameter; None between two parameters."""
         self._question = Repeated(pace.tries)
         self._kind = 0
         self._sets = 0
@@ -84,11 +83,11 @@ class ParameterWrite:
 
     @property
     def progress(self) -> tuple[int, int]:
-        """Parameters that are done with, and all."""
+        """Parameters finished, and in total."""
         return self._next - (self._at is not None), len(self._values)
 
     def stop(self, outcome: Outcome, why: str, *, at_once: bool = False) -> None:
-        """`why`: without a full stop. `at_once`: what the autopilot makes of the current one is not waited for."""
+        """`why`: without a full stop. `at_once`: does not wait for the autopilot's answer to the current parameter."""
         if self._stopped is None:
             self._stopped = outcome, why
         if at_once and self._at is not None:
@@ -96,7 +95,7 @@ class ParameterWrite:
             self._refuse(_NOT_ANSWERED)
 
     def receive(self, received: ParamValue, now: float) -> None:
-        """A PARAM_VALUE of the autopilot."""
+        """Takes a PARAM_VALUE of the autopilot."""
         if self._at is None or received.name != self._name or self.end is not None:
             return
         self._silent = 0
@@ -115,7 +114,7 @@ class ParameterWrite:
             self._refuse(self._difference)
 
     def refused(self, message: Any) -> None:
-        """A PARAM_ERROR of the autopilot."""
+        """Takes a PARAM_ERROR of the autopilot."""
         if self._at is not None and message.param_id == self._name and self.end is None:
             self._silent = 0
             self._refuse(_ERRORS.get(message.error, f"The autopilot answers with error {message.error}."))
@@ -134,7 +133,7 @@ class ParameterWrite:
             self._give_up()
         return []
 
-    # Inside.
+    # Internals.
 
     @property
     def _name(self) -> str:

@@ -1,10 +1,9 @@
-"""Whether another program changed a plan on board, or exchanges plans with the autopilot. No I/O.
+"""Detects plan changes by others, and plan transfers between others and the autopilot. No I/O.
 
 Rules, each tested:
-
-- Another program's upload through the tower may have changed the plan from its first frame on.
-- An upload that the autopilot acknowledges to another program has changed it.
-- So has one after which MISSION_CURRENT shows another number of items, or another id, than after our own last read.
+- A client that begins to write a plan through the tower may have changed it from that moment on.
+- An upload that the autopilot acknowledges to another client has changed the plan.
+- So has a MISSION_CURRENT whose item count or id differs from the first one after our own last reading.
 """
 
 from struct import Struct
@@ -15,7 +14,7 @@ from wire.frames import message_id, payload
 from wire.plans import PlanKind
 
 QUIET_S: Final = 3.0
-"""Ground stations repeat themselves after 1.5 s: after this much silence a transfer has ended, or was given up."""
+"""Ground stations retry after 1.5 s: after this silence a transfer is over, or given up."""
 
 _ID: Final = "MAVLINK_MSG_ID_MISSION_"
 _FENCE_POINT: Final = mavlink.MAVLINK_MSG_ID_FENCE_POINT
@@ -34,41 +33,41 @@ TALK: Final = _BEGINS_TO_WRITE | {
 """Messages of the mission protocol, in both directions."""
 
 _ALL: Final = 255
-# The identities are younger than the dialect that is installed: seq, total, mission_state, mission_mode, then three.
+# The ids are newer than the installed dialect: seq, total, mission_state, mission_mode, then three ids.
 _CURRENT: Final = Struct("<HHBBIII")
 
 
 class PlanChanges:
-    """Tell it what passes; take what may have changed with `take`."""
+    """Feed it the passing messages; `pop` returns the kinds that may have changed."""
 
     def __init__(self) -> None:
         self._changed: set[PlanKind] = set()
         self._talked_at = float("-inf")
         self._current: dict[PlanKind, int] = {}
-        """MISSION_CURRENT's report since our own last read."""
+        """Contents of MISSION_CURRENT since our own last reading."""
 
     def quiet(self, now: float) -> bool:
-        """Whether no other program exchanges plans with the autopilot."""
+        """Whether no other client is exchanging plans with the autopilot."""
         return now - self._talked_at >= QUIET_S
 
     def checked(self, kind: PlanKind) -> None:
-        """We have just read this plan, perhaps after writing it: what MISSION_CURRENT tells next belongs to it."""
+        """We have just read this plan, perhaps after writing it: the next MISSION_CURRENT belongs to it."""
         self._current.pop(kind, None)
         self._changed.discard(kind)
 
     def pop(self) -> set[PlanKind]:
-        """Kinds that may have changed since the last call."""
+        """Returns the kinds that may have changed since the last call."""
         changed, self._changed = self._changed, set()
         return changed
 
     def from_ground_station(self, frame: bytes, now: float) -> None:
-        """One of TALK passes on its way to the autopilot."""
+        """Takes a message of TALK on its way to the autopilot."""
         self._talked_at = now
         if message_id(frame) in _BEGINS_TO_WRITE:
             self._note(frame)
 
     def from_autopilot(self, frame: bytes, now: float) -> None:
-        """One of TALK, or MISSION_CURRENT, came from the autopilot, not for us."""
+        """Takes a message of TALK, or MISSION_CURRENT, from the autopilot that is not addressed to the agent."""
         msgid = message_id(frame)
         if msgid == _MISSION_CURRENT:
             self._read_current(frame)

@@ -1,12 +1,13 @@
-"""Reads one plan from the autopilot: MISSION_REQUEST_LIST, then its items. No I/O; takes `now`.
+"""Downloads one plan from the autopilot: MISSION_REQUEST_LIST, then its items. No I/O; takes `now`.
 
-Several items at a time are requested from an autopilot that answers each request by itself (`PlanFrames.asks_ahead`):
-it reads its line a few hundred times a second, so that 200 items one by one take a second. Rules, each tested:
+An autopilot that answers each request by itself (`PlanFrames.asks_ahead`) is asked for several items at once: it polls
+its line a few hundred times a second, so that 200 items would take a second one by one.
 
-- An item counts only if it was requested; repeated and unordered items change nothing.
-- A count that changes on the way means another plan: the reading restarts, a few times.
+Rules, each tested:
+- An item counts only if it was requested; duplicates and unexpected items change nothing.
+- A count that changes means another plan: the download restarts, a few times.
 - A late answer to the previous upload ends nothing.
-- An autopilot that denies is busy with an abandoned upload: it is asked again until that lapses.
+- An autopilot that denies the download still waits for an abandoned upload: the request is repeated until that lapses.
 """
 
 from dataclasses import dataclass
@@ -27,19 +28,19 @@ _PASSING: Final = frozenset(
         mavlink.MAV_MISSION_OPERATION_CANCELLED,
     }
 )
-"""These may be late answers to the previous upload: they end nothing, and are reported if nothing else arrives."""
+"""These may be late answers to the previous upload: they do not end the download, but are reported if it fails."""
 
 
 @dataclass(frozen=True, slots=True)
 class Downloaded:
-    """The whole plan (without home)."""
+    """The complete plan (without home)."""
 
     plan: Plan
 
 
 @dataclass(frozen=True, slots=True)
 class DownloadFailed:
-    """`why`: a part of a sentence. `code`: name of the MAV_MISSION_RESULT, or empty."""
+    """`why`: part of a sentence. `code`: name of the MAV_MISSION_RESULT, or empty."""
 
     why: str
     code: str = ""
@@ -47,10 +48,10 @@ class DownloadFailed:
 
 
 class PlanDownload:
-    """Call `due` at each tick and after each `heard`, until `end` is set."""
+    """Call `due` at each tick and after each `receive`, until `end` is set."""
 
     def __init__(self, talk: PlanFrames, patience: RetryPolicy, *, wait_s: float = 0.0) -> None:
-        """`wait_s`: time after the first `due` without requests."""
+        """`wait_s`: delay from the first `due` to the first request."""
         self._talk = talk
         self._wait_s = wait_s
         self._begins_at: float | None = None
@@ -60,9 +61,9 @@ class PlanDownload:
         self._out: list[bytes] = []
         self._count: int | None = None
         self._items: dict[int, PlanItem] = {}
-        """By the autopilot's numbers."""
+        """By the autopilot's item number."""
         self._asked: dict[int, Repeated] = {}
-        """Requested items, in order, that have not arrived."""
+        """Requested items that have not arrived, in order."""
         self._restarts = 0
         self._denied_since: float | None = None
         self._last_no: int | None = None
@@ -70,12 +71,12 @@ class PlanDownload:
 
     @property
     def progress(self) -> tuple[int, int]:
-        """Items read, and items there are (0 until known), home not counted."""
+        """Items read, and items in total (0 until known), without home."""
         first = self._talk.first
         return max(len(self._items) - first, 0), max((self._count or 0) - first, 0)
 
     def receive(self, message: Any, now: float) -> None:
-        """A message of the autopilot that is meant for us."""
+        """Takes a message that the autopilot addressed to the agent."""
         if self.end is not None or not self._talk.concerns(message):
             return
         name = message.get_type()
@@ -105,7 +106,7 @@ class PlanDownload:
 
     def _counted(self, count: int) -> None:
         if self._count == count:
-            return  # an answer to a repetition
+            return  # an answer to a repeated request
         if self._count is not None:
             self._restarts += 1
             if self._restarts > MAX_RESTARTS:

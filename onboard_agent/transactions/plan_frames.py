@@ -1,6 +1,6 @@
-"""Messages to the autopilot about one plan, and its numbering. Pure.
+"""Messages to the autopilot about one plan, and its item numbering. Pure.
 
-People and the tower number items from 0, without home. ArduPilot keeps home in slot 0 of a mission, so its item
+Users and the tower number items from 0, without home. ArduPilot keeps home in slot 0 of a mission, so its item
 numbers, and the targets of jumps, are one higher.
 """
 
@@ -16,13 +16,13 @@ from wire.plans import Plan, PlanItem, PlanKind, item_message
 
 _AUTOPILOT_COMPONENT: Final = 1
 ASKED_AHEAD: Final = 5
-"""For an ArduPilot, which answers each request for an item by itself. On a serial line of 57,600 baud that is 45 ms."""
+"""For ArduPilot, which answers each item request by itself. On a serial line of 57,600 baud that is 45 ms."""
 FENCE_SETTLES_S: Final = 0.5
-"""An ArduPilot (AC_PolyFence_loader of 4.7-dev) that gets a fence of fewer than three corners and circles after one of
-more takes that for an old ground station's clearing, and drops it when it looks next: ten times a second."""
+"""If ArduPilot (AC_PolyFence_loader of 4.7-dev) receives a fence of fewer than three corners and circles after a larger
+one, it takes that for an old ground station's clearing. It drops the fence at its next check, ten times a second."""
 
 _HOME_PLACEHOLDER: Final = PlanItem(mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_FRAME_GLOBAL)
-"""Goes up as slot 0; the autopilot puts its home there."""
+"""Sent as slot 0; the autopilot replaces it by its home."""
 
 
 class PlanFrames:
@@ -33,25 +33,25 @@ class PlanFrames:
     ) -> None:
         self.kind = kind
         self.keeping = keeping
-        """What its autopilot keeps of a plan's items."""
+        """Which fields of a plan's items the autopilot keeps."""
         self._maker = maker
         self._system = vehicle_system_id
         self.first = 1 if home_slot and kind is PlanKind.MISSION else 0
-        """The autopilot's number of our item 0."""
+        """The autopilot's number of item 0."""
         self.asks_ahead = ASKED_AHEAD if home_slot else 1
-        """How many items may be requested before the first has arrived. PX4 sends them one after another."""
+        """Maximum items requested at the same time. PX4 sends them one after another."""
         self.settle_s = FENCE_SETTLES_S if home_slot and kind is PlanKind.FENCE else 0.0
-        """How long after a write what is read back is not what will stay."""
+        """How long after a write a read-back may differ from the final plan."""
 
     def to_board(self, plan: Plan) -> Plan:
-        """The items as the autopilot numbers them, and as they are best sent."""
+        """Converts a plan to the autopilot's numbering and to the best form for sending."""
         plan = to_send(self.keeping, self.kind, plan)
         if not self.first:
             return plan
         return (_HOME_PLACEHOLDER, *(_jump_moved(item, 1) for item in plan))
 
     def from_board(self, items: Plan) -> Plan:
-        """The plan in the autopilot's messages."""
+        """Converts items from the autopilot to a plan."""
         if not self.first:
             return items
         return tuple(_jump_moved(item, -1) for item in items[1:])
@@ -65,7 +65,7 @@ class PlanFrames:
         return self._frame(mavlink.MAVLink_mission_request_int_message(*self._target, seq, self._type))
 
     def offer(self, count: int) -> bytes:
-        """MISSION_COUNT, which begins an upload."""
+        """MISSION_COUNT, which starts an upload."""
         return self._frame(mavlink.MAVLink_mission_count_message(*self._target, count, self._type))
 
     def item(self, seq: int, item: PlanItem) -> bytes:
@@ -76,15 +76,15 @@ class PlanFrames:
         return self._frame(made)
 
     def clear(self) -> bytes:
-        """MISSION_CLEAR_ALL, of this kind only."""
+        """MISSION_CLEAR_ALL for this kind only."""
         return self._frame(mavlink.MAVLink_mission_clear_all_message(*self._target, self._type))
 
     def acknowledge(self, result: int) -> bytes:
-        """MISSION_ACK: a download is complete, or given up."""
+        """MISSION_ACK: a download is complete, or abandoned."""
         return self._frame(mavlink.MAVLink_mission_ack_message(*self._target, result, self._type))
 
     def concerns(self, message: Any) -> bool:
-        """Whether a message of the mission protocol is about this kind of plan."""
+        """Whether a mission-protocol message is about this kind of plan."""
         return bool(getattr(message, "mission_type", 0) == self._type)
 
     @property

@@ -1,11 +1,11 @@
-"""The plans of one vehicle: executes the tower's transactions about them, one at a time, and reports their end. No I/O
-but the journal's; takes `now`.
+"""Handles the plans of one vehicle: runs the tower's plan transactions one at a time and reports their results.
 
-It owns what is known of the plans on board, and whether one may be flown. Rules, each tested:
+I/O only by the journal; takes `now`. It owns the known state of the plans on board, and whether one may be flown.
 
-- One at a time, of any kind: PX4 has one transfer for all kinds. A second is refused, not queued.
-- A write is refused under an older epoch than the newest known, and given up (put back) when a newer one arrives.
-- While the journal has an intent, a mission start is refused; before anything else begins the intent is recovered.
+Rules, each tested:
+- One transaction at a time for all kinds, because PX4 has one transfer for all kinds. A second is refused, not queued.
+- A write of an older epoch than the newest known is refused; a running write is rolled back when a newer epoch comes.
+- While the journal has an intent, a mission start is refused; the intent is recovered before anything else begins.
 """
 
 from dataclasses import dataclass
@@ -40,7 +40,7 @@ from wire.transactions import (
 PROGRESS_EVERY_S: Final = 0.2
 RECOVER_AGAIN_S: Final = 10.0
 READ_WITHIN_S: Final = 120.0
-"""For a background read: 700 items on a narrow line."""
+"""Deadline for a background reading: 700 items on a narrow line."""
 
 PlanWork = PlanDownloadWork | PlanUploadWork | PlanClearWork | PlanVerifyWork
 _WRITES: Final = (PlanUploadWork, PlanClearWork)
@@ -51,7 +51,7 @@ class _Running:
     machine: PlanReplacement | PlanDownload
     kind: PlanKind
     transaction: Transaction | None
-    """None: a recovery, or a background read."""
+    """None: a recovery, or a background reading."""
     deadline: float
     reported_at: float = -PROGRESS_EVERY_S
 
@@ -61,7 +61,7 @@ class _Running:
 
 
 class PlanHandler:
-    """Call `autopilot_came` first; `due` at each tick and after each `heard`; forward what `news` has."""
+    """Call `autopilot_came` first; `due` at each tick and after each `receive`; forward the messages of `news`."""
 
     def __init__(self, maker: FrameMaker, journal: JournalStore, patience: RetryPolicy | None = None) -> None:
         self._maker = maker
@@ -75,18 +75,18 @@ class PlanHandler:
         self._news: list[TransactionToTower] = []
         self._open: dict[PlanKind, Intent] = {}
         self.read_failed: dict[PlanKind, str] = {}
-        """Kinds that `read` could not read, with the MAV_MISSION_RESULT's name or nothing."""
+        """Kinds that `read` could not read, with the name of the MAV_MISSION_RESULT or an empty string."""
         self._recover_at: float | None = None
         for kind in PlanKind:
             intent = read_intent(journal, kind)
             if intent is not None:
                 self._open[kind] = intent
 
-    # What others ask.
+    # Queries.
 
     @property
     def why_no_start(self) -> str | None:
-        """A sentence where no mission may be started now, or None."""
+        """A sentence if no mission may be started now, else None."""
         if self._running is not None and self.writes:
             return f"The {THE[self._running.kind]} is being written. No mission can start now."
         for kind in self._open:
@@ -95,12 +95,12 @@ class PlanHandler:
 
     @property
     def busy(self) -> bool:
-        """Whether it runs something that is awaited, or that writes."""
+        """Whether a write is running, or a reading that a client waits for."""
         return self._running is not None and not self._only_reads(self._running)
 
     @property
     def is_reading(self) -> bool:
-        """Whether it reads a plan in the background."""
+        """Whether a background reading is running."""
         return self._running is not None and self._only_reads(self._running)
 
     @property
@@ -110,30 +110,30 @@ class PlanHandler:
 
     @property
     def mission_in_doubt(self) -> bool:
-        """Whether the mission on board may be half of one at this moment."""
+        """Whether the mission on board may be incomplete at this moment."""
         running = self._running
         if running is not None and running.kind is PlanKind.MISSION and isinstance(running.machine, PlanReplacement):
             return running.machine.has_written
         return PlanKind.MISSION in self._open
 
     def keeps_out(self, ground_station_message_id: int) -> bool:
-        """Whether a message from a ground station would write a plan while we do."""
+        """Whether a ground station's message would write a plan during our own write."""
         return self.writes and ground_station_message_id in KEPT_OUT
 
     def news(self) -> list[TransactionToTower]:
-        """Reports for the tower, each once."""
+        """Returns the messages for the tower once."""
         news, self._news = self._news, []
         return news
 
-    # What happens.
+    # Events.
 
     def autopilot_came(self, *, vehicle_system_id: int, home_slot: bool, keeping: KeptFields, now: float) -> None:
-        """The autopilot is heard, for the first time or again after a silence. `home_slot`: it is an ArduPilot."""
+        """The autopilot is heard for the first time, or again after a silence. `home_slot`: it is an ArduPilot."""
         self._system, self._home_slot, self._keeping = vehicle_system_id, home_slot, keeping
         self._recover_at = now if self._open else None
 
     def begin(self, transaction: Transaction, now: float) -> None:
-        """The tower requests something (a PlanWork)."""
+        """Starts a transaction of the tower (a PlanWork)."""
         work = transaction.work
         assert isinstance(work, PlanWork)
         refusal = self._refusal(transaction, work)
@@ -151,24 +151,24 @@ class PlanHandler:
         self._running = _Running(machine, work.kind, transaction, now + transaction.deadline_s)
 
     def read(self, kind: PlanKind, now: float) -> None:
-        """Looks what is on board, if nothing else is going on. Gives way to the tower's transactions."""
+        """Starts a background reading, if nothing else is running. The tower's transactions take precedence."""
         if self._running is None and self._system is not None:
             self.read_failed.pop(kind, None)
             self._running = _Running(PlanDownload(self._talk(kind), self._patience), kind, None, now + READ_WITHIN_S)
 
     def cancel_reads(self) -> None:
-        """Ends what `read` began."""
+        """Cancels a background reading."""
         if self.is_reading:
             self._running = None
 
     def cancel(self, transaction_id: int, now: float) -> None:
-        """The tower cancels it. Ignored for one that has ended, or a recovery."""
+        """The tower cancels a transaction. Ignores ended transactions and recoveries."""
         if self._is_running(transaction_id):
             self._stop(Outcome.CANCELLED, "it was cancelled")
             self._settle(now)
 
     def epoch_changed(self, epoch: int, now: float) -> None:
-        """The controls changed hands: what the last holder is writing is put back."""
+        """The holder changed, or there is none: rolls back a write of the previous holder."""
         if epoch == self._epoch:
             return
         self._epoch = epoch
@@ -179,16 +179,16 @@ class PlanHandler:
             self._settle(now)
 
     def mission_flown(self, now: float) -> None:
-        """The mission is being flown, whoever started it: a write that has not begun is dropped."""
+        """The mission is being flown, whoever started it: cancels a write that has not sent its first frame."""
         machine = None if self._running is None or self._running.transaction is None else self._running.machine
         if isinstance(machine, PlanReplacement) and not machine.has_written:
             self._stop(Outcome.REFUSED, "the drone started its mission")
             self._settle(now)
 
     def receive(self, frame: bytes, now: float) -> bool:
-        """One of HEARD: a whole frame whose checksum holds. What is not from the autopilot to us changes nothing.
+        """Takes a whole frame of a type in HEARD, with a valid checksum.
 
-        Returns whether it is.
+        Returns whether it is from the autopilot and addressed to the agent; other frames change nothing.
         """
         if message_id(frame) not in HEARD or source(frame) != (self._system, 1):
             return False
@@ -214,7 +214,7 @@ class PlanHandler:
         self._settle(now)
         return out
 
-    # Inside.
+    # Internals.
 
     def _refusal(self, transaction: Transaction, work: PlanWork) -> tuple[Outcome, str] | None:
         self.cancel_reads()

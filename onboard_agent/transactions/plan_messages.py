@@ -13,7 +13,7 @@ HEARD: Final = frozenset(
         mavlink.MAVLINK_MSG_ID_MISSION_ACK,
     }
 )
-"""Messages of the autopilot for `heard`."""
+"""Messages of the autopilot that `receive` takes."""
 
 KEPT_OUT: Final = frozenset(
     {

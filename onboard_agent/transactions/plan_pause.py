@@ -1,10 +1,11 @@
-"""Stops a mission in the air, because its plan is to be written or is in doubt. No I/O.
+"""Stops a mission in the air, because its plan is about to be written or is in doubt. No I/O.
 
-The mode keeps the position without sticks. Rules, each tested:
+It uses a mode that holds position without sticks.
 
-- It counts when the autopilot's heartbeat shows it, not when it is accepted.
-- Other flight commands win: a hold or a command ends the requests, and nothing is written.
-- Nothing resumes the mission by itself.
+Rules, each tested:
+- The stop counts when the autopilot's heartbeat shows the mode, not when the mode is accepted.
+- Any other flight command wins: a hold or a command ends the attempt, and nothing is written.
+- Nothing resumes the mission automatically.
 """
 
 from typing import Any, Final
@@ -16,7 +17,7 @@ from onboard_agent.failsafe.mode_ladder import LadderStep, ModeLadder
 from onboard_agent.transactions.handler import Around
 
 RUNG_PATIENCE_S: Final = 1.5
-"""More than one beat of an autopilot that beats once a second."""
+"""Longer than one heartbeat interval of an autopilot that sends one per second."""
 PATIENCE_S: Final = 5.0
 
 
@@ -27,7 +28,7 @@ class PlanPause:
         modes = modes_of(around.autopilot_kind, around.vehicle_type)
         self.began_at = now
         self.mode = ""
-        """The name of the mode in which the drone holds now."""
+        """Name of the mode in which the drone now holds."""
         self.why_not = "" if modes is not None else "no mode is known in which this vehicle would hold"
         self._patience_s = patience_s
         self._commanded = around.commanded
@@ -36,11 +37,11 @@ class PlanPause:
             self._ladder.climb(modes.pauses, patience_s=RUNG_PATIENCE_S, now=now)
 
     def acknowledged(self, ack: Any, now: float) -> None:
-        """A COMMAND_ACK for MAV_CMD_DO_SET_MODE that is meant for the agent."""
+        """Takes a COMMAND_ACK for MAV_CMD_DO_SET_MODE that is addressed to the agent."""
         self._ladder.acknowledged(ack, now)
 
     def heartbeat(self, custom_mode: int) -> None:
-        """A HEARTBEAT of the autopilot."""
+        """Takes a HEARTBEAT of the autopilot."""
         self._ladder.heartbeat(custom_mode)
 
     def due(self, around: Around, now: float) -> list[bytes]:

@@ -1,22 +1,22 @@
-"""Puts a plan on board, all of it or none: the old plan is read and kept, the new one written and read back.
+"""Replaces the plan on board, all of it or nothing: reads and keeps the old plan, writes the new one, reads it back.
 
-Only what was read back is believed. No I/O but the journal's; takes `now`.
+Trusts only what it reads back. I/O only by the journal; takes `now`.
 
-    LEARNING     reading the plan that is on board; nothing is written yet
-    WRITING      the intent is in the journal; the new plan goes up
-    READING      what is on board now?  the new plan: done  /  the old one: untouched  /  else RESTORING
-    RESTORING    the old plan goes up
-    PROVING      what is on board now?  the old plan: put back  /  else RESTORING again, then nobody knows
+    LEARNING     reads the plan on board; nothing is written yet
+    WRITING      the intent is in the journal; the new plan is being written
+    READING      reads back. The new plan: done  /  the old one: untouched  /  else RESTORING
+    RESTORING    the old plan is being written
+    PROVING      reads back. The old plan: restored  /  else RESTORING again; after MAX_RESTORES it is unknown
 
-A recovery after a crash is the same from READING on, with both plans from the journal.
+Recovery after a crash starts at READING, with both plans from the journal.
 
-Laws, each with a test:
-- The journal has the intent before the first frame of a write, and until a read-back shows one whole plan.
-- Stopping it (cancel, deadline, another epoch) before the read-back has shown the new plan puts the old one back.
-- What passes for the plan that was sent is what the autopilot's table (wire.plan_keeping) makes of it, in every field.
-  A height that is off by the autopilot's step passes only where it acknowledged the plan, because old and new may
-  differ by just that.
-- Where it ends without knowing what is on board, the journal keeps the intent.
+Rules, each tested:
+- The journal has the intent before the first frame of a write, and until a read-back shows one complete plan.
+- A stop (cancel, deadline, new epoch) before the read-back has shown the new plan restores the old one.
+- A read-back matches if every field is what the autopilot's table (wire.plan_keeping) predicts for the plan sent.
+  An altitude that is off by the autopilot's step matches only if the autopilot acknowledged the plan, because old and
+  new plan may differ by exactly that step.
+- If it ends with an unknown plan on board, the journal keeps the intent.
 """
 
 from collections.abc import Callable
@@ -39,7 +39,7 @@ MAX_RESTORES: Final = 3
 
 
 class Phase(StrEnum):
-    """The stage of a replacement, reported as its progress."""
+    """The state of a replacement, reported as its progress."""
 
     LEARNING = "learning"
     WRITING = "writing"
@@ -50,7 +50,7 @@ class Phase(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class ReplacementEnd:
-    """`on_board`: the plan as the autopilot has it, None if not known. `is_new`: it is the new one."""
+    """`on_board`: the plan as the autopilot has it, None if unknown. `is_new`: it is the new plan."""
 
     outcome: Outcome
     words: str
@@ -69,7 +69,7 @@ class _Trouble:
 
 
 class PlanReplacement:
-    """Call `due` at each tick and after each `heard`, until `end` is set; `stop` cancels."""
+    """Call `due` at each tick and after each `receive`, until `end` is set; `stop` abandons the replacement."""
 
     def __init__(
         self,
@@ -80,14 +80,14 @@ class PlanReplacement:
         *,
         left_open: Intent | None = None,
     ) -> None:
-        """`left_open`: what the journal has of an earlier write: its old plan is the one to go back to."""
+        """`left_open`: the journal's intent of an earlier write; a rollback restores its old plan."""
         self._talk = talk
         self._new = new
         self._journal = journal
         self._patience = patience
         self._left_open = left_open is not None
         self._disk: tuple[Lasting, Callable[[OSError | None], None]] | None = None
-        """What the journal is at, and what follows."""
+        """The pending journal change, and its continuation."""
         self._old: Plan = () if left_open is None else left_open.old
         self._old_known = left_open is not None
         self._trouble: _Trouble | None = None
@@ -105,7 +105,7 @@ class PlanReplacement:
     def recovery(
         cls, talk: PlanFrames, intent: Intent, journal: JournalStore, patience: RetryPolicy
     ) -> "PlanReplacement":
-        """After a crash, or where it ended without knowing: the plan on board becomes one of the two."""
+        """After a crash, or after an end with an unknown plan: the plan on board becomes one of the two."""
         made = cls(talk, intent.new, journal, patience, left_open=intent)
         made._recovers = True
         made._trouble = _Trouble(Outcome.FAILED, "the agent was interrupted while it wrote")
@@ -114,16 +114,16 @@ class PlanReplacement:
 
     @property
     def progress(self) -> tuple[Phase, int, int]:
-        """The phase; items done in it, and items in all."""
+        """The phase, items done in it, and its items in total."""
         return (self.phase, *self._part.progress)
 
     @property
     def has_written(self) -> bool:
-        """Whether the plan on board may be another than before."""
+        """Whether the plan on board may have changed."""
         return self.phase is not Phase.LEARNING
 
     def receive(self, message: Any, now: float) -> None:
-        """A message of the autopilot that is meant for us."""
+        """Takes a message that the autopilot addressed to the agent."""
         if self.end is None:
             self._part.receive(message, now)
 
@@ -138,7 +138,7 @@ class PlanReplacement:
         return out
 
     def stop(self, outcome: Outcome, why: str) -> None:
-        """Cancels it. `why`: a part of a sentence."""
+        """Stops the replacement. `why`: part of a sentence."""
         if self.end is not None or (self._trouble is not None and not self._may_still_be_done):
             return
         self._trouble = _Trouble(outcome, why)
@@ -154,7 +154,7 @@ class PlanReplacement:
 
     @property
     def _may_still_be_done(self) -> bool:
-        """The write failed (a lost answer, say), but reading back may show that the new plan is there."""
+        """The write failed (a lost answer, for example), but the read-back may still show the new plan."""
         failed = self._trouble is not None and self._trouble.outcome is Outcome.FAILED
         return failed and self.phase is Phase.READING and not self._recovers
 
@@ -232,7 +232,7 @@ class PlanReplacement:
             self._restore()
 
     def _was_dropped(self, on_board: Plan) -> bool:
-        """Whether the autopilot took the plan and dropped it again (PlanFrames.settle_s). It does so once."""
+        """Whether the autopilot accepted the plan and then dropped it (PlanFrames.settle_s). This happens once."""
         dropped = self._accepted and self._talk.settle_s > 0.0 and bool(self._new) and not on_board
         return dropped and self._trouble is None and not self._written_again
 
@@ -242,12 +242,12 @@ class PlanReplacement:
         if self._reads < MAX_READS:
             self._read()
         elif self._recovers:
-            self._unknown()  # the autopilot does not talk: writing to it now would only make it worse
+            self._unknown()  # the autopilot does not answer: a write now would only make things worse
         else:
             self._restore()
 
     def _shows(self, plan: Plan, on_board: Plan) -> bool:
-        """Whether this plan is on board, as its autopilot keeps it or as it was read from there before."""
+        """Whether this plan is on board, either as the autopilot keeps it or as it was read before."""
         talk = self._talk
         return plan == on_board or same_plan(talk.keeping, talk.kind, plan, on_board, exactly=not self._accepted)
 
@@ -286,7 +286,7 @@ class PlanReplacement:
             end = ReplacementEnd(trouble.outcome, sentence, on_board, is_new, trouble.code, trouble.item)
 
         def over(_error: OSError | None) -> None:
-            self.end = end  # where the intent stays, it is read back once more, and one whole plan is found
+            self.end = end  # an intent that remains is read back once more, which finds one complete plan
 
         lasting = self._remove_intent() if is_new or (proved and self.has_written) else None
         self._when(lasting, over)
@@ -298,7 +298,7 @@ class PlanReplacement:
             return None
 
     def _when(self, lasting: Lasting | None, then: Callable[[OSError | None], None]) -> None:
-        """`then` follows at once, or when the journal has done what it is at."""
+        """Calls `then` at once, or when the journal change is done."""
         if lasting is None:
             then(None)
         else:

@@ -1,15 +1,15 @@
-"""The handler for plans: the tower knows from the start what is on board, and notices every change. Wraps
-`PlanHandler`, which executes one transaction at a time. No I/O but the journal's; takes `now`.
+"""Handler for plans: reports the plans on board from the start, and detects changes by others.
+
+Wraps `PlanHandler`, which runs one transaction at a time. I/O only by the journal; takes `now`.
 
 Rules, each tested:
-
-- When an autopilot connects, or has rebooted, its plans are read; on a narrow line not during flight by hand.
-- A plan that another program may have changed is unknown from that moment on. It is read again when no other program
-  exchanges plans with the autopilot, and never in between.
-- An autopilot that flies its mission, or was commanded to, is not written to, unless the tower says so; then it holds
-  first. If it begins to fly the mission before the first frame of a write, nothing is written.
-- While a plan is being written, is about to be, or may be incomplete, no mission is started through the tower.
-- A mission that was started past the agent while it may be incomplete is stopped by a hold.
+- When an autopilot comes or has rebooted, its plans are read; on a narrow line not while the drone is flown by hand.
+- A plan that another client may have changed is unknown from that moment. It is read again once all other plan
+  transfers with the autopilot are over, and never during one.
+- No plan is written while the drone flies its mission or was ordered to, unless the tower requests it; the drone is
+  then put on hold first. If the mission starts before the first frame of a write, nothing is written.
+- While a plan is being written, is about to be, or may be incomplete, no mission can be started through the tower.
+- An incomplete mission that is started by other means is put on hold.
 """
 
 from typing import Any, Final
@@ -43,10 +43,10 @@ from wire.transactions import (
 )
 
 READ_AGAIN_S: Final = 15.0
-"""After a reading that failed; twice as long after each further one."""
+"""Delay after a failed reading; doubled after each further failure."""
 MAX_READ_AGAIN_S: Final = 300.0
 STOP_AGAIN_S: Final = 2.0
-"""After a failed attempt to stop a mission in doubt, or another flight command: that mode comes first."""
+"""Delay after a mission in doubt could not be stopped, or another command came: that mode has priority."""
 
 _AUTOPILOT: Final = 1
 _ACK: Final = mavlink.MAVLINK_MSG_ID_COMMAND_ACK
@@ -56,7 +56,7 @@ _NOT_THERE: Final = "MAV_MISSION_UNSUPPORTED"
 
 
 class PlanWatch:
-    """A TransactionHandler. Callers that pass frames on to the autopilot check `keeps_out` and `why_no_start`."""
+    """A TransactionHandler. Code that forwards frames to the autopilot uses `keeps_out` and `why_no_start`."""
 
     works = (PlanDownloadWork, PlanUploadWork, PlanClearWork, PlanVerifyWork)
     hears = HEARD | TALK | {_ACK, _BEAT, _CURRENT}
@@ -68,32 +68,32 @@ class PlanWatch:
         self._system: int | None = None
         self._pause: tuple[Transaction, PlanPause] | None = None
         self._stop: PlanPause | None = None
-        """Of a mission in doubt."""
+        """Stops a mission that is in doubt."""
         self._stop_again_at = float("-inf")
         self._warnings: list[str] = []
         self._paused: tuple[int, str] | None = None
         """The transaction for which a mission was stopped, and the mode in which the drone holds."""
         self._known: dict[PlanKind, PlanOnBoard] = {}
         self._before: dict[PlanKind, PlanOnBoard] = {}
-        """What was known before another program may have changed it."""
+        """Last known plans, before another client may have changed them."""
         self._to_read: set[PlanKind] = set()
         self._read_at: dict[PlanKind, float] = {}
         self._failures: dict[PlanKind, int] = {}
         self._start_stopped = False
-        """The start that is pending was before a pause, which has ended what came of it."""
+        """The pending start came before a pause, which has ended its effect."""
         self._news: list[TransactionToTower] = []
 
-    # For callers that pass frames on.
+    # For forwarding of frames.
 
     @property
     def why_no_start(self) -> str | None:
-        """A sentence where no mission may be started now, or None."""
+        """A sentence if no mission may be started now, else None."""
         if self._pause is not None:
             return "The plan on board is about to be written. No mission can start now."
         return self._handler.why_no_start
 
     def keeps_out(self, frame: bytes, now: float) -> bool:
-        """A frame from a ground station is on its way to the autopilot: whether it must not pass."""
+        """Whether a ground station's frame must not pass to the autopilot."""
         msgid = message_id(frame)
         if msgid not in TALK:
             return False
@@ -104,18 +104,18 @@ class PlanWatch:
 
     @property
     def busy(self) -> bool:
-        """A plan is being read or written."""
+        """Whether a plan is being read or written."""
         return self._pause is not None or self._handler.busy or bool(self._handler.is_reading)
 
     def pop_warnings(self) -> list[str]:
-        """Sentences for all who see the drone, each once."""
+        """Returns warnings for all viewers of the drone, once."""
         warnings, self._warnings = self._warnings, []
         return warnings
 
-    # As a handler.
+    # TransactionHandler.
 
     def autopilot_came(self, around: Around, now: float) -> None:
-        """Nothing is known of its plans; they are read."""
+        """Marks all plans as unknown and reads them."""
         self._system = around.system_id
         family = FAMILIES.get(around.autopilot_kind)
         home_slot = family is not None and family.has_home_slot
@@ -126,7 +126,7 @@ class PlanWatch:
             self._not_known(kind, now)
 
     def begin(self, transaction: Transaction, around: Around | None, now: float) -> None:
-        """The tower requests one of `works`."""
+        """Starts a transaction with work of `works`."""
         work = transaction.work
         if around is None or not around.heard:
             self._refuse(transaction, "No heartbeat from the autopilot.")
@@ -152,19 +152,19 @@ class PlanWatch:
             self._handler.begin(transaction, now)
 
     def cancel(self, transaction_id: int, now: float) -> None:
-        """The tower cancels."""
+        """The tower cancels a transaction."""
         if self._pause is not None and self._pause[0].id == transaction_id:
             self._no_pause(Outcome.CANCELLED, "It was cancelled")
         self._handler.cancel(transaction_id, now)
 
     def epoch_changed(self, epoch: int, now: float) -> None:
-        """What the last holder writes is put back."""
+        """Rolls back a write of the previous holder."""
         if self._pause is not None and self._pause[0].epoch != epoch:
             self._no_pause(Outcome.STALE_EPOCH, "The controls changed hands meanwhile")
         self._handler.epoch_changed(epoch, now)
 
     def receive(self, frame: bytes, now: float) -> bool:
-        """A message of `hears` arrived."""
+        """Takes a frame of a type in `hears`."""
         if source(frame) != (self._system, _AUTOPILOT):
             return False
         if self._handler.receive(frame, now):
@@ -193,17 +193,17 @@ class PlanWatch:
         return out
 
     def news(self) -> list[TransactionToTower]:
-        """Reports for the tower, each once, in order."""
+        """Returns the messages for the tower once, in order."""
         self._hear_handler()
         news, self._news = self._news, []
         return news
 
     def resend(self) -> None:
-        """The tower may know nothing of the plans."""
+        """The tower may know nothing of the plans: queues them again."""
         reported = [one for one in self._news if not isinstance(one, PlanOnBoard)]
         self._news = [*self._known.values(), *reported]
 
-    # Inside.
+    # Internals.
 
     def _hear_handler(self) -> None:
         for one in self._handler.news():
@@ -322,7 +322,7 @@ class PlanWatch:
         return msgspec.structs.replace(result, words=words[:600])
 
     def _flies_mission(self, around: Around) -> bool:
-        """Whether it does, or may begin to at any moment."""
+        """Whether the drone flies its mission, or may start to at any moment."""
         self._start_stopped = self._start_stopped and around.starting
         return _shows_mission(around) or (around.starting and not self._start_stopped)
 

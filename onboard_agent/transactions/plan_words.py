@@ -1,4 +1,4 @@
-"""Results of the mission protocol in words: code names for programs, sentences for people. Pure."""
+"""Results of the mission protocol: code names for programs, sentences for users. Pure."""
 
 from typing import Final
 
@@ -40,17 +40,17 @@ def code_name(result: int) -> str:
 
 
 def sentence(result: int) -> str:
-    """Why, without a full stop."""
+    """The reason, without a full stop."""
     return _SENTENCES.get(result, f"the autopilot answers {code_name(result)}")
 
 
 def item_words(item: int | None) -> str:
-    """`item` from 0, shown from 1."""
+    """Text for `item`, which counts from 0; users count from 1."""
     return "" if item is None else f"item {item + 1}: "
 
 
 def kept_words(keeping: KeptFields, kind: PlanKind, plan: Plan) -> str:
-    """What the autopilot did not keep of a plan that is on board: sentences after a blank, or nothing."""
+    """Describes which values of a plan on board the autopilot changed: sentences after a space, or nothing."""
     changed = changes_ahead(keeping, kind, plan)
     flown = [change for change in changed if change.effect > Effect.QUIET and change.field != COUNT]
     if flown:
@@ -63,7 +63,7 @@ def kept_words(keeping: KeptFields, kind: PlanKind, plan: Plan) -> str:
 
 
 def compared(keeping: KeptFields, kind: PlanKind, plan: Plan, on_board: Plan) -> tuple[Outcome, str, int | None]:
-    """Whether the plan on board is this one; else in which item, from 0, they differ first."""
+    """Returns whether the plan on board is this one; else the first item that differs, from 0."""
     the = THE[kind]
     different = next(iter(differences(keeping, kind, plan, on_board)), None)
     if different is None:

@@ -1,10 +1,11 @@
-"""Writes one plan to the autopilot, or clears it: the protocol's part, no more. No I/O; takes `now`.
+"""Writes one plan to the autopilot, or clears it, by the protocol alone. No I/O; takes `now`.
 
-The autopilot requests, the agent answers. This file does not decide whether the plan is on board: an acknowledgement
-can be lost, be early, or answer something older. Reading back decides (plan_replacement). Rules, each tested:
+The autopilot requests the items. This module does not decide whether the plan is on board: an acknowledgement can be
+lost, early, or belong to something older. The read-back decides (plan_replacement).
 
-- Each request for an item is answered, however often; never one outside the plan.
-- No item is sent without a request: a second copy of the last one is an error to some autopilots.
+Rules, each tested:
+- Every request for an item is answered, however often; requests for an item that is not in the plan never are.
+- No item is sent without a request: some autopilots treat a second copy of the last item as an error.
 - An error before the first request answers something older.
 - A plan without items is sent as MISSION_CLEAR_ALL.
 """
@@ -20,17 +21,17 @@ from wire.plans import Plan
 
 _REQUESTS: Final = frozenset({"MISSION_REQUEST", "MISSION_REQUEST_INT"})
 _PASSING: Final = frozenset({mavlink.MAV_MISSION_OPERATION_CANCELLED, mavlink.MAV_MISSION_INVALID_SEQUENCE})
-"""The first belongs to something older, the second is followed by the question for the right item."""
+"""The first belongs to something older; after the second the autopilot requests the right item."""
 
 
 @dataclass(frozen=True, slots=True)
 class Written:
-    """The autopilot reports that it has it."""
+    """The autopilot acknowledged the plan."""
 
 
 @dataclass(frozen=True, slots=True)
 class WriteFailed:
-    """The autopilot refused (with `code`), or fell silent. `item`: of the plan, from 0."""
+    """The autopilot refused (with `code`), or stopped answering. `item`: of the plan, from 0."""
 
     why: str
     code: str = ""
@@ -38,7 +39,7 @@ class WriteFailed:
 
 
 class PlanWrite:
-    """Call `due` at each tick and after each `heard`, until `end` is set."""
+    """Call `due` at each tick and after each `receive`, until `end` is set."""
 
     def __init__(self, talk: PlanFrames, plan: Plan, patience: RetryPolicy) -> None:
         self._talk = talk
@@ -54,12 +55,12 @@ class PlanWrite:
 
     @property
     def progress(self) -> tuple[int, int]:
-        """Items sent, and items in the plan, home not counted."""
+        """Items sent, and items in the plan, without home."""
         first = self._talk.first if self._items else 0
         return max(self._most - first, 0), len(self._items) - first
 
     def receive(self, message: Any, now: float) -> None:
-        """A message of the autopilot that is meant for us."""
+        """Takes a message that the autopilot addressed to the agent."""
         if self.end is not None or not self._talk.concerns(message):
             return
         name = message.get_type()
@@ -77,7 +78,7 @@ class PlanWrite:
         return out if question is None else [*out, question]
 
     def stop(self) -> list[bytes]:
-        """Cancels: the frame that tells the autopilot."""
+        """Returns the frames that tell the autopilot to abandon the write."""
         return [self._talk.acknowledge(mavlink.MAV_MISSION_OPERATION_CANCELLED)]
 
     def _requested(self, seq: int, now: float) -> None:

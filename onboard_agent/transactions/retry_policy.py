@@ -1,25 +1,25 @@
-"""How long to wait for an answer, and how often to repeat the question. No I/O; takes `now`."""
+"""How long to wait for an answer, and how often to repeat the request. No I/O; takes `now`."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
 class RetryPolicy:
-    """Seconds, and a number of tries. The defaults are for a line on which an answer takes milliseconds."""
+    """Times in seconds, and a number of tries. The defaults suit a line on which an answer takes milliseconds."""
 
     first_s: float = 1.5
-    """For the first answer: an autopilot may have to look for it."""
+    """Timeout for the first answer: an autopilot may have to search for it."""
     next_s: float = 0.25
-    """For each item after that."""
+    """Timeout for each further item."""
     tries: int = 5
     silence_s: float = 3.0
-    """An autopilot that collects a plan repeats its request after a second: after this long it has given up."""
+    """An autopilot that receives a plan repeats its request after a second: after this silence it has given up."""
     busy_s: float = 10.0
     """An autopilot that still waits for the rest of an upload denies everything else for 8 s."""
 
 
 class Repeated:
-    """One question at a time, repeated until it is answered or given up."""
+    """One request at a time, repeated until it is answered or given up."""
 
     def __init__(self, tries: int) -> None:
         self._tries = tries
@@ -29,19 +29,19 @@ class Repeated:
         self._again_at = 0.0
 
     def ask(self, question: bytes, wait_s: float) -> None:
-        """From now on this one, with a wait of `wait_s` before each repetition."""
+        """Sets the request, with a wait of `wait_s` before each retry."""
         self._question, self._wait_s, self._asked = question, wait_s, 0
 
     def postpone(self, now: float) -> None:
-        """The first request, too, waits."""
+        """Delays the request by its wait, even the first time."""
         self._asked, self._again_at = 1, now + self._wait_s
 
     def answered(self) -> None:
-        """Ends the requests."""
+        """Ends the retries."""
         self._question = None
 
     def due(self, now: float) -> bytes | None:
-        """The question, when it is to be sent now."""
+        """Returns the request if it is due now."""
         if self._question is None or (self._asked and now < self._again_at) or self._asked >= self._tries:
             return None
         self._asked += 1
@@ -49,5 +49,5 @@ class Repeated:
         return self._question
 
     def given_up(self, now: float) -> bool:
-        """Whether the last try had its time."""
+        """Whether the last try has timed out."""
         return self._question is not None and self._asked >= self._tries and now >= self._again_at

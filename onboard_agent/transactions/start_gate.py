@@ -1,11 +1,12 @@
-"""Prevents the start of a mission that may be incomplete. No I/O; takes `now`.
+"""Blocks mission starts while the mission on board may be incomplete. No I/O; takes `now`.
 
-Checks frames from the tower's side. The sender is answered as the autopilot would: COMMAND_ACK denied, and the reason
-in a STATUSTEXT. A pilot's own switch, and a ground station beside the drone, do not pass here. Rules, each tested:
+Inspects the frames from the tower's side. The sender gets the answer that the autopilot would give: COMMAND_ACK denied,
+with the reason in a STATUSTEXT. A pilot's own switch, and a ground station beside the drone, do not pass through here.
 
-- Every known way to start a mission is refused, and nothing else.
-- Each command is answered; the reason is repeated once a second at most.
-- A start that has passed counts as flown until a heartbeat shows it, or would have.
+Rules, each tested:
+- Every known way to start the mission is refused, and nothing else.
+- Each command is answered; the reason is sent once a second at most.
+- A start that has passed counts as flown until a heartbeat shows it, or until one would have.
 """
 
 from struct import Struct
@@ -33,7 +34,7 @@ STARTS: Final = frozenset(
         mavlink.MAV_CMD_DO_RETURN_PATH_START,
     }
 )
-"""Commands that start the mission, or go on with it from somewhere."""
+"""Commands that start the mission, or continue it from some item."""
 
 _STANDARD_MODE: Final = mavlink.MAV_CMD_DO_SET_STANDARD_MODE
 _OVERRIDE: Final = mavlink.MAV_CMD_OVERRIDE_GOTO
@@ -44,7 +45,7 @@ _ASKED_OTHERWISE: Final = frozenset(
 """Commands that start the mission with some parameters, or in some modes."""
 
 _AUTO_SWITCH: Final = 16.0
-"""For an ArduPilot (param1 of DO_AUX_FUNCTION): AUTO, and back to the radio's mode, which may be AUTO too."""
+"""For ArduPilot (param1 of DO_AUX_FUNCTION): AUTO, or back to the radio's mode, which may be AUTO too."""
 _ARMING_SWITCHES: Final = frozenset({153.0, 154.0, 165.0})
 _CUSTOM: Final = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
 _AUTO: Final = mavlink.MAV_MODE_FLAG_AUTO_ENABLED
@@ -53,11 +54,11 @@ _AUTOPILOT: Final = 1
 _TEXT_BYTES: Final = 50
 SAY_EVERY_S: Final = 1.0
 SHOWN_WITHIN_S: Final = 3.0
-"""Two beats of an autopilot that beats once a second, and the way there."""
+"""Two heartbeats of an autopilot that sends one per second, plus the transit time."""
 
 
 def starts_mission(frame: bytes, *, autopilot_kind: int, vehicle_type: int, custom_mode: int) -> bool:
-    """Whether a whole frame of INSPECTED would have the mission flown. `custom_mode`: as the autopilot is now."""
+    """Whether a whole frame of INSPECTED would start the mission. `custom_mode`: the autopilot's current one."""
     missions = mission_modes(autopilot_kind, vehicle_type)
     msgid = message_id(frame)
     if msgid == mavlink.MAVLINK_MSG_ID_MISSION_SET_CURRENT:
@@ -74,7 +75,7 @@ def starts_mission(frame: bytes, *, autopilot_kind: int, vehicle_type: int, cust
         return bool(param1 != 0.0) and custom_mode in missions
     if command == _SWITCH:
         return param1 == _AUTO_SWITCH or (param1 in _ARMING_SWITCHES and custom_mode in missions)
-    if command == _STANDARD_MODE:  # a PX4 rounds it
+    if command == _STANDARD_MODE:  # PX4 rounds it
         return bool(abs(param1 - mavlink.MAV_STANDARD_MODE_MISSION) <= 0.5)
     if command == _OVERRIDE:
         return bool(param1 >= mavlink.MAV_GOTO_DO_CONTINUE - 0.5)
@@ -84,7 +85,7 @@ def starts_mission(frame: bytes, *, autopilot_kind: int, vehicle_type: int, cust
 
 
 def may_start(frame: bytes) -> bool:
-    """Whether a whole frame of INSPECTED would start the mission of some autopilot: of one that is not known yet."""
+    """Whether a whole frame of INSPECTED would start the mission of any autopilot, for one that is still unknown."""
     command = _command(frame)
     if command == mavlink.MAV_CMD_DO_PAUSE_CONTINUE:
         return bool(_COMMAND.unpack_from(payload(frame).ljust(_COMMAND.size, b"\0"))[0] != 0.0)
@@ -101,14 +102,14 @@ def _is_mission_mode(base: float, main: float, sub: float, missions: frozenset[i
 
 
 class LatestStart:
-    """The last start sent to the autopilot, as long as its heartbeats may not show it yet."""
+    """The last start sent to the autopilot, for as long as its heartbeats may not show it yet."""
 
     def __init__(self) -> None:
         self._at = float("-inf")
         self._arms = False
 
     def passed(self, frame: bytes, now: float) -> None:
-        """A start (`starts_mission`) goes to the autopilot now. To choose an item starts what flies already."""
+        """Records a start (`starts_mission`) sent now. Ignores a choice of item, which starts nothing new."""
         command = _command(frame)
         if command == mavlink.MAV_CMD_DO_SET_MISSION_CURRENT or message_id(frame) not in _COMMANDS | {_OLD_MODE}:
             return
@@ -116,14 +117,14 @@ class LatestStart:
         self._arms = command not in (None, mavlink.MAV_CMD_DO_SET_MODE, _STANDARD_MODE, _OVERRIDE)
 
     def is_pending(self, now: float, *, mode_shown: bool, armed: bool) -> bool:
-        """`mode_shown`: the newest heartbeat shows a mode in which the mission is flown. `armed`: and that it is."""
+        """`mode_shown`: the latest heartbeat shows a mission mode. `armed`: it shows the drone armed."""
         if mode_shown and (armed or not self._arms):
             self._at = float("-inf")
         return now - self._at < SHOWN_WITHIN_S
 
 
 def _command(frame: bytes) -> int | None:
-    """The MAV_CMD in it, where it is a command."""
+    """Returns the MAV_CMD of a command frame, else None."""
     if message_id(frame) not in _COMMANDS:
         return None
     *_, command = _COMMAND.unpack_from(payload(frame).ljust(_COMMAND.size, b"\0"))
@@ -131,7 +132,7 @@ def _command(frame: bytes) -> int | None:
 
 
 class StartGate:
-    """Says no in the autopilot's name. `answers` are for the tower."""
+    """Refuses in the autopilot's name. `answers` go to the tower."""
 
     def __init__(self, maker: FrameMaker) -> None:
         self._maker = maker
@@ -139,7 +140,7 @@ class StartGate:
         self._texts = 0
 
     def answers(self, frame: bytes, why: str, now: float, *, vehicle_system_id: int) -> list[bytes]:
-        """Frames that tell the sender of `frame` that it was refused, and why."""
+        """Returns frames that inform the sender of `frame` of the refusal and its reason."""
         said: list[bytes] = []
         command = _command(frame)
         if command is not None:
@@ -151,12 +152,12 @@ class StartGate:
         return said
 
     def say(self, text: str, *, vehicle_system_id: int) -> list[bytes]:
-        """A warning of the agent's: as many STATUSTEXT as it needs, of one id (0 would mean that it is in one part)."""
+        """Makes a warning of the agent: as many STATUSTEXT chunks as needed, under one id (0 means a single chunk)."""
         raw = text.encode("ascii", "replace")
         self._texts = self._texts % 0xFFFF + 1
         chunks = [raw[at : at + _TEXT_BYTES] for at in range(0, len(raw), _TEXT_BYTES)]
         if len(chunks[-1]) == _TEXT_BYTES:
-            chunks.append(b"")  # the last part is known by a zero byte
+            chunks.append(b"")  # a zero byte marks the last chunk
         sender = agent_sender(vehicle_system_id)
         return [
             self._maker.make(

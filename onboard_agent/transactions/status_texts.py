@@ -1,7 +1,7 @@
 """Assembles the autopilot's STATUSTEXTs and keeps them for a while, as reasons for refusals. No I/O; takes `now`.
 
-COMMAND_ACK carries no reason. ArduPilot gives it in one or several texts, some tens of milliseconds before or after the
-answer.
+COMMAND_ACK carries no reason. ArduPilot sends it in one or several texts, some tens of milliseconds before or after the
+acknowledgement.
 """
 
 from collections import deque
@@ -10,16 +10,16 @@ from typing import Any, Final
 from wire.dialect import mavlink
 
 KEPT: Final = 12
-"""An autopilot that may not arm gives up to six reasons."""
+"""An autopilot that refuses to arm gives up to six reasons."""
 
 REASON: Final = mavlink.MAV_SEVERITY_WARNING
-"""Texts of this severity or worse may be one."""
+"""Texts of this severity or worse may be a reason."""
 
 _CHUNK: Final = 50
 
 
 class StatusTexts:
-    """Feed it each STATUSTEXT of the autopilot; ask `since`."""
+    """Feed it each STATUSTEXT of the autopilot; read them with `since`."""
 
     def __init__(self) -> None:
         self._texts: deque[tuple[float, str]] = deque(maxlen=KEPT)
@@ -27,7 +27,7 @@ class StatusTexts:
         self._chunks: list[str] = []
 
     def receive(self, message: Any, now: float) -> None:
-        """STATUSTEXT came."""
+        """Takes a STATUSTEXT."""
         if message.severity > REASON:
             return
         if message.id == 0:
@@ -45,5 +45,5 @@ class StatusTexts:
         self._texts.append((now, text.strip()))
 
     def since(self, moment: float) -> list[str]:
-        """Each text once, oldest first."""
+        """Returns each text since `moment` once, oldest first."""
         return list(dict.fromkeys(text for at, text in self._texts if at >= moment and text))

@@ -1,14 +1,13 @@
-"""The tower's transactions at the drone: passes them to the handlers, and results to the tower. No I/O.
+"""Routes the tower's transactions to their handlers, and the results back to the tower. No I/O.
 
 Rules, each tested:
-
-- A transaction goes to the handler of its work. Each gets one result: work without a handler, and a write under an
-  older epoch than the known one, are refused here.
-- A tower that has not announced the capability gets no reports. Results wait for one that has.
-- Reports shortly before the loss of a control channel may be lost with it: results of the last AGAIN_WITHIN_S, and the
-  state of every handler, are repeated on the next one. An id that begins again has no older result.
-- A cancellation of something that never arrived here, or ended long ago, is answered so.
-- Only the newest progress waits, and none of what has ended. If too much waits, state is dropped and sent again.
+- A transaction goes to the handler of its work type. Each gets one result. Work without a handler, and writes of an
+  epoch older than the known one, are refused here.
+- Nothing is sent to a tower that has not announced support. Results wait for one that does.
+- Messages sent shortly before a control channel is lost may be lost with it: results of the last AGAIN_WITHIN_S are
+  sent again on the next one, and so is the state of every handler. An id that is begun again loses its older result.
+- A cancel for a transaction that never arrived, or ended long ago, gets a result: the tower never waits in vain.
+- Only the latest progress is queued, and none after the result. If the queue is too long, state is dropped and resent.
 """
 
 from collections import deque
@@ -33,29 +32,29 @@ from wire.transactions import (
 )
 
 WRITES: Final = (PlanUploadWork, PlanClearWork, ParametersWriteWork, CommandWork, FollowWork)
-"""Work that only the holder of the controls may request: it has an epoch."""
+"""Work that only the holder may request; it carries an epoch."""
 
 AGAIN_WITHIN_S: Final = 60.0
 """Much longer than a control channel can be dead before either side notices."""
 
 RESULTS_KEPT: Final = 16
-"""Results to repeat, or kept until a tower takes them. A tower runs a few at a time; the oldest are dropped first."""
+"""Results to send again, or to keep until a tower is connected. A tower runs few at a time; the oldest are dropped."""
 
 NOT_HERE: Final = "The agent does not know it: it never reached the drone, or it ended long ago."
 
 MAX_WAITING: Final = 128
-"""Messages that wait for the control channel."""
+"""Maximum number of messages queued for the control channel."""
 
 
 class Transactions:
-    """Call `due` at each tick and after each `heard`; forward what `news` has. Pass frames of the autopilot that are in
-    `hears` to `heard`."""
+    """Call `due` at each tick and after each `receive`; send the messages of `news`. Pass the autopilot's frames of the
+    types in `hears` to `receive`."""
 
     def __init__(self, handlers: Sequence[TransactionHandler]) -> None:
         self._handlers = tuple(handlers)
         self._handler_of = {work: handler for handler in handlers for work in handler.works}
         self.hears: frozenset[int] = frozenset[int]().union(*(handler.hears for handler in handlers))
-        """Ids of the autopilot's messages that some handler needs."""
+        """Ids of the autopilot's messages that any handler takes."""
         self._epoch = 0
         self._taken = False
         self._takes: frozenset[str] = frozenset()
@@ -68,8 +67,8 @@ class Transactions:
     # The link.
 
     def link_up(self, *, taken: bool, takes: Collection[str] = ()) -> None:
-        """A new link, or another control channel of the same one. `taken`: the tower understands such messages.
-        `takes`: of its welcome."""
+        """A new link, or another control channel of the same link. `taken`: the tower supports these messages.
+        `takes`: from its welcome."""
         again = [result for at, result in self._sent if self._now - at <= AGAIN_WITHIN_S]
         self._sent.clear()
         results = [one for one in self._waiting if isinstance(one, TransactionResult)]
@@ -80,17 +79,17 @@ class Transactions:
             handler.resend()
 
     def link_down(self) -> None:
-        """Nobody to tell."""
+        """No tower is connected."""
         self._taken = False
-        # Counts as not reported: the time until there is a link again must not count.
+        # Kept as not sent: the time until the next link must not count.
         again = [result for at, result in self._sent if self._now - at <= AGAIN_WITHIN_S]
         self._sent.clear()
         self._waiting.extendleft(reversed(again))
 
-    # The tower's wishes.
+    # Requests of the tower.
 
     def begin(self, transaction: Transaction, around: Around | None, now: float) -> None:
-        """The tower requests something. The newest known epoch was announced with `epoch_changed`."""
+        """Starts a transaction. The latest known epoch was announced through `epoch_changed`."""
         handler = self._handler_of.get(type(transaction.work))
         if handler is None:
             self.refuse(transaction.id, Outcome.REFUSED, "The agent on this drone is too old for that.")
@@ -103,12 +102,12 @@ class Transactions:
             handler.begin(transaction, around, now)
 
     def refuse(self, transaction_id: int, outcome: Outcome, words: str) -> None:
-        """It is not begun."""
+        """Reports a result without starting the transaction."""
         self._forget(transaction_id)
         self._wait(TransactionResult(id=transaction_id, outcome=outcome, words=words))
 
     def cancel(self, transaction_id: int, now: float) -> None:
-        """The tower cancels it, or asks for its result."""
+        """The tower cancels a transaction, or asks for its result."""
         ended = [*(one for _, one in self._sent), *self._waiting]
         if transaction_id in self._going_on:
             for handler in self._handlers:
@@ -117,7 +116,7 @@ class Transactions:
             self._wait(TransactionResult(id=transaction_id, outcome=Outcome.REFUSED, words=NOT_HERE))
 
     def epoch_changed(self, epoch: int, now: float) -> None:
-        """The epoch now, on a new link perhaps a lower one. Repetitions are ignored."""
+        """Sets the current epoch, which may be lower on a new link. Ignores a repeated one."""
         if epoch == self._epoch:
             return
         self._epoch = epoch
@@ -126,7 +125,7 @@ class Transactions:
 
     @property
     def busy(self) -> bool:
-        """A request of the tower is under way."""
+        """Whether a transaction of the tower is in progress."""
         return bool(self._going_on)
 
     # The autopilot.
@@ -137,22 +136,22 @@ class Transactions:
             handler.autopilot_came(around, now)
 
     def receive(self, frame: bytes, now: float) -> bool:
-        """A message of `hears` arrived. True: it answers a handler alone, and need not go up to the tower."""
+        """Takes a frame of a type in `hears`. True: it answers one handler alone and need not go to the tower."""
         msgid = message_id(frame)
         answers = [handler.receive(frame, now) for handler in self._handlers if msgid in handler.hears]
         return any(answers)
 
     def due(self, around: Around | None, now: float) -> list[bytes]:
-        """Frames to send to the autopilot now. `around` None: no autopilot was heard yet."""
+        """Returns the frames to send to the autopilot now. `around` is None if no autopilot was heard yet."""
         self._now = now
         if around is None:
             return []
         return [frame for handler in self._handlers for frame in handler.due(around, now)]
 
-    # Reports.
+    # Messages to the tower.
 
     def news(self, *, room: int = MAX_WAITING) -> list[TransactionToTower]:
-        """Messages for the control channel, in order, at most `room`; none if no tower takes them."""
+        """Returns messages for the control channel, in order, at most `room`; none without a tower that takes them."""
         for handler in self._handlers:
             for one in handler.news():
                 self._wait(one)
@@ -181,13 +180,13 @@ class Transactions:
             handler.resend()
 
     def _forget(self, transaction_id: int) -> None:
-        """A tower that was started again may count from the beginning."""
+        """Forgets an earlier transaction of this id: a restarted tower may count from the beginning."""
         self._sent = deque((sending for sending in self._sent if sending[1].id != transaction_id), RESULTS_KEPT)
         self._waiting = deque(one for one in self._waiting if getattr(one, "id", None) != transaction_id)
 
 
 def _says_more(news: TransactionToTower, waiting: TransactionToTower) -> bool:
-    """Whether what waits is no longer needed."""
+    """Whether `news` makes a queued message obsolete."""
     if isinstance(waiting, TransactionProgress):
         return isinstance(news, TransactionProgress | TransactionResult) and news.id == waiting.id
     return isinstance(waiting, PlanOnBoard) and isinstance(news, PlanOnBoard) and news.kind == waiting.kind

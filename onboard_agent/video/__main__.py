@@ -1,25 +1,22 @@
-"""`python -m onboard_agent.video`: the video process.
-
-The flight process starts it, writes to its standard input, reads its standard output, and ends it by closing the
-former. Not for people.
-"""
+"""`python -m onboard_agent.video`: the video process. The flight process starts it, writes to its standard input, reads
+its standard output, and ends it by closing the input. Not meant to be started by hand."""
 
 import os
 
 NICE = 5
-"""Below the flight process, at any priority of that (its unit says -10), and below everything ordinary."""
+"""Lower priority than the flight process at any setting (its unit says -10), and than all ordinary processes."""
 
 OOM_SCORE = 700
-"""If memory is short it is this process that goes."""
+"""If memory runs short, the kernel kills this process first."""
 
 
 def _step_back() -> None:
-    """Before anything large is imported."""
+    """Lowers the priority before any large import."""
     for prepare in (_be_nice, _be_behind_in_real_time, _go_first_when_memory_is_short):
         try:
             prepare()
         except OSError:
-            continue  # a unit may forbid it
+            continue  # a systemd unit may forbid it
 
 
 def _be_nice() -> None:
@@ -27,8 +24,8 @@ def _be_nice() -> None:
 
 
 def _be_behind_in_real_time() -> None:
-    """Where the flight process was given a real-time priority (`chrt`, CPUSchedulingPolicy=) we have it too, and are as
-    nice as we like without effect: then the lowest."""
+    """Uses the lowest real-time priority if the flight process runs under a real-time policy (`chrt`,
+    CPUSchedulingPolicy=): this process inherits the policy, and niceness then has no effect."""
     if os.sched_getscheduler(0) in (os.SCHED_FIFO, os.SCHED_RR):
         os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(os.sched_get_priority_min(os.SCHED_RR)))
 

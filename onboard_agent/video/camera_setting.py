@@ -1,4 +1,4 @@
-"""The setting of the camera: checked in the flight process, which loads nothing for it."""
+"""The camera setting. The flight process checks it without loading video libraries."""
 
 from typing import Final
 
@@ -8,7 +8,7 @@ NO_CAMERA: Final = "none"
 
 
 def parse_camera(text: str) -> str:
-    """NO_CAMERA, or the camera as `sources.schemes` knows it. Raises Unusable."""
+    """Returns NO_CAMERA, or a camera that `sources.schemes` accepts. Raises Unusable."""
     camera = text.strip() or NO_CAMERA
     if camera != NO_CAMERA:
         check_spec(camera)

@@ -1,8 +1,8 @@
-"""The WebSocket that carries units to the tower, kept up while there is a ticket for it. A thin shell.
+"""The WebSocket that carries units to the tower, kept connected while there is a ticket for it. A thin shell.
 
-What is handed over is written in order, in pieces, each at its time; who hands over asks LinkRate first, so that little
-waits here. The kernel's own pacing (SO_MAX_PACING_RATE) is no help: its bursts are as large as a key picture, and when
-it sends what cannot be known. What the network does not take within a while is given up with its connection.
+Units are written in order, in pieces, each at its time; callers ask LinkRate first, so that the queue stays short. The
+kernel's own pacing (SO_MAX_PACING_RATE) does not help: its bursts are as large as a key picture, and its send times
+cannot be observed. If the network does not accept data for a while, the connection is dropped.
 """
 
 import asyncio
@@ -39,10 +39,10 @@ CLOSE_WITHIN_S: Final = 0.2
 MAX_ANSWER_BYTES: Final = 1024
 WRITE_BUFFER_BYTES: Final = 16 * 1024
 STIR_EVERY_S: Final = 0.025
-"""Three of them, and TCP knows what is missing. Over a lossy 4G line the longest standstill was 0.9 s without them, and
-0.13 s with them."""
+"""Three pings let TCP detect a loss. On a lossy 4G line the longest standstill was 0.9 s without pings, and 0.13 s with
+them."""
 REFUSED_PAUSE_S: Final = 2.0
-"""A ticket that is not taken (yet): another one comes by the control channel."""
+"""Pause after a rejected ticket: a new one arrives on the control channel."""
 
 _TCP_THIN_LINEAR_TIMEOUTS: Final = 16
 
@@ -52,7 +52,7 @@ _key_requests: Final = msgspec.json.Decoder(KeyWanted)
 
 class VideoChannel:
     """Run it; `send` while `is_open`. `opened`: a new connection, on which every stream begins with a key picture.
-    `key_wanted`: the tower requests one. Both are plain calls from the event loop."""
+    `key_wanted`: the tower requests one. Both are called synchronously on the event loop."""
 
     def __init__(
         self,
@@ -71,26 +71,26 @@ class VideoChannel:
         self._rate = rate
         self._memory = memory
         self._local: str | None = None
-        """The address that the last connection went out by."""
+        """Local address of the last connection."""
         self._opened = opened
         self._key_wanted = key_wanted
         self._connection: ClientConnection | None = None
         self._units: deque[Departure] = deque()
         self._more = asyncio.Event()
         self.words = ""
-        """Why there is no connection, for people; empty where there is one."""
+        """Why there is no connection, for users; empty while connected."""
 
     @property
     def is_open(self) -> bool:
         return self._connection is not None
 
     def send(self, unit: Departure) -> None:
-        """In order, at its time or as soon as the network takes it. Lost with the connection."""
+        """Queues a unit. Units leave in order, at their time or once the network accepts them. Lost on disconnect."""
         self._units.append(unit)
         self._more.set()
 
     def tick(self) -> None:
-        """Every 100 ms or so."""
+        """Call about every 100 ms."""
         if self._connection is None:
             return
         now = time.monotonic()
@@ -102,7 +102,7 @@ class VideoChannel:
             self._connection = None
 
     async def run(self) -> None:
-        """Until cancelled."""
+        """Runs until cancelled."""
         backoff = Backoff()
         while True:
             await asyncio.sleep(backoff.next_delay_s())
@@ -139,7 +139,7 @@ class VideoChannel:
                 compression=None,
                 proxy=None,
                 open_timeout=OPEN_WITHIN_S,
-                ping_interval=None,  # each unit is answered
+                ping_interval=None,  # the tower answers each unit
                 close_timeout=CLOSE_WITHIN_S,
                 max_size=MAX_ANSWER_BYTES,
                 write_limit=WRITE_BUFFER_BYTES,
@@ -158,7 +158,7 @@ class VideoChannel:
         stirring = asyncio.create_task(self._stir(connection))
         try:
             await self._read(connection)
-            self._memory.forget()  # it broke; when it is closed because nobody watches, we do not get here
+            self._memory.forget()  # the connection broke; a close for lack of viewers does not get here
         finally:
             self._connection = None
             for task in (writing, stirring):
@@ -176,7 +176,7 @@ class VideoChannel:
         self._local = local
 
     async def _stir(self, connection: ClientConnection) -> None:
-        """Small pings while an answer is overdue (LinkRate.is_overdue)."""
+        """Sends small pings while an answer is overdue (LinkRate.is_overdue)."""
         with contextlib.suppress(ConnectionClosed):
             while True:
                 await asyncio.sleep(STIR_EVERY_S)
@@ -212,7 +212,7 @@ class VideoChannel:
 
 
 async def _pieces(unit: Departure, size: int) -> AsyncIterator[bytes]:
-    """Each is a fragment of one message, and is sent when the next is requested."""
+    """Yields the fragments of one message, each at its time."""
     at = unit.sent.begins_at
     for begin in range(0, len(unit.message), size):
         await _sleep_until(at)
@@ -228,7 +228,7 @@ async def _sleep_until(at: float) -> None:
 
 
 def prepare(sock: socket.socket) -> None:
-    """Pictures wait for everything else, and a line that comes back is used at once."""
+    """Gives the pictures the lowest priority, and makes TCP use a recovered line at once."""
     waits_for_others(sock)
     with contextlib.suppress(OSError):
         sock.setsockopt(socket.IPPROTO_TCP, _TCP_THIN_LINEAR_TIMEOUTS, 1)

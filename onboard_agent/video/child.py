@@ -1,7 +1,7 @@
-"""The video process, managed by the flight process: started on demand, supervised, ended when it hangs.
+"""The video process seen from the flight process: starts it on demand, reads its reports, and ends it if it hangs.
 
-Nothing here waits for the child: lines to it are written without waiting. A child that does not read them, falls
-silent, or writes an invalid line is killed and another one is started, later each time.
+Nothing here waits for the child: lines to it are written without blocking. A child that does not read them, is silent
+for a while, or writes an invalid line is killed and restarted, with a longer pause each time.
 """
 
 import asyncio
@@ -24,17 +24,16 @@ _log = logging.getLogger(__name__)
 COMMAND: Final = (sys.executable, "-m", "onboard_agent.video")
 END_WITHIN_S: Final = 2.0
 GONE_WITHIN_S: Final = 2.0
-"""After it was killed. One that hangs in a camera's driver goes when the driver lets it; the end of the agent does not
-wait for that."""
+"""Timeout after a kill. A process that hangs in a camera driver exits only when the driver lets it; the shutdown of the
+agent does not wait for that."""
 STEADY_S: Final = 20.0
 FIRST_PAUSE_S: Final = 0.25
 MAX_PAUSE_S: Final = 15.0
-"""Starting costs seconds of a small computer's time."""
+"""A start costs seconds of CPU time on a small computer."""
 
 
 class VideoChild:
-    """Run it; call `wake` when the service's request may have changed. `changed`: called when the service has a
-    report."""
+    """Run it; call `wake` when the service's demand changes. `changed`: called after the service received a report."""
 
     def __init__(
         self, service: VideoService, set_up: SetUp, changed: Callable[[], None], command: tuple[str, ...] = COMMAND
@@ -50,31 +49,31 @@ class VideoChild:
         self._sent = Watched()
         self._well = ChildWatch(self._loop.time())
         self.starts = 0
-        """How often one was started."""
+        """Number of starts."""
 
     @property
     def pid(self) -> int | None:
-        """Of the running child."""
+        """Process id of the running child."""
         return None if self._process is None else self._process.pid
 
     def wake(self) -> None:
-        """The service's request may have changed."""
+        """The service's demand may have changed."""
         self._send_watched()
         self._wake.set()
 
     async def run(self) -> None:
-        """Runs until cancelled; then the child is gone too."""
+        """Runs until cancelled; the child has then ended too."""
         pause_s = 0.0
         while True:
             while not self._service.should_run(self._loop.time()):
                 self._wake.clear()
                 await self._wake.wait()
             if self._last is not None:
-                await self._last.wait()  # one that could not be killed: never two of them
+                await self._last.wait()  # a process that could not be killed: never run two at once
             begun_at = self._loop.time()
             try:
                 words = await self._live()
-            except Exception as error:  # whatever it is: flight goes on without video
+            except Exception as error:  # whatever the error, flight goes on without video
                 _log.exception("the video process cannot be looked after")
                 words = f"cannot be looked after: {error!r}"
             if not words:
@@ -90,7 +89,7 @@ class VideoChild:
             pause_s = min(MAX_PAUSE_S, max(FIRST_PAUSE_S, 2 * pause_s))
 
     async def _live(self) -> str:
-        """One child, from its start to its end. Returns what was wrong; empty: it was no longer needed."""
+        """Runs one child from start to end. Returns what went wrong; empty: it was no longer wanted."""
         try:
             process = await asyncio.create_subprocess_exec(
                 *self._command,
@@ -135,7 +134,7 @@ class VideoChild:
                 return "hangs: it does not read"
 
     async def _read(self, process: asyncio.subprocess.Process) -> str:
-        """What was wrong in the end."""
+        """Reads reports until the child fails. Returns what went wrong."""
         assert process.stdout is not None
         while True:
             try:
@@ -157,12 +156,12 @@ class VideoChild:
 
     def _write(self, line: bytes) -> None:
         assert self._process is not None and self._process.stdin is not None
-        with contextlib.suppress(OSError, RuntimeError):  # it has just ended: that is seen where it is read
+        with contextlib.suppress(OSError, RuntimeError):  # it has just ended, which the reader notices
             self._process.stdin.write(line)
 
 
 def _states(pid: int) -> str:
-    """As ChildWatch.look takes them."""
+    """Returns the thread states for ChildWatch.judge."""
     try:
         return "".join(state_of(file.read_text()) for file in Path(f"/proc/{pid}/task").glob("*/stat"))
     except OSError:
@@ -170,7 +169,7 @@ def _states(pid: int) -> str:
 
 
 async def _end(process: asyncio.subprocess.Process, reading: "asyncio.Task[str]") -> None:
-    """It ends by itself when its standard input does; otherwise it is killed."""
+    """Ends the child by closing its standard input; kills it if it does not exit."""
     if process.stdin is not None:
         process.stdin.close()
     if process.returncode is None:

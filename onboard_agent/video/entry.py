@@ -1,4 +1,4 @@
-"""The video process's own shell: its standard input and output, its log, its end."""
+"""Entry point of the video process: its standard input and output, its log, its end."""
 
 import asyncio
 import contextlib
@@ -25,18 +25,18 @@ LET_GO_WITHIN_S: Final = 1.5
 
 
 def main() -> None:
-    """Ends with the process."""
+    """Does not return: ends the process."""
     _die_with_parent()
     out = os.dup(1)
-    os.dup2(2, 1)  # what a library prints is no line for the flight process
+    os.dup2(2, 1)  # output of libraries must not reach the flight process as lines
     os.set_blocking(out, False)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the flight process, which ends us
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the flight process, which ends this one
     asyncio.run(_run(out))
-    os._exit(0)  # a thread that hangs in a camera's driver must not hold the process
+    os._exit(0)  # a thread that hangs in a camera driver must not block the exit
 
 
 def _die_with_parent() -> None:
-    """A flight process that was killed cannot close our standard input before we are stopped, or hang."""
+    """Ends this process with its parent, because closing standard input does not end a stopped or hanging process."""
     with contextlib.suppress(OSError, AttributeError):
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
 
@@ -57,7 +57,7 @@ async def _run(out: int) -> None:
         return Camera(make_source(set_up.camera), request, on_change)
 
     def say(report: Report) -> None:
-        with contextlib.suppress(BlockingIOError, BrokenPipeError):  # the next report says it again
+        with contextlib.suppress(BlockingIOError, BrokenPipeError):  # the next report repeats it
             os.write(out, encode_line(report))
 
     process = VideoProcess(
@@ -82,7 +82,7 @@ async def _run(out: int) -> None:
 
 
 async def _listen(reader: asyncio.StreamReader, process: VideoProcess) -> None:
-    """Until the flight process closes its end."""
+    """Reads messages until the flight process closes the pipe."""
     while line := await reader.readline():
         message = decode_to_child(line)
         if isinstance(message, SetUp):

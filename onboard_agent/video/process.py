@@ -1,7 +1,7 @@
-"""The video process: connects camera, encoders and channel as the flight process requests. Decides nothing itself.
+"""The video process: connects camera, encoders and channel, as the flight process demands. Decides nothing itself.
 
-Everything runs in the event loop except the camera's thread and one thread for the encoders. A thread that hangs cannot
-be recovered: then the whole process ends, and the flight process starts another one.
+Everything runs in the event loop, except the camera's thread and one thread for the encoders. A thread that hangs
+cannot be recovered: the whole process then ends, and the flight process starts another one.
 """
 
 import asyncio
@@ -28,27 +28,27 @@ _log = logging.getLogger(__name__)
 
 TICK_S: Final = 0.1
 CAMERA_KEPT_S: Final = 3.0
-"""After the last wish: who switches from one stream to another need not wait for the camera."""
+"""After the last stream ended, so that a viewer who switches streams need not wait for the camera."""
 CAMERA_REQUEST: Final = PictureRequest(
     max(limits.width for limits in LIMITS.values()),
     max(limits.height for limits in LIMITS.values()),
     max(limits.rate_hz for limits in LIMITS.values()),
 )
-"""Whatever is watched first: who then asks for more must not have the camera opened again under the others."""
+"""Requested whatever is watched first, so that a later stream need not reopen the camera under the others."""
 HANGS_S: Final = 5.0
-"""Longest time of an encoder for one picture."""
+"""An encoder that takes this long for one picture hangs."""
 SAID_AFTER_S: Final = 0.7
-"""After this long without a picture from the encoders, viewers are notified."""
+"""Viewers are informed after this time without a picture from the encoders."""
 HANGING_WORDS: Final = "The drone's video encoder does not answer."
 CODEC_SEARCH_TIMEOUT_S: Final = 30.0
-"""For encoders in hardware, on a small computer that has just started."""
+"""For hardware encoders, on a small computer that has just started."""
 HUNG_CODE: Final = 3
 BROKEN_PAUSE_S: Final = 1.0
 SUMMARY_S: Final = 60.0
 
 
 class CameraThread(Protocol):
-    """What is needed of `sources.camera.Camera`."""
+    """The required part of `sources.camera.Camera`."""
 
     @property
     def state(self) -> CameraState: ...
@@ -61,8 +61,8 @@ class CameraThread(Protocol):
 
 @dataclass(frozen=True)
 class Parts:
-    """The process's parts. `make_camera`: takes the requirements, and a function that the camera calls, in its own
-    thread, when there is a picture or its state has changed. `usable_codecs` is slow."""
+    """Dependencies of the process. `make_camera` takes the picture request and a callback, which the camera calls in
+    its own thread on each picture and each change of state. `usable_codecs` may be slow."""
 
     make_camera: Callable[[PictureRequest, Callable[[], None]], CameraThread]
     make_encoder: MakeEncoder
@@ -70,7 +70,7 @@ class Parts:
 
 
 class VideoProcess:
-    """Create it inside a running event loop, call `watched`, then `run`. `say`: takes the reports."""
+    """Create it inside a running event loop; call `watched` on each change, and `run` it. `say` takes the reports."""
 
     def __init__(
         self,
@@ -80,7 +80,7 @@ class VideoProcess:
         say: Callable[[Report], None],
         link: Remembered | None = None,
     ) -> None:
-        """Without `tower` nothing is sent. `link`: what the process before this one had learnt."""
+        """Without `tower` nothing is sent. `link`: what the previous process had learnt of the link."""
         self._loop = asyncio.get_running_loop()
         self._parts = parts
         self._tower = tower
@@ -91,13 +91,13 @@ class VideoProcess:
         self._workbench = Workbench(parts.make_encoder, self._done_in_thread, self._broken_in_thread)
         self._worker: Executor = ThreadPoolExecutor(1, thread_name_prefix="encoders")
         self._busy_until: float | None = None
-        """The encoders' thread works; by then it has to be ready. None: it rests."""
+        """Deadline of the encoder thread's current work. None: it is idle."""
         self._encodes_since: float | None = None
         self._encoder_hangs = False
         self._watched = Watched()
         self._camera: CameraThread | None = None
         self._camera_waits = False
-        """Until the one before has let go: a device cannot be opened twice."""
+        """Waits until the previous camera is released: a device cannot be opened twice."""
         self._letting_go: asyncio.Future[bool] | None = None
         self._idle_since = time.monotonic()
         self._channel: VideoChannel | None = None
@@ -110,7 +110,7 @@ class VideoProcess:
         self._units = 0
 
     async def run(self) -> None:
-        """Until cancelled."""
+        """Runs until cancelled."""
         self._report()
         self._work(CODEC_SEARCH_TIMEOUT_S, self._find_codecs)
         try:
@@ -125,7 +125,7 @@ class VideoProcess:
     # -- from the flight process -----------------------------------------------------------------------------------
 
     def watched(self, watched: Watched) -> None:
-        """What is watched from now on."""
+        """Sets what is watched."""
         now = time.monotonic()
         another_link = watched.ticket != self._watched.ticket
         if another_link or bool(watched.streams) != bool(self._watched.streams):
@@ -189,11 +189,11 @@ class VideoProcess:
         self._loop.call_soon_threadsafe(self._news)
 
     def _news(self) -> None:
-        """A picture, or another state of the camera."""
+        """Handles a new picture, or a change of the camera's state."""
         self._report_changes()
         camera, channel = self._camera, self._channel
         if camera is None or self._busy_until is not None:
-            return  # the newest is still there when the encoders are ready
+            return  # the newest picture will still be available when the encoders are ready
         picture = camera.newest()
         if picture is None or channel is None or not channel.is_open:
             return

@@ -1,4 +1,4 @@
-"""Tests the camera for `tower-agent check`: the video process opens it and reports what it is."""
+"""Tests the camera for `tower-agent check`: the video process opens it and reports its state."""
 
 import asyncio
 import contextlib
@@ -12,11 +12,11 @@ from onboard_agent.video.sources.schemes import shown
 from wire.video import VIDEO, CameraState, Codec, Quality, StreamRequest, VideoState, VideoWanted
 
 WITHIN_S: Final = 30.0
-"""A small computer that reads all libraries from a memory card, and then a camera that wakes up."""
+"""For a small computer that reads all libraries from a memory card, and a camera that wakes up afterwards."""
 
 
 async def try_camera(camera: str, tower: TowerUrl) -> tuple[bool, str]:
-    """Whether it gives pictures, and in words what it does. Nothing is sent: the ticket is none."""
+    """Returns whether the camera gives pictures, and a description. Sends nothing: there is no valid ticket."""
     service = VideoService(has_camera=True)
     service.link_up((VIDEO,))
     service.wanted(

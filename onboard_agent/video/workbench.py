@@ -1,6 +1,6 @@
-"""The encoders, in the thread that they need: one for each stream, made when its first picture comes.
+"""The encoders, in their worker thread: one for each stream, created at its first picture.
 
-Everything here is called in one worker thread, but for the constructor.
+All methods except the constructor are called in one worker thread.
 """
 
 import logging
@@ -19,11 +19,11 @@ Done = Callable[[Order, Encoded], None]
 Broken = Callable[[Order, str], None]
 
 NOTICEABLE: Final = 0.06
-"""A change of the bit rate by less is not worth tuning again."""
+"""Smaller changes of the bit rate do not retune the encoder."""
 
 
 class Workbench:
-    """`done`, `broken`: called in the worker thread, as soon as each picture is ready or has failed."""
+    """`done`, `broken`: called in the worker thread as soon as each picture is ready or has failed."""
 
     def __init__(self, make_encoder: MakeEncoder, done: Done, broken: Broken) -> None:
         self._make_encoder = make_encoder
@@ -33,7 +33,7 @@ class Workbench:
         self._tuned: dict[StreamRequest, tuple[int, float, float]] = {}
 
     def encode(self, picture: Picture, orders: Iterable[Order]) -> None:
-        """One picture for each stream that takes it."""
+        """Encodes one picture for each stream that takes it."""
         for order in orders:
             try:
                 encoder = self._encoder(order)
@@ -61,12 +61,12 @@ class Workbench:
         return encoder
 
     def keep(self, requests: Iterable[StreamRequest]) -> None:
-        """Only these are watched."""
+        """Drops the encoders of all other streams."""
         kept = set(requests)
         self.drop([request for request in self._encoders if request not in kept])
 
     def drop(self, requests: Iterable[StreamRequest]) -> None:
-        """Their encoders go."""
+        """Closes the encoders of these streams."""
         for request in requests:
             self._tuned.pop(request, None)
             encoder = self._encoders.pop(request, None)

@@ -1,1 +1,1 @@
-"""What the video process decides: rates, shapes, who gets what. No I/O."""
+"""Decisions of the video process: rates, shapes, and the share of each stream. No I/O."""

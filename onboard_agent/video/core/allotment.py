@@ -1,7 +1,7 @@
-"""How the streams share what the link carries. No I/O.
+"""Divides the capacity of the link among the streams. No I/O.
 
-Everyone's least first, then everyone's most, and in both the lower qualities before the higher: when there is little,
-the higher quality gives way first.
+Every stream first gets its minimum, then its maximum, lower qualities before higher ones: when capacity is short, the
+higher quality is reduced first.
 """
 
 from collections.abc import Iterable
@@ -10,28 +10,28 @@ from typing import Final
 from wire.video import LIMITS, Codec, Quality, StreamRequest
 
 SHARE_OF_MPEG1: Final = {Codec.MPEG1: 1.0, Codec.H264: 0.6}
-"""What a codec needs for the same picture."""
+"""Bits that a codec needs for the same picture, relative to MPEG-1."""
 
 MIN_BPS: Final = 12_000
-"""A stream that would get less rests."""
+"""A stream whose share would be less is paused."""
 
 THIN_AFTER_S: Final = 2.0
 NOT_THIN_FROM: Final = 1.2
-"""Times what is needed."""
+"""Factor above the required rate."""
 
 
 def min_bps(request: StreamRequest) -> int:
-    """Below this the picture is not of the requested quality."""
+    """Minimum rate; below it the picture is not of the requested quality."""
     return round(LIMITS[request.quality].least_bits_per_s * SHARE_OF_MPEG1[request.codec])
 
 
 def max_bps(request: StreamRequest) -> int:
-    """More than this does not improve the picture."""
+    """Maximum rate; more does not improve the picture."""
     return round(LIMITS[request.quality].bits_per_s * SHARE_OF_MPEG1[request.codec])
 
 
 def allot(budget_bps: float, requests: Iterable[StreamRequest]) -> dict[StreamRequest, int]:
-    """Bits a second for each; 0: it rests, because the others need everything. One stream alone never rests."""
+    """Bits per second for each stream; 0: paused, because the others need everything. One alone is never paused."""
     order = sorted(requests, key=lambda request: (request.quality, -request.codec))
     left = int(budget_bps)
     shares: dict[StreamRequest, int] = {}
@@ -49,14 +49,14 @@ def allot(budget_bps: float, requests: Iterable[StreamRequest]) -> dict[StreamRe
 
 
 class Thinness:
-    """Whether the link takes less than the least of what is watched, and has for a while."""
+    """Detects that the link has carried less than the minimum of the watched streams for a while."""
 
     def __init__(self) -> None:
         self.thin = False
         self._since: float | None = None
 
     def judge(self, budget_bps: float, requests: Iterable[StreamRequest], now: float) -> bool:
-        """Whether it is so now."""
+        """Returns whether the link is thin now."""
         needed = sum(min_bps(request) for request in requests)
         if self.thin:
             self.thin = needed > 0 and budget_bps < NOT_THIN_FROM * needed
@@ -71,5 +71,5 @@ class Thinness:
 
 
 def quality_word(quality: Quality) -> str:
-    """For log lines."""
+    """Name of the quality for log lines."""
     return quality.name.lower()

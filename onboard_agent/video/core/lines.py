@@ -1,7 +1,5 @@
-"""The protocol between flight process and video process: lines of JSON on the child's stdin and stdout. No I/O.
-
-Both are of one version; a side that reads an invalid line gives the other up.
-"""
+"""Messages between flight process and video process: lines of JSON on the child's stdin and stdout. No I/O.
+Both have the same version; a process that reads an invalid line gives up the other."""
 
 from typing import Final
 
@@ -12,35 +10,35 @@ from wire.video import CameraState, Codec, StreamRequest
 
 MAX_LINE_BYTES: Final = 16 * 1024
 REPORT_EVERY_S: Final = 0.2
-"""The child reports on each change, and so often in any case: it is alive (`child_watch`)."""
+"""The child reports each change, and at this interval in any case, to show that it is alive (`child_watch`)."""
 
 
 class BadLine(ValueError):
-    """Not one of these."""
+    """The line is not a valid message."""
 
 
 class SetUp(msgspec.Struct, frozen=True, tag="set_up", tag_field="type", kw_only=True):
-    """To the child, first and once. In no argument, since a camera's address may have a password in it."""
+    """First message to the child, once. Not an argument, because a camera's address may contain a password."""
 
     tower: str
     camera: str
     uplinks: tuple[str, ...]
     log_level: str = "info"
     link: Remembered | None = None
-    """What the last child reported."""
+    """The latest report of the previous child."""
     trial: bool = False
-    """Only the camera is opened; the tower is left alone."""
+    """Only open the camera; do not connect to the tower."""
 
 
 class Watched(msgspec.Struct, frozen=True, tag="watched", tag_field="type", kw_only=True):
-    """To the child, on each change: which streams to make, and the ticket that opens the tower. None: rest."""
+    """To the child, on each change: the streams to make, and the ticket for the tower. No streams: idle."""
 
     ticket: str = ""
     streams: tuple[StreamRequest, ...] = ()
 
 
 class Report(msgspec.Struct, frozen=True, tag="report", tag_field="type", kw_only=True):
-    """From the child. As in wire.video.VideoState."""
+    """From the child. Fields as in wire.video.VideoState."""
 
     camera: CameraState
     words: str = ""
@@ -57,7 +55,7 @@ _encoder: Final = msgspec.json.Encoder()
 
 
 def encode_line(message: SetUp | Watched | Report) -> bytes:
-    """With the end of the line."""
+    """Includes the newline."""
     return _encoder.encode(message) + b"\n"
 
 

@@ -1,15 +1,15 @@
-"""How fast the link may be sent to, and how much the pictures may take, judged by delays alone. No I/O.
+"""Estimates how fast the link accepts data and how much the pictures may use, from delays alone. No I/O.
 
-Two numbers come out. `pacing_bps`: how fast bytes leave this machine, kept a little below what the link carries, so
-that a key picture waits here and not in a modem's queue in front of the drone's telemetry. `budget_bps`: what all
-streams together may make, kept below that, so that nothing waits for long here either.
+It has two results. `pacing_bps`: how fast bytes leave this machine, kept a little below the capacity of the link, so
+that a key picture waits here and not in a modem's queue ahead of the drone's telemetry. `budget_bps`: what all streams
+together may produce, kept below the pacing, so that nothing waits long here either.
 
-What the link carries is measured by the largest units: one that went out faster than the link is comes late by its
-size. While they come in time the pacing is raised, quickly at first and in small steps near the last bound. When every
-unit of a while is late there is a queue: then both numbers go at once below what has really been got.
+The largest units measure the capacity: a unit sent faster than the link is late in proportion to its size. While they
+arrive in time the pacing is raised, quickly at first and in small steps near the last bound. If every unit of a period
+is late there is a queue: both numbers then drop at once below the measured throughput.
 
-All delays are those of the tower's answers (wire.video.Got). A packet that TCP had to send twice makes one unit and its
-followers late, but not all units of a while; it lowers nothing.
+All delays come from the tower's answers (wire.video.Got). A packet that TCP retransmits delays one unit and its
+followers, but not all units of a period; it lowers nothing.
 """
 
 import math
@@ -23,62 +23,62 @@ from wire.video import Got
 FIRST_PACING_BPS: Final = 1_000_000.0
 MIN_PACING_BPS: Final = 60_000.0
 MAX_PACING_BPS: Final = 100_000_000.0
-"""From here on a key picture is away within 5 ms, and nothing is to be gained."""
+"""At this rate a key picture is sent within 5 ms; a higher rate gains nothing."""
 
 FIRST_BUDGET_BPS: Final = 300_000.0
 MIN_BUDGET_BPS: Final = 20_000.0
 BUDGET_SHARE: Final = 0.75
-"""Pacing headroom: a key picture is several times as large as the others, and must leave soon."""
+"""Share of the pacing: a key picture is several times as large as other pictures, and must leave quickly."""
 
 BELOW: Final = 0.95
-"""Pacing, as a share of what the link was measured to carry."""
+"""Pacing, as a share of the measured capacity of the link."""
 SLOWER: Final = 0.9
-"""A link that carries less than this share of the pacing is slower than that."""
+"""Below this share of the pacing, the link is slower than the pacing."""
 SAMPLES_OVER_S: Final = 3.0
 MIN_SAMPLES: Final = 3
-"""One alone may have met a packet that was lost."""
+"""A single sample may be distorted by a lost packet."""
 
 STEP_FIRST: Final = 2.0
 STEP_FAR: Final = 1.25
 STEP_NEAR: Final = 1.08
 NEAR: Final = (0.7, 1.15)
-"""Around the last bound, as shares of it."""
+"""Range around the last bound, as shares of it."""
 
 RISE_FIRST: Final = 1.0
 RISE: Final = 0.25
-"""Growth of the budget per second, before and after the first bound was met."""
+"""Rise of the budget per second, before and after the first bound was found."""
 RISE_REST_S: Final = 1.5
 
 QUEUE_S: Final = 0.02
-"""All units of a while later than this, and than the noise: a queue."""
+"""If all units of a period are later than this plus the noise, there is a queue."""
 QUEUE_WHILE_S: Final = 0.4
 QUEUE_UNITS: Final = 4
 AFTER_QUEUE: Final = (0.5, 0.7)
-"""Budget, as a share of what the link carries: the queue has to go."""
+"""Budget, as a share of the capacity of the link, so that the queue drains."""
 QUEUE_GONE_S: Final = 0.5
 EMPTIED_OVER_S: Final = 0.05
 SLOWEST_LEFT_OUT: Final = 0.34
-"""Share of the units in a queue, a few of which may have met a lost packet."""
+"""Share of the units in a queue that is ignored: a few of them may have met a lost packet."""
 LESS: Final = 0.85
-"""Share of the budget, if the queue does not show its rate: units that arrive all at once were delayed by a lost packet
-or a busy computer, not by a slow link."""
+"""Budget factor if the queue does not show how fast it is served: units that arrive all at once were delayed by a lost
+packet or a busy computer, not by a slow link."""
 
 HOPED_SHARE: Final = 0.75
-"""Share of the link's former budget."""
+"""Share of the budget that the link had in its previous use."""
 SHOWN_FOR_S: Final = 0.3
 MAX_PROBED_BPS: Final = 10_000_000.0
-"""Initial pacing; it soon rises by itself."""
+"""Maximum pacing taken from memory; it soon rises by itself."""
 
 LATE_S: Final = 0.1
 WAITING_S: Final = 0.08
-"""More than this on its way too long, or waiting here: no picture is encoded until that is better."""
+"""No picture is encoded while units are late by more than LATE_S, or wait here longer than WAITING_S."""
 STIR_FOR_S: Final = 2.0
-"""Beyond this delay the link is gone."""
+"""Beyond this delay the link itself is down."""
 HOPELESS_S: Final = 4.0
 
 
 class Known(NamedTuple):
-    """What has been learnt of a link. `bound_bps`: what it was last seen not to exceed. `base_s`: there and back."""
+    """What is known of a link. `bound_bps`: its last known upper bound. `base_s`: round-trip time."""
 
     pacing_bps: float
     budget_bps: float
@@ -87,7 +87,7 @@ class Known(NamedTuple):
 
 
 class _Sample(NamedTuple):
-    """By one large burst: how fast it left here, and how fast it came."""
+    """From one large burst: its send rate, and its arrival rate."""
 
     at: float
     offered_bps: float
@@ -95,44 +95,44 @@ class _Sample(NamedTuple):
 
 
 class LinkRate:
-    """Tell it what is sent and got; ask it before each picture."""
+    """Report to it what is sent and acknowledged; query it before each picture."""
 
     def __init__(self, now: float) -> None:
         self.way = OnTheWay()
         self.pacing_bps = FIRST_PACING_BPS
         self.queues = 0
-        """How often a queue was found."""
+        """Number of queues detected."""
         self._budget_bps = FIRST_BUDGET_BPS
         self._bound_bps: float | None = None
-        """What the link was last seen not to exceed."""
+        """The last observed upper bound of the link."""
         self._samples: deque[_Sample] = deque()
         self._recent: deque[Arrival] = deque()
         self._previous_late_s = 0.0
         self._burst_clear = True
-        """There was no queue before the burst that is being got."""
+        """There was no queue before the current burst."""
         self._rested_at = now
-        """The budget does not rise before RISE_REST_S from here."""
+        """The budget does not rise until RISE_REST_S after this time."""
         self._stepped_at = now
         self._risen_at = now
         self._cut_at: float | None = None
         self._cut_late_s = 0.0
         self._hoped: Known | None = None
-        """What was known of the link before, until the first unit shows whether it still is so."""
+        """Earlier knowledge of the link, until the first unit shows whether it still holds."""
         self._shown_at = float("-inf")
 
     @property
     def budget_bps(self) -> float:
-        """For all streams together, headers included."""
+        """For all streams together, including headers."""
         return self._budget_bps
 
-    # -- what happens ----------------------------------------------------------------------------------------------
+    # -- events ----------------------------------------------------------------------------------------------------
 
     def sent(self, got: Got, unit_bytes: int, now: float) -> Sent:
-        """A unit is handed over now; `got` is what the tower will answer. Returns when it has to leave."""
+        """Takes a unit handed over now; `got` is the tower's expected answer. Returns when the unit has to leave."""
         return self.way.sent(got, unit_bytes, self.pacing_bps, now)
 
     def got(self, got: Got, now: float) -> None:
-        """The tower has it."""
+        """Takes the tower's answer for a unit."""
         arrival = self.way.got(got, now)
         if arrival is None:
             return
@@ -146,7 +146,7 @@ class LinkRate:
         self._previous_late_s = arrival.late_s
 
     def reconnected(self, now: float) -> None:
-        """Another connection: nothing is on its way, and the way may be another. The rates stay, a little lower."""
+        """A new connection: nothing is in transit, and the route may differ. Limits the rates to the first ones."""
         self.way.forget()
         self._recent.clear()
         self._samples.clear()
@@ -157,7 +157,7 @@ class LinkRate:
         self._rested_at = self._stepped_at = self._risen_at = now
 
     def begin(self, now: float, hoped: Known | None = None) -> None:
-        """Starts another stream, perhaps over another link. `hoped`: this link's earlier rate; it counts if the first
+        """Another stream, perhaps over another link. `hoped`: earlier knowledge of this link; it counts once the first
         unit, no larger than without it, arrives in the time that it predicts."""
         self.pacing_bps, self._budget_bps, self._bound_bps = FIRST_PACING_BPS, FIRST_BUDGET_BPS, None
         self.reconnected(now)
@@ -170,32 +170,32 @@ class LinkRate:
 
     @property
     def known(self) -> Known | None:
-        """For `begin` of another stream over the same link. None: nothing has been learnt yet."""
+        """For `begin` of another stream over the same link. None: nothing is known yet."""
         if not self._recent or self._hoped is not None:
             return None
         return Known(self.pacing_bps, self._budget_bps, self._bound_bps, self.way.base_s)
 
     def is_free(self, now: float) -> bool:
-        """Nothing has spoken against sending more, so far; or it has just been shown that more may be sent."""
+        """No limit was found so far, or a unit has just confirmed a higher rate."""
         return (self._bound_bps is None and self._cut_at is None) or now < self._shown_at + SHOWN_FOR_S
 
-    # -- what may be done ------------------------------------------------------------------------------------------
+    # -- queries ---------------------------------------------------------------------------------------------------
 
     def has_room(self, now: float) -> bool:
-        """Whether another picture may be encoded now. One that is encoded must be sent."""
+        """Whether another picture may be encoded now. An encoded picture must be sent."""
         way = self.way
         return way.late_s(now) <= LATE_S + way.noise_s and way.waiting_s(now) <= WAITING_S
 
     def is_overdue(self, now: float) -> bool:
-        """Something should have been answered by now. While nothing more is sent, TCP learns of a loss only by a timer
-        of a fifth of a second or more, twice as long each time: a few bytes now and then show it what came."""
+        """An answer is overdue. While nothing is sent, TCP detects a loss only by a timer of a fifth of a second or
+        more, doubled each time: a few bytes now and then show TCP what has arrived."""
         return QUEUE_S + self.way.noise_s < self.way.late_s(now) < STIR_FOR_S
 
     def is_hopeless(self, now: float) -> bool:
-        """Nothing gets through any more: another connection might."""
+        """Nothing gets through any more; a new connection might."""
         return self.way.oldest_s(now) > HOPELESS_S + self.way.base_s
 
-    # -- judging ---------------------------------------------------------------------------------------------------
+    # -- estimation ------------------------------------------------------------------------------------------------
 
     def _judge_hope(self, first: Arrival, now: float) -> None:
         hoped, self._hoped = self._hoped, None
@@ -213,7 +213,7 @@ class LinkRate:
         return max(QUEUE_WHILE_S, 3 * self.way.base_s)
 
     def _judge_queue(self, now: float) -> bool:
-        """Whether there is a queue; lowers the rates for it, once in a while."""
+        """Returns whether there is a queue, and lowers the rates for it, at most once per period."""
         recent = self._recent
         if len(recent) < QUEUE_UNITS or now - recent[0].at < 0.8 * self._while_s:
             return False
@@ -221,7 +221,7 @@ class LinkRate:
         if least_late_s <= QUEUE_S + self.way.noise_s:
             return False
         if self._cut_at is not None and now - self._cut_at < self._while_s + self.way.base_s + self._cut_late_s:
-            return True  # what was done shows only after what is on its way
+            return True  # the effect shows only after everything in transit has arrived
         through_bps = sum(arrival.sent.bits for arrival in list(recent)[1:]) / (now - recent[0].at)
         if self._is_longer_way(least_late_s, through_bps, now):
             self.way.rebase()
@@ -242,8 +242,8 @@ class LinkRate:
         return True
 
     def _emptied_bps(self) -> float | None:
-        """How fast the queue was served: by the units that were in it when the one before came out, without the
-        slowest: a slow link makes all slow, a packet that TCP sent again after a while makes one."""
+        """How fast the queue was served. Uses the units that were in the queue when their predecessor arrived, except
+        the slowest: a slow link delays all units, a packet that TCP retransmits delays one."""
         served = sorted(
             ((arrival.at - before.at) / arrival.sent.bits, arrival.sent.bits)
             for before, arrival in pairwise(self._recent)
@@ -256,12 +256,12 @@ class LinkRate:
 
     @staticmethod
     def _after(late_s: float) -> float:
-        """The share of the link that leaves the queue room to go within a while."""
+        """The share of the link that lets the queue drain within QUEUE_GONE_S."""
         least, most = AFTER_QUEUE
         return max(least, min(most, 1 - late_s / QUEUE_GONE_S))
 
     def _is_longer_way(self, least_late_s: float, through_bps: float, now: float) -> bool:
-        """Less was sent than gets through, and it did not help: this queue is not ours, or it is none."""
+        """Less was sent than gets through, and it did not help: the queue is caused by others, or there is none."""
         return (
             self._cut_at is not None
             and now - self._cut_at < 2 * (self._while_s + self.way.base_s + self._cut_late_s)
@@ -308,14 +308,14 @@ class LinkRate:
         return STEP_NEAR if self.pacing_bps > least * bound else STEP_FAR
 
     def _rise(self, now: float) -> None:
-        """Slowly towards what the pacing allows; at once below it."""
+        """Raises the budget slowly towards its limit by the pacing; lowers it at once."""
         passed_s = min(0.5, now - self._risen_at)
         self._risen_at = now
         most = BUDGET_SHARE * self.pacing_bps
         if self._budget_bps >= most:
             self._budget_bps = max(MIN_BUDGET_BPS, most)
         elif self._recent[-1].late_s > QUEUE_S + self.way.noise_s:
-            return  # it is too much as it is
+            return  # units are late already
         elif now - self._rested_at >= RISE_REST_S or self._bound_bps is None:
             rise = RISE_FIRST if self._bound_bps is None else RISE
             self._budget_bps = min(most, self._budget_bps * (1 + rise * passed_s))

@@ -1,7 +1,7 @@
-"""Units sent and not yet received, and how late they are. No I/O.
+"""Tracks the units that were sent and not yet acknowledged, and how late they are. No I/O.
 
-One TCP connection: units arrive in order. A unit leaves in pieces, at times that are set when it is handed over
-(`Sent`), so that the transmission time of a large unit is not taken for a queue in the network.
+There is one TCP connection, so units arrive in the order of sending. A unit leaves in pieces, at times set when it is
+handed over (`Sent`), so that the duration of a large unit is not mistaken for a queue in the network.
 """
 
 from collections import deque
@@ -10,40 +10,40 @@ from typing import Final, NamedTuple
 from wire.video import Got
 
 PIECE_BYTES: Final = 1350
-"""With all headers one packet of the usual size."""
+"""With all headers, one packet of the usual size."""
 PIECE_HEADER_BYTES: Final = 100
-"""WebSocket, TLS, TCP with its time stamps, IP, and a share of the link's own."""
+"""WebSocket, TLS, TCP with its timestamps, IP, and a share for the link layer."""
 PIECE_S: Final = 0.002
-"""Faster links take several at once: no timer is finer than that."""
+"""Faster links send several pieces at once, because timers are not more precise than this."""
 
 BASE_OVER_S: Final = 10.0
 _BASE_PARTS: Final = 5
 LARGE_OVER_S: Final = 4.0
 LARGE_SHARE: Final = 0.6
 BURST_S: Final = 0.4
-"""What leaves without a pause for longer counts as another burst."""
+"""Units that leave without a pause for longer than this count as another burst."""
 
 UNKNOWN_BASE_S: Final = 0.3
-"""As long as nothing has been got."""
+"""Used until the first unit is acknowledged."""
 
 MIN_NOISE_S: Final = 0.003
 MAX_NOISE_S: Final = 0.008
 
 
 def wire_bits(unit_bytes: int) -> int:
-    """What a unit is on the network, with all headers."""
+    """Size of a unit on the network, with all headers."""
     return 8 * (unit_bytes + -(-unit_bytes // PIECE_BYTES) * PIECE_HEADER_BYTES)
 
 
 def piece_bytes(pacing_bps: float) -> int:
-    """How much of a unit leaves at once."""
+    """Bytes of a unit that leave at once."""
     return PIECE_BYTES * max(1, int(pacing_bps * PIECE_S / wire_bits(PIECE_BYTES)))
 
 
 class Sent(NamedTuple):
-    """One unit on its way. Its first piece leaves at `begins_at`, its last one at `leaves_at`, and then the next unit
-    may begin after that piece's own time. `burst_bits`: with those before it that left without a pause between, but
-    for the last piece; `burst_s`: in which these left."""
+    """One unit in transit. Its first piece leaves at `begins_at`, its last one at `leaves_at`; the next unit may begin
+    after the duration of that last piece. `burst_bits`: bits of this unit and those that left before it without a
+    pause, except for its last piece; `burst_s`: the time in which these left."""
 
     got: Got
     bits: int
@@ -57,18 +57,17 @@ class Sent(NamedTuple):
 
 
 class Arrival(NamedTuple):
-    """One unit that has been got. `late_s`: by how much more than the quickest of the last seconds took."""
+    """An acknowledged unit. `late_s`: its delay beyond the fastest unit of the last seconds."""
 
     sent: Sent
     at: float
     late_s: float
     large: bool
-    """It ends one of the largest bursts of the last seconds: only these tell how fast the link is."""
+    """The unit ends one of the largest bursts of the last seconds: only these measure the speed of the link."""
 
 
 class OnTheWay:
-    """Bounded by the caller, which checks `late_s` and `waiting_s` before sending; `oldest_s` shows when there is no
-    hope left."""
+    """The caller bounds the queue through `late_s` and `waiting_s` before sending; `oldest_s` detects a dead link."""
 
     def __init__(self) -> None:
         self._sent: deque[Sent] = deque()
@@ -76,15 +75,15 @@ class OnTheWay:
         self._burst_at = 0.0
         self._burst_bits = 0
         self._bases: deque[tuple[float, float]] = deque()
-        """(begin of the part of the window, the quickest way in it)."""
+        """(start of a part of the window, fastest round trip in it)."""
         self._large: deque[tuple[float, int]] = deque()
         self._last_way_s: float | None = None
         self._jitter_s = 0.0
         self.bits = 0
-        """Of everything on its way."""
+        """Bits of all units in transit."""
 
     def sent(self, got: Got, unit_bytes: int, pacing_bps: float, now: float) -> Sent:
-        """A unit is handed over now. Returns when it has to leave."""
+        """Takes a unit that is handed over now. Returns when it has to leave."""
         bits = wire_bits(unit_bytes)
         piece = piece_bytes(pacing_bps)
         last_bits = wire_bits((unit_bytes - 1) % piece + 1)
@@ -112,10 +111,10 @@ class OnTheWay:
         return sent
 
     def got(self, got: Got, now: float) -> Arrival | None:
-        """None: it is none of those that are on their way."""
+        """Takes an answer. Returns None if no unit in transit matches it."""
         if not any(sent.got == got for sent in self._sent):
             return None
-        while True:  # what was sent before has come too, whether told or not
+        while True:  # units sent earlier have arrived too, with or without an answer
             sent = self._sent.popleft()
             self.bits -= sent.bits
             if sent.got == got:
@@ -126,7 +125,7 @@ class OnTheWay:
         return Arrival(sent, now, late_s, self._is_large(sent.burst_bits, now))
 
     def forget(self) -> None:
-        """The connection is gone, and everything on its way with it."""
+        """The connection is lost, and all units in transit with it."""
         self._sent.clear()
         self.bits = 0
         self._free_at = 0.0
@@ -134,36 +133,36 @@ class OnTheWay:
         self._bases.clear()
 
     def expect(self, base_s: float, now: float) -> None:
-        """The round trip when the path was used before."""
+        """Sets the round-trip time of the link's previous use as the base."""
         self._bases.append((now, base_s))
 
     def rebase(self) -> None:
-        """The way has become longer: what was the quickest is not to be had any more."""
+        """The route has become longer: discards the earlier minimum."""
         self._bases.clear()
 
     @property
     def base_s(self) -> float:
-        """There and back, without any queue; 0 where nothing is known."""
+        """Round-trip time without any queue; 0 if unknown."""
         return min((way_s for _, way_s in self._bases), default=0.0)
 
     @property
     def noise_s(self) -> float:
-        """So much earlier or later a unit may be for no reason of ours."""
+        """Normal variation of the arrival time."""
         return min(MAX_NOISE_S, max(MIN_NOISE_S, self._jitter_s))
 
     def waiting_s(self, now: float) -> float:
-        """Until all that is sent has left this machine."""
+        """Time until everything handed over has left this machine."""
         return max(0.0, self._free_at - now)
 
     def late_s(self, now: float) -> float:
-        """By how much the oldest that is on its way is late by now; 0 while it may still come in time."""
+        """Delay of the oldest unit in transit so far; 0 while it may still arrive in time."""
         if not self._sent:
             return 0.0
         base_s = self.base_s if self._bases else UNKNOWN_BASE_S
         return max(0.0, now - self._sent[0].leaves_at - base_s)
 
     def oldest_s(self, now: float) -> float:
-        """The age of the oldest that is on its way; 0 where nothing is."""
+        """Age of the oldest unit in transit; 0 if there is none."""
         return now - self._sent[0].sent_at if self._sent else 0.0
 
     def _base(self, way_s: float, now: float) -> float:
@@ -177,7 +176,7 @@ class OnTheWay:
         return self.base_s
 
     def _measure_noise(self, sent: Sent, way_s: float) -> None:
-        """By units that did not wait for one another (after RFC 3550, 6.4.1)."""
+        """Uses units that did not wait for one another (after RFC 3550, 6.4.1)."""
         if self._last_way_s is not None and sent.begins_burst:
             change_s = min(2 * MAX_NOISE_S, abs(way_s - self._last_way_s))
             self._jitter_s += (change_s - self._jitter_s) / 16

@@ -1,4 +1,4 @@
-"""How much more an encoder produces than requested: headers, and its own interpretation of bit rates. No I/O."""
+"""Compares what an encoder produces, headers included, with the bit rate it was given. No I/O."""
 
 from typing import Final
 
@@ -7,7 +7,7 @@ MAX_FACTOR: Final = 2.5
 
 
 class Overshoot:
-    """For one stream. `factor`: request this share of the available rate."""
+    """For one stream. `factor`: divide the available rate by this to get the rate to request."""
 
     def __init__(self) -> None:
         self.factor = 1.1
@@ -17,8 +17,8 @@ class Overshoot:
         self._last_at = 0.0
 
     def made(self, bits: int, asked_bps: float, now: float) -> None:
-        """A unit of `bits` was made, headers included, at a requested rate of `asked_bps`."""
-        if self._begun_at is None or now - self._last_at > 1.0:  # skipped pictures are no savings of the encoder's
+        """Takes a unit of `bits`, headers included, made while the encoder was set to `asked_bps`."""
+        if self._begun_at is None or now - self._last_at > 1.0:  # the encoder did not save bits by skipped pictures
             self._begun_at = self._last_at = now
             self._made, self._asked = 0, 0.0
             return

@@ -1,8 +1,8 @@
-"""The flight process's side of video: what is watched, whether the video process must run, reports to the tower. No
-I/O.
+"""The flight process's side of video: the watched streams, whether the video process runs, reports to the tower.
+No I/O.
 
 The video process runs while something is watched and a little longer, so that the next viewer need not wait for it. A
-ticket is valid for one link: without it nothing is watched.
+ticket is valid for one link: when that is down, nothing is watched.
 """
 
 from typing import Final
@@ -12,17 +12,17 @@ from onboard_agent.video.core.link_memory import Remembered
 from wire.video import VIDEO, CameraState, Codec, VideoState, VideoWanted
 
 KEEP_S: Final = 60.0
-"""The process stays this long after the last picture was wanted."""
+"""The process continues this long after the last viewer has left."""
 
 CAN_BE_MADE: Final[tuple[Codec, ...]] = (Codec.MPEG1, Codec.H264)
-"""Until the video process has looked: PyAV has an encoder for both."""
+"""Assumed until the video process has checked: PyAV has an encoder for both."""
 
 STOPPED_WORDS: Final = "The camera's process on the drone ended and is started again."
 SILENT_WORDS: Final = "The camera's process on the drone does not answer."
 
 
 class VideoService:
-    """One drone's. `has_camera`: one is set up."""
+    """Video of one drone. `has_camera`: a camera is configured."""
 
     def __init__(self, *, has_camera: bool) -> None:
         self._has_camera = has_camera
@@ -35,27 +35,27 @@ class VideoService:
         self._codecs = CAN_BE_MADE
         self._sent: VideoState | None = None
         self.link: Remembered | None = None
-        """What the video process has learnt of the link, for the next one."""
+        """What the video process has learnt of the link, for its successor."""
 
     # -- from the tower --------------------------------------------------------------------------------------------
 
     def link_up(self, takes: tuple[str, ...]) -> None:
-        """A new link, which knows nothing. `takes`: of its welcome."""
+        """A new link, on which nothing was sent yet. `takes`: from the tower's welcome."""
         self._linked = self._has_camera and VIDEO in takes
         self._sent = None
 
     def link_resumed(self) -> None:
-        """The same link; the last reports may be lost."""
+        """The same link is back; the last message may be lost."""
         self._sent = None
 
     def link_down(self, now: float) -> None:
-        """No link: no reports, and no viewers."""
+        """No tower is connected, and nothing is watched."""
         self._linked = False
         self.link = None
         self._want(Watched(), now)
 
     def wanted(self, message: VideoWanted, now: float) -> None:
-        """The tower's request from now on."""
+        """Takes the tower's current demand."""
         if self._linked:
             self._want(Watched(ticket=message.ticket, streams=message.streams), now)
 
@@ -68,38 +68,38 @@ class VideoService:
 
     @property
     def watched(self) -> Watched:
-        """What the video process is to know."""
+        """The current demand, for the video process."""
         return self._wanted
 
     def should_run(self, now: float) -> bool:
-        """Whether there is to be a video process."""
+        """Whether the video process should run."""
         if self._wanted.streams:
             return True
         return self._watched_until is not None and now - self._watched_until < KEEP_S
 
     def reported(self, report: Report) -> None:
-        """The video process reports its state."""
+        """Takes a report of the video process."""
         self._report, self._lost_words, self._is_silent = report, "", False
         self.link = report.link if self._linked else None
         if report.codecs:
             self._codecs = report.codecs
 
     def silent(self) -> None:
-        """The video process is overdue with a report: no pictures arrive until it sends one."""
+        """A report of the video process is overdue: there are no pictures until the next one."""
         self._is_silent = True
 
     def ended(self, words: str = STOPPED_WORDS) -> None:
-        """The video process ended unexpectedly."""
+        """The video process has ended unexpectedly."""
         self._report, self._lost_words, self._is_silent = None, words, False
 
     def stopped(self) -> None:
-        """The video process was asked to end."""
+        """The video process was stopped as intended."""
         self._report, self._lost_words, self._is_silent = None, "", False
 
     # -- to the tower ----------------------------------------------------------------------------------------------
 
     def messages_to_tower(self) -> VideoState | None:
-        """What has changed for the tower, if anything."""
+        """Returns the changed state for the tower, or None."""
         if not self._linked:
             return None
         state = self._state()

@@ -1,4 +1,4 @@
-"""What a stream's pictures are, for the bits that it has: first fewer bits, then fewer pictures, then smaller ones.
+"""Chooses the shape of a stream's pictures for its bit rate: first fewer bits, then fewer pictures, then smaller ones.
 No I/O."""
 
 from typing import Final, NamedTuple
@@ -8,7 +8,7 @@ from wire.video import LIMITS, StreamRequest
 
 
 class Shape(NamedTuple):
-    """`bits_per_s` at `rate_hz` pictures a second; `scale`: of the quality's width and height."""
+    """`bits_per_s` at `rate_hz` pictures per second; `scale`: factor for the quality's width and height."""
 
     bits_per_s: int
     rate_hz: float
@@ -17,7 +17,7 @@ class Shape(NamedTuple):
 
 class _Step(NamedTuple):
     from_share: float
-    """Share of the quality's maximum."""
+    """Minimum share of the quality's maximum bit rate."""
     rate: float
     scale: float
 
@@ -32,11 +32,12 @@ _STEPS: Final = (
 
 UP_FROM: Final = 1.2
 UP_AFTER_S: Final = 3.0
-"""A better shape needs a fifth more than its rate, for this long: the size may change, and people see that."""
+"""A better shape is chosen only after a fifth more than its minimum has been available for this long, because a change
+of size is visible."""
 
 
 class ShapeForBits:
-    """For one stream."""
+    """Shape of one stream."""
 
     def __init__(self, request: StreamRequest) -> None:
         self.request = request
@@ -46,7 +47,7 @@ class ShapeForBits:
         self._better_since: float | None = None
 
     def choose(self, bits_per_s: int, now: float, *, is_free: bool = False) -> Shape:
-        """For these bits. Worse at once, better after a while; at once too as long as the link `is_free`."""
+        """Returns the shape for these bits. Degrades at once; improves after a while, or at once if `is_free`."""
         share = bits_per_s / self._most_bps
         fitting = next(number for number, step in enumerate(_STEPS) if share >= step.from_share)
         if self._step is None or fitting > self._step or (is_free and fitting < self._step):

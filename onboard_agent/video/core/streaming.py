@@ -1,7 +1,7 @@
-"""Which pictures are encoded for which stream, and the units that are made of them. No I/O.
+"""Decides which pictures are encoded for which stream, and makes units from them. No I/O.
 
-A picture is left out before it is encoded, never after: what is encoded has to be sent, or the next picture of that
-stream has to be a key.
+A picture is dropped before it is encoded, never after: an encoded picture must be sent, or the next picture of that
+stream must be a key picture.
 """
 
 from collections.abc import Iterable
@@ -17,7 +17,7 @@ from wire.video import HEADER_BYTES, MAX_UNIT_BYTES, Got, StreamRequest, Unit, e
 
 MAX_HELD_MS: Final = 0xFFFF
 KEY_ASKED_PAUSE_S: Final = 0.3
-"""Minimum interval of requested key pictures: each costs several others."""
+"""Minimum interval between requested key pictures: a key picture costs as much as several others."""
 
 
 class Order(NamedTuple):
@@ -30,7 +30,7 @@ class Order(NamedTuple):
 
 
 class Encoded(NamedTuple):
-    """What an encoder made of it."""
+    """The encoder's result for an order."""
 
     payload: bytes
     key: bool
@@ -53,7 +53,7 @@ class _Stream:
         self.shapes = ShapeForBits(request)
         self.overshoot = Overshoot()
         self.shape: Shape | None = None
-        """None: it rests."""
+        """None: the stream is paused."""
         self.key_due = True
         self.break_due = False
         self.key_asked_at = float("-inf")
@@ -66,15 +66,15 @@ class Streaming:
     def __init__(self, now: float) -> None:
         self.rate = LinkRate(now)
         self.left_out = 0
-        """Pictures that a stream should have had, and that would have come late."""
+        """Pictures due for a stream but dropped, because they would have been late."""
         self.thin = False
         self._streams: dict[StreamRequest, _Stream] = {}
         self._sequences: dict[StreamRequest, int] = {}
-        """Go on when a stream is watched again."""
+        """Continue when a stream is watched again."""
         self._thinness = Thinness()
 
     def watch(self, requests: Iterable[StreamRequest], now: float) -> None:
-        """These streams, from now on."""
+        """Sets the watched streams."""
         before = self._streams
         self._streams = {request: before.get(request) or _Stream(request) for request in requests}
         self.tick(now)
@@ -84,24 +84,24 @@ class Streaming:
         return tuple(self._streams)
 
     def restart(self) -> None:
-        """Nothing of what was sent counts any more: every stream goes on with a key picture."""
+        """Discards what was sent: every stream continues with a key picture."""
         for stream in self._streams.values():
             stream.key_due = True
 
     def key_wanted(self, request: StreamRequest, now: float) -> None:
-        """The tower asks for one."""
+        """The tower requests a key picture."""
         stream = self._streams.get(request)
         if stream is not None and now - stream.key_asked_at >= KEY_ASKED_PAUSE_S:
             stream.key_due, stream.key_asked_at = True, now
 
     def rest(self, request: StreamRequest, until: float) -> None:
-        """Its encoder has failed; it begins again after a while."""
+        """The encoder of the stream has failed: pauses the stream until then."""
         stream = self._streams.get(request)
         if stream is not None:
             stream.rests_until, stream.key_due = until, True
 
     def tick(self, now: float) -> None:
-        """Shares out what the link carries; every 100 ms or so."""
+        """Divides the capacity of the link among the streams; call about every 100 ms."""
         budget = self.rate.budget_bps
         self.thin = self._thinness.judge(budget, self._streams, now)
         shares = allot(budget, self._streams)
@@ -113,7 +113,7 @@ class Streaming:
                 stream.shape = stream.shapes.choose(bits_per_s, now, is_free=self.rate.is_free(now))
 
     def orders(self, capture_us: int, now: float, *, is_break: bool = False) -> list[Order]:
-        """For which streams this picture is to be encoded now, and how."""
+        """Returns the streams for which to encode this picture now, and how."""
         orders = []
         has_room: bool | None = None
         for request, stream in self._streams.items():
@@ -131,8 +131,8 @@ class Streaming:
         return orders
 
     def unit(self, order: Order, encoded: Encoded, now: float) -> Departure | None:
-        """The unit to send, and when; `now` has the same clock as `capture_us`. None: no viewer, or too large for the
-        wire."""
+        """Returns the unit to send, and when; `now` uses the clock of `capture_us`. None: the stream is not watched,
+        the picture is not the key picture that is due, or it is too large for the wire."""
         request = order.request
         stream = self._streams.get(request)
         if stream is None:

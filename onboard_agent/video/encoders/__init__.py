@@ -1,1 +1,1 @@
-"""What makes units of pictures."""
+"""Encoders, which turn pictures into units."""

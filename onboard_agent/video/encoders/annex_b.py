@@ -1,4 +1,4 @@
-"""H.264 as a row of NAL units behind start codes (ITU-T H.264, annex B; no I/O)."""
+"""H.264 as a sequence of NAL units with start codes (ITU-T H.264, annex B; no I/O)."""
 
 import re
 from typing import Final
@@ -11,13 +11,13 @@ PICTURE_PARAMETERS: Final = 8
 
 
 def nal_types(stream: bytes) -> list[int]:
-    """The types of the NAL units, in their order."""
+    """The types of the NAL units, in order."""
     return [stream[found.end()] & 0x1F for found in _START_CODE.finditer(stream) if found.end() < len(stream)]
 
 
 def with_parameter_sets(access_unit: bytes, parameter_sets: bytes) -> bytes:
-    """The access unit with the parameter sets at its head, unless it has its own. Raises ValueError when it is no
-    annex B, or there are no parameter sets to be had."""
+    """Returns the access unit with the parameter sets in front, unless it has its own. Raises ValueError if it is not
+    annex B, or if no parameter sets are available."""
     types = nal_types(access_unit)
     if not types:
         raise ValueError("H.264 without start codes")

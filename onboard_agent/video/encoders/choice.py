@@ -1,4 +1,4 @@
-"""Finds this machine's encoders by encoding a test picture and checking the result."""
+"""Finds out which encoders this machine has, by encoding a test picture and checking the result."""
 
 import logging
 from functools import cache
@@ -17,14 +17,14 @@ _log = logging.getLogger(__name__)
 
 _TEST_PICTURES: Final = 6
 _MAX_HELD: Final = 1
-"""An encoder that holds more pictures back than this is left alone: the processor is quicker than that."""
+"""An encoder that holds back more pictures than this is not used: the processor is faster then."""
 _MAX_ERROR: Final = 8.0
-"""Of 255, average over the picture: the result must look like the input."""
+"""Maximum mean error over the picture, of 255: the encoded picture has to look like the original."""
 
 
 def make_encoder(codec: Codec, quality: Quality) -> Encoder:
-    """An encoder for this stream, at the quality's bit rate (H.264 at 0.6 of it). Raises EncoderBroken when the codec
-    is not one of `usable_codecs`."""
+    """Makes an encoder for this stream, at the quality's bit rate (H.264 at 0.6 of it). Raises EncoderBroken if the
+    codec is not one of `usable_codecs`."""
     if codec is Codec.MPEG1:
         return Mpeg1Encoder(LIMITS[quality])
     kind = best_h264()
@@ -34,13 +34,13 @@ def make_encoder(codec: Codec, quality: Quality) -> Encoder:
 
 
 def usable_codecs() -> tuple[Codec, ...]:
-    """The available codecs. The first call may take a second."""
+    """Codecs available on this machine. The first call may take a second."""
     return (Codec.MPEG1,) if best_h264() is None else (Codec.MPEG1, Codec.H264)
 
 
 @cache
 def best_h264() -> H264Kind | None:
-    """The first that truly works, hardware before the processor."""
+    """The first encoder that works, hardware before the processor."""
     for kind in (*BY_HARDWARE, BY_PROCESSOR):
         problem = what_is_wrong(kind)
         if not problem:
@@ -51,7 +51,7 @@ def best_h264() -> H264Kind | None:
 
 
 def what_is_wrong(kind: H264Kind) -> str:
-    """Codes a few pictures and decodes them. Empty: nothing, it can be used."""
+    """Encodes a few pictures and decodes them. Returns the problem, or an empty string if it is usable."""
     encoder = H264Encoder(kind, LIMITS[Quality.MEDIUM])
     coded: list[EncodedPicture] = []
     try:
@@ -87,7 +87,7 @@ def _inspect(coded: list[EncodedPicture]) -> str:
 
 
 def _test_picture() -> av.VideoFrame:
-    """Ramps, so that a picture that is shifted, mirrored, or of one colour is noticed."""
+    """Ramps, so that a shifted, mirrored or single-coloured picture can be detected."""
     limits = LIMITS[Quality.MEDIUM]
     across = np.linspace(30, 220, limits.width)
     down = np.linspace(-14, 14, limits.height)

@@ -1,4 +1,4 @@
-"""H.264, baseline, Annex B: by the processor (libx264), or by whatever hardware truly does it."""
+"""H.264, baseline, Annex B: by the processor (libx264), or by hardware that passes the test."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from wire.video import Codec, QualityLimits
 
 @dataclass(frozen=True)
 class H264Kind:
-    """One H.264 encoder of FFmpeg: its name there, the pixel format it takes, its options, and whether the bit rate
-    can be lowered while it is open."""
+    """One H.264 encoder of FFmpeg: its FFmpeg name, its pixel format and options, and whether the bit rate can be
+    lowered while it is open."""
 
     name: str
     pixel_format: str = "yuv420p"
     options: Mapping[str, str] = field(default_factory=dict)
     takes_bit_rate: bool = False
     bounds_pictures: bool = False
-    """Whether it knows `maxrate` and `bufsize`."""
+    """Whether it supports `maxrate` and `bufsize`."""
     device: str = ""
-    """The kind of device whose memory the pictures have to be in, where that is so."""
+    """The device type whose memory the pictures must be in, if any."""
 
 
 BY_PROCESSOR: Final = H264Kind(
@@ -80,17 +80,17 @@ BY_HARDWARE: Final = (
         bounds_pictures=True,
     ),
 )
-"""In the order in which they are tried."""
+"""In the order of the attempts."""
 
 MAX_PICTURE_S: Final = 0.15
-"""As with MPEG-1; libx264 makes full use of it."""
+"""As for MPEG-1; libx264 uses it fully."""
 
 SHARE_OF_MPEG1: Final = 0.6
-"""The bit rate at which H.264 looks as MPEG-1 does at all of it."""
+"""The share of MPEG-1's bit rate at which H.264 looks the same."""
 
 
 class H264Encoder(PyavEncoder):
-    """H.264 in Annex B, the parameter sets at each key picture."""
+    """H.264 in Annex B, with the parameter sets at each key picture."""
 
     codec = Codec.H264
 
@@ -99,7 +99,7 @@ class H264Encoder(PyavEncoder):
         self._kind = kind
         self.name = kind.name
         self.pixel_format = kind.pixel_format
-        self.forces_keys = not kind.device  # PyAV forgets the wish on the way to the device
+        self.forces_keys = not kind.device  # PyAV drops the key request on the way to the device
 
     def _open(self, shape: Shape, aim: Aim) -> VideoCodecContext:
         device = self._kind.device
@@ -119,11 +119,11 @@ class H264Encoder(PyavEncoder):
         return context
 
     def _is_key(self, packet: av.Packet[Any], coded: bytes) -> bool:
-        """Others than these are called key pictures too, from which a decoder recovers only after a while."""
+        """Checks for IDR: FFmpeg also marks pictures as key from which a decoder recovers only after a while."""
         return IDR in nal_types(coded)
 
     def _retuned(self, context: VideoCodecContext, was: Aim) -> None:
-        """Down at once; up only at the next key picture, with the bound that belongs to it."""
+        """Lowers the rate at once; raises it only at the next key picture, together with its bound."""
         bits = round(self._aim.bits_per_s * was.rate_hz / self._aim.rate_hz)
         if self._kind.takes_bit_rate and bits < (context.bit_rate or 0):
             context.bit_rate = bits

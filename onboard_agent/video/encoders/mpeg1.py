@@ -1,8 +1,8 @@
-"""MPEG-1 video in MPEG-TS: what every browser can show, and the unit of each picture when that picture is fed.
+"""MPEG-1 video in MPEG-TS, which every browser can show. Each picture's unit is ready when that picture is fed.
 
-FFmpeg's MPEG-1 encoder holds one picture back, because a picture between two others may point to the later one. We
-never code such pictures, and `low_delay` tells it so. It is refused unless the compliance is `unofficial`, for the only
-reason that MPEG-1 has no field to tell a decoder; what is coded is the same to the byte (`python -m bench encoder`).
+FFmpeg's MPEG-1 encoder holds one picture back, because a picture between two others may refer to the later one. We
+never encode such pictures, and `low_delay` tells FFmpeg so. FFmpeg rejects that unless `strict` is `unofficial`, only
+because MPEG-1 has no field to signal it to a decoder; the output is identical to the byte (`python -m bench encoder`).
 """
 
 from fractions import Fraction
@@ -18,17 +18,17 @@ from onboard_agent.video.sources.source import Picture
 from wire.video import Codec, QualityLimits
 
 CODED_RATES_HZ: Final = (24, 25, 30, 50, 60)
-"""Rates that an MPEG-1 header can express and JSMpeg can read. Slower streams say 24: each picture has a time."""
+"""Rates that the MPEG-1 header can state and JSMpeg can read. Slower streams state 24: each picture has a time."""
 
 MAX_PICTURE_S: Final = 0.25
-"""No picture is larger than the bit rate gives in this time: a key picture must not hold up those behind it. On a line
-of 1.5 times the bit rate the slowest 5 % take 45 ms instead of 450, and it costs half a decibel."""
+"""No picture is larger than what the bit rate yields in this time, so that a key picture does not delay those after it.
+On a line of 1.5 times the bit rate the slowest 5 % take 45 ms instead of 450, at a cost of half a decibel."""
 
 _MIN_PICTURE_BYTES: Final = 100
 _NO_HOLD: Final = {"flags": "+low_delay", "strict": "unofficial"}
 _KEY_AGAINST_OTHERS: Final = {"i_qfactor": "1.5"}
-"""Key pictures are quantised more coarsely than the others, not more finely as by default: those after them repair it,
-and fewer attempts are needed to keep within the bound."""
+"""Key pictures are quantised more coarsely than others, not more finely as by default: later pictures repair the loss,
+and fewer attempts are needed to stay within the bound."""
 
 
 class Mpeg1Encoder(PyavEncoder):
@@ -64,11 +64,11 @@ class Mpeg1Encoder(PyavEncoder):
 
 
 def coded_rate_hz(rate_hz: float) -> int:
-    """The lowest rate of a header that is not below `rate_hz`, or the highest."""
+    """The lowest rate that a header can state and that is not below `rate_hz`, or the highest one."""
     return next((rate for rate in CODED_RATES_HZ if rate >= rate_hz - 0.5), CODED_RATES_HZ[-1])
 
 
 def picture_bits(aim: Aim) -> int:
-    """How many bits a picture may have on average, so that the units come to the bit rate: the packets cost some."""
+    """Average bits per picture at which the units match the bit rate; the packets need some of it."""
     unit_bytes = (aim.bits_per_s / 8 - TABLE_BYTES) / aim.rate_hz
     return 8 * max(_MIN_PICTURE_BYTES, round(room_for_picture(unit_bytes)))

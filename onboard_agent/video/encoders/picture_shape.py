@@ -1,4 +1,4 @@
-"""Which size a picture is coded in (no I/O)."""
+"""Chooses the size in which a picture is encoded (no I/O)."""
 
 from typing import NamedTuple
 
@@ -15,10 +15,10 @@ class Shape(NamedTuple):
 
 
 def coded_shape(source: Shape, limits: QualityLimits, scale: float) -> Shape:
-    """The largest shape like the source's that fits inside the limits, times `scale`; never larger than the source.
+    """The largest shape with the source's proportions within the limits, times `scale`; never larger than the source.
 
-    Both sides even, because there are half as many colour samples; none below 48 pixels. The codecs work in blocks of
-    16 and fill up the last ones by themselves; the headers contain the visible size.
+    Both sides are even, because colour is subsampled by two, and at least 48 pixels. The codecs work in blocks of 16
+    and pad the last ones by themselves; the headers state the visible size.
     """
     fit = min(1.0, limits.width / source.width, limits.height / source.height) * scale
     return Shape(_even(source.width * fit), _even(source.height * fit))

@@ -1,8 +1,8 @@
-"""What all encoders have in common: one codec at a time, opened again at a key picture when something has changed.
+"""Common part of all encoders: one codec at a time, reopened at a key picture after a change.
 
-Key pictures come by the camera's clock, not by counting, because pictures that are not sent are not coded. Times reach
-the codec as a count for the same reason: each picture then gets the same share of the bit rate, however many are
-skipped, and never more because others were missing.
+Key pictures follow the camera's clock, not a picture count, because pictures that are not sent are not encoded. For the
+same reason the codec gets a count as its time: each picture then gets the same share of the bit rate, however many are
+skipped, and never more because others are missing.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from onboard_agent.video.sources.source import Picture
 from wire.video import Codec, QualityLimits
 
 KEY_EVERY_US: Final = 1_000_000
-"""A viewer who comes in, or has lost something, waits no longer than this for a picture."""
+"""A viewer who joins, or has lost data, waits no longer than this for a picture."""
 
 SMPTE170M_MATRIX: Final = 6
-"""The matrix of BT.601 as streams name it. That of PyAV's names (ITU601, 5) has the same numbers and another name."""
+"""The BT.601 matrix as streams name it. PyAV's constant (ITU601, 5) has the same coefficients under another name."""
 
 
 class Aim(NamedTuple):
-    """An encoder's target."""
+    """Target of an encoder."""
 
     bits_per_s: int
     rate_hz: float
@@ -56,7 +56,7 @@ class PyavEncoder(ABC):
     name: str
     pixel_format = "yuv420p"
     forces_keys = True
-    """Whether an open codec can make a key picture on request; otherwise it is reopened for each."""
+    """Whether an open codec accepts a request for a key picture; otherwise it is reopened for each."""
 
     def __init__(self, limits: QualityLimits, bits_per_s: int | None = None) -> None:
         self._limits = limits
@@ -68,21 +68,21 @@ class PyavEncoder(ABC):
 
     @abstractmethod
     def _open(self, shape: Shape, aim: Aim) -> VideoCodecContext:
-        """A codec ready for its first picture. Raises av.FFmpegError or ValueError."""
+        """Returns a codec ready for its first picture. Raises av.FFmpegError or ValueError."""
 
     @abstractmethod
     def _pack(self, coded: bytes, context: VideoCodecContext, *, key: bool, capture_us: int) -> bytes:
-        """The payload of the unit."""
+        """Returns the payload of the unit."""
 
     def _is_key(self, packet: av.Packet[Any], coded: bytes) -> bool:
-        """Whether decoding can begin there."""
+        """Whether decoding can begin at this packet."""
         return packet.is_keyframe
 
     def _retuned(self, context: VideoCodecContext, was: Aim) -> None:  # noqa: B027 - most can do nothing
-        """What can be changed in an open codec, is."""
+        """Applies those changes that an open codec supports."""
 
     def retune(self, *, bits_per_s: int, rate_hz: float, scale: float = 1.0) -> None:
-        """See Encoder. Raises ValueError for what is out of range."""
+        """See Encoder. Raises ValueError for values out of range."""
         if not (bits_per_s > 0 and rate_hz > 0 and 0 < scale <= 1):
             raise ValueError(f"cannot aim at {bits_per_s} bit/s, {rate_hz} Hz, {scale} of the size")
         was, self._aim = self._aim, Aim(bits_per_s, rate_hz, scale)
@@ -124,7 +124,7 @@ class PyavEncoder(ABC):
         self._waiting.clear()
 
     def _as_coded(self, frame: av.VideoFrame, shape: Shape) -> av.VideoFrame:
-        """A frame of our own, in the size and the pixel format that is coded, black 16 and white 235."""
+        """A private frame in the encoded size and pixel format, black 16 and white 235."""
         ours = frame.reformat(
             width=shape.width,
             height=shape.height,
@@ -133,12 +133,12 @@ class PyavEncoder(ABC):
             dst_color_range=ColorRange.MPEG,
             interpolation=Interpolation.AREA,
         )
-        if ours is frame:  # nothing to change: but others may be coding the same one, and we are to write into it
+        if ours is frame:  # nothing to convert, but other encoders may use the same frame, and this one is modified
             ours = av.VideoFrame.from_ndarray(frame.to_ndarray(), format=frame.format.name)
         return ours
 
     def _flush(self, opened: _Opened) -> list[EncodedPicture]:
-        """What a codec still holds that is about to be given up."""
+        """Returns the pictures still held by a codec that is about to be closed."""
         coded = self._take(opened, opened.context.encode(None))
         self._waiting.clear()
         return coded
@@ -157,17 +157,17 @@ class PyavEncoder(ABC):
 
 
 def new_context(codec: str, shape: Shape, rate: Fraction, hardware: HWAccel | None = None) -> VideoCodecContext:
-    """A codec that is not open yet, for this many pictures a second, none of which waits for a later one. Raises
-    av.FFmpegError or ValueError."""
+    """Returns an unopened codec for this picture rate, without reordering of pictures. Raises av.FFmpegError or
+    ValueError."""
     context = VideoCodecContext.create(codec, "w", hardware)
     assert isinstance(context, VideoCodecContext)
     context.width, context.height = shape
     context.framerate = rate
     context.time_base = 1 / rate
-    context.gop_size = 9_999  # the camera's clock says when
+    context.gop_size = 9_999  # the camera's clock decides
     context.max_b_frames = 0
     context.thread_count = 1
-    # The result of _as_coded. H.264 can express it, so that no decoder guesses by the size.
+    # The format that _as_coded produces. H.264 can state it, so that no decoder has to guess by the size.
     context.color_range = ColorRange.MPEG
     context.color_primaries = ColorPrimaries.SMPTE170M
     context.color_trc = ColorTrc.SMPTE170M

@@ -1,7 +1,7 @@
 """MPEG-TS around MPEG-1 pictures: whole packets for each, so that units can be cut, skipped and joined (no I/O).
 
-Own code in place of FFmpeg's muxer, which writes its tables by the clock, or before every picture (72 kbit/s at 24 Hz),
-but not just before the key pictures, where a reader starts. After ISO/IEC 13818-1, 2.4.3 and 2.4.4.
+FFmpeg's muxer is not used: it writes its tables by the clock, or before every picture (72 kbit/s at 24 Hz), but not
+just before the key pictures, where a new reader begins. After ISO/IEC 13818-1, 2.4.3 and 2.4.4.
 """
 
 from struct import Struct
@@ -27,13 +27,13 @@ _CARRIED_BYTES: Final = PACKET_BYTES - _HEADER_BYTES
 _PCR_FIELD_BYTES: Final = 8
 _PES_HEADER_BYTES: Final = 14
 _PES_COUNTED_BYTES: Final = 8
-"""The part of the PES header that its own length counts."""
+"""Bytes of the PES header that its length field counts."""
 _MAX_PES_PAYLOAD_BYTES: Final = 0xFFFF - _PES_COUNTED_BYTES
 
 _CLOCK_BITS: Final = 33
 _DECODER_SLACK: Final = 9_000
-"""How far the clock reference is ahead of the picture's time: 100 ms of 90 kHz, the time that a decoder may take to get
-the bytes of a picture. Players that pace by it can buffer that much; ours ignores it."""
+"""How far the clock reference precedes the picture's time: 100 ms at 90 kHz, the time a decoder may take to receive a
+picture. Players that pace by it get that much buffer; ours ignores it."""
 
 
 def _crc(section: bytes) -> bytes:
@@ -46,7 +46,7 @@ def _crc(section: bytes) -> bytes:
 
 
 def _section(table_id: int, body: bytes) -> bytes:
-    """A table in one packet's payload: pointer, header, body, checksum, stuffing."""
+    """A table in the payload of one packet: pointer, header, body, checksum, stuffing."""
     numbered = b"\x00\x01\xc1\x00\x00" + body
     head = bytes([table_id]) + (0xB000 | len(numbered) + 4).to_bytes(2)
     section = head + numbered
@@ -65,26 +65,28 @@ _STREAMS: Final = _section(
 
 
 def room_for_picture(unit_bytes: float) -> float:
-    """How large a coded picture may be, in bytes, for its packets to come to `unit_bytes` on average: half a packet is
-    stuffing. May be negative."""
+    """Size of an encoded picture, in bytes, whose packets average `unit_bytes`: half a packet is stuffing. May be
+    negative."""
     in_packets = unit_bytes / PACKET_BYTES * _CARRIED_BYTES
     return in_packets - _PCR_FIELD_BYTES - _PES_HEADER_BYTES - _CARRIED_BYTES / 2
 
 
 TABLE_BYTES: Final = 2 * PACKET_BYTES
-"""What a key picture costs more."""
+"""Additional size of a key picture."""
 
 
 class TransportStream:
-    """Packs the pictures of one stream. Knows the counters that run on from packet to packet, and nothing else."""
+    """Packs the pictures of one stream. Its only state is the counters that continue from packet to packet."""
 
     def __init__(self) -> None:
         self._video_counter = 0
         self._tables_counter = 0
 
     def pack(self, picture: bytes, *, key: bool, at_us: int) -> bytes:
-        """Whole packets with `picture`, the tables first for a key picture. A picture above 65,527 bytes takes two PES
-        packets or more, of which only the first has a time."""
+        """Returns whole packets with `picture`, preceded by the tables if it is a key picture.
+
+        A picture above 65,527 bytes is split into two or more PES packets, of which only the first has a time.
+        """
         clock = at_us * 9 // 100
         packets = self._tables() if key else bytearray()
         for begin in range(0, len(picture), _MAX_PES_PAYLOAD_BYTES):
@@ -121,7 +123,7 @@ class TransportStream:
 
 
 def _pes_header(payload_bytes: int, clock: int | None) -> bytes:
-    """Always as long: where there is no time, there is stuffing instead."""
+    """Has a constant length: without a time, stuffing takes its place."""
     length = (payload_bytes + _PES_COUNTED_BYTES).to_bytes(2)
     if clock is None:
         return b"\x00\x00\x01" + bytes([_VIDEO_STREAM]) + length + b"\x80\x00\x05" + b"\xff" * 5
@@ -138,7 +140,7 @@ def _clock_reference(clock: int, *, key: bool) -> bytes:
 
 
 def _stuffed(adaptation: bytes, missing: int) -> bytes:
-    """The adaptation field, made longer by `missing` bytes (from 1)."""
+    """Extends the adaptation field by `missing` bytes (at least 1)."""
     if not adaptation:
         adaptation, missing = b"\x00", missing - 1
         if missing == 0:

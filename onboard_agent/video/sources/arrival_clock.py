@@ -1,14 +1,14 @@
-"""When a picture was taken, by the stamps of a camera whose clock is not ours (no I/O).
+"""Computes when a picture was taken from the timestamps of a camera with its own clock (no I/O).
 
-A stamp tells exactly how far pictures are apart; when they come tells it only with what the network added. The quickest
-of the last seconds gives how the clocks differ; what the others took more is age, and is counted as age.
+Timestamps give exact intervals between pictures; arrival times include network delay. The fastest arrival of the last
+seconds gives the offset between the clocks; the additional delay of other pictures counts as their age.
 """
 
 from typing import Final
 
 _WINDOW_US: Final = 5_000_000
 _MAX_JUMP_US: Final = 2_000_000
-"""A stamp that is off by more is of another epoch: the camera has begun again, or set its clock."""
+"""A timestamp that is off by more belongs to another epoch: the camera has restarted, or set its clock."""
 
 
 class ArrivalClock:
@@ -20,7 +20,7 @@ class ArrivalClock:
         self._window_ends_us = 0
 
     def taken_us(self, stamp_us: int, arrived_us: int) -> int:
-        """By our clock; never later than it came."""
+        """Returns the time by our clock, never later than the arrival."""
         apart_us = arrived_us - stamp_us
         known = [best for best in (self._best_us, self._before_us) if best is not None]
         if known and abs(apart_us - min(known)) > _MAX_JUMP_US:

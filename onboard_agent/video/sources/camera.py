@@ -1,6 +1,6 @@
-"""A source with its own thread: the newest picture, the camera's state, and another attempt after a loss.
+"""A source with its own thread: keeps the newest picture and the camera's state, and reopens a lost camera.
 
-The next picture replaces one that was not fetched: a late picture is useless.
+A new picture replaces an unfetched one, because late pictures are useless.
 """
 
 import logging
@@ -21,9 +21,9 @@ MAX_TEXT_LENGTH: Final = 160
 
 
 class Camera:
-    """`start`, then `newest` whenever `on_change` announces something, then `stop`.
+    """Call `start`, then `newest` whenever `on_change` reports something, then `stop`.
 
-    Threads of the camera call `on_change`, at each picture and each change of state; it must not block.
+    The camera's threads call `on_change` at each picture and each change of state; it must not block.
     """
 
     def __init__(self, source: Source, request: PictureRequest, on_change: Callable[[], None]) -> None:
@@ -44,18 +44,18 @@ class Camera:
 
     @property
     def words(self) -> str:
-        """For people, what is wrong; empty when nothing is."""
+        """The problem, in words for users; empty if there is none."""
         return self._watch.words
 
     def start(self) -> None:
-        """Once."""
+        """Starts the threads. Call it once."""
         for name, work in (("camera", self._read_for_ever), ("camera-watch", self._watch_for_ever)):
             thread = threading.Thread(target=work, name=name, daemon=True)
             self._threads.append(thread)
             thread.start()
 
     def stop(self) -> bool:
-        """Lets go of the camera. False: its thread hangs in the driver, and only the end of the process ends it."""
+        """Releases the camera. False: its thread hangs in the driver, and only the end of the process releases it."""
         self._ending.set()
         self._source.interrupt()
         until = time.monotonic() + self._source.lets_go_within_s
@@ -64,7 +64,7 @@ class Camera:
         return not any(thread.is_alive() for thread in self._threads)
 
     def newest(self) -> Picture | None:
-        """The newest picture, once. None: nothing new."""
+        """Returns the newest picture once. None: nothing new."""
         with self._lock:
             picture, self._newest = self._newest, None
             if picture is not None and picture.is_break:
@@ -86,7 +86,7 @@ class Camera:
                     first_at = first_at or time.monotonic()
             except CameraLost as error:
                 self._lost(str(error))
-            except Exception as error:  # a driver or library in a state we do not know: as good as unplugged
+            except Exception as error:  # unknown state of a driver or library: treat it as unplugged
                 _log.exception("%s: unexpected", self._source.name)
                 self._lost(f"{self._source.name}: {error}")
             finally:
@@ -107,7 +107,7 @@ class Camera:
             if was is not CameraState.LIVE:
                 self._break = True
             self._number += 1
-            # A break stays pending until a picture that marks it was fetched.
+            # The break flag stays set until a picture with it has been fetched.
             self._newest = Picture(taken.frame, taken.capture_us, self._number, self._break)
         if was is not CameraState.LIVE:
             _log.info("%s: gives pictures, %d x %d", self._source.name, taken.frame.width, taken.frame.height)
@@ -131,5 +131,5 @@ class Camera:
 
 
 def fit_to_show(words: str) -> str:
-    """What a camera answers may be anything, and ends in logs and on screens."""
+    """Sanitises text from a camera for logs and screens: it may contain anything."""
     return "".join(letter if letter.isprintable() else "?" for letter in words)[:MAX_TEXT_LENGTH]

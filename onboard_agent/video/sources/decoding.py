@@ -1,4 +1,4 @@
-"""Decoders that hold nothing back, and FFmpeg's errors as words."""
+"""Decoders without buffering, and FFmpeg's errors as text."""
 
 from typing import Final
 
@@ -10,26 +10,26 @@ from onboard_agent.video.sources.picture_size import MAX_PIXELS, MAX_TEXT_LENGTH
 from onboard_agent.video.sources.source import CameraLost
 
 SIZE_BOUND: Final = {"max_pixels": str(MAX_PIXELS)}
-"""For FFmpeg, which refuses what is larger before it takes memory for it."""
+"""Option for FFmpeg, which then refuses larger pictures before it allocates memory for them."""
 
 
 def hold_nothing(context: VideoCodecContext) -> None:
-    """To be called before the first packet: a picture for each packet, instead of one for each processor later."""
+    """Call before the first packet: each packet then gives its picture at once, without a delay of one per CPU core."""
     context.thread_count = 1
     context.options = {"flags": "+low_delay", **SIZE_BOUND}
 
 
 class JpegDecoder:
-    """JPEG to pictures, one by one."""
+    """Decodes single JPEG pictures."""
 
     def __init__(self) -> None:
         self._context = VideoCodecContext.create("mjpeg", "r")
         hold_nothing(self._context)
 
     def decode(self, jpeg: bytes) -> av.VideoFrame | None:
-        """None: it is damaged, as the odd picture of a cheap camera is. Raises TooLarge."""
+        """Returns None if the JPEG is damaged, as some pictures of cheap cameras are. Raises TooLarge."""
         size = jpeg_size(jpeg)
-        if size is not None:  # else the decoder may understand it, and takes nothing larger either
+        if size is not None:  # otherwise the decoder may understand it, and it refuses larger pictures too
             check_size(*size)
         try:
             frames = self._context.decode(av.Packet(jpeg))
@@ -39,7 +39,7 @@ class JpegDecoder:
 
 
 def check_stream(name: str, container: InputContainer) -> None:
-    """That there are pictures, of a size that is taken. Raises CameraLost."""
+    """Checks that there are pictures of an accepted size. Raises CameraLost."""
     if not container.streams.video:
         raise CameraLost(f"{name}: has no pictures")
     context = container.streams.video[0].codec_context
@@ -50,15 +50,15 @@ def check_stream(name: str, container: InputContainer) -> None:
 
 
 def lost_while_decoding(name: str, error: Exception) -> CameraLost:
-    """As `lost`. If FFmpeg did not know the size before the first picture, it refuses it there."""
+    """Like `lost`. If FFmpeg learns the size only from the first picture, it refuses a large one at this point."""
     if isinstance(error, av.ArgumentError):
         return CameraLost(f"{name}: its pictures cannot be decoded, or are too large: the most is {MAX_TEXT_LENGTH}")
     return lost(name, error)
 
 
 def lost(name: str, error: Exception) -> CameraLost:
-    """`error` of PyAV as one line with the camera's name, without the address that FFmpeg adds: passwords are in it."""
-    if isinstance(error, av.ExitError):  # PyAV's way to say that the time is up
+    """Formats an error of PyAV with the camera's name, without FFmpeg's address, which may contain passwords."""
+    if isinstance(error, av.ExitError):  # PyAV's error for a timeout
         return CameraLost(f"{name}: sends nothing")
     if isinstance(error, av.FFmpegError):
         return CameraLost(f"{name}: {error.strerror}")

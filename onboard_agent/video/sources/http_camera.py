@@ -1,9 +1,9 @@
-"""MJPEG over HTTP, read by ourselves: a picture as soon as its last byte arrived, timed at its first one.
+"""MJPEG over HTTP without FFmpeg: a picture as soon as its last byte arrives, timed by the arrival of its first byte.
 
-FFmpeg (network.py) handles what is not a series of JPEG parts, or requires more than a password in the clear.
+FFmpeg handles every other format, and authentication other than a password in the clear (network.py).
 
-Why http.client and not httpx: `read1` returns what has arrived, and `interrupt` shuts the socket down from another
-thread. httpx offers neither. Its memory and start: onboard_agent/link/enrolment.py.
+http.client rather than httpx, because `read1` returns what has arrived, and `interrupt` shuts the socket down from
+another thread. httpx exposes neither. Its memory and start-up time: onboard_agent/link/enrolment.py.
 """
 
 import base64
@@ -47,7 +47,7 @@ class HttpCamera(Source):
         self._connection: http.client.HTTPConnection | None = None
         self._answer: http.client.HTTPResponse | None = None
         self._socket: socket.socket | None = None
-        """Of the connection, which drops it when the other side will close it."""
+        """Socket of the connection, which drops its reference if the server announces to close it."""
         self._parts = MultipartPictures()
         self._decoder = JpegDecoder()
         self._clock = ArrivalClock()
@@ -114,7 +114,7 @@ class HttpCamera(Source):
                 self._socket.shutdown(socket.SHUT_RDWR)
 
     def _go_on(self) -> None:
-        """Each step may have taken all the patience that there is."""
+        """Raises CameraLost after `interrupt`: each step may have used up its whole timeout."""
         if self._interrupted:
             raise CameraLost(f"{self.name}: is not wanted any more")
 
@@ -132,7 +132,7 @@ class HttpCamera(Source):
         return connection
 
     def _newest(self, parts: list[Part]) -> Taken | None:
-        """The last of them that can be decoded: the others have been overtaken while we were busy."""
+        """Returns the last decodable picture: the others are outdated."""
         for part in reversed(parts):
             frame = self._decoder.decode(part.picture)
             if frame is not None:
@@ -140,7 +140,7 @@ class HttpCamera(Source):
         return None
 
     def _taken_us(self, part: Part) -> int:
-        """mjpg-streamer and similar servers send the time by their clock."""
+        """Uses the timestamp that mjpg-streamer and similar servers send, by their own clock."""
         try:
             stamp_us = int(float(part.headers["x-timestamp"]) * 1e6)
         except (KeyError, ValueError, OverflowError):

@@ -1,4 +1,4 @@
-"""Where a JPEG ends that comes piece by piece (ITU-T T.81, annex B; no I/O)."""
+"""Finds the end of a JPEG that arrives piece by piece (ITU-T T.81, annex B; no I/O)."""
 
 import re
 from typing import Final
@@ -12,18 +12,18 @@ _SOMETHING_ENDS_SCAN: Final = re.compile(rb"\xff[^\x00\xd0-\xd7\xff]")
 
 
 class NotJpeg(ValueError):
-    """It does not begin or go on as a JPEG does."""
+    """The data does not begin or continue as a JPEG."""
 
 
 class JpegEnd:
-    """Goes on where it was, so that no byte is looked at twice. A small picture inside the head is stepped over."""
+    """Continues where it stopped, so that no byte is read twice. Skips a thumbnail inside the header."""
 
     def __init__(self) -> None:
         self._at = 0
         self._in_scan = False
 
     def find(self, data: bytearray) -> int | None:
-        """How many bytes of `data` the picture takes; None: more are needed. `data` only ever grows. Raises NotJpeg."""
+        """Returns the size of the picture in `data`; None if more is needed. `data` only grows. Raises NotJpeg."""
         while True:
             if self._in_scan:
                 found = _SOMETHING_ENDS_SCAN.search(data, self._at)
@@ -38,7 +38,7 @@ class JpegEnd:
                 raise NotJpeg("what comes is no JPEG")
             if marker == _END:
                 return self._at + 2
-            if marker == _MARKER:  # a filler
+            if marker == _MARKER:  # a fill byte
                 self._at += 1
             elif marker == _START or marker in _ALONE:
                 self._at += 2

@@ -1,4 +1,4 @@
-"""A video file over and over, at its own pace: for trying out, and for drones whose camera writes one."""
+"""Plays a video file in a loop, at its own rate: for trials, and for drones whose camera writes a file."""
 
 import time
 from collections.abc import Iterator
@@ -12,14 +12,14 @@ from onboard_agent.video.sources.decoding import SIZE_BOUND, check_stream, hold_
 from onboard_agent.video.sources.source import CameraLost, PictureRequest, Source, Taken, now_us
 
 _RATE_HZ: Final = 25.0
-"""For a file without a rate."""
+"""For a file that does not state its rate."""
 _MAX_WAIT_S: Final = 0.2
 _TOO_LATE_US: Final = 500_000
-"""So far behind its own pace, it goes on from now instead of hurrying."""
+"""If it is this far behind its own rate, it continues from now instead of catching up."""
 
 
 class LoopedFile(Source):
-    """Each picture is taken at the moment at which it is due."""
+    """Gives each picture at the moment at which it is due."""
 
     def __init__(self, name: str, path: Path) -> None:
         super().__init__(name)
@@ -66,7 +66,7 @@ class LoopedFile(Source):
 
     @staticmethod
     def _for_ever(container: InputContainer) -> Iterator[tuple[av.VideoFrame, int]]:
-        """Each picture, and how long after the beginning it is due, in microseconds. Ends when the file has none."""
+        """Yields each picture and when it is due after the start, in microseconds. Ends if the file has no pictures."""
         stream = container.streams.video[0]
         hold_nothing(stream.codec_context)
         assert stream.time_base is not None
@@ -80,7 +80,7 @@ class LoopedFile(Source):
                     at_us = int(frame.pts * stream.time_base * 1_000_000)
                     first_us = at_us if first_us is None else first_us
                     due_us = max(before_us, begin_us + at_us - first_us)
-                    if at_us > first_us:  # the last one is shown for as long as the one before it was
+                    if at_us > first_us:  # the last picture is shown for as long as its predecessor
                         step_us = due_us - before_us
                 yield frame, due_us
             if due_us < begin_us:

@@ -1,10 +1,10 @@
-"""The requested mode of a camera."""
+"""The mode requested from a camera."""
 
 from typing import NamedTuple
 
 
 class Mode(NamedTuple):
-    """Pixels and pictures per second; 0: as it suits the camera."""
+    """Pixels and pictures per second; 0: the camera's choice."""
 
     width: int = 0
     height: int = 0

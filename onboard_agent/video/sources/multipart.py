@@ -1,6 +1,6 @@
-"""The pictures in a series of MIME parts (multipart/x-mixed-replace), each as soon as its last byte arrived (no I/O).
+"""Extracts the pictures of a multipart/x-mixed-replace stream, each as soon as its last byte arrives (no I/O).
 
-Without a length FFmpeg waits for the next part: one picture late. A JPEG shows itself where it ends.
+Without a length, FFmpeg waits for the next part: one picture late. A JPEG itself marks its end.
 """
 
 from typing import Final, NamedTuple
@@ -12,11 +12,11 @@ _MAX_HEAD_BYTES: Final = 8 * 1024
 
 
 class Malformed(ValueError):
-    """These are no pictures in parts."""
+    """The stream does not consist of pictures in parts."""
 
 
 class Part(NamedTuple):
-    """`began_us`: when the first byte after its boundary's line came, which many cameras send with the picture before.
+    """`began_us`: arrival of the first byte after the boundary line, which many cameras send with the previous picture.
     `headers`: names in lower case."""
 
     picture: bytes
@@ -35,7 +35,7 @@ class MultipartPictures:
         self._began_us: int | None = None
 
     def feed(self, data: bytes, now_us: int) -> list[Part]:
-        """Raises Malformed."""
+        """Takes received bytes and returns the complete pictures. Raises Malformed."""
         self._bytes += data
         parts: list[Part] = []
         while True:
@@ -53,7 +53,7 @@ class MultipartPictures:
             self._headers = self._began_us = None
 
     def _take_head(self, now_us: int) -> bool:
-        """The boundary, and the lines up to the empty one."""
+        """Takes the boundary, and the header lines up to the empty line."""
         blank = len(self._bytes) - len(self._bytes.lstrip(b"\r\n"))
         del self._bytes[:blank]
         boundary_ends = self._bytes.find(b"\r\n")
@@ -85,7 +85,7 @@ class MultipartPictures:
         return length
 
     def _size(self) -> int | None:
-        """Length of the picture at the beginning of the bytes, when it is complete."""
+        """Size of the first picture in the buffer if it is complete."""
         if self._length is not None:
             return self._length if len(self._bytes) >= self._length else None
         try:

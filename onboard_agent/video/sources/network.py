@@ -1,4 +1,4 @@
-"""A camera in the network through FFmpeg (RTSP, and whatever else it opens), with all its waiting switched off."""
+"""A network camera through FFmpeg (RTSP and other protocols), with all of FFmpeg's buffering switched off."""
 
 import ssl
 from collections.abc import Iterator
@@ -21,7 +21,7 @@ from onboard_agent.video.sources.source import (
     now_us,
 )
 
-# Not `nobuffer`: it drops the pictures by which FFmpeg detected the format, the first key picture among them.
+# Not `nobuffer`: it discards the pictures that FFmpeg used to detect the format, including the first key picture.
 _NO_WAITING: Final = {
     "flags": "low_delay",
     "probesize": "32768",
@@ -36,14 +36,14 @@ _BY_SCHEME: Final = {
 
 
 _ENDS_WHERE_NEXT_BEGINS: Final = ("h264", "hevc")
-"""FFmpeg ignores RTP's mark of the last packet and returns a picture when the next one begins. We cannot get it sooner,
-but we know how long that took, and count it as age."""
+"""FFmpeg ignores RTP's marker for the last packet of a picture, and returns the picture when the next one begins. That
+wait cannot be avoided, but its length is known and counts as age."""
 
 _MAX_HOLD_US: Final = 500_000
 
 
 class NetworkSource(Source):
-    """Reads as long as pictures are wanted. Decodes all of them, because none in a chain can be left out."""
+    """Reads while the camera is in use. Decodes every picture, because later ones depend on it."""
 
     lets_go_within_s = NETWORK_LETS_GO_WITHIN_S
 
@@ -79,7 +79,7 @@ class NetworkSource(Source):
 
     @property
     def _has_stamps(self) -> bool:
-        """RTP's are the camera's. Others are often made up by FFmpeg, from a rate that it guesses."""
+        """RTP timestamps come from the camera. For other protocols FFmpeg often makes them up from a guessed rate."""
         return urlsplit(self._address).scheme == "rtsp"
 
     @staticmethod
@@ -92,7 +92,7 @@ class NetworkSource(Source):
             arrived_us = now_us()
             try:
                 frames = packet.decode()
-            except av.InvalidDataError:  # begun in the middle, or damaged on the way: the next key picture mends it
+            except av.InvalidDataError:  # joined in the middle, or damaged in transit: the next key picture repairs it
                 continue
             for frame in frames:
                 assert isinstance(frame, av.VideoFrame)

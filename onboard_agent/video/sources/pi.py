@@ -1,7 +1,7 @@
-"""A Raspberry Pi's camera: the child `rpicam-vid`, which writes raw pictures to its standard output.
+"""A Raspberry Pi's camera: the child process `rpicam-vid` writes raw pictures to its standard output.
 
-A program of the system rather than a library, because libcamera's Python comes with Raspberry Pi OS only, for the
-system's Python only.
+It is a system program rather than a library, because libcamera's Python bindings come only with Raspberry Pi OS, and
+only for the system's Python.
 """
 
 import os
@@ -28,12 +28,12 @@ from onboard_agent.video.sources.source import (
 
 _PROGRAMS: Final = ("rpicam-vid", "libcamera-vid")
 _WIDTH_STEP: Final = 64
-"""The rows of raw pictures are padded up to this many pixels: a multiple of it has no padding to be cut off."""
+"""Rows of raw pictures are padded to a multiple of this many pixels; such widths need no cropping."""
 _KILL_AFTER_S: Final = 0.5
 
 
 class PiSource(Source):
-    """Its pictures have no time of their own: they are timed when the first byte of each comes out of the pipe."""
+    """The pictures have no timestamp: each is timed when its first byte leaves the pipe."""
 
     def __init__(self, name: str, number: int, mode: Mode) -> None:
         super().__init__(name)
@@ -110,7 +110,7 @@ class PiSource(Source):
         ]
 
     def _listen(self, pipe: IO[bytes]) -> None:
-        """Its last line is the reason why it ended."""
+        """Keeps the last line of the program's error output, which says why it ended."""
         with pipe:
             for line in pipe:
                 words = line.decode(errors="replace").strip()

@@ -1,5 +1,5 @@
-"""The table of cameras: the parser and the help text are both made from it. Loads no picture library, so that the
-flight process can check a setting."""
+"""The table of camera types, from which parser and help text are made. Loads no picture library, so that the flight
+process can check a setting."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class CameraSpec(NamedTuple):
-    """`what`: the device, file, number or address. `name`: the whole text without a password."""
+    """`what`: device, file, number or address. `name`: the whole text without a password."""
 
     scheme: str
     what: str
@@ -29,8 +29,8 @@ class CameraSpec(NamedTuple):
 
 @dataclass(frozen=True)
 class Scheme:
-    """One kind of camera: how it is written, what it means, whether a mode may follow, what is wrong with the part
-    after the scheme, and what makes it."""
+    """One type of camera: its syntax, its description, whether a mode may follow, a check of the part after the scheme,
+    and its factory."""
 
     form: str
     meaning: str
@@ -87,7 +87,7 @@ def _wrong_address(address: str) -> str:
     try:
         parts = urlsplit(address)
         found = bool(parts.hostname) and parts.port != 0
-    except ValueError:  # whose words may have a part of a password in them
+    except ValueError:  # its text may contain a part of a password
         found = False
     return "" if found else "expected //HOST[:PORT]/PATH after the scheme (in a password, / is %2F, ? is %3F, # is %23)"
 
@@ -107,14 +107,13 @@ FORMS: Final = " | ".join(scheme.form for scheme in SCHEMES.values())
 
 
 def help_text() -> str:
-    """One sentence for each kind."""
+    """One sentence for each type."""
     return "; ".join(f"{scheme.form}: {scheme.meaning}" for scheme in SCHEMES.values())
 
 
 def shown(text: str) -> str:
-    """The camera's name for people and logs, without possible secrets of an address: everything before an `@`, wherever
-    that is, because a password may contain `/` or `?`, and query values, because many cameras take the password as
-    one."""
+    """Formats a camera setting for users and logs. In addresses it hides possible secrets: everything before the last
+    `@`, since a password may contain `/` or `?`, and values, since many cameras take the password as one."""
     whole = text.strip()
     scheme, is_address, rest = whole.partition("://")
     if not is_address:
@@ -129,7 +128,7 @@ def shown(text: str) -> str:
 
 
 def parse_spec(text: str) -> CameraSpec:
-    """Opens nothing. Raises Unusable."""
+    """Opens no camera. Raises Unusable."""
     whole = text.strip()
     name = shown(whole)
     scheme, _, rest = whole.partition(":")
@@ -149,12 +148,12 @@ def parse_spec(text: str) -> CameraSpec:
 
 
 def check_spec(text: str) -> None:
-    """Raises Unusable when `text` names no camera. Opens and loads nothing."""
+    """Raises Unusable if `text` names no camera. Opens and loads nothing."""
     parse_spec(text)
 
 
 def make_source(text: str) -> Source:
-    """The source that `text` names, not opened yet. Raises Unusable."""
+    """Returns the source that `text` names, not yet opened. Raises Unusable."""
     spec = parse_spec(text)
     return SCHEMES[spec.scheme].make(spec)
 

@@ -1,4 +1,4 @@
-"""What every picture source is. The rest of the video process knows only this, and `camera.Camera` around it."""
+"""The interface of every picture source. The video process uses only this, and `camera.Camera` around it."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ if TYPE_CHECKING:
     import av
 
 OPEN_PATIENCE_S: Final = 5.0
-"""A camera that has given no picture by then is not there."""
+"""A camera without a picture by then is considered absent."""
 
 NETWORK_LETS_GO_WITHIN_S: Final = OPEN_PATIENCE_S + 1.0
-"""Only the system or FFmpeg can give up a connection attempt, when its patience ends."""
+"""A connection attempt ends only by the timeout of the system or of FFmpeg."""
 
 READ_PATIENCE_S: Final = 2.0
-"""A camera that is silent for this long is reopened. Its silence is reported sooner (`camera_watch`)."""
+"""A camera silent for this long is reopened. The silence is reported sooner (`camera_watch`)."""
 
 
 class CameraLost(Exception):
-    """There are no pictures (any more). The text is one line for people, and says what is wrong with which camera."""
+    """There are no (more) pictures. The text is one line for users, and names the camera and the problem."""
 
 
 class Picture(NamedTuple):
-    """One uncompressed picture of the camera. `frame`: of any size and pixel format; read-only.
+    """One uncompressed picture from the camera.
 
-    `capture_us`: capture time by CLOCK_MONOTONIC, as near to the sensor as can be known. `number` counts the camera's
-    pictures, from 1; a gap: pictures that were not fetched. `is_break`: the first one after the camera was opened
-    (again).
+    `frame`: of any size and pixel format; must not be modified. `capture_us`: when it was taken, by CLOCK_MONOTONIC, as
+    close to the sensor as possible. `number` counts the camera's pictures from 1; a gap means that pictures in between
+    were not fetched. `is_break`: the first picture after the camera was opened (again).
     """
 
     frame: av.VideoFrame
@@ -38,14 +38,14 @@ class Picture(NamedTuple):
 
 
 class Taken(NamedTuple):
-    """What a source hands over: the picture, and when it was taken."""
+    """Result of a source: the picture, and when it was taken."""
 
     frame: av.VideoFrame
     capture_us: int
 
 
 class PictureRequest(NamedTuple):
-    """The largest size that is needed. A source with a choice takes the smallest picture that is at least as large."""
+    """The maximum needed. A source with a choice gives the smallest picture that is at least as large."""
 
     width: int = 640
     height: int = 480
@@ -53,17 +53,17 @@ class PictureRequest(NamedTuple):
 
 
 class Source(ABC):
-    """A camera, or its substitute. Blocking; used by one thread, except for `close`.
+    """A camera, or a substitute for one. Blocking; used by one thread, except `interrupt`.
 
-    `open`, then `read` for ever, then `close`; after `close` it may be opened again.
+    Call `open`, then `read` repeatedly, then `close`; after `close` it may be opened again.
     """
 
     lets_go_within_s = 0.5
-    """After `interrupt`. What takes longer hangs in a driver."""
+    """After `interrupt`. A source that takes longer hangs in a driver."""
 
     def __init__(self, name: str) -> None:
         self.name = name
-        """As the user wrote it, but without its password: for log lines and for people."""
+        """As the user wrote it, but without the password: for logs and users."""
 
     @abstractmethod
     def open(self, request: PictureRequest) -> None:
@@ -71,15 +71,15 @@ class Source(ABC):
 
     @abstractmethod
     def read(self) -> Taken | None:
-        """Waits for the next picture, at most `READ_PATIENCE_S`. None: nothing yet, call again. Raises CameraLost when
+        """Waits for the next picture, at most `READ_PATIENCE_S`. None: no picture yet, call again. Raises CameraLost if
         the camera is gone."""
 
     @abstractmethod
     def close(self) -> None:
-        """Lets go of the camera. Safe when it is not open."""
+        """Releases the camera. Does nothing if it is not open."""
 
     def interrupt(self) -> None:  # noqa: B027 - where it cannot be done, patience ends
-        """Called by another thread: `read` must end soon; its result or exception does not matter."""
+        """Called by another thread to end `read` soon; its result or exception is then irrelevant."""
 
 
 def now_us() -> int:

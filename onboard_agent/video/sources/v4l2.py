@@ -1,5 +1,5 @@
-"""A camera of Linux (V4L2) through OpenCV, which speaks its ioctls for us. Its pictures come as the camera made them:
-turning them into OpenCV's BGR and back would cost more than coding them.
+"""A Linux camera (V4L2) through OpenCV, which handles the ioctls. Pictures stay in the camera's format: converting them
+to OpenCV's BGR and back would cost more than encoding them.
 """
 
 import os
@@ -17,13 +17,13 @@ from onboard_agent.video.sources.picture_size import TooLarge, check_size
 from onboard_agent.video.sources.source import CameraLost, PictureRequest, Source, Taken, now_us
 
 _OLDEST_STAMP_US: Final = 1_000_000
-"""A stamp of the driver that is older, or not of the past, is of another clock."""
+"""A driver timestamp that is older, or in the future, belongs to another clock."""
 
 _PLANAR_420: Final = {"YU12": "yuv420p", "I420": "yuv420p", "NV12": "nv12"}
 
 
 class Capture(Protocol):
-    """What we need of cv2.VideoCapture."""
+    """The required part of cv2.VideoCapture."""
 
     def isOpened(self) -> bool: ...
     def set(self, what: int, value: float) -> bool: ...
@@ -38,7 +38,7 @@ def _open_device(device: str) -> Capture:
 
 
 class V4l2Source(Source):
-    """The driver keeps one picture at most, so that none waits."""
+    """The driver buffers one picture at most, so that none waits."""
 
     def __init__(
         self, name: str, device: str, mode: Mode, open_device: Callable[[str], Capture] = _open_device
@@ -61,13 +61,13 @@ class V4l2Source(Source):
         if not capture.isOpened():
             raise CameraLost(f"{self.name}: {self._device} is no camera, or another program has it")
         capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)
-        # Compressed, because USB 2 carries little else beside 640 x 480 at 30 Hz; others are detected below.
+        # Compressed, because USB 2 cannot carry 640 x 480 at 30 Hz beside other traffic. FOURCC below has the result.
         capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*"MJPG"))
         capture.set(cv2.CAP_PROP_FRAME_WIDTH, self._mode.width or request.width)
         capture.set(cv2.CAP_PROP_FRAME_HEIGHT, self._mode.height or request.height)
         capture.set(cv2.CAP_PROP_FPS, self._mode.rate_hz or request.rate_hz)
         capture.set(cv2.CAP_PROP_CONVERT_RGB, 0)
-        try:  # what the driver has made of that: before the first picture is fetched
+        try:  # check the size that the driver chose, before the first picture is fetched
             check_size(int(capture.get(cv2.CAP_PROP_FRAME_WIDTH)), int(capture.get(cv2.CAP_PROP_FRAME_HEIGHT)))
         except TooLarge as error:
             raise CameraLost(f"{self.name}: {error}") from None
@@ -96,12 +96,12 @@ class V4l2Source(Source):
             self._capture = None
 
     def _taken_us(self, capture: Capture, here_us: int) -> int:
-        """The driver's stamp is of CLOCK_MONOTONIC nearly everywhere, and from when the sensor was read."""
+        """The driver's timestamp is of CLOCK_MONOTONIC on nearly all systems, taken when the sensor was read."""
         stamp_us = round(capture.get(cv2.CAP_PROP_POS_MSEC) * 1000)
         return stamp_us if 0 <= here_us - stamp_us <= _OLDEST_STAMP_US else here_us
 
     def _frame(self, pixels: np.ndarray[Any, np.dtype[np.uint8]]) -> av.VideoFrame | None:
-        """By the shape of what OpenCV gives: a row of bytes is a JPEG, the rest are pixels. None: a damaged JPEG."""
+        """Converts by the shape of OpenCV's data: a row of bytes is a JPEG, others are pixels. None: a damaged JPEG."""
         if pixels.ndim == 1 or pixels.shape[0] == 1:
             return self._decoder.decode(pixels.tobytes())
         if pixels.ndim == 3 and pixels.shape[2] == 3:
