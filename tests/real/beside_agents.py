@@ -1,7 +1,7 @@
-"""Real autopilots for tests that are not asynchronous: in a thread of their own, each at its agent's port.
+"""Real autopilots for synchronous tests: in their own thread, each at its agent's port.
 
 with beside_agents(program, folder, {port: HOME}) as autopilots:
-    autopilots[0].photographs   # what it has told of its camera since
+    autopilots[0].photographs   # its camera's reports since then
 """
 
 from __future__ import annotations

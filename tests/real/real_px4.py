@@ -1,11 +1,11 @@
-"""A real PX4 that simulates its own quadcopter (SIH), on a loopback that nobody else can reach.
+"""A real PX4 that simulates its own quadcopter (SIH), on an isolated loopback.
 
     async with flying_px4(build, folder) as autopilot:
         autopilot.port      # its link for an onboard computer: the agent's side
-        autopilot.station   # its link for a ground station, for what the test itself wants to know
+        autopilot.station   # its link for a ground station, for the test's own queries
 
-`build` is the folder of a build for software in the loop, with `bin/px4` and `etc/`. Nothing here knows where it comes
-from. It flies in real time. It keeps a lock for its number in the machine's temporary folder, so one flies at a time.
+`build` is the folder of a SITL build, with `bin/px4` and `etc/`, from any source. It flies in real time. It keeps a
+lock for its number in the machine's temporary folder, so one flies at a time.
 """
 
 from __future__ import annotations
