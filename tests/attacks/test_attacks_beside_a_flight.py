@@ -1,6 +1,7 @@
-"""Strangers attack a real tower through real sockets while a drone is flown by hand: its pilot notices nothing.
+"""Strangers attack a real tower through real sockets while a drone is flown by hand. Its pilot notices nothing.
 
-Bounds on times are wide: the machine is shared with other tests. `python -m bench anonymous` measures the narrow ones.
+Time limits are wide because the machine is shared with other tests. `python -m bench anonymous` measures the narrow
+ones.
 """
 
 import asyncio
@@ -37,7 +38,7 @@ SETTINGS = {"TOWER_ARGON2_MEMORY_KIB": "65536", "TOWER_ARGON2_ROUNDS": "3"}
 
 @pytest_asyncio.fixture(scope="module", loop_scope="module")
 async def flight(tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[HandFlight]:
-    """Drone 2, flown by the admin; drone 1 is for whoever wants to be its agent."""
+    """Drone 2, flown by the admin. Drone 1 is free for attackers that play its agent."""
     folder: Path = tmp_path_factory.mktemp("attacks")
     async with (
         load_tower(folder, drones=2, settings=SETTINGS, operators=[PILOT]) as tower,
@@ -49,9 +50,9 @@ async def flight(tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Hand
 async def attacked(
     flight: HandFlight, *kinds: str, enough: Callable[[Counter[str]], bool]
 ) -> tuple[Counter[str], dict[str, float]]:
-    """What the attackers did, all together, and by how much the tower's metrics grew. Flight goes on meanwhile.
+    """Returns the attackers' counts, summed, and the growth of the tower's metrics. The flight goes on meanwhile.
 
-    Their priority is low: where other tests run beside them they attack for longer, until they have done enough.
+    The attackers run at low priority: beside other tests they attack for longer, until they have done enough.
     """
     tower = flight.tower
     before = await figures_of(tower)
@@ -119,7 +120,7 @@ async def test_a_thousand_connections_are_not_kept_and_keep_nobody_else_out(flig
 
 
 async def test_a_flood_of_sign_ins_locks_nobody_out(flight: HandFlight) -> None:
-    """A trickle of 12 a second did, when all shared one line of 64."""
+    """Before the fix, 12 sign-ins a second locked everybody out, because all shared one queue of 64."""
     url = flight.tower.url
     for name in (ADMIN, PILOT):
         assert await post_sign_in(url, name, PASSWORD, KNOWN_AT) == 200
@@ -128,7 +129,7 @@ async def test_a_flood_of_sign_ins_locks_nobody_out(flight: HandFlight) -> None:
         found = []
         for number in range(2):
             await asyncio.sleep(ATTACK_S / 4)
-            found.append(await post_sign_in(url, ADMIN, PASSWORD, KNOWN_AT))  # whose name is guessed at
+            found.append(await post_sign_in(url, ADMIN, PASSWORD, KNOWN_AT))  # an account that the attackers guess at
             found.append(await post_sign_in(url, PILOT, PASSWORD, f"127.204.{number}.1"))
         return found
 
@@ -138,7 +139,7 @@ async def test_a_flood_of_sign_ins_locks_nobody_out(flight: HandFlight) -> None:
 
 
 async def test_tries_from_one_64_lock_nobody_out(flight: HandFlight) -> None:
-    """This program is a trusted proxy and says for whom it speaks, so there are IPv6 addresses to come from."""
+    """This program is a trusted proxy that reports client addresses, so it can send from many IPv6 addresses."""
     async with httpx.AsyncClient(base_url=flight.tower.url, trust_env=False, timeout=30) as proxy:
 
         async def sign_in(name: str, address: str) -> int:
@@ -166,7 +167,7 @@ async def test_junk_datagrams_are_counted_and_nothing_else(flight: HandFlight) -
 
 
 async def test_forged_and_replayed_datagrams_move_nothing(flight: HandFlight) -> None:
-    """Somebody on the path has seen a drone's datagrams. They send them again, and mutated, from elsewhere."""
+    """An attacker on the path replays a drone's datagrams, and mutated ones, from another address."""
     tower = flight.tower
     agents = await sign_in_all(tower.url, tower.keys[:1])
     async with kept_alive(agents):
@@ -183,7 +184,7 @@ async def test_forged_and_replayed_datagrams_move_nothing(flight: HandFlight) ->
 
 
 def _recorded(agent: LoadAgent) -> list[bytes]:
-    """Datagrams of the drone, which the tower has had."""
+    """Returns datagrams of the drone that the tower has already received."""
     seen: list[bytes] = []
     send = agent._send
 
@@ -225,7 +226,7 @@ async def test_everything_at_once(flight: HandFlight) -> None:
 
 
 async def test_a_pilot_whose_hands_are_off_is_noticed(flight: HandFlight) -> None:
-    """That these tests can fail. The last one: the drone is held from here on."""
+    """Shows that these tests can fail. Runs last, because the drone is held from here on."""
     async with flight.noticing() as noticed:
         flight.hands_off = True
         async with asyncio.timeout(30):

@@ -1,9 +1,9 @@
-"""A made-up drone is flown at one that its owner may not see, to find out where that is.
+"""An attacker flies a made-up drone at a drone hidden from its owner, to find the hidden position.
 
-bob's agent says whatever he likes; alice's drone 1 is the hidden one, and she flies it by hand all the time. What bob
-may learn is what a pilot needs to avoid it, from an armed and credible drone, now and then. alice must not be alarmed
-by what is none, and every stick and frame of hers passes. Time is made up here; test_tenants_beside_a_flight.py
-searches through a real tower.
+bob's agent reports whatever he likes. alice's drone 1 is hidden, and she flies it by hand all the time. bob may learn
+only what a pilot needs to avoid it, from an armed and credible drone, now and then. A drone that is not credible must
+not alarm alice, and all her sticks and frames pass. Time is simulated here; test_tenants_beside_a_flight.py searches
+through a real tower.
 """
 
 from math import cos, radians
@@ -31,12 +31,12 @@ QUAD: Final = mavlink.MAV_TYPE_QUADROTOR
 ARDUPILOT: Final = mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
 TICK_S: Final = 0.1
 WRONG: Final = HolderGone | HolderExpired | RightLost | RttTooLong
-"""What would hold a drone, or take it from its pilot."""
+"""Events that would hold a drone or take it from its pilot."""
 Place = tuple[float, float, float]
 
 
 def position(place: Place, speed: tuple[float, float, float], at: float) -> bytes:
-    """Of metres north, east and up of a place."""
+    """Returns a position frame. `place` and `speed`: metres north, east and up of a reference point."""
     north_m, east_m, up_m = place
     lat_e7 = round((47.0 + north_m / METRES_PER_DEGREE) * 1e7)
     lon_e7 = round((8.0 + east_m / METRES_PER_DEGREE / cos(radians(47.0))) * 1e7)
@@ -48,7 +48,7 @@ def position(place: Place, speed: tuple[float, float, float], at: float) -> byte
 
 
 class Sky(HubWorld):
-    """Both drones in the air, 300 m from each other, as their agents say; everybody looks on."""
+    """Both drones in the air 300 m apart, as their agents report; everybody watches."""
 
     def __init__(self, *, hidden: Place = (0.0, 0.0, 50.0)) -> None:
         super().__init__()
@@ -97,7 +97,7 @@ class Sky(HubWorld):
                 self.assert_alice_flies(self.agents[HIDDEN])
 
     def assert_alice_flies(self, agent: FakeAgent) -> None:
-        """Her stick has come out at her drone, its frame at her screen, and nothing holds it."""
+        """Asserts that her stick reached her drone, its frame reached her screen, and nothing holds it."""
         passed = [message_id(frame) for _, frame in agent.received(self.now)]
         assert passed == [mavlink.MAVLINK_MSG_ID_MANUAL_CONTROL], self.now
         agent.answer_pings(self.now)
@@ -107,8 +107,8 @@ class Sky(HubWorld):
         assert not [one for one in self.noticed if isinstance(one, WRONG)], self.now
 
     def approach(self, speed_m_s: float = 10.0) -> None:
-        """As a machine would fly it, from where it is to where the hidden one is."""
-        self.fly(12)  # for so long, positions must be plausible
+        """Flies straight from the made-up drone's position to the hidden one."""
+        self.fly(12)  # positions must be plausible for this long
         self.speeds[MADE_UP] = (speed_m_s, 0.0, 0.0)
         self.fly((self.places[HIDDEN][0] - self.places[MADE_UP][0]) / speed_m_s)
         self.speeds[MADE_UP] = (0.0, 0.0, 0.0)
@@ -120,7 +120,7 @@ class Sky(HubWorld):
 
 
 def heard(browser: FakeBrowser, now: float) -> list[dict[str, Any]]:
-    """What was said of separation. Pings are answered."""
+    """Returns the separation events received, and answers pings."""
     reported = []
     for one in browser.events():
         if isinstance(one, live.Ping):
@@ -150,7 +150,7 @@ def test_what_an_honest_approach_learns_is_what_avoids_the_other_and_nothing_els
         assert one["bearing_deg"] % 30 == 0 and one["distance_m"] % 10 == 0 and one["above_m"] % 5 == 0
         assert one["in_s"] % 5 == 0
     assert len({one["number"] for one in reported}) == 1
-    # Alice is told the same of bob's, under another number.
+    # Alice gets the same warnings about bob's drone, under another number.
     assert "warning" in {one["level"] for one in sky.learnt["alice"]}
     assert not {one["number"] for one in sky.learnt["alice"]} & {one["number"] for one in reported}
     raised = 2
@@ -160,7 +160,7 @@ def test_what_an_honest_approach_learns_is_what_avoids_the_other_and_nothing_els
 
 @pytest.mark.parametrize("beside", [(2.0, 1.5, 51.0), (-1.5, 1.5, 49.0), (1.0, -2.0, 51.2)])
 def test_hidden_drones_some_metres_from_each_other_cannot_be_told_apart(beside: Place) -> None:
-    """He hovers beside it for half a minute: each word is the same, wherever it is exactly."""
+    """The attacker hovers beside it for half a minute: each report is identical at every such position."""
     stories = []
     for hidden in ((0.0, 0.0, 50.0), beside):
         sky = Sky(hidden=hidden)
@@ -224,7 +224,7 @@ def test_a_search_by_jumps_learns_nothing_and_alarms_nobody_but_its_own_people()
 
 
 def test_a_search_light_of_made_up_speeds_learns_nothing() -> None:
-    """It stays 250 m away and says that it flies at 30 m/s, each few seconds another way."""
+    """The attacker stays 250 m away and reports 30 m/s, in another direction every few seconds."""
     sky = Sky()
     sky.fly(12)
     for north, east in ((30.0, 0.0), (21.0, 21.0), (0.0, 30.0), (-30.0, 0.0), (30.0, 0.0)) * 3:
@@ -234,7 +234,7 @@ def test_a_search_light_of_made_up_speeds_learns_nothing() -> None:
             sky.places[MADE_UP] = (stays[0] - north * TICK_S, stays[1] - east * TICK_S, stays[2])
             sky.fly(TICK_S)
     learnt_early = [one for one in sky.learnt["bob"] if one["level"] != "clear"]
-    assert len(learnt_early) <= 2  # before the first window of five seconds was over
+    assert len(learnt_early) <= 2  # before the first five-second window is over
     assert sky.suspicion(2, MADE_UP) in ("course", "jump")
 
 

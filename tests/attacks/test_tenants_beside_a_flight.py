@@ -1,6 +1,6 @@
-"""One tenant, or a thief of somebody's token and cookie, attacks through a real tower while another tenant flies.
+"""A tenant, or a thief with a stolen token and cookie, attacks through a real tower while another tenant flies.
 
-alice flies drone 3 by hand, and keeps flight logs of drone 1. mallory owns drone 2, whose agent says what he likes.
+alice flies drone 3 by hand and keeps flight logs of drone 1. mallory owns drone 2, and his agent reports what he likes.
 """
 
 import asyncio
@@ -39,9 +39,9 @@ MB: Final = 1_000_000
 FILES_BUDGET_MB: Final = 4
 SETTINGS: Final = {"TOWER_FILES_BUDGET_MB": str(FILES_BUDGET_MB), "TOWER_FILE_LARGEST_MB": str(FILES_BUDGET_MB)}
 LAT_E7, LON_E7, UP_MM = 470_000_000, 80_000_000, 50_000
-"""Where alice's drone hovers."""
+"""Position of alice's drone, which hovers."""
 STEP_E7: Final = 1_000
-"""Eleven metres to the north."""
+"""Eleven metres north."""
 FAR_STEPS: Final = 45
 POSITION_S: Final = 0.1
 SEARCH_S: Final = 3.0
@@ -50,7 +50,7 @@ DEADLINE_S: Final = 30.0
 
 
 def position(north_e7: int, east_e7: int) -> mavlink.MAVLink_message:
-    """Fifty metres up, beside alice's drone by so much. It stands still."""
+    """Returns a stationary position 50 m up, offset by this much from alice's drone."""
     at_ms = round(time.monotonic() * 1000) & 0xFFFFFFFF
     return mavlink.MAVLink_global_position_int_message(
         at_ms, LAT_E7 + north_e7, LON_E7 + east_e7, 400_000 + UP_MM, UP_MM, 0, 0, 0, 0
@@ -58,7 +58,7 @@ def position(north_e7: int, east_e7: int) -> mavlink.MAVLink_message:
 
 
 class HoveringAutopilot(TalkingAutopilot):
-    """Says where it is, too."""
+    """Also reports its position."""
 
     def __init__(self, agent_port: int) -> None:
         super().__init__(agent_port)
@@ -76,7 +76,7 @@ class HoveringAutopilot(TalkingAutopilot):
 
 @dataclass
 class Scene:
-    """`alice`, `mallory`: the tower with their cookies. `agents` of drones 1 and 2."""
+    """`alice`, `mallory`: the tower with their cookies. `agents`: those of drones 1 and 2."""
 
     tower: LoadTower
     alice: LoadTower
@@ -87,7 +87,7 @@ class Scene:
     sent_to_mallory: list[dict[str, Any]] = field(default_factory=list)
 
     def client(self, who: LoadTower | dict[str, str]) -> httpx.AsyncClient:
-        """Requests of somebody, or with other headers."""
+        """Returns a client with the cookie of a user, or with other headers."""
         headers = {"Cookie": who.cookie} if isinstance(who, LoadTower) else who
         return httpx.AsyncClient(
             base_url=f"{self.tower.url}/api/v1", headers=headers, trust_env=False, timeout=DEADLINE_S
@@ -95,7 +95,7 @@ class Scene:
 
 
 def listened(browser: LeanBrowser, reported: list[dict[str, Any]]) -> None:
-    """Keeps the connection, and what it is told."""
+    """Reads the connection and collects its events."""
 
     def hear(text: bytes) -> None:
         event = json.loads(text)
@@ -147,14 +147,14 @@ def separation(events: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 async def is_placed(scene: Scene) -> bool:
-    """The tower knows where alice's drone is: else there is nothing to find."""
+    """Whether the tower knows the position of alice's drone; otherwise there is nothing to find."""
     async with scene.client(scene.alice) as client:
         drone = (await client.get(f"/drones/{FLOWN}")).json()
     return bool(drone["armed"] and drone["airborne"])
 
 
 async def test_a_made_up_drone_that_is_everywhere_finds_nobody_and_alarms_nobody(scene: Scene) -> None:
-    """It jumps through the place where alice flies, armed and with a heartbeat, a hundred times a second."""
+    """It jumps through alice's position, armed and with a heartbeat, a hundred times a second."""
     await until("alice's drone in the air", lambda: is_placed(scene))
     liar, chance, sent = scene.agents[OF_MALLORY], random.Random(16), 0
     await liar.report_state(armed=True, airborne=True)
@@ -190,11 +190,11 @@ async def test_a_made_up_drone_that_is_everywhere_finds_nobody_and_alarms_nobody
     assert str(FLOWN) not in {str(one.get("drone_id")) for one in scene.sent_to_mallory}
 
 
-# -- room for files ------------------------------------------------------------------------------------------------
+# -- storage for files --------------------------------------------------------------------------------------------
 
 
 class LogSender:
-    """A drone whose agent sends logs, as large as they are or promised and never sent. `holder` has them fetched."""
+    """A drone whose agent uploads logs of any size, or announces sizes and never sends them. `holder` requests them."""
 
     def __init__(self, scene: Scene, holder: LoadTower, drone_id: int) -> None:
         self._scene, self._holder, self._drone_id = scene, holder, drone_id
@@ -219,7 +219,7 @@ class LogSender:
 
     @asynccontextmanager
     async def asked_for(self, log_id: int) -> AsyncIterator[Transaction]:
-        """The transaction in which the log is fetched; over at the end of the block."""
+        """Yields the transaction that fetches the log. It ends with the block."""
         async with self._scene.client(self._holder) as client:
             begun = await client.post(f"{self.path}/logs/{log_id}/fetch", headers={"Prefer": "respond-async"})
             assert begun.status_code == 202, begun.text
@@ -236,13 +236,13 @@ class LogSender:
         await until("the end of the transaction", is_over)
 
     async def send(self, log_id: int, size: int) -> int:
-        """The status."""
+        """Uploads a log and returns the HTTP status."""
         async with self.asked_for(log_id) as transaction, self._client() as agent:
             answer = await agent.put(f"/agent/files/{transaction.id}", content=bytes(size))
         return answer.status_code
 
     async def promise(self, log_id: int, size: int, times: int) -> None:
-        """So many connections say that so much will come; some bytes do."""
+        """Opens many connections that announce a size and send only some bytes."""
 
         place = urlsplit(self._scene.tower.url)
 
@@ -264,7 +264,7 @@ class LogSender:
 
 
 async def test_one_tenants_files_push_out_nothing_of_another_and_disturb_no_flight(scene: Scene) -> None:
-    hers = LogSender(scene, scene.tower, KEPT_BY_ALICE)  # she flies, and has one drone at a time: an admin fetches
+    hers = LogSender(scene, scene.tower, KEPT_BY_ALICE)  # she holds one drone at a time: an admin fetches
     his = LogSender(scene, scene.mallory, OF_MALLORY)
     await hers.take()
     await his.take()
@@ -283,7 +283,7 @@ async def test_one_tenants_files_push_out_nothing_of_another_and_disturb_no_flig
 
 
 async def stolen(scene: Scene) -> tuple[dict[str, str], dict[str, str]]:
-    """Of the admin: a token with every scope, and the cookie of a session whose proof is old."""
+    """Stolen from the admin: a token with every scope, and the cookie of a session whose proof has expired."""
     async with scene.client({}) as thief:
         (await thief.post("/session", json={"name": ADMIN, "password": PASSWORD})).raise_for_status()
         scopes = ["watch", "fly", "admin", "metrics"]
@@ -291,14 +291,14 @@ async def stolen(scene: Scene) -> tuple[dict[str, str], dict[str, str]]:
         token.raise_for_status()
         newest = max(one["id"] for one in (await thief.get("/sessions")).json() if one["current"])
         cookie = {"Cookie": "; ".join(f"{name}={value}" for name, value in thief.cookies.items())}
-    with sqlite3.connect(scene.database, timeout=DEADLINE_S) as database:  # as it is five minutes later
+    with sqlite3.connect(scene.database, timeout=DEADLINE_S) as database:  # expires the proof of the session
         database.execute("UPDATE sessions SET proved_at = NULL WHERE id = ?", (newest,))
     database.close()
     return {"Authorization": f"Bearer {token.json()['secret']}"}, cookie
 
 
 async def tries(client: httpx.AsyncClient, alice_id: int, admin_id: int) -> Counter[tuple[str, str]]:
-    """Every way to take over an account, or to make one to come back with: (what was tried, the answer)."""
+    """Tries every way to take over an account or to create one for later. Returns (attempt, answer) counts."""
     new = "four words are longer"
     asked: list[tuple[str, str, dict[str, Any] | None]] = [
         ("DELETE", f"/users/{admin_id}/second-factor", None),

@@ -1,6 +1,7 @@
-"""What the pilot of a drone flown by hand may notice of an attack: nothing.
+"""Asserts that the pilot of a drone flown by hand notices nothing of an attack.
 
-Bounds are wide: the machine is shared with other tests. `python -m bench anonymous` measures the narrow ones.
+Time limits are wide because the machine is shared with other tests. `python -m bench anonymous` measures the narrow
+ones.
 """
 
 import asyncio
@@ -11,13 +12,13 @@ from typing import Final
 from bench.flown_by_hand import HandFlight, Noticed
 
 MAX_GAP_MS: Final = 500.0
-"""Of frames that come every 20 ms, beyond what this program itself was held up."""
+"""Longest gap between frames sent every 20 ms, beyond the delay of this program itself."""
 MAX_MEMORY_MB: Final = 60.0
 MIN_S: Final = 1.0
 
 
 def assert_unharmed(noticed: Noticed) -> None:
-    """No hold, no lost channel, frames and sticks as without an attack."""
+    """Asserts no hold, no lost channel, and frames and sticks as without an attack."""
     assert set(noticed.wrong.values()) == {0.0}, noticed.wrong
     assert not noticed.closed
     assert noticed.largest_gap_ms - noticed.own_gap_ms < MAX_GAP_MS
@@ -28,8 +29,8 @@ def assert_unharmed(noticed: Noticed) -> None:
 
 @asynccontextmanager
 async def unharmed(flight: HandFlight) -> AsyncIterator[Noticed]:
-    """The attack is the block."""
+    """Observes the flight while the block attacks."""
     async with flight.noticing() as noticed:
         yield noticed
-        await asyncio.sleep(MIN_S)  # what an attack that was over at once leaves behind
+        await asyncio.sleep(MIN_S)  # catches the effects of an attack that ended at once
     assert_unharmed(noticed)

@@ -1,7 +1,7 @@
-"""axe-core looks at a page of the console, dark on a service's screen and light on a tablet's.
+"""Runs axe-core on a page of the console, dark at desktop size and light at tablet size.
 
-The script comes from the console's development packages and is evaluated through the browser's debugger, which the
-tower's Content-Security-Policy does not stop. With CONSOLE_PICTURES=FOLDER each look is kept as a picture too.
+The script comes from the console's development packages. It is evaluated through the browser's debugger, which the
+tower's Content-Security-Policy does not stop. With CONSOLE_PICTURES=FOLDER each check also saves a screenshot.
 """
 
 import json
@@ -31,7 +31,7 @@ RUN: Final = """async () => {
 
 
 class Axe:
-    """Looks at one page after another and keeps what it finds."""
+    """Checks one page after another and collects the findings."""
 
     def __init__(self) -> None:
         self._script = AXE.read_text()
@@ -56,7 +56,7 @@ class Axe:
             ]
 
     def look_beneath(self, console: ConsolePage, opener: str, state: str) -> None:
-        """At what a button opens: a menu or a dialog, closed again with Escape, which gives the focus back."""
+        """Checks the menu or dialog that a button opens. Escape must close it and return the focus."""
         button = console.part(opener)
         button.click()
         opened = console.page.locator("[role=dialog], [role=menu]")

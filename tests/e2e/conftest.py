@@ -1,4 +1,4 @@
-"""A real Chromium and a real squad for the browser tests."""
+"""Fixtures for the browser tests: a real Chromium and a real squad."""
 
 import shutil
 from collections.abc import Iterator
@@ -20,14 +20,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.fixture(scope="session")
 def modest_chromium(chromium_path: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Chromium that draws when nobody else has work."""
+    """Chromium at a low priority."""
     return modest(chromium_path, tmp_path_factory.mktemp("chromium"))
 
 
-# Not for the session: Playwright keeps an event loop running in this thread; the asyncio tests want one of their own.
+# Not for the session: Playwright keeps an event loop running in this thread, and the asyncio tests need their own.
 @pytest.fixture(scope="module")
 def chromium(modest_chromium: Path, console: Path) -> Iterator[Browser]:
-    expect.set_options(timeout=20_000)  # a deadline for a machine that is busy, not a time to wait
+    expect.set_options(timeout=20_000)  # a deadline for a busy machine, not a delay
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=modest_chromium, args=list(FLAGS))
         yield browser
@@ -49,7 +49,7 @@ def prepared_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def quiet_world(tmp_path: Path, prepared_folder: Path) -> Iterator[World]:
-    """A tower, and no drone that is switched on."""
+    """A tower with all drones switched off."""
     shutil.copytree(prepared_folder, tmp_path, dirs_exist_ok=True)
     with World(tmp_path, prepared=True) as world:
         world.start_tower()
@@ -66,7 +66,7 @@ def world(quiet_world: World) -> World:
 
 @pytest.fixture
 def somebody(chromium: Browser, world: World) -> Iterator[Somebody]:
-    """Opens the console in a browser profile of its own, so that several people can be signed in at once."""
+    """Opens the console in a separate browser profile, so that several people can be signed in at once."""
     with visitors(chromium, world.address) as come:
         yield come
 

@@ -1,4 +1,4 @@
-"""The console as a test sees it: the page of one signed-in person, with what they would look at and press."""
+"""The console as a test sees it: the page of one signed-in person, with what is shown and can be pressed."""
 
 import contextlib
 import math
@@ -22,7 +22,7 @@ FLAGS: Final = (
     "--disable-component-update",
     "--disable-sync",
 )
-"""Of a headless Chromium that calls nobody and draws as on a machine without a graphics card (web/bench/monitor.py)."""
+"""Flags for a headless Chromium that calls no servers and draws as without a graphics card (web/bench/monitor.py)."""
 
 SIMULATOR: Final = ("--boot-s", "2", "--seed", "7", "--speed", "3")
 
@@ -31,13 +31,13 @@ METRES_PER_DEGREE: Final = 111_195.0
 
 
 class Somebody(Protocol):
-    """Opens the console in a browser profile of its own; with `has_touch` on a tablet."""
+    """Opens the console in a separate browser profile; with `has_touch` on a tablet."""
 
     def __call__(self, *, has_touch: bool = False) -> "ConsolePage": ...
 
 
 class ConsolePage:
-    """Keeps what came through the live channel and what the console complained about, besides the page itself."""
+    """Wraps the page and collects live-channel messages and the console's errors."""
 
     def __init__(self, page: Page, address: str) -> None:
         self.page = page
@@ -59,7 +59,7 @@ class ConsolePage:
                 self.drones_heard |= set(tags)
                 self.frames_heard.update(tags)
 
-        if not socket.url.partition("?")[0].endswith("/video"):  # units, and not frames
+        if not socket.url.partition("?")[0].endswith("/video"):  # units, not frames
             socket.on("framereceived", received)
 
     def part(self, testid: str) -> Locator:
@@ -92,7 +92,7 @@ class ConsolePage:
         return [row.get_attribute("data-drone-id") or "" for row in self.part("squad-row").all()]
 
     def confirm(self, drone: str) -> None:
-        """Every dangerous action is confirmed once, in a dialog that names the drone."""
+        """Confirms a dangerous action, once, in the dialog that names the drone."""
         dialog = self.page.get_by_role("dialog")
         expect(dialog).to_contain_text(drone)
         if dialog.get_by_test_id("confirm-name").count() > 0:  # it names dangers
@@ -133,21 +133,21 @@ class ConsolePage:
             self.page.wait_for_timeout(50)
 
     def wait_for_frames(self, drones: int = 1, *, timeout_s: float = 20.0) -> None:
-        """Until frames of so many drones have come."""
+        """Waits until frames of this many drones have arrived."""
         deadline = time.monotonic() + timeout_s
         while len(self.drones_heard) < drones:
             assert time.monotonic() < deadline, f"heard {self.drones_heard} in {timeout_s:g} s"
             self.page.wait_for_timeout(50)
 
     def distance_m(self, lat_deg: float, lon_deg: float) -> float:
-        """From where the page shows the drone."""
+        """Returns the distance from the position that the page shows for the drone."""
         north = (self.number("latitude") - lat_deg) * METRES_PER_DEGREE
         east = (self.number("longitude") - lon_deg) * METRES_PER_DEGREE * math.cos(math.radians(lat_deg))
         return math.hypot(north, east)
 
 
 def signed_in(somebody: Somebody, name: str, drone: str | None = None, *, has_touch: bool = False) -> ConsolePage:
-    """Somebody who sees their squad, or the page of one drone of it."""
+    """Signs somebody in, who then sees the squad or the page of one drone."""
     console = somebody(has_touch=has_touch)
     console.sign_in(name)
     expect(console.part("squad-row").first).to_be_visible()
@@ -162,7 +162,7 @@ def visitors(chromium: Browser, address: str) -> Iterator[Somebody]:
 
     def come(*, has_touch: bool = False) -> ConsolePage:
         size: ViewportSize = {"width": 1180, "height": 820} if has_touch else {"width": 1280, "height": 800}
-        # What is kept for times without a network has tests of its own; filling it would cost each profile seconds.
+        # The offline cache has tests of its own; filling it would cost each profile seconds.
         context = chromium.new_context(
             viewport=size, reduced_motion="reduce", has_touch=has_touch, service_workers="block"
         )

@@ -1,4 +1,4 @@
-"""A gamepad that a test moves: what `navigator.getGamepads` says is what the test last said."""
+"""A simulated gamepad: `navigator.getGamepads` returns what the test has set."""
 
 from typing import Final
 
@@ -15,7 +15,7 @@ _INSTALL: Final = """(id) => {
 
 
 class FakePad:
-    """Plugged in, with its sticks at rest, as the standard layout of the Gamepad API: -1 is up."""
+    """A connected gamepad with its sticks at rest, in the standard layout of the Gamepad API: -1 is up."""
 
     def __init__(self, console: ConsolePage, name: str = "Test pad") -> None:
         self._page = console.page
@@ -23,7 +23,7 @@ class FakePad:
         self.move()
 
     def move(self, *, left: tuple[float, float] = (0, 0), right: tuple[float, float] = (0, 0), down: int = -1) -> None:
-        """Where the sticks are, right and up positive, and which button is down."""
+        """Sets the stick positions, right and up positive, and the pressed button."""
         axes = [left[0], -left[1], right[0], -right[1]]
         self._page.evaluate("([axes, down]) => { window.fakePads = [window.fakePad(axes, [down])] }", [axes, down])
 
@@ -31,7 +31,7 @@ class FakePad:
         self._page.evaluate("window.fakePads = [null]")
 
     def flap(self) -> None:
-        """Out and in again, quicker than anybody looks: only the browser's own event tells."""
+        """Disconnects and reconnects faster than any poll: only the browser's own event reports it."""
         self._page.evaluate("""() => {
           const gone = new Event('gamepaddisconnected');
           Object.defineProperty(gone, 'gamepad', { value: { ...window.fakePads[0], connected: false } });

@@ -1,4 +1,4 @@
-"""A drone, Kestrel of alice, whose camera is a file: a grey that moves."""
+"""Kestrel, a drone of alice's, whose camera plays a file: a moving grey."""
 
 import shutil
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ FRAMES: Final = 40
 
 
 def make_film(path: Path) -> None:
-    """Two seconds that a camera plays again and again."""
+    """Writes a two-second film that the camera repeats."""
     with av.open(str(path), "w") as container:
         stream = container.add_stream("libx264", rate=20)
         stream.width, stream.height, stream.pix_fmt = 320, 240, "yuv420p"
@@ -29,7 +29,7 @@ def make_film(path: Path) -> None:
 
 @contextmanager
 def filmed_world(prepared_folder: Path, folder: Path) -> Iterator[World]:
-    """It is online."""
+    """A tower with Kestrel online."""
     shutil.copytree(prepared_folder, folder, dirs_exist_ok=True)
     film = folder / "film.mp4"
     make_film(film)

@@ -1,4 +1,4 @@
-"""What a first visit to the console costs: bytes that came, and when something meaningful was to be seen."""
+"""The cost of a first visit to the console: bytes received, and time until something meaningful is visible."""
 
 from dataclasses import dataclass
 from typing import Any, Final
@@ -6,7 +6,7 @@ from typing import Any, Final
 from playwright.sync_api import Browser, Request
 
 FOUR_G: Final = {"offline": False, "latency": 170, "downloadThroughput": 9e6 / 8, "uploadThroughput": 1.5e6 / 8}
-"""9 Mbit/s down, 1.5 Mbit/s up, 170 ms before each answer; as DevTools' "Fast 4G"."""
+"""9 Mbit/s down, 1.5 Mbit/s up, 170 ms before each response, as in DevTools' "Fast 4G"."""
 
 WATCH: Final = """(selector) => {
   const look = () => {
@@ -33,7 +33,7 @@ CONTENTFUL: Final = """() => new Promise((resolve) => {
 
 @dataclass(frozen=True)
 class FirstLoad:
-    """Times from the beginning of the navigation. `bytes_by_path`: bodies and headers, as they came."""
+    """Times from the start of the navigation. `bytes_by_path`: bodies and headers, as received."""
 
     contentful_ms: float
     meaningful_ms: float
@@ -50,9 +50,9 @@ class FirstLoad:
 def first_load(
     browser: Browser, address: str, meaningful: str, *, signed_in: Any = None, network: Any = None
 ) -> FirstLoad:
-    """Opens a page in a browser that was never here, until `meaningful` (a selector) is to be seen and nothing more is
-    fetched. `signed_in`: the storage state of somebody; without, nobody is. What the service worker fetches afterwards
-    for times without a network is not counted.
+    """Opens a page in a fresh browser, and waits until `meaningful` (a selector) is visible and nothing more is
+    fetched. `signed_in`: a storage state; without it nobody is signed in. Does not count what the service worker
+    fetches afterwards for offline use.
     """
     context = browser.new_context(viewport={"width": 1280, "height": 800}, storage_state=signed_in)
     page = context.new_page()
@@ -74,5 +74,5 @@ def first_load(
         path = request.url.removeprefix(address)
         sizes[path] = sizes.get(path, 0) + size["responseBodySize"] + size["responseHeadersSize"]
     context.close()
-    # The paint is presented a little after the frame in which it was drawn.
+    # The paint is presented slightly after the frame that drew it.
     return FirstLoad(contentful_ms, max(meaningful_ms, contentful_ms), sizes)

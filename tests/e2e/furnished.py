@@ -1,6 +1,6 @@
-"""A tower in its third week: a dozen drones of four owners, loans, tokens, enrolments, and an audit trail of all that.
+"""A tower in its third week: a dozen drones of four owners, loans, tokens, enrolments, and their audit trail.
 
-For tests and pictures that need full pages. Nothing of it flies.
+For tests and screenshots that need full pages. None of the drones flies.
 """
 
 from datetime import UTC, datetime, timedelta
@@ -19,14 +19,14 @@ OWNERS: Final = {
     "dmitri": ("Avocet", "Dunlin", "Curlew"),
 }
 NEWCOMER: Final = "newcomer"
-"""Has a first password, and has to choose another."""
+"""Still has the first password and must choose another."""
 FIRST_PASSWORD: Final = "a first password"
 LEFT: Final = "erin"
-"""Has left: the account is disabled."""
+"""Disabled account of a person who has left."""
 
 
 def furnish(world: World, admin: Visitor) -> None:
-    """Beside users and drones that `world` has already. The tower must be running and `admin` signed in."""
+    """Adds to the users and drones of `world`. The tower must be running and `admin` signed in."""
 
     def sent(method: str, path: str, body: Any = None) -> Any:
         answer = admin.ask(method, path, body)

@@ -1,6 +1,6 @@
 """axe-core finds no serious or critical fault on any page of the console, with its dialogs and menus open.
 
-Each state of a page is looked at twice (axe_look.py).
+Each state of a page is checked twice (axe_look.py).
 """
 
 import shutil
@@ -19,7 +19,7 @@ from worlds.processes import CHECKOUT, World
 
 @pytest.fixture(scope="module")
 def office(prepared_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[World]:
-    """Kestrel and Merlin are switched on, the other drones are not."""
+    """A tower with Kestrel and Merlin switched on and the other drones off."""
     folder = tmp_path_factory.mktemp("office")
     shutil.copytree(prepared_folder, folder, dirs_exist_ok=True)
     with World(folder, prepared=True) as world:
@@ -108,7 +108,7 @@ def test_ones_own_account(come: Somebody, axe: Axe) -> None:
 
 def test_the_administration(come: Somebody, axe: Axe) -> None:
     console = entered(come, "admin", "/#/admin")
-    entered(come, "alice")  # somebody else is signed in
+    entered(come, "alice")  # another user is signed in
     sections = {
         "users": "user-row",
         "drones": "drone-row",
@@ -218,7 +218,7 @@ def test_the_missions_page(come: Somebody, axe: Axe) -> None:
         expect(console.page.get_by_role("dialog")).to_be_visible()
         axe.look(console, f"missions-{item}")
         console.page.keyboard.press("Escape")
-    console.part("item-height").fill("500")  # higher than the checks allow: an upload asks first
+    console.part("item-height").fill("500")  # higher than the checks allow, so the upload asks for confirmation
     console.part("strip-acquire").click()
     expect(console.part("upload")).to_be_enabled()
     console.part("upload").click()
@@ -227,7 +227,7 @@ def test_the_missions_page(come: Somebody, axe: Axe) -> None:
     console.page.keyboard.press("Escape")
     console.page.evaluate("window.location.hash = '#/drone/1'")
     console.part("control-release").click()
-    expect(console.part("control-acquire")).to_be_visible()  # else the page may close before the tower is asked
+    expect(console.part("control-acquire")).to_be_visible()  # otherwise the page may close before the tower is asked
 
 
 def test_the_parameters_and_the_logs_of_a_drone(come: Somebody, axe: Axe) -> None:

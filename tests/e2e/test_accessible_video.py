@@ -1,5 +1,5 @@
-"""axe-core finds no serious or critical fault where there is video, and all that can be pressed there is reached with
-the keyboard alone."""
+"""axe-core finds no serious or critical fault where there is video, and the keyboard alone reaches every
+control there."""
 
 import re
 from collections.abc import Iterator
@@ -33,7 +33,7 @@ def come(chromium: Browser, filmed: World) -> Iterator[Somebody]:
 
 
 def reached(console: ConsolePage, most: int = 80) -> set[str]:
-    """What has the focus on the way through the page with Tab."""
+    """Returns the elements that Tab gives the focus to."""
     found = set()
     console.page.evaluate("document.activeElement?.blur()")
     for _ in range(most):

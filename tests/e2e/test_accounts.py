@@ -1,4 +1,4 @@
-"""One's own account in the browser: the way in, the first password, a second factor, tokens, sessions."""
+"""A user's own account in the browser: sign-in, the first password, a second factor, tokens, sessions."""
 
 import json
 import re
@@ -94,7 +94,7 @@ def test_a_second_factor_is_set_up_and_asked_for(somebody_early: Somebody) -> No
 
     by_code = somebody_early()
     by_code.sign_in("alice")
-    # The code of now was used to confirm: the next one is good already.
+    # The current code was used to confirm; the tower already accepts the next one.
     next_code = pyotp.TOTP(secret).at(int(time.time()) + 30)
     by_code.part("sign-in-code").fill(next_code)
     by_code.part("sign-in-button").click()
@@ -111,7 +111,7 @@ def test_a_second_factor_is_set_up_and_asked_for(somebody_early: Somebody) -> No
 
 
 def test_an_old_proof_is_asked_for_again_and_the_request_goes_on(somebody_early: Somebody) -> None:
-    """The tower answers as it does when the proof is too old; what the page then sends is real."""
+    """The response for an expired proof is a fake; the page's next requests are real."""
     console = signed_in(somebody_early, "bob")
     console.open("/#/account/tokens")
     console.part("new-token").click()

@@ -30,7 +30,7 @@ def test_an_admin_makes_a_user_who_then_signs_in(somebody_early: Somebody) -> No
 
 
 def agree(console: ConsolePage, drone: str) -> None:
-    """To a question over another dialog, which stays."""
+    """Confirms in a dialog on top of another one, which stays open."""
     question = console.part("confirm-dialog")
     expect(question).to_contain_text(drone)
     console.part("confirm-button").click()
@@ -53,7 +53,7 @@ def test_a_second_owner_sees_the_drone_at_once(somebody_early: Somebody) -> None
     expect(bob.part("squad-row")).to_have_count(2)
     expect(kestrel).to_contain_text("bob")
 
-    # Asked first: Escape takes back the question, not the dialog beneath.
+    # Escape closes the confirmation, not the dialog beneath.
     admin.part("owner-remove-bob").click()
     expect(admin.part("confirm-dialog")).to_contain_text("Kestrel leaves the squad of bob at once.")
     admin.page.keyboard.press("Escape")

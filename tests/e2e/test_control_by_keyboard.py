@@ -1,4 +1,4 @@
-"""Every action of the Control page with the keyboard alone: not one click after the page is open."""
+"""Every action of the Control page by keyboard alone, without a click after the page is open."""
 
 from typing import Any, Final
 
@@ -15,7 +15,7 @@ TABBABLE: Final = """() => {
   return { free: free.length, buttons: shown.filter((one) => one.matches('main button')).map((one) =>
     one.dataset.testid ?? one.getAttribute('aria-label') ?? one.textContent.trim()) };
 }"""
-"""All that Tab should reach, numbered in the order of the page; and what the buttons are called, disabled ones too."""
+"""All elements that Tab should reach, numbered in page order, and the names of the buttons, including disabled ones."""
 
 FOCUSED: Final = """() => {
   const one = document.activeElement;
@@ -32,14 +32,14 @@ pressed: set[str] = set()
 
 
 def press(console: ConsolePage, key: str) -> None:
-    """A key for the page, not for a field that has the focus."""
+    """Presses a key for the page, not for a field with the focus."""
     pressed.add(key)
     console.page.evaluate("document.activeElement?.blur()")
     console.page.keyboard.press(key)
 
 
 def keys_of_the_sheet(console: ConsolePage) -> set[str]:
-    """As the page itself lists them; without the sticks, which are held and not pressed."""
+    """Returns the keys that the page itself lists, without the sticks, which are held and not pressed."""
     shown = console.part("shortcut-sheet").locator("kbd").all_inner_texts()
     names = {"Esc": "Escape"}
     keys = [names.get(key, key) for key in shown if not key.startswith("W S A D")]
@@ -47,12 +47,13 @@ def keys_of_the_sheet(console: ConsolePage) -> set[str]:
 
 
 def walk(console: ConsolePage) -> tuple[set[str], set[str]]:
-    """Tab from the top of the page to its end, in its order, each seen: what it reaches, and the buttons there are."""
+    """Tabs from the top of the page to its end, in order, with each focus visible. Returns the elements reached and all
+    buttons."""
     keyboard = console.page.keyboard
     there: dict[str, Any] = console.page.evaluate(TABBABLE)
     reached: list[dict[str, Any]] = []
     keyboard.press("Tab")
-    # The browser's own bar may lie between the last and the first.
+    # The browser's own toolbar may come between the last and the first.
     while len(reached) < there["free"] + 2:
         one = console.page.evaluate(FOCUSED)
         if one["at"] >= 0:
@@ -67,7 +68,7 @@ def walk(console: ConsolePage) -> tuple[set[str], set[str]]:
 
 
 def expect_a_trap(console: ConsolePage, opener: str) -> None:
-    """The dialog behind a button keeps the focus, and gives it back with Escape."""
+    """The dialog behind a button traps the focus, and Escape returns it."""
     console.part(opener).focus()
     console.page.keyboard.press("Enter")
     dialog = console.page.get_by_role("dialog")
@@ -81,7 +82,7 @@ def expect_a_trap(console: ConsolePage, opener: str) -> None:
 
 
 def agree(console: ConsolePage, words: str = "Kestrel") -> None:
-    """Enter on what the dialog offers to be confirmed, reached by Tab."""
+    """Confirms the dialog with Enter on a button reached by Tab."""
     dialog = console.page.get_by_role("dialog")
     expect(dialog).to_contain_text(words)
     confirm = dialog.get_by_test_id("confirm-button")
@@ -103,7 +104,7 @@ def type_into(console: ConsolePage, key: str, testid: str, number: str) -> None:
 
 
 def test_a_whole_flight_without_a_pointer(somebody: Somebody, world: World) -> None:
-    # A browser that draws in software is late now and then; how late is too late is tested elsewhere.
+    # A browser that draws in software is sometimes late; other tests check the limits.
     patient = {"sticks_stale_s": 2.0, "sticks_late_s": 2.0, "rtt_limit_ms": 5000, "rtt_limit_s": 5.0}
     assert world.visitor("admin").ask("PATCH", "/drones/1/settings", patient).status == 200
     alice = signed_in(somebody, "alice", "Kestrel")
@@ -115,7 +116,7 @@ def test_a_whole_flight_without_a_pointer(somebody: Somebody, world: World) -> N
     expect(alice.part("shortcut-sheet")).to_have_count(0)
 
     alice.wait("a position", lambda: alice.word("gps") != "" and alice.number("latitude") > 40)
-    press(alice, "h")  # nothing: the controls are nobody's yet
+    press(alice, "h")  # no effect: nobody has the controls yet
     press(alice, "c")
     expect(alice.part("blocked-reason")).to_contain_text("You fly Kestrel")
 
@@ -151,7 +152,7 @@ def test_a_whole_flight_without_a_pointer(somebody: Somebody, world: World) -> N
     type_into(alice, "p", "change-speed", "3")
     expect(alice.part("action-report")).to_contain_text("Kestrel, flying at 3 m/s: Accepted")
 
-    # Whatever button is disabled on the ground is not in the air, or the other way round: Tab has been at each.
+    # Every button that is disabled on the ground is enabled in the air or the reverse: Tab reaches each in one of them.
     reached_now, buttons_now = walk(alice)
     unreached = (buttons | buttons_now) - reached - reached_now
     assert unreached <= {"action-mode"}, unreached  # enabled once a mode is chosen: pressed above

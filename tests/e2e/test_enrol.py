@@ -1,4 +1,4 @@
-"""A new person and a new drone, from nothing to the map: what an admin does, and the one command that is pasted."""
+"""A new person and a new drone, from an empty tower to the map: the admin's steps, and the one pasted command."""
 
 from console_page import Somebody, signed_in
 from playwright.sync_api import expect
@@ -6,7 +6,7 @@ from test_accounts import NEW_PASSWORD, choose_password
 from worlds.processes import World, free_udp_ports
 
 HOME = (46.9481, 7.4474)
-"""Where this drone stands: nowhere near those of the other tests."""
+"""Position of this drone, far from those of the other tests."""
 
 
 def test_a_pasted_command_puts_a_new_drone_on_its_owners_map(somebody_early: Somebody, quiet_world: World) -> None:
@@ -67,13 +67,13 @@ def test_a_pasted_command_puts_a_new_drone_on_its_owners_map(somebody_early: Som
     erin.wait("the map at the new drone", shows_its_place)
     expect(erin.part("squad-row")).to_have_attribute("data-state", "idle")
     expect(erin.part("squad-row")).to_contain_text("Owner: erin")
-    # It is drawn there: a click on that place finds it.
+    # The map draws it there: a click on that position selects it.
     box = erin.part("map").bounding_box()
     assert box is not None
     erin.page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
     expect(erin.part("drone-card")).to_contain_text("Harrier")
 
-    # It is known by a key that it made itself; without it nobody flies it.
+    # The drone has its own key; without the key nobody flies it.
     admin.open("/#/admin/drones")
     expect(row.get_by_test_id("drone-key")).to_contain_text("SHA256:")
     row.get_by_role("button", name="What to do with Harrier").click()

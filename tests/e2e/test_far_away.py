@@ -1,4 +1,4 @@
-"""The console from the other side of the world: half a second to the tower and back, and a network that goes away."""
+"""The console far from the tower: a round trip of half a second, and a network that fails."""
 
 from console_page import signed_in, visitors
 from playwright.sync_api import Browser, expect
@@ -16,18 +16,18 @@ def test_a_drone_is_flown_over_half_a_second_of_round_trip_and_a_broken_connecti
         alice.open_drone("Kestrel")
         alice.acquire("Kestrel")
         alice.take_off("Kestrel", 8)
-        # So far nobody had a reason to put it on hold.
+        # No loss has held the drone so far.
         expect(alice.part("blocked-reason")).to_contain_text("You fly Kestrel")
         alice.wait("GUIDED", lambda: alice.word("mode") == "GUIDED")
 
         tower.cut()
-        # The page knows by the silence, and says so; what it shows is not taken for the present.
+        # The page detects the silence and reports it; it does not present the old data as current.
         expect(alice.part("connection-state")).not_to_contain_text("Connected")
         expect(alice.part("action-land")).to_be_disabled()
         tower.mend()
         expect(alice.part("connection-state")).to_contain_text("Connected")
 
-        # Back within the grace time she has the controls still, and can use them at once.
+        # Back within the grace time, she still has the controls and can use them at once.
         expect(alice.part("blocked-reason")).to_contain_text("You fly Kestrel")
         alice.part("action-land").click()
         alice.confirm("Kestrel")

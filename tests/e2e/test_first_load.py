@@ -1,4 +1,4 @@
-"""How much a browser fetches before one sees one's squad. Bytes only: times are measured by `npm run bench:load`."""
+"""Bytes that a browser fetches until the squad is visible. `npm run bench:load` measures the times."""
 
 from console_page import PASSWORD
 from first_load import first_load
@@ -8,7 +8,7 @@ from worlds.processes import World
 BUDGET_BYTES = 1_200_000
 SIGN_IN_BUDGET_BYTES = 200_000
 MAP = "create_map"
-"""In the names of the part of the build that has the map library."""
+"""Substring of the build file that contains the map library."""
 
 
 def test_the_first_load_keeps_to_its_budget_and_the_map_comes_later(chromium: Browser, quiet_world: World) -> None:
@@ -26,7 +26,7 @@ def test_the_first_load_keeps_to_its_budget_and_the_map_comes_later(chromium: Br
     somebody = context.storage_state()
     context.close()
     signed_in = first_load(chromium, quiet_world.address, "[data-testid=squad-row]", signed_in=somebody)
-    # Everything, the map and its ground as well.
+    # Everything, including the map and its ground.
     assert signed_in.transferred_of(MAP) > 0
     assert signed_in.transferred_of("basemap") > 0
     assert signed_in.transferred < BUDGET_BYTES, signed_in.bytes_by_path

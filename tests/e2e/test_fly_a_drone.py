@@ -1,4 +1,4 @@
-"""The whole product through the eyes of its users: an operator flies, a stranger sees nothing, the admin sees all."""
+"""The whole product as its users see it: an operator flies, a stranger sees nothing, the admin sees all."""
 
 from console_page import Somebody, signed_in
 from playwright.sync_api import expect
@@ -10,7 +10,7 @@ def test_an_operator_flies_their_drone_there_and_back(somebody: Somebody) -> Non
     assert alice.squad() == ["1"]
     alice.open_drone("Kestrel")
     alice.wait("a position", lambda: alice.word("gps") != "" and alice.number("latitude") != 0)
-    # Nothing can be pressed before the controls are taken.
+    # All buttons are disabled before the controls are taken.
     expect(alice.part("action-arm")).to_be_disabled()
     alice.acquire("Kestrel")
     home = (alice.number("latitude"), alice.number("longitude"))
@@ -27,7 +27,7 @@ def test_an_operator_flies_their_drone_there_and_back(somebody: Somebody) -> Non
     alice.confirm("Kestrel")
     alice.wait("10 m", lambda: abs(alice.number("altitude") - 10) < 0.5)
 
-    # Go-to by a click on the map, some way off the middle where the drone is.
+    # Go-to by a click on the map, away from the middle where the drone is.
     alice.part("action-goto").click()
     box = alice.part("map").bounding_box()
     assert box is not None
@@ -47,7 +47,7 @@ def test_an_operator_flies_their_drone_there_and_back(somebody: Somebody) -> Non
     assert alice.distance_m(*home) < 2
     assert abs(alice.number("altitude")) < 0.5
     assert alice.drones_heard == {1}
-    # The one complaint allowed is the question "who am I" of the sign-in page, answered with 401.
+    # The only permitted error is the sign-in page's request for the current user, answered with 401.
     assert [said for said in alice.complaints if "401" not in said] == []
 
 
@@ -61,7 +61,7 @@ def test_take_off_and_land_from_one_button_each(somebody: Somebody) -> None:
     bob.confirm("Merlin")
     bob.wait("6 m", lambda: abs(bob.number("altitude") - 6) < 0.5)
     bob.part("action-hold").click()
-    # With nobody at the sticks, height is kept only by a mode that needs none.
+    # Without a pilot at the sticks, only a mode that needs none keeps height.
     bob.wait("BRAKE", lambda: bob.word("mode") == "BRAKE")
     assert abs(bob.number("altitude") - 6) < 0.5
     bob.part("action-land").click()
@@ -100,7 +100,7 @@ def test_the_admin_sees_all_and_takes_and_gives(somebody: Somebody) -> None:
     expect(alice.part("action-arm")).to_be_disabled()
     expect(alice.part("action-takeoff")).to_be_disabled()
     admin.gives_back("Kestrel")
-    # Given is not had: it is hers when she says so.
+    # The offer alone does not give her the controls; she has to accept.
     alice.part("control-accept").click()
     expect(alice.part("taken-banner")).to_have_count(0)
     expect(alice.part("blocked-reason")).to_contain_text("You fly Kestrel")

@@ -1,4 +1,4 @@
-"""Flying by hand: with a gamepad, on a touch screen, and what happens when hands or eyes are gone."""
+"""Flying by hand: with a gamepad, on a touch screen, and when the pilot's hands or eyes leave the page."""
 
 import pytest
 from console_page import ConsolePage, Somebody, signed_in
@@ -11,7 +11,7 @@ HEIGHT_M = 12.0
 
 @pytest.fixture(autouse=True)
 def patient_drones(world: World) -> None:
-    """A browser that draws in software is late now and then; how late is too late is tested elsewhere."""
+    """A browser that draws in software is sometimes late; other tests check the limits."""
     patient = {"sticks_stale_s": 2.0, "sticks_late_s": 2.0, "rtt_limit_ms": 5000, "rtt_limit_s": 5.0}
     answer = world.visitor("admin").ask("PATCH", "/drones/1/settings", patient)
     assert answer.status == 200, answer.body
@@ -46,7 +46,7 @@ def test_a_gamepad_flies_and_centred_sticks_hold(somebody: Somebody) -> None:
     alice = in_the_air(somebody)
     pad = plugged_in(alice)
 
-    # Nothing before it was started with a centred throttle.
+    # No sticks are sent before a start with centred throttle.
     pad.move(left=(0, 1))
     begin(alice)
     expect(alice.part("manual-status")).to_contain_text("Centre the sticks to begin: throttle")
@@ -89,7 +89,7 @@ def test_a_pad_that_is_unplugged_or_flaps_means_hold_and_never_resumes_by_itself
     expect(alice.part("manual-means")).to_contain_text("Test pad")
     expect(alice.part("holder")).to_have_attribute("data-value", "alice")
 
-    # Back, and only by her own new beginning, with centred sticks.
+    # Reconnected, she has to start again herself, with centred sticks.
     begin(alice)
     expect(alice.part("manual-bars")).to_have_attribute("data-phase", "centring")
     pad.move()
@@ -161,7 +161,7 @@ def test_settings_of_sticks_are_kept_for_their_pilot_in_any_browser(somebody: So
     pad.move(left=(0, 1), right=(1, -1))
     for axis, value in (("pitch", "1.00"), ("throttle", "-1.00"), ("roll", "-1.00"), ("yaw", "0.00")):
         expect(there.part("setup-bars").get_by_test_id(f"axis-{axis}")).to_have_attribute("data-value", value)
-    pad.move(left=(0, 0.54))  # half of what is beyond the dead zone: 0.5 * 0.5 + 0.5 * 0.5 ** 3
+    pad.move(left=(0, 0.54))  # half of the range beyond the dead zone: 0.5 * 0.5 + 0.5 * 0.5 ** 3
     expect(there.part("setup-bars").get_by_test_id("axis-pitch")).to_have_attribute("data-value", "0.31")
 
     bob = signed_in(somebody, "bob", "Merlin")
@@ -177,7 +177,7 @@ def test_a_pad_is_calibrated_by_moving_it(somebody: Somebody) -> None:
     alice.page.get_by_role("tab", name="Calibrate").click()
     alice.part("calibration-start").click()
     words = alice.part("calibration-words")
-    # A pad whose sticks are swapped, and whose right stick, now the left one, goes half its way only.
+    # A pad with swapped sticks, whose right stick, now the left one, moves only half its range.
     moves = (
         ("left stick all the way to the right", {"right": (0.6, 0)}),
         ("left stick all the way up", {"right": (0, 0.6)}),
@@ -212,10 +212,10 @@ def test_a_question_goes_with_its_page_and_keys_are_sticks_in_any_layout(somebod
     alice.open_drone("Kestrel")
     begin(alice)
     expect(alice.part("manual-bars")).to_have_attribute("data-phase", "flying")
-    # Colemak: where S is on other keyboards, R stands; it must not ask to return.
+    # On Colemak, R is in the place of S. It must not request a return.
     alice.page.evaluate("window.dispatchEvent(new KeyboardEvent('keydown', { code: 'KeyS', key: 'r' }))")
     expect(alice.part("axis-throttle")).to_have_attribute("data-value", "-1.00")
     expect(dialog).to_have_count(0)
-    # With Command held, macOS never says that it came up.
+    # While Command is held, macOS never reports the key-up.
     alice.page.evaluate("window.dispatchEvent(new KeyboardEvent('keydown', { code: 'MetaLeft', key: 'Meta' }))")
     expect(alice.part("axis-throttle")).to_have_attribute("data-value", "0.00")

@@ -1,4 +1,4 @@
-"""A drone that follows another one, and a formation, from the browser: set, flown, ended with words."""
+"""A drone that follows another one, and a formation, from the browser: configured, flown, ended with messages."""
 
 import math
 import shutil
@@ -32,7 +32,7 @@ def world(quiet_world: World) -> World:
 
 
 def seen_from(leader: ConsolePage, follower: ConsolePage) -> tuple[float, float, float]:
-    """Metres north, east and above, as the two pages show them. The homes are equally high."""
+    """Returns metres north, east and above, as the two pages show them. The homes are equally high."""
     lat = leader.number("latitude")
     north = (follower.number("latitude") - lat) * METRES_PER_DEGREE
     east = (follower.number("longitude") - leader.number("longitude")) * METRES_PER_DEGREE
@@ -80,7 +80,7 @@ def test_it_follows_keeps_its_place_and_holds_when_the_leader_lands(somebody: So
     bob.wait("40 m further on", lambda: (bob.number("latitude") - begins) * METRES_PER_DEGREE > 38)
     alice.wait("its place, 40 m further on", in_place)
 
-    # Whoever opens the page meanwhile is told as well.
+    # A page opened meanwhile shows it too.
     alice.page.reload()
     expect(alice.part("follow-phase")).to_contain_text("Kestrel: following Osprey")
     bob.part("action-land").click()
@@ -146,7 +146,7 @@ def test_an_admin_forms_a_line_and_lets_all_hold(somebody: Somebody, world: Worl
 
 
 def formed(console: ConsolePage) -> bool:
-    """Asks for it, until the page knows that all of them fly."""
+    """Requests it until the page knows that all of them fly."""
     console.part("formation-form").click()
     return console.page.get_by_role("dialog").count() > 0
 
@@ -163,16 +163,16 @@ RECEIVER: Final = """() => {
   };
   Object.defineProperty(navigator, 'geolocation', { value: { getCurrentPosition } });
 }"""
-"""Measures anew each time it is asked: what Playwright has a browser say keeps the time at which it was told."""
+"""Evaluated on every call, because Playwright keeps the time at which it set a position."""
 
 
 def stands_at(console: ConsolePage, place: tuple[float, float]) -> None:
-    """Whoever sits at this browser is here now."""
+    """Moves the person at this browser to this place."""
     console.page.evaluate("(place) => { window.person = place }", list(place))
 
 
 def away_from(console: ConsolePage, person: tuple[float, float]) -> tuple[float, float]:
-    """The drone, metres north and east of the person."""
+    """Returns the drone's metres north and east of the person."""
     lat, lon = person
     east = (console.number("longitude") - lon) * METRES_PER_DEGREE * math.cos(math.radians(lat))
     return (console.number("latitude") - lat) * METRES_PER_DEGREE, east
@@ -186,7 +186,7 @@ def test_it_follows_the_person_at_the_browser_and_holds_when_that_is_closed(some
     person = (lat - 30 / METRES_PER_DEGREE, lon)
     alice.part("in-flight").locator("summary").click()
 
-    # Without leave to know where they are, nobody is followed.
+    # Following requires permission to read the position.
     alice.part("action-follow-me").click()
     expect(alice.part("action-report")).to_contain_text("may not share its position")
     alice.page.context.grant_permissions(["geolocation"])
@@ -213,7 +213,7 @@ def test_it_follows_the_person_at_the_browser_and_holds_when_that_is_closed(some
     person = (person[0] - 8 / METRES_PER_DEGREE, lon)
     stands_at(alice, person)
     alice.wait("its place, 8 m further on", in_place)
-    # Whatever page is shown.
+    # Works on every page.
     alice.page.evaluate("location.hash = '#/'")
     expect(alice.part("squad-row").first).to_be_visible()
     person = (person[0] - 6 / METRES_PER_DEGREE, lon)

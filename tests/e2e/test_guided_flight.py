@@ -1,4 +1,4 @@
-"""The mission on board and what else a pilot asks of a drone that flies by itself: start, pause, jump, look."""
+"""The mission on board and other requests to a drone that flies by itself: start, pause, jump, look."""
 
 from typing import Any, Final
 
@@ -22,7 +22,7 @@ def row(command: int, lat_deg: float = 0.0, lon_deg: float = 0.0, height_m: floa
 
 
 def put_mission(console: ConsolePage, lat_deg: float, lon_deg: float) -> None:
-    """Up, three places to the north of each other, and back."""
+    """Uploads a take-off, three positions northwards, and the return."""
     step = 80 / METRES_PER_DEGREE
     places = [row(WAYPOINT, lat_deg + step * far, lon_deg, 20) for far in (1, 2, 3)]
     status, reported = console.page.evaluate(PUT_PLAN, [row(TAKE_OFF, height_m=10), *places, row(RETURN)])
@@ -75,7 +75,7 @@ def test_a_mission_is_started_paused_jumped_in_and_left(somebody: Somebody) -> N
     done(alice, "Resume the mission")
     alice.wait("the way on", lambda: alice.number("speed") > 2)
 
-    # The nose turns to a place that was clicked, on the way. ArduCopter circles in missions only, and is not asked to.
+    # On the way, the nose turns to a clicked position. ArduCopter circles in missions only, so no orbit is requested.
     alice.part("in-flight").locator("summary").click()
     expect(alice.part("action-orbit")).to_have_count(0)
     alice.part("action-roi").click()

@@ -1,4 +1,4 @@
-"""The console as an installed app: what makes it one, how it opens without a tower, and how a new version comes."""
+"""The console as an installed app: what makes it installable, opening without a tower, updates to a new version."""
 
 import json
 import re
@@ -14,7 +14,7 @@ from worlds.processes import World, kill_9
 
 @pytest.fixture(scope="module")
 def profiles(modest_chromium: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[BrowserContext]:
-    """A browser profile on disk, as people have it: nothing can be installed from a private window."""
+    """A browser profile on disk, because a private window cannot install anything."""
     expect.set_options(timeout=20_000)
     with sync_playwright() as playwright:
         context = playwright.chromium.launch_persistent_context(
@@ -29,8 +29,8 @@ def profiles(modest_chromium: Path, tmp_path_factory: pytest.TempPathFactory) ->
 
 @pytest.fixture
 def visitor(profiles: BrowserContext, quiet_world: World) -> Iterator[ConsolePage]:
-    """Somebody at the sign-in page, whose browser has kept the console. Each test's tower has a port of its own, and
-    with it an origin with caches and workers of its own.
+    """A browser on the sign-in page that has cached the console. Each test's tower has its own port, and so an origin
+    with its own caches and workers.
     """
     profiles.clear_cookies()
     console = ConsolePage(profiles.new_page(), quiet_world.address)
@@ -47,7 +47,7 @@ def wait_until_kept(console: ConsolePage) -> None:
 
 
 def kept_addresses(console: ConsolePage) -> list[str]:
-    """Of all that the browser keeps for the console, without the tower's address."""
+    """Returns everything that the browser caches for the console, without the tower's address."""
     kept = console.page.evaluate(
         """async () => {
           const names = await caches.keys();
@@ -77,7 +77,7 @@ def test_without_a_tower_it_opens_and_says_so_and_goes_on_when_the_tower_is_back
     kill_9(quiet_world.tower)
     visitor.page.reload()
     expect(visitor.part("no-connection")).to_contain_text("No connection to the tower")
-    # A page of the console below another address is the console as well.
+    # A page of the console at another path is the console as well.
     visitor.open("/#/drone/1")
     expect(visitor.part("no-connection")).to_contain_text("Next try in")
     kept = kept_addresses(visitor)
@@ -85,7 +85,7 @@ def test_without_a_tower_it_opens_and_says_so_and_goes_on_when_the_tower_is_back
     assert any(path.startswith("/basemap/") for path in kept)
     assert [path for path in kept if path.startswith(("/api", "/metrics"))] == []
     quiet_world.start_tower()
-    # Nobody presses anything: the session is still good, so she is where she was going.
+    # The session is still valid, so she gets to her page without a click.
     expect(visitor.part("connection-state")).to_contain_text("Connected")
     expect(visitor.page).to_have_title("Kestrel - Control Tower")
 
@@ -94,11 +94,11 @@ NEXT = "-next.js"
 
 
 def newer_build(built: Path, folder: Path) -> Path:
-    """The console as the next version would be: other names, and nothing of the old ones left."""
+    """Makes the next version of the console: other file names, and none of the old ones left."""
     shutil.copytree(built, folder)
     for copy in [*folder.rglob("*.br"), *folder.rglob("*.gz")]:
         copy.unlink()
-    # A name stands for what is in the file, and so do the names of all that it asks for.
+    # A file's name depends on its content, and so on the names of all files that it loads.
     scripts = [script.name for script in folder.glob("assets/*.js")]
     name = re.compile("|".join(re.escape(one) for one in scripts))
     for file in [*folder.glob("*.html"), folder / "sw.js", *folder.glob("assets/*.js")]:
@@ -121,7 +121,7 @@ def test_a_new_version_is_told_and_loaded_only_when_asked_for(
     kill_9(quiet_world.tower)
     quiet_world.start_tower()
     expect(visitor.part("new-version")).to_be_visible()
-    # She goes on with what she has, with parts that the tower has no more.
+    # The page goes on with its loaded parts, which the tower no longer has.
     visitor.open("/#/account")
     expect(visitor.page.get_by_role("heading", name="Password", exact=True)).to_be_visible()
     assert visitor.page.evaluate("window.stillTheSamePage")

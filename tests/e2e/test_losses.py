@@ -1,4 +1,4 @@
-"""What a pilot sees of losses: by hand with the hands gone, the tower gone, the check before flight, a rehearsal."""
+"""What a pilot sees of losses: hands off in manual flight, the tower lost, the check before flight, a rehearsal."""
 
 from console_page import Somebody, signed_in
 from playwright.sync_api import expect
@@ -10,7 +10,7 @@ def test_flying_by_hand_ends_with_a_hold_when_the_window_is_left(somebody: Someb
     alice.acquire("Kestrel")
     alice.take_off("Kestrel", 8)
     alice.part("manual-toggle").click()
-    # From GUIDED, which ignores sticks: the question says what it changes to.
+    # From GUIDED, which ignores sticks: the dialog names the mode it changes to.
     expect(alice.page.get_by_role("dialog")).to_contain_text("LOITER")
     alice.confirm("Kestrel")
     alice.wait("LOITER", lambda: alice.word("mode") == "LOITER")
@@ -64,7 +64,7 @@ def test_the_settings_of_the_admin_are_read_by_the_operator_and_decide_the_hold(
 
     alice.acquire("Kestrel")
     alice.take_off("Kestrel", 8)
-    # In guided flight it would stay as it is. By hand it is the ladder that decides: without it, altitude hold.
+    # In guided flight it would stay as it is. By hand the loss ladder decides: without it, altitude hold.
     alice.part("manual-toggle").click()
     alice.confirm("Kestrel")
     expect(alice.part("manual-bars")).to_have_attribute("data-phase", "flying")

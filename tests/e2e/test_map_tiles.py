@@ -1,4 +1,4 @@
-"""Tiles that the tower serves, seen on the map: drawn where there are any, and the coastline where there are none."""
+"""Tiles from the tower on the map: drawn where they exist, and the coastline elsewhere."""
 
 import base64
 import shutil
@@ -42,7 +42,7 @@ def token(console: ConsolePage, name: str) -> tuple[int, ...]:
 
 
 def colour(console: ConsolePage, lon_deg: float) -> tuple[int, ...]:
-    """Of the map in its middle height, at this longitude."""
+    """Returns the colour at the map's middle height and this longitude."""
     frame = console.part("map")
     box = frame.bounding_box()
     assert box is not None
@@ -55,7 +55,7 @@ def colour(console: ConsolePage, lon_deg: float) -> tuple[int, ...]:
 def expect_colours(console: ConsolePage, east: tuple[int, ...]) -> None:
     expect(console.part("map")).to_have_attribute("data-zoom", "3.0")
     console.wait("the tile", lambda: colour(console, EAST) == east)
-    # No tile there, and no hole either.
+    # There is no tile, and no gap either.
     assert colour(console, WEST) == token(console, "map-sea")
 
 
@@ -63,12 +63,12 @@ def test_tiles_are_drawn_where_the_file_has_some_and_the_coastline_elsewhere(chr
     with visitors(chromium, tiled.address) as somebody:
         alice = signed_in(somebody, "alice")
         expect(alice.part("map-attribution")).to_have_text("© The surveyors")
-        # She moves it by a hair, so that the page says where it is.
+        # A small move makes the page report its position.
         alice.page.locator(".maplibregl-canvas").press("ArrowRight")
         expect_colours(alice, RED)
         assert [said for said in alice.complaints if "401" not in said] == []
 
-        # Another file in its place is a vector map: its colours are the theme's.
+        # A vector map replaces the file: it uses the theme's colours.
         write_tile_file(
             tiled.folder / "tiles.pmtiles",
             MVT,

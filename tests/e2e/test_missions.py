@@ -1,4 +1,4 @@
-"""The Missions page in a real browser: drawn, checked, kept, sent to a simulated drone, and flown."""
+"""The Missions page in a real browser: drawn, checked, saved, sent to a simulated drone, and flown."""
 
 import json
 import re
@@ -19,7 +19,7 @@ SQUARE: Final = ((0.35, 0.5), (0.55, 0.5), (0.55, 0.72), (0.35, 0.72))
 
 @pytest.fixture(scope="module")
 def field(prepared_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[World]:
-    """Kestrel (alice's) and Merlin (bob's), simulated eight times as fast as they would fly."""
+    """Kestrel (alice's) and Merlin (bob's), simulated at eight times real speed."""
     folder = tmp_path_factory.mktemp("field")
     shutil.copytree(prepared_folder, folder, dirs_exist_ok=True)
     with World(folder, prepared=True) as world:
@@ -48,7 +48,7 @@ def planning(come: Somebody, name: str, drone_id: int | None) -> ConsolePage:
 
 
 def click(console: ConsolePage, *places: tuple[float, float]) -> None:
-    """On the map, as shares of its size."""
+    """Clicks on the map, at fractions of its size."""
     box = console.part("map").bounding_box()
     assert box is not None
     for x, y in places:
@@ -65,12 +65,12 @@ def standing(console: ConsolePage, kind: str, words: str) -> None:
 
 
 def flown(console: ConsolePage) -> int:
-    """The item that is flown, from 1; 0: none."""
+    """Returns the item being flown, from 1; 0: none."""
     return int(console.part("flown-item").get_attribute("data-value") or -1) + 1
 
 
 def action(console: ConsolePage, button: str, drone: str | None = None) -> None:
-    """A press, its confirmation where there is one, and the autopilot's good answer."""
+    """Presses a button, confirms where needed, and waits for the autopilot's acceptance."""
     reported = console.part("told")
     before = reported.inner_text() if reported.count() else ""
     console.part(button).click()
@@ -83,7 +83,7 @@ def action(console: ConsolePage, button: str, drone: str | None = None) -> None:
 def test_a_survey_is_drawn_uploaded_flown_paused_jumped_in_and_left(come: Somebody) -> None:
     console = planning(come, "alice", 1)
     for kind in ("mission", "fence", "rally"):
-        standing(console, kind, "on the drone")  # nothing here, nothing there
+        standing(console, kind, "on the drone")  # empty on both sides
     console.part("strip-acquire").click()
     expect(console.part("mission-start")).to_be_visible()
 
@@ -92,10 +92,10 @@ def test_a_survey_is_drawn_uploaded_flown_paused_jumped_in_and_left(come: Somebo
     items = int(console.part("pattern-facts").get_attribute("data-items") or 0)
     assert items > 8
     console.part("pattern-height").fill("20")
-    expect(console.part("pattern-facts")).not_to_have_attribute("data-items", str(items))  # nearer, more lines
+    expect(console.part("pattern-facts")).not_to_have_attribute("data-items", str(items))  # lower: more lines
     items = int(console.part("pattern-facts").get_attribute("data-items") or 0)
     console.part("pattern-add").click()
-    expect(console.part("plan-item")).to_have_count(items + 1)  # and the take-off
+    expect(console.part("plan-item")).to_have_count(items + 1)  # plus the take-off
     console.page.get_by_role("tab", name="Checks").click()
     console.part("add-return").click()
     standing(console, "mission", "changed")
@@ -109,7 +109,7 @@ def test_a_survey_is_drawn_uploaded_flown_paused_jumped_in_and_left(come: Somebo
           }).observe(document.body, {subtree: true, childList: true, attributes: true});
         }"""
     )
-    console.part("upload").click()  # nothing is overwritten: it is not asked about
+    console.part("upload").click()  # nothing is overwritten, so there is no confirmation
     expect(console.part("transfer-came")).to_have_attribute("data-as", "done")
     standing(console, "mission", "on the drone")
     progress: list[float] = console.page.evaluate("window.parts")
@@ -157,7 +157,7 @@ def test_a_file_is_opened_with_words_about_what_is_lost_and_a_plan_is_edited_by_
     count = console.part("plan-item").count()
     assert count > 3
 
-    # Arrows choose, Alt and arrows move, Delete removes, and all of it can be taken back.
+    # Arrows select, Alt and arrows move, Delete removes, and all of it can be undone.
     first = page.locator("[data-number]").first
     first.focus()
     page.keyboard.press("ArrowDown")
@@ -174,7 +174,7 @@ def test_a_file_is_opened_with_words_about_what_is_lost_and_a_plan_is_edited_by_
     page.keyboard.press("Control+y")
     expect(console.part("undo")).to_have_attribute("aria-label", re.compile("^Undo: Move an item"))
 
-    # Drawn by keys alone: Enter picks the middle of the map, twice ends it.
+    # Drawn by keys alone: Enter picks the middle of the map, Enter twice finishes.
     page.keyboard.press("f")
     for _ in range(3):
         page.keyboard.press("Enter")
@@ -184,7 +184,7 @@ def test_a_file_is_opened_with_words_about_what_is_lost_and_a_plan_is_edited_by_
     page.keyboard.press("Enter")
     expect(console.part("fence-shape").last).to_contain_text("4 corners")
 
-    # It is there again after a reload, as it was left.
+    # It is restored after a reload.
     shapes = console.part("fence-shape").count()
     expect(console.part("plan-saved")).to_have_attribute("data-value", "unsaved")
     page.reload()
@@ -193,7 +193,7 @@ def test_a_file_is_opened_with_words_about_what_is_lost_and_a_plan_is_edited_by_
     page.get_by_role("tab", name="Fence").click()
     expect(console.part("fence-shape")).to_have_count(shapes)
 
-    # A new plan asks before it takes its place.
+    # A new plan asks before it replaces this one.
     console.part("plan-menu").click()
     console.part("plan-new").click()
     expect(page.get_by_role("dialog")).to_contain_text("field")

@@ -64,7 +64,7 @@ def test_a_squad_of_three_drones_of_two_owners_is_seen_searched_filtered_and_sor
     assert admin.squad() == ["2", "3"]
     admin.part("squad-search").fill("")
 
-    # One of them is flown, by its owner; the admin's list shows who, and finds it by its state.
+    # Its owner flies one of them. The admin's list shows who flies and finds the drone by its state.
     alice = signed_in(somebody, "alice", "Kestrel")
     alice.acquire("Kestrel")
     alice.take_off("Kestrel", 8)
@@ -77,7 +77,7 @@ def test_a_squad_of_three_drones_of_two_owners_is_seen_searched_filtered_and_sor
     admin.part("squad-filter").select_option(label="All drones")
 
     admin.part("squad-view").get_by_text("Table").click()
-    # By name already: pressed again it is the other way round.
+    # Sorted by name already; a second press reverses the order.
     admin.part("sort-name").click()
     expect(admin.page.get_by_role("columnheader", name="Drone")).to_have_attribute("aria-sort", "descending")
     assert admin.squad() == ["3", "2", "1"]
@@ -89,13 +89,13 @@ def test_a_squad_of_three_drones_of_two_owners_is_seen_searched_filtered_and_sor
     expect(admin.page.get_by_role("columnheader", name="Height")).to_have_attribute("aria-sort", "descending")
     assert admin.squad()[0] == "1"
 
-    # Her page, opened again in mid-flight, knows how long the flight is: the tower tells.
+    # Her page, reopened in flight, shows the flight time: the tower reports it.
     alice.wait("five seconds in the air", lambda: alice.number("flight-time") > 5_000)
     before_ms = alice.number("flight-time")
     alice.page.reload()
     alice.wait("the time in the air", lambda: alice.number("flight-time") >= before_ms)
 
-    # Whoever lets go of it in the air leaves it unattended, and that stands out.
+    # A holder who releases it in the air leaves it unattended, and the list highlights that.
     alice.part("control-release").click()
     alice.confirm("Kestrel")
     expect(row_of(admin, 1)).to_have_attribute("data-unattended", "true")
@@ -127,7 +127,7 @@ def test_a_hold_of_several_drones_is_asked_once_and_answered_by_each(somebody: S
     expect(admin.part("squad-action-state")).to_contain_text("1 of 2 done")
     admin.part("cancel-button").click()
     expect(dialog).to_have_count(0)
-    # The refused one still is who it was, and can be taken from the list of pairs.
+    # The refused drone keeps its identity and can be removed from the list of pairs.
     admin.part("tab-pairs").click()
     pair = admin.part("pair").and_(admin.page.locator("[data-drone-id='1']"))
     expect(pair).to_contain_text("alice")
@@ -146,7 +146,7 @@ def test_an_alert_stays_until_it_is_acknowledged(somebody: Somebody) -> None:
     alice.wait("RTL", lambda: alice.word("mode") == "RTL")
     alice.part("action-arm").click()
     alice.confirm("Kestrel")
-    # Said by the autopilot, on whatever page one is.
+    # The autopilot's message appears on every page.
     expect(alice.part("alert-bell")).to_contain_text("alert")
     alice.part("alert-bell").click()
     alert = alice.part("alert").filter(has_text="Arm")

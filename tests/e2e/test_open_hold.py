@@ -1,4 +1,4 @@
-"""What people see of a hold that nobody ends: the countdown, "stay", and what the drone does at its end."""
+"""What people see of a hold that nobody ends: the countdown, "stay", and the final action of the drone."""
 
 import time
 
@@ -9,7 +9,7 @@ LOST_ACTION_S = 12
 
 
 def taken_in_flight(somebody: Somebody) -> tuple[ConsolePage, ConsolePage]:
-    """alice flew Kestrel; an admin has taken it from her and does nothing. Both look at it."""
+    """alice flew Kestrel; an admin took the controls and does nothing. Both watch it."""
     alice = signed_in(somebody, "alice", "Kestrel")
     admin = signed_in(somebody, "admin", "Kestrel")
     admin.part("open-settings").click()
@@ -43,7 +43,7 @@ def test_an_idle_admin_reads_the_countdown_and_stay_ends_it(somebody: Somebody) 
     expect(alert).to_have_attribute("data-severity", "warning")
     admin.page.keyboard.press("Escape")
 
-    # Whoever was shut out has no say; the admin has, from the keyboard too.
+    # A person who was locked out cannot use "stay"; the admin can, also by keyboard.
     expect(alice.part("stay")).to_have_count(0)
     stay = admin.page.get_by_role("button", name="Stay: Kestrel stays where it is")
     stay.focus()

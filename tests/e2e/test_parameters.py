@@ -1,4 +1,4 @@
-"""The parameters of a drone: read, changed, refused in words, seen by others, kept in files, copied to another."""
+"""The parameters of a drone: read, changed, refused with a message, visible to others, saved to files, copied."""
 
 import shutil
 from collections.abc import Iterator
@@ -12,7 +12,7 @@ from worlds.processes import World
 
 @pytest.fixture(scope="module")
 def workshop(prepared_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[World]:
-    """Two drones whose makers have locked the parameters of the board."""
+    """Two drones whose manufacturers have locked the parameters of the board."""
     folder = tmp_path_factory.mktemp("workshop")
     shutil.copytree(prepared_folder, folder, dirs_exist_ok=True)
     with World(folder, prepared=True) as world:
@@ -42,7 +42,7 @@ def searched(console: ConsolePage, words: str) -> None:
 def test_what_is_written_is_seen_by_others_and_what_is_refused_is_said(come: Somebody) -> None:
     admin = at_parameters(come, "admin", "Kestrel")
     alice = at_parameters(come, "alice", "Kestrel")
-    # Found by what it does; 1,390 lines are there, and only those in sight are drawn.
+    # Search by description. There are 1,390 rows, and only visible ones are rendered.
     assert alice.part("parameter-row").count() < 40
     searched(alice, "before it flies back")
     expect(alice.part("parameter-row")).to_have_count(1)
@@ -58,7 +58,7 @@ def test_what_is_written_is_seen_by_others_and_what_is_refused_is_said(come: Som
     alice.part("value-of-BRD_VBUS_MIN").press("Enter")
     expect(alice.part("tray-row")).to_have_count(3)
 
-    # Nobody writes without the controls.
+    # Writing requires the controls.
     expect(alice.part("write-parameters")).to_be_disabled()
     expect(alice.part("write-blocked")).to_contain_text("Take up the controls")
     alice.part("control-acquire").click()
@@ -90,7 +90,7 @@ def test_values_go_to_a_file_and_back_and_to_another_drone(come: Somebody, tmp_p
     saved.value.save_as(path)
     assert path.read_text().splitlines()[1:] == ["WPNAV_SPEED,1000", "WPNAV_SPEED_UP,250"]
 
-    # From the file come the differences first, then what is ticked of them, then the question, then the writing.
+    # A file first shows the differences, then the selected ones, then the confirmation, then writes.
     path.write_text("WPNAV_SPEED,700\nWPNAV_SPEED_UP,250\nRC1_MIN,990\nQ_ENABLE,1\n")
     admin.part("file-input").set_input_files(path)
     dialog = admin.part("compare-dialog")

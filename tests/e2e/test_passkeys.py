@@ -1,4 +1,4 @@
-"""Passkeys in Chromium, with its virtual authenticator: added, signed in with, used beside a password, removed."""
+"""Passkeys in Chromium with its virtual authenticator: added, used to sign in and beside a password, removed."""
 
 import re
 from collections.abc import Iterator
@@ -20,7 +20,7 @@ DEVICE = {
 
 
 class Device:
-    """What holds the passkeys of one browser."""
+    """The authenticator of one browser."""
 
     def __init__(self, console: ConsolePage) -> None:
         self._debugger: CDPSession = console.page.context.new_cdp_session(console.page)
@@ -34,23 +34,23 @@ class Device:
         return credentials
 
     def is_touched(self, does: bool) -> None:
-        """Whether somebody touches it, or picks a passkey of it, whenever it asks."""
+        """Sets whether the user touches it, or picks a passkey, whenever it asks."""
         self._debugger.send("WebAuthn.setAutomaticPresenceSimulation", {"authenticatorId": self._id, "enabled": does})
 
     def verifies(self, does: bool) -> None:
-        """Whether the finger is the right one from now on."""
+        """Sets whether user verification succeeds from now on."""
         self._debugger.send("WebAuthn.setUserVerified", {"authenticatorId": self._id, "isUserVerified": does})
 
 
 @pytest.fixture
 def somebody_here(chromium: Browser, quiet_world: World) -> Iterator[Somebody]:
-    """At localhost: passkeys are for names."""
+    """Uses localhost, because passkeys require a host name."""
     with visitors(chromium, quiet_world.address.replace("127.0.0.1", "localhost")) as come:
         yield come
 
 
 def before_sign_in(come: Somebody) -> ConsolePage:
-    """A device that is touched whenever it asks would pick its passkey wherever the page lists them: it lists none."""
+    """Prevents the page from listing passkeys: a device that is touched whenever it asks would pick one at once."""
     console = come()
     console.page.add_init_script("PublicKeyCredential.isConditionalMediationAvailable = async () => false")
     console.page.reload()
@@ -88,7 +88,7 @@ def test_a_passkey_from_its_first_day_to_its_last(somebody_here: Somebody, axe: 
     assert len(codes) == 10
     axe.look(console, "account-passkeys")
 
-    # The same device makes no second one for the same account.
+    # The same device makes no second passkey for the same account.
     console.part("new-passkey").click()
     console.part("passkey-save").click()
     expect(console.part("passkey-problem")).to_contain_text("has a passkey for this account already")
@@ -98,21 +98,21 @@ def test_a_passkey_from_its_first_day_to_its_last(somebody_here: Somebody, axe: 
     console.part("passkey-save").click()
     expect(console.part("passkey-row")).to_contain_text("Red telephone")
 
-    # Without a name, without a password.
+    # Without a name and password.
     sign_out(console)
     console.part("sign-in-passkey").focus()
     console.page.keyboard.press("Enter")
     is_open(console)
     expect(console.part("user-menu")).to_contain_text("alice")
 
-    # The wrong finger.
+    # User verification fails.
     sign_out(console)
     device.verifies(False)
     console.part("sign-in-passkey").click()
     expect(console.part("sign-in-problem")).to_contain_text("No passkey was used")
     device.verifies(True)
 
-    # Beside the password it is the second factor, and a recovery code stands in for it.
+    # Beside the password it is the second factor, and a recovery code replaces it.
     console.sign_in("alice")
     expect(console.part("sign-in-passkey-second")).to_be_focused()
     axe.look(console, "sign-in-passkey-second")
@@ -124,7 +124,7 @@ def test_a_passkey_from_its_first_day_to_its_last(somebody_here: Somebody, axe: 
     console.part("sign-in-button").click()
     is_open(console)
 
-    # A second device: from then on the first browser has to prove again who sits there, and its passkey does.
+    # A second device. From then on the first browser has to prove its user again, with its passkey.
     there = before_sign_in(somebody_here)
     Device(there)
     there.sign_in("alice")
@@ -137,7 +137,7 @@ def test_a_passkey_from_its_first_day_to_its_last(somebody_here: Somebody, axe: 
     there.part("passkey-save").click()
     expect(there.part("passkey-row")).to_have_count(2)
     console.open("/#/account/passkeys")
-    console.page.reload()  # it was there already, and lists what it has read
+    console.page.reload()  # it was there already and lists what it has read
     expect(console.part("passkey-row")).to_have_count(2)
     console.part("remove-passkey").first.click()
     console.part("confirm-button").click()
@@ -172,7 +172,7 @@ def test_a_passkey_is_picked_where_the_name_is_typed(somebody_here: Somebody) ->
     sign_out(console)
     expect(console.part("sign-in-name")).to_have_attribute("autocomplete", "username webauthn")
     device.is_touched(True)
-    console.page.reload()  # the page lists what there is, and the device's owner picks it
+    console.page.reload()  # the page lists the passkeys, and the device's owner picks one
     is_open(console)
     expect(console.part("user-menu")).to_contain_text("bob")
 

@@ -1,4 +1,4 @@
-"""A pilot records the video of a drone, sees it in the list with the logs, downloads it and deletes it."""
+"""A pilot records a drone's video, sees it listed with the logs, downloads it and deletes it."""
 
 import re
 from collections.abc import Iterator
@@ -34,7 +34,7 @@ def test_a_video_is_recorded_downloaded_and_deleted(come: Somebody, tmp_path: Pa
     button.click()
     expect(alice.part("recording")).to_have_attribute("data-running", "true")
     admin = signed_in(come, "admin", "Kestrel")
-    # Everybody sees that it is recorded, whoever began it.
+    # Everybody sees the recording, whoever started it.
     expect(admin.part("recording-time")).to_have_text(re.compile(r"0:0[4-9]|0:[1-9]\d"), timeout=30_000)
     button.click()
     expect(admin.part("recording")).to_have_attribute("data-running", "false")

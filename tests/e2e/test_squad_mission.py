@@ -1,5 +1,4 @@
-"""A field split among three drones in the browser: drawn, checked, sent, flown at the same time, and nobody came near
-another."""
+"""A field split among three drones in the browser: drawn, checked, sent, flown simultaneously with safe separation."""
 
 import json
 import math
@@ -19,12 +18,12 @@ from wire.tagged import split_tagged
 
 SQUAD: Final = {1: "Kestrel", 3: "Osprey", 4: "Plover"}
 KEPT_APART_M: Final = 15.0
-"""What the plans were checked with, and the bound of the separation watch: they begin 20 m apart."""
+"""Minimum separation of the plan check, and of the separation watch: the drones start 20 m apart."""
 AUTO: Final = 3
 """The mode in which ArduCopter flies its mission."""
 SAME_HEIGHT_M: Final = 10.0
 FIELD: Final = ((0.40, 0.28), (0.72, 0.28), (0.72, 0.42), (0.40, 0.42))
-"""Corners, as shares of the map."""
+"""Corners, as fractions of the map."""
 
 
 @pytest.fixture
@@ -40,15 +39,15 @@ def quiet_world(tmp_path: Path, prepared_folder: Path) -> Iterator[World]:
 
 @pytest.fixture
 def world(quiet_world: World) -> World:
-    # Twice as fast as real: as many seconds as are set here between two starts are twice as many of the flight.
+    # At twice real speed, an interval set here between two starts is twice as long in the flight.
     quiet_world.start_simulated(*SQUAD.values(), options=("--boot-s", "1", "--seed", "7", "--speed", "2"))
     quiet_world.wait_until_online(quiet_world.visitor("admin"), *SQUAD)
     return quiet_world
 
 
 class Sky:
-    """Where the drones are, as the live channel of a page tells it; how near any two were in the air, and how far each
-    went."""
+    """Positions of the drones from a page's live channel; the smallest distance of any two in the air, and the distance
+    that each flew."""
 
     def __init__(self, console: ConsolePage) -> None:
         self.places: dict[int, tuple[float, float, float]] = {}
@@ -101,7 +100,7 @@ def _over_ground_m(one: tuple[float, float, float], other: tuple[float, float, f
 
 
 def draw_field(console: ConsolePage) -> None:
-    # The field is where the map shows it: it goes to the squad by itself, once its places are known.
+    # The field goes where the map shows it. The map moves to the squad by itself once the positions are known.
     console.wait("the map at the squad", lambda: abs(float(_shown(console, "lat")) - 47.3977) < 0.01)
     box = console.page.locator(".maplibregl-canvas").bounding_box()
     assert box is not None
@@ -115,7 +114,7 @@ def _shown(console: ConsolePage, name: str) -> str:
 
 
 def confirm_all(console: ConsolePage) -> None:
-    """Asked once, with all their names."""
+    """Confirms the one dialog that names all of them."""
     for name in SQUAD.values():
         expect(console.page.get_by_role("dialog")).to_contain_text(name)
     console.confirm("Plover")
@@ -126,7 +125,7 @@ def answers(console: ConsolePage, attribute: str) -> list[str]:
 
 
 def plan_and_upload(console: ConsolePage) -> None:
-    """From the squad's page to a field that is drawn, split and on board of all three."""
+    """Draws a field on the squad's page, splits it and uploads it to all three."""
     console.part("choose-all").check()
     console.part("squad-mission-link").click()
     for drone_id, name in SQUAD.items():
@@ -157,7 +156,7 @@ def start_all(console: ConsolePage) -> None:
 def test_a_field_is_split_among_three_drones_which_keep_their_distance(somebody: Somebody) -> None:
     console = somebody()
     sky = Sky(console)
-    console.open()  # anew, so that what the live channel says is heard from its beginning
+    console.open()  # reopened, to receive the live channel from its beginning
     console.sign_in("alice")
     expect(console.part("squad-row")).to_have_count(3)
     console.wait("three places", lambda: len(sky.places) == 3)
@@ -170,7 +169,7 @@ def test_a_field_is_split_among_three_drones_which_keep_their_distance(somebody:
     assert min(sky.way_m.values()) > 150.0, sky.way_m
     assert sky.nearest_m > KEPT_APART_M, sky.nearest_m
     assert [event for event in sky.reported if event["level"] == "warning"] == []
-    # They were flown by nobody: the controls were given back after each step.
+    # Nobody holds them: the controls were released after each step.
     for drone_id in SQUAD:
         assert console.page.request.get(f"{console.address}/api/v1/drones/{drone_id}").json()["holder"] is None
     assert console.complaints == [] or all("401" in one for one in console.complaints), console.complaints

@@ -1,4 +1,4 @@
-"""Who may fly, on the screens of those concerned: losing the controls, getting them back, sharing them."""
+"""Who may fly, on the screens of those concerned: losing the controls, regaining them, sharing them."""
 
 from console_page import ConsolePage, Somebody, signed_in
 from playwright.sync_api import expect
@@ -21,7 +21,7 @@ def expect_grey(console: ConsolePage) -> None:
 
 
 def alice_and_admin(somebody: Somebody) -> tuple[ConsolePage, ConsolePage]:
-    """alice has the controls of Kestrel, on the ground; both look at it."""
+    """alice has the controls of Kestrel, on the ground; both watch it."""
     alice = signed_in(somebody, "alice", "Kestrel")
     alice.acquire("Kestrel")
     return alice, signed_in(somebody, "admin", "Kestrel")
@@ -45,12 +45,12 @@ def test_who_loses_the_controls_in_flight_sees_who_why_and_the_confirmed_hold(so
         expect(console.part("hold-strip")).to_have_attribute("data-phase", "confirmed")
         expect(console.part("hold-strip")).to_contain_text("Hold confirmed in")
         expect(console.part("hold-cause")).to_contain_text("ordered by the tower")
-        # In guided flight it stays by itself already, and nobody should take it for one that drifts.
+        # In guided flight it already stays by itself, so the page must not report drift.
         expect(console.part("hold-drift")).to_have_count(0)
         expect(console.part("hold-banner")).to_contain_text("Kestrel holds: BRAKE, stays by itself.")
     assert abs(admin.number("altitude") - 8) < 2
 
-    # She still watches: what she sees is new.
+    # She still watches and receives new frames.
     alice.frames_heard.clear()
     alice.wait("frames", lambda: alice.frames_heard[1] > 20)
     assert [said for said in alice.complaints if "401" not in said] == []
@@ -112,7 +112,7 @@ def test_while_an_admin_assists_the_operator_waits_and_goes_on_by_herself(somebo
     expect(alice.part("blocked-reason")).to_contain_text("You fly Kestrel, admin assists")
     expect(admin.part("action-hold")).to_be_enabled()
 
-    # Both have their hands on the sticks; the admin's pass.
+    # Both move the sticks; the admin's pass.
     fly_by_hand(alice)
     fly_by_hand(admin)
     expect(alice.part("assist-banner")).to_contain_text("admin assists: your commands wait")
@@ -122,7 +122,7 @@ def test_while_an_admin_assists_the_operator_waits_and_goes_on_by_herself(somebo
     refusal = alice.part("messages").get_by_test_id("message").filter(has_text="admin")
     expect(refusal.filter(has_text="assist").last).to_be_visible()
 
-    # One second after the admin's last command hers pass again.
+    # One second after the admin's last command her sticks pass again.
     admin.part("manual-toggle").click()
     expect(admin.part("manual-ended")).to_be_visible()
     expect(alice.part("assist-banner")).to_have_attribute("data-waits", "false")
@@ -179,7 +179,7 @@ def test_taken_without_watching_freezes_and_covers_the_view(somebody: Somebody) 
     admin.wait("frames at the admin's", lambda: admin.frames_heard[1] > 100)
     assert alice.frames_heard[1] == 0
 
-    # Who is offered the controls sees what they are to accept.
+    # A person who is offered the controls sees the drone before accepting.
     admin.gives_back("Kestrel")
     expect(alice.part("offer")).to_be_visible()
     expect(alice.part("view-cover")).to_have_count(0)

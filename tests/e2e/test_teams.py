@@ -1,4 +1,4 @@
-"""Teams in the browser: one makes a team and invites, the other joins, sees the drone at once, and is removed."""
+"""Teams in the browser: a user makes a team and invites another, who joins, sees the drone at once, and is removed."""
 
 import os
 from pathlib import Path
@@ -32,7 +32,7 @@ def test_a_team_from_its_making_to_a_member_who_is_removed(somebody_early: Someb
     team.get_by_test_id("drone-add").click()
     expect(team.get_by_test_id("team-drone")).to_contain_text("Kestrel")
 
-    # Whether anybody has the name is not said.
+    # The page does not reveal whether the name exists.
     for name in ("Bob", "nobody at all"):
         team.get_by_test_id("team-invite").click()
         alice.part("invite-name").fill(name)
@@ -53,7 +53,7 @@ def test_a_team_from_its_making_to_a_member_who_is_removed(somebody_early: Someb
     bob.open("/#/")
     expect(bob.part("squad-row")).to_have_count(2)
 
-    # Removing somebody is asked first, and takes the drone from them at once.
+    # Removing a member asks for confirmation and takes the drone from them at once.
     alice.page.reload()
     member = alice.part("member").filter(has_text="bob")
     expect(member.get_by_test_id("member-role")).to_have_value("operator")

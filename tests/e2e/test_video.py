@@ -1,7 +1,7 @@
-"""The console's video player in a real browser: what is on the canvas, and what is said when nothing is.
+"""The console's video player in a real browser: what is on the canvas, and what the page reports without video.
 
-The tower is the fake one (web/test/fake_tower.py) with the agent's own encoders: each thing that can go wrong is one
-request away. The time strip on the picture tells how old the picture is that a page shows.
+The tower is a fake (web/test/fake_tower.py) with the agent's own encoders. One request triggers each fault. The time
+strip on the picture tells the age of the picture that a page shows.
 """
 
 import json
@@ -37,7 +37,7 @@ class FakeTower:
         self.address = address
 
     def turn(self, what: str, value: object) -> dict[str, Any]:
-        """As `fake_video.turn`; its answer."""
+        """Calls `fake_video.turn` and returns its response."""
         with urllib.request.urlopen(f"{self.address}/fake/video/{what}/{value}", timeout=5) as answer:
             reported: dict[str, Any] = json.load(answer)
             return reported
@@ -94,7 +94,7 @@ def test_the_picture_on_the_canvas_is_live_and_its_delay_is_told(
         readings.append(strip(visitor))
         visitor.page.wait_for_timeout(20)
     strips = [one for one in readings if one is not None]
-    # A reading may meet the moment between two sizes of the canvas, and no other.
+    # A reading may fail only at the moment between two sizes of the canvas.
     assert len(strips) >= 29, readings
     assert median(one.delay_ms for one in strips) < PAST_LIVE_MS
     assert len({one.rendered_ms for one in strips}) > 5, "the picture stands still"
@@ -143,7 +143,7 @@ def test_a_tower_that_refuses_is_asked_again(tower: FakeTower, visitor: ConsoleP
 
 @pytest.mark.parametrize("codec", ["mpeg1", "h264"])
 def test_a_page_that_is_busy_delays_no_picture(tower: FakeTower, visitor: ConsolePage, codec: str) -> None:
-    """The worker goes on with connection, decoder and canvas while the page does nothing but reckon."""
+    """The worker goes on with connection, decoder and canvas while the page is busy computing."""
     tower.turn("codecs", codec)
     watch(visitor)
     visitor.wait("the codec that both have", lambda: tower.turn("left_out", 0)["codecs"] == [codec])
@@ -187,7 +187,7 @@ def test_what_can_be_done_with_a_picture_with_the_keyboard_alone(tower: FakeTowe
     page.get_by_role("button", name="Video of Heron on the full screen").press("Enter")
     visitor.wait("the full screen", lambda: page.evaluate(FILLS_THE_SCREEN))
     wait_until_live(visitor)
-    # A question that cannot be seen must not be asked: it is on top of the picture.
+    # A confirmation that cannot be seen must not be asked, so it is on top of the picture.
     page.keyboard.press("?")
     dialog = page.get_by_role("dialog")
     expect(dialog).to_be_visible()
@@ -207,14 +207,14 @@ def test_a_video_that_is_closed_is_not_asked_for(tower: FakeTower, visitor: Cons
 
 
 def test_the_videos_of_a_squad_go_on_beside_each_other(tower: FakeTower, visitor: ConsolePage) -> None:
-    """For longer than the page needs to learn anything new of its drones, which is no reason to begin a video again."""
+    """Runs longer than the page's refresh interval for drones, because a refresh must not restart a video."""
     visitor.sign_in("bob", "any")
     expect(visitor.part("squad-row").first).to_be_visible()
     visitor.open("/#/videos")
     tiles = visitor.part("video-tile")
     visitor.wait("several videos", lambda: tiles.count() > 1 and tower.turn("left_out", 0)["viewers"] == tiles.count())
     visitor.page.wait_for_timeout(3_000)
-    # A canvas that was given away twice would stay black, and its video without figures.
+    # A canvas transferred twice would stay black, and its video without statistics.
     for tile in tiles.all():
         video = tile.get_by_test_id("video")
         expect(video).to_have_attribute("data-state", "live")

@@ -1,6 +1,6 @@
 """Live video as people see it: a real tower, two drones with cameras, and browsers that watch them.
 
-The time strip in the picture tells that it moves, and how old it is.
+The time strip in the picture shows that it moves, and its age.
 """
 
 import shutil
@@ -34,7 +34,7 @@ LATENESS = """() => {
     if (seen.said === null && words.includes('Camera of Kestrel lost since')) seen.said = Date.now();
   }).observe(video, { attributes: true, childList: true, subtree: true, characterData: true });
 }"""
-"""Notes when the page says that the camera is lost, and how late the page is with what was to be done now."""
+"""Records when the page reports that the camera is lost, and how late the page runs its timers."""
 
 
 @pytest.fixture(scope="module")
@@ -57,14 +57,14 @@ def come(chromium: Browser, squad: World) -> Iterator[Somebody]:
 
 @pytest.fixture
 def alice(come: Somebody) -> ConsolePage:
-    """Looks at Kestrel, whose video is the inset."""
+    """Watches Kestrel, whose video is the inset."""
     alice = signed_in(come, "alice", "Kestrel")
     wait_until_live(alice)
     return alice
 
 
 def complaints(console: ConsolePage) -> list[str]:
-    """But that nobody was signed in at first."""
+    """Returns the page's errors except the first 401, when nobody was signed in."""
     return [said for said in console.complaints if "401" not in said]
 
 
@@ -126,11 +126,11 @@ def test_the_wall_shows_drones_beside_each_other(come: Somebody) -> None:
     expect(tiles).to_have_count(2)
     for which in range(2):
         wait_until_live(admin, which)
-    # Long enough for the page to hear of its drones again, which must not begin a video again.
+    # Long enough for the page to refresh its drones, which must not restart a video.
     seen = [moves(admin, which, lasts_s=3.0, at_least=15) for which in (0, 1)]
     for which, pictures in enumerate(seen):
         assert median(one.delay_ms for one in pictures) < PAST_LIVE_MS
-        # Nothing of a tile is cut off, and all are in sight.
+        # All tiles are in sight and none is cut off.
         tile = tiles.nth(which)
         expect(tile.get_by_test_id("video-delay")).to_be_in_viewport(ratio=1)
         expect(tile.get_by_role("link")).to_be_in_viewport(ratio=1)
@@ -161,7 +161,7 @@ def test_the_video_is_taken_with_the_controls_and_comes_back_with_them(alice: Co
     admin.part("control-take").click()
     dialog = admin.page.get_by_role("dialog")
     expect(dialog.get_by_label("alice may still watch the video of Kestrel")).to_be_checked()
-    # Who sees nothing of it sees no video.
+    # A person without a view of the drone sees no video.
     watch = dialog.get_by_label("alice may still watch Kestrel", exact=True)
     watch.uncheck()
     expect(admin.part("confirm-second-check")).to_be_disabled()
@@ -181,7 +181,7 @@ def test_the_video_is_taken_with_the_controls_and_comes_back_with_them(alice: Co
     moves(admin)
     assert strip(alice) is None
 
-    # Who is offered the controls sees what they are to accept.
+    # A person who is offered the controls sees the drone before accepting.
     admin.gives_back("Kestrel")
     expect(alice.part("video-taken")).to_have_count(0)
     wait_until_live(alice)

@@ -1,4 +1,4 @@
-"""Small PMTiles files (version 3), written down byte by byte: one tile of zoom 1, and nothing anywhere else."""
+"""Writes small PMTiles files (version 3) byte by byte: one tile of zoom 1, and nothing elsewhere."""
 
 import json
 import struct
@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 NORTH_EAST_ID: Final = 4
-"""Of tile 1/1/0, in the order of the Hilbert curve: east of Greenwich, north of the equator."""
+"""Id of tile 1/1/0, in Hilbert-curve order: east of Greenwich, north of the equator."""
 PNG, MVT = 2, 1
 NOT_COMPRESSED: Final = 1
 
@@ -21,13 +21,13 @@ def varint(number: int) -> bytes:
 
 
 def write_tile_file(file: Path, kind: int, tile: bytes, metadata: object) -> None:
-    # How many entries; of each: id, how often it repeats, length, offset plus one.
+    # Number of entries; then for each: id, run length, length, offset plus one.
     directory = b"".join(varint(number) for number in (1, NORTH_EAST_ID, 1, len(tile), 1))
     said = json.dumps(metadata).encode()
     at = 127
     places = (at, len(directory), at + len(directory), len(said), 0, 0, at + len(directory) + len(said), len(tile))
     head = struct.pack("<7sB8Q3Q", b"PMTiles", 3, *places, 1, 1, 1)
-    # The whole north is said to be covered: that the western half is not there is found out by asking.
+    # Declares the whole north as covered: only a request shows that the western half is missing.
     bounds = (-1_800_000_000, 0, 1_800_000_000, 850_000_000)
     rest = struct.pack("<6B4iB2i", 1, NOT_COMPRESSED, NOT_COMPRESSED, kind, 1, 1, *bounds, 1, 0, 0)
     file.write_bytes(head + rest + directory + said + tile)
@@ -43,7 +43,7 @@ def one_colour_png(red: int, green: int, blue: int, side: int = 256) -> bytes:
 
 
 def all_over_mvt(layer: str, extent: int = 4096) -> bytes:
-    """A vector tile with one polygon, which is the whole tile."""
+    """Returns a vector tile with one polygon that covers the whole tile."""
 
     def field(number: int, body: bytes) -> bytes:
         return varint(number << 3 | 2) + varint(len(body)) + body

@@ -1,4 +1,4 @@
-"""The video of a page as a test sees it: what is on the canvas, and what is said of it."""
+"""The video of a page as a test sees it: what is on the canvas, and what the page reports about it."""
 
 import math
 import time
@@ -9,7 +9,7 @@ from console_page import ConsolePage
 from bench.video.strip import Sight, clock_ms, sight
 
 PAST_LIVE_MS: Final = 1_000
-"""Older than this would be no live picture, however slow the machine."""
+"""A picture older than this is not live, however slow the machine."""
 
 READ_STRIP: Final = """(which = 0) => {
   const canvas = document.querySelectorAll('[data-testid=video-picture]')[which];
@@ -28,7 +28,7 @@ READ_STRIP: Final = """(which = 0) => {
 
 
 def strip(console: ConsolePage, which: int = 0) -> Sight | None:
-    """What the canvas shows now, the first of the page or a later one; None if that is no strip."""
+    """Reads the strip on the page's canvas number `which`; None if there is no strip."""
     seen = console.page.evaluate(READ_STRIP, which)
     clock = clock_ms(seen["cells"])
     return None if clock is None else sight(seen["seen_ms"], clock)
@@ -52,7 +52,7 @@ def count(console: ConsolePage, figure: str) -> float:
 
 
 def moves(console: ConsolePage, which: int = 0, *, lasts_s: float = 1.0, at_least: int = 5) -> list[Sight]:
-    """Different pictures that the canvas shows from now on; at least so many, or this fails."""
+    """Returns the distinct pictures that the canvas shows from now on. Fails with fewer than `at_least`."""
     seen: dict[float, Sight] = {}
     until = time.monotonic() + lasts_s
     while time.monotonic() < until:

@@ -1,4 +1,4 @@
-"""A tower and an autopilot for the agent's tests: real sockets on ports that the kernel picks, and nothing else."""
+"""A fake tower and autopilot for the agent's tests: real sockets on ports assigned by the kernel."""
 
 import asyncio
 import contextlib
@@ -47,22 +47,22 @@ from wire.video import AGENT_VIDEO_SUBPROTOCOL
 DRONE = DroneId(7)
 KEY = DroneKey(DRONE, b"k" * KEY_BYTES)
 CREDENTIAL = parse_credential("twd_7_" + "c" * 43)
-"""For a tower that knows nothing of keys."""
+"""For a tower that does not support keys."""
 TICKET = "twl_00000001_" + "t" * 43
 
 
 def identity() -> Identity:
-    """Of the drone that the fake tower knows."""
+    """Returns the identity of the drone that the fake tower knows."""
     return Identity(Kept(DRONE, KEY))
 
 
 def keep_key(path: Path) -> None:
-    """In a file for an agent that is a process."""
+    """Writes the key to a file, for an agent that runs as a process."""
     write_private(path, f"{KEY}\n")
 
 
 async def until(condition: Callable[[], Any], timeout_s: float = 20.0, what: str = "") -> Any:
-    """Waits for a condition, with a deadline; returns what it returned."""
+    """Waits for a condition, with a deadline. Returns the condition's result."""
     deadline = time.monotonic() + timeout_s
     while not (found := condition()):
         if time.monotonic() > deadline:
@@ -72,7 +72,7 @@ async def until(condition: Callable[[], Any], timeout_s: float = 20.0, what: str
 
 
 def signed_transcript(challenge: SignInChallenge, hello: Hello) -> Transcript | None:
-    """Of a hello that KEY has signed."""
+    """Returns the transcript of a hello if KEY has signed it."""
     said = hello.sign_in
     assert said is not None
     transcript = Transcript(
@@ -92,25 +92,25 @@ def signed_transcript(challenge: SignInChallenge, hello: Hello) -> Transcript | 
 
 
 class FakeTower(asyncio.DatagramProtocol):
-    """Signs agents in and speaks sealed datagrams with the newest of them."""
+    """Signs agents in and exchanges sealed datagrams with the newest of them."""
 
     def __init__(self) -> None:
         self.key = Ed25519PrivateKey.generate()
         self.is_old = False
-        """Knows nothing of keys, but CREDENTIAL."""
+        """True: supports no keys, only CREDENTIAL."""
         self.port = 0
         self.udp_port = 0
         self.epoch = 1
         self.holder_present = False
         self.takes: tuple[str, ...] = ()
-        """What the welcome says that this tower understands besides what all do."""
+        """Optional capabilities that the tower's welcome announces."""
         self.deaf_on_udp = False
         self.over_websocket = 0
-        """Datagrams that came over the control channel."""
+        """Number of datagrams received over the control channel."""
         self.hellos: list[Hello] = []
         self.messages: list[ToTower] = []
         self.urgent: list[ToTower] = []
-        """Those that came over the data channel."""
+        """Messages received over the data channel."""
         self.frames: list[bytes] = []
         self.epochs_seen: list[int] = []
         self.addresses: list[Any] = []
@@ -137,7 +137,7 @@ class FakeTower(asyncio.DatagramProtocol):
         self.port = next(iter(self._server.sockets)).getsockname()[1]
 
     async def die(self) -> None:
-        """Every connection is cut without a goodbye, as by kill -9."""
+        """Drops every connection without a close frame, as kill -9 does."""
         if self.connection is not None:
             self.connection.transport.abort()
         if self._udp is not None:
@@ -230,7 +230,7 @@ class FakeTower(asyncio.DatagramProtocol):
             self._udp.sendto(datagram, addr)
 
     async def linked(self, times: int = 1, timeout_s: float = 20.0) -> None:
-        """Waits until the agent has signed in so often, and its datagrams are here."""
+        """Waits until the agent has signed in this often and a datagram has arrived."""
         await until(lambda: len(self.hellos) >= times and self.addresses, timeout_s, f"link {times}")
 
     async def announce(self, message: ToAgent) -> None:
@@ -238,7 +238,7 @@ class FakeTower(asyncio.DatagramProtocol):
         await self.connection.send(encode_message(message))
 
     def send_frames(self, *frames: bytes, epoch: int | None = None, drone_id: int = DRONE, late_s: float = 0.0) -> None:
-        """`late_s`: as if they had been on the way for so long."""
+        """`late_s`: simulated delay of the frames in transit."""
         assert self.sealed is not None and self._udp is not None
         self.sealed.drone_id = DroneId(drone_id)
         for datagram in self.sealed.seal_frames(
@@ -248,7 +248,7 @@ class FakeTower(asyncio.DatagramProtocol):
         self.sealed.drone_id = DRONE
 
     def send_urgent(self, message: ToAgent) -> None:
-        """Over the data channel."""
+        """Sends a message over the data channel."""
         assert self.sealed is not None
         self.send_raw(self.sealed.seal_urgent(encode_message(message).encode()))
 
@@ -264,14 +264,14 @@ class FakeTower(asyncio.DatagramProtocol):
 
 
 class FakeAutopilot(asyncio.DatagramProtocol):
-    """ArduCopter as far as the agent sees it: heartbeats, mode changes, message intervals."""
+    """The parts of ArduCopter that the agent needs: heartbeats, mode changes, message intervals."""
 
     def __init__(self, *, armed: bool = False, custom_mode: int = 5) -> None:
         self.armed = armed
         self.custom_mode = custom_mode
         self.obeys_mode = True
         self.refuses: set[int] = set()
-        """Modes that are answered with FAILED."""
+        """Modes that it refuses with FAILED."""
         self.parameters: dict[str, float] = {}
         self.alt_rel_m: float | None = None
         self.frames: list[bytes] = []
@@ -345,12 +345,12 @@ class FakeAutopilot(asyncio.DatagramProtocol):
             self.heartbeat()
 
     def modes_asked(self) -> list[int]:
-        """The modes that were asked for, in order, each once for each time in a row."""
+        """Returns the requested modes in order, without immediate repetitions."""
         modes = [int(m.param2) for m in self.heard("COMMAND_LONG") if m.command == mavlink.MAV_CMD_DO_SET_MODE]
         return [mode for n, mode in enumerate(modes) if not n or modes[n - 1] != mode]
 
     def heard(self, kind: str) -> list[Any]:
-        """The messages of this type that have come, decoded."""
+        """Returns the received messages of this type, decoded."""
         return [m for m in map(decode, self.frames) if m is not None and m.get_type() == kind]
 
 

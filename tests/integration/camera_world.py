@@ -1,4 +1,4 @@
-"""Cameras for tests: numbered pictures and a camera that serves them over HTTP."""
+"""Cameras for tests: numbered pictures, and a camera that serves them over HTTP."""
 
 import contextlib
 import socket
@@ -23,7 +23,7 @@ BITS = 16
 
 
 def numbered(number: int) -> np.ndarray:
-    """A picture that says which one it is: a strip of cells above, noise below."""
+    """Returns a picture that shows its number: a strip of cells above, noise below."""
     picture = np.random.default_rng(0).integers(0, 255, (HEIGHT, WIDTH, 3), dtype=np.uint8)
     for bit in range(BITS):
         picture[:32, bit * 10 : bit * 10 + 10] = 230 if number >> bit & 1 else 20
@@ -36,7 +36,7 @@ def number_of(frame: av.VideoFrame) -> int:
 
 
 class HttpWorld:
-    """An HTTP camera that gives a picture when the test says so."""
+    """An HTTP camera that sends a picture when the test says so."""
 
     def __init__(self, head: bytes, with_length: bool = True) -> None:
         self.head, self.with_length = head, with_length
@@ -56,7 +56,7 @@ class HttpWorld:
             while True:
                 line, _ = server.accept()
                 self.sockets.append(line)
-                with contextlib.suppress(OSError):  # who only wanted to see what comes may be gone again
+                with contextlib.suppress(OSError):  # a client that only probes may have disconnected
                     self.asked = line.recv(4096)
                     line.sendall(self.head)
                 self.connected.release()
@@ -65,7 +65,7 @@ class HttpWorld:
         assert self.connected.acquire(timeout=DEADLINE_S)
 
     def give(self, headers: bytes = b"") -> tuple[int, int]:
-        """Number and time of the picture that it has sent whole, and of the next one not a byte."""
+        """Sends one whole picture and no byte of the next. Returns its number and time."""
         self.count += 1
         jpeg = cv2.imencode(".jpg", numbered(self.count))[1].tobytes()
         length = b"Content-Length: %d\r\n" % len(jpeg) if self.with_length else b""
@@ -97,7 +97,7 @@ def next_taken(read: Callable[[], Taken | None]) -> Taken:
 
 
 class Watched:
-    """A camera of the agent's, and how the test waits for it."""
+    """One of the agent's cameras, with the waits that a test needs."""
 
     def __init__(self, spec: str) -> None:
         self.changes = threading.Semaphore(0)

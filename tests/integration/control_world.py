@@ -1,4 +1,4 @@
-"""An agent that holds whenever it is told to, put straight into the hub of a running tower; and short ways to ask."""
+"""An agent that obeys every hold, placed straight into the hub of a running tower, and helpers for requests."""
 
 import asyncio
 import json
@@ -28,7 +28,7 @@ async def ask(client: httpx.AsyncClient, drone_id: int, what: str, **body: Any) 
 
 
 async def audit(admin: httpx.AsyncClient, prefix: str) -> list[dict[str, Any]]:
-    """Newest first."""
+    """Returns audit rows, newest first."""
     events = (await admin.get("/api/v1/audit?limit=500")).json()
     return [event for event in events if event["action"].startswith(prefix)]
 
@@ -41,7 +41,7 @@ async def until(what: str, condition: Callable[[], Any]) -> None:
 
 
 class ObedientAgent:
-    """Confirms each hold at once. `posted` is all that the tower told it."""
+    """Confirms each hold at once. `posted` holds all messages from the tower."""
 
     def __init__(
         self, hub: Hub, drone_id: int, *, answer: HoldStep | None = HoldStep.CONFIRMED, takes: Collection[str] = ()
@@ -64,7 +64,7 @@ class ObedientAgent:
         hub.attach_link(self.link, now)
 
     def state(self, *, armed: bool = False, airborne: bool = False) -> None:
-        """Also makes the drone online, and keeps it so: a link that is silent for 3 s counts as offline."""
+        """Reports the drone's state, and keeps the drone online: a link that is silent for 3 s counts as offline."""
         self._speak()
         if self._speaking is None:
             self._speaking = asyncio.create_task(self._go_on_speaking())
@@ -106,14 +106,14 @@ def _sealed(drone_id: int, *, send: bytes, receive: bytes, now: float) -> Sealed
 
 
 class Live:
-    """A browser's WebSocket: the events that came, and a wait for one."""
+    """A browser's WebSocket, with the received events and a wait for one."""
 
     def __init__(self, socket: ClientConnection) -> None:
         self.socket = socket
         self.events: list[dict[str, Any]] = []
 
     async def event(self, kind: str, **fields: Any) -> dict[str, Any]:
-        """The next one of this kind with these fields, also if it has come already."""
+        """Returns the next event of this kind with these fields, including one that was already received."""
         async with asyncio.timeout(DEADLINE_S):
             while True:
                 for number, event in enumerate(self.events):

@@ -1,4 +1,4 @@
-"""A real tower, a real agent and a made-up autopilot, with a UDP box between that a test can make misbehave."""
+"""A real tower, a real agent and a fake autopilot, with a UDP proxy between them that a test can make misbehave."""
 
 import asyncio
 import contextlib
@@ -30,7 +30,7 @@ from wire.transport_choice import Transport
 
 @dataclass
 class DataLinkWorld:
-    """`watcher` is a browser of an admin."""
+    """`watcher` is the browser of an admin."""
 
     tower: TowerWorld
     proxy: UdpProxy
@@ -46,13 +46,13 @@ class DataLinkWorld:
 
     @property
     def link(self) -> AgentLink:
-        """The tower's end."""
+        """The tower's end of the link."""
         drone = self.hub.state.drones.get(self.drone_id)
         assert drone is not None and drone.link is not None
         return drone.link
 
     async def reported_link(self, **fields: Any) -> dict[str, Any]:
-        """The next that the watcher is told of the link with these fields."""
+        """Returns the next link report to the watcher with these fields."""
         while True:
             for reported in (await self.watcher.event("links"))["links"]:
                 if fields.items() <= reported.items():
@@ -60,7 +60,7 @@ class DataLinkWorld:
 
     @property
     def transport(self) -> Transport:
-        """By which the agent sends."""
+        """The agent's current transport."""
         data = self.agent._link._data
         assert data is not None
         return data.choice.transport
@@ -91,7 +91,7 @@ async def data_link_world(
         proxy.largest_bytes = largest_bytes
         if blocked:
             proxy.blocked.add("")
-        # Agents are told the port of the box instead of the tower's own.
+        # The tower announces the proxy's port to agents instead of its own.
         monkeypatch.setattr(DataEndpoint, "port", proxy.port)
         client = await tower.signed_in(admin)
         watcher = await stack.enter_async_context(live(tower, client))

@@ -1,4 +1,4 @@
-"""Every REST route of the tower, with a path and a body with which it can be asked."""
+"""Every REST route of the tower, with a valid path and body for it."""
 
 import re
 from typing import Final
@@ -23,14 +23,14 @@ BODIES: Final[dict[str, dict[str, object]]] = {
     "replace_mission": MISSION,
     "write_parameters": {"values": {"RTL_ALT": 1500}},
 }
-# An answer to HEAD says nothing but its status, and is that of GET.
+# A response to HEAD has only a status, the same as that of GET.
 ROUTES: Final = [
     route for router in ROUTERS for route in router.routes if isinstance(route, APIRoute) and route.methods != {"HEAD"}
 ]
 
 
 def path_of(route: APIRoute, drone_id: int) -> str:
-    """Of this drone. Everything else that a path names is not there."""
+    """Returns a path for this drone. Every other object that the path names does not exist."""
     path = route.path.replace("{drone_id}", str(drone_id)).replace("{name}", "units")
     path = path.replace("{kind:plan_kind}", "mission")
     return re.sub(r"\{\w+_id\}", "9999", path)

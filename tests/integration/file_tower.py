@@ -1,4 +1,4 @@
-"""In front of the fake tower: takes the files that an agent sends, and hands everything else on."""
+"""A proxy before the fake tower: receives the files that an agent sends, and forwards everything else."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ REFUSAL = b'{"type": "about:blank", "title": "Too large", "detail": "The tower h
 
 
 class FileTower:
-    """`answers`: statuses of the next files, 201 when there are none left. 0: takes nothing, and says nothing."""
+    """`answers`: statuses for the next files, then 201. 0: reads nothing and sends no response."""
 
     def __init__(self, behind_port: int = 0) -> None:
         self.answers: list[int] = []
         self.files: list[tuple[str, bytes]] = []
-        """Path and bytes of each that was taken, whatever the answer."""
+        """Path and bytes of each received file, whatever the response."""
         self.stuck = 0
-        """Files that are not taken from the socket."""
+        """Number of files left unread in their sockets."""
         self.port = 0
         self._behind_port = behind_port
         self._tasks: set[asyncio.Task[None]] = set()

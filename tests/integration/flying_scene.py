@@ -1,4 +1,4 @@
-"""A drone that alice holds and bob may watch, with an agent that works, in a running tower."""
+"""A drone that alice holds and bob may watch, with a working agent, in a running tower."""
 
 from datetime import timedelta
 from typing import Any
@@ -14,7 +14,7 @@ HOME = (47.0, 8.0, 500.0)
 
 
 class Scene:
-    """alice holds kestrel, bob owns it too, and the agent is there."""
+    """alice holds kestrel, bob also owns it, and the agent is connected."""
 
     def __init__(self, world: TowerWorld) -> None:
         self.world = world
@@ -37,7 +37,7 @@ class Scene:
         return f"/api/v1/drones/{self.drone.id}"
 
     async def lend_to_carol(self, **terms: Any) -> httpx.AsyncClient:
-        """carol has borrowed it, and holds it."""
+        """Lends the drone to carol, who then holds it."""
         carol = await self.world.add_user("carol")
         until_ = (self.world.clock() + timedelta(hours=1)).isoformat()
         await ask(self.holder, self.drone.id, "release")

@@ -1,4 +1,4 @@
-"""Sign-in by key for tests: a tower, a drone and the channel between them."""
+"""A world for sign-in by key: a tower, a drone and the channel between them."""
 
 import asyncio
 import contextlib
@@ -46,7 +46,7 @@ async def signed_in(world: TowerWorld, identity: Identity) -> AsyncIterator[Open
 
 
 async def _on_a_busy_machine(world: TowerWorld, identity: Identity) -> OpenedChannel:
-    """An agent gives up an upgrade after 5 s, before it has said anything, and tries again."""
+    """Retries: on a busy machine the agent gives up an upgrade after 5 s, before it sends anything."""
     for _ in range(5):
         try:
             return await open_channel(url(world), identity)
@@ -68,7 +68,7 @@ async def channel(world: TowerWorld, credential: str = "") -> AsyncIterator[Clie
 
 
 async def refused(opened: ClientConnection) -> str:
-    """Why the tower ends it."""
+    """Returns the tower's reason for closing the connection."""
     with pytest.raises(ConnectionClosed):
         await asyncio.wait_for(opened.recv(), 10)
     assert opened.close_code == 4401, opened.close_reason

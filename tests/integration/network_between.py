@@ -1,7 +1,7 @@
-"""An emulated network between two programs on loopback: boxes at either end of it carry UDP and TCP across.
+"""An emulated network between two programs on loopback: a proxy at either end carries UDP and TCP across.
 
-Each box stands on loopback with one side and on a host of the emulated network with the other, so what crosses are real
-packets of a real kernel. TCP ends at the boxes; between them it meets the network's losses and delays.
+Each proxy has one side on loopback and one on a host of the emulated network, so real packets of a real kernel cross.
+TCP ends at the proxies; between them the network's losses and delays apply.
 """
 
 import asyncio
@@ -16,7 +16,7 @@ from bench.namespaces import Network
 
 @contextlib.asynccontextmanager
 async def udp_through(net: Network, tower: Address) -> AsyncIterator[UdpProxy]:
-    """From the drone's host to the tower's, and on to `tower`. The box at the drone is handed out."""
+    """Carries UDP from the drone's host to the tower's and on to `tower`. Yields the proxy at the drone."""
     with net.inside("tower"):
         front = udp_socket()
         front.bind((net.address("tower"), 0))
@@ -33,7 +33,7 @@ async def udp_through(net: Network, tower: Address) -> AsyncIterator[UdpProxy]:
 
 @contextlib.asynccontextmanager
 async def tcp_through(net: Network, tower: Address) -> AsyncIterator[int]:
-    """The same for TCP. Gives the port on loopback at which the drone's side listens."""
+    """Carries TCP the same way. Yields the loopback port at which the drone's side listens."""
     with net.inside("tower"):
         listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         listener.bind((net.address("tower"), 0))
@@ -60,7 +60,7 @@ async def tcp_through(net: Network, tower: Address) -> AsyncIterator[int]:
 async def _carry(
     net: Network, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, host: str | None, address: Address
 ) -> None:
-    """One connection, on to `address`, out of a host of the network or out of loopback."""
+    """Carries one connection on to `address`, from a host of the network or from loopback."""
     with contextlib.ExitStack() as stack:
         if host is not None:
             stack.enter_context(net.inside(host))

@@ -1,4 +1,4 @@
-"""A PostgreSQL of one test, which can be frozen and killed."""
+"""A PostgreSQL for one test, which can be frozen and killed."""
 
 import asyncio
 import os
@@ -12,7 +12,7 @@ from worlds.postgres import postgres_programs, temporary_postgres
 
 
 class OwnPostgres:
-    """A cluster of this test's own, to be stopped and killed."""
+    """A cluster for one test, which may stop and kill it."""
 
     def __init__(self, url: str, postmaster: int) -> None:
         self.url = url
@@ -32,7 +32,7 @@ class OwnPostgres:
         self._frozen = []
 
     def kill(self) -> None:
-        """All its processes, as if the machine had gone."""
+        """Kills all its processes, as if the machine had failed."""
         self._frozen = self._pids()
         self._send(signal.SIGKILL)
         self._frozen = []

@@ -13,7 +13,7 @@ from worlds.soft_authenticator import b64
 ME = "/api/v1/me"
 SESSION = "/api/v1/session"
 CREATION = {"rp": {"id": PARTY_ID}, "user": {"id": b64(bytes(32))}, "challenge": b64(bytes(32))}
-"""Not asked for by any tower."""
+"""Options that no tower has issued."""
 
 
 async def with_password(world: TowerWorld, **more: Any) -> httpx.Response:
@@ -21,5 +21,5 @@ async def with_password(world: TowerWorld, **more: Any) -> httpx.Response:
 
 
 async def refusals(root: httpx.AsyncClient) -> list[str]:
-    """Why somebody was not let in, the newest first."""
+    """Returns the reasons for refused sign-ins, newest first."""
     return [one["detail"]["why"] for one in await audit(root, "session.refused")]

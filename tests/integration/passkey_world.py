@@ -1,4 +1,4 @@
-"""A tower that thinks it is at https://tower.example.org, and people whose browsers have passkeys for it."""
+"""A tower configured for https://tower.example.org, and people whose browsers have passkeys for it."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -33,14 +33,14 @@ async def added(
 
 
 async def signs_in(client: httpx.AsyncClient, authenticator: SoftAuthenticator, **faults: Any) -> httpx.Response:
-    """By the passkey alone."""
+    """Signs in with the passkey alone."""
     answer = authenticator.get(await asked(client), **faults)
     return await client.post(SIGN_IN, json={"credential": answer})
 
 
 @dataclass
 class Owner:
-    """Somebody with one passkey, and the browser in which they added it."""
+    """A user with one passkey, and the browser in which they added it."""
 
     person: Person
     client: httpx.AsyncClient

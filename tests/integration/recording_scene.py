@@ -14,7 +14,7 @@ from wire.video import Codec
 
 
 class RecordingScene(Scene):
-    """With a camera whose units the test sends."""
+    """A drone with a camera. The test sends its units."""
 
     async def begin(self) -> None:
         await super().begin()
@@ -40,14 +40,14 @@ class RecordingScene(Scene):
         return found
 
     async def came_to(self, recording_id: int, *states: str) -> dict[str, Any]:
-        """Waits for its end."""
+        """Waits until the recording reaches one of these states."""
         async for found in self._looks(recording_id):
             if found["state"] in states:
                 return found
         raise AssertionError(f"it did not come to be {states}: {await self.get(recording_id)}")
 
     async def shows(self, recording_id: int, flights: int) -> list[str]:
-        """Waits until it says that it shows so many."""
+        """Waits until it reports this many flights."""
         async for found in self._looks(recording_id):
             if len(found["flights"]) == flights:
                 return list(found["flights"])
@@ -60,7 +60,7 @@ class RecordingScene(Scene):
             await asyncio.sleep(0.05)
 
     async def whole(self, *, codec: Codec = Codec.H264, pictures: int = 12) -> dict[str, Any]:
-        """A recording that is ready."""
+        """Makes a finished recording."""
         begun = await self.record()
         self.send(codec=codec, pictures=pictures)
         await self.stop(begun["id"])

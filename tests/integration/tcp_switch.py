@@ -1,4 +1,4 @@
-"""A port in front of several towers, as a proxy is: connections go to the one that it was turned to last."""
+"""A port in front of several towers, as a proxy is. New connections go to the current target."""
 
 import contextlib
 import socket
@@ -6,7 +6,7 @@ import threading
 
 
 class TcpSwitch:
-    """Runs in threads of its own."""
+    """Runs in its own threads."""
 
     def __init__(self, target: int) -> None:
         self._target = target
@@ -16,7 +16,7 @@ class TcpSwitch:
         threading.Thread(target=self._accept, daemon=True).start()
 
     def turn_to(self, target: int) -> None:
-        """New connections only: those that there are end when their tower ends, or stay with it."""
+        """Redirects new connections only. Existing ones stay with their tower and end with it."""
         self._target = target
 
     def close(self) -> None:

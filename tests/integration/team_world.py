@@ -1,4 +1,4 @@
-"""A team with an admin, an operator, an observer and a drone on a running tower."""
+"""A team on a running tower, with an admin, an operator, an observer and a drone."""
 
 from dataclasses import dataclass, field
 
@@ -12,7 +12,7 @@ OBSERVER, OPERATOR, ADMIN = TeamRole.OBSERVER, TeamRole.OPERATOR, TeamRole.ADMIN
 
 @dataclass
 class Team:
-    """A team with a drone, and a client of each of its people. Every name begins with the team's own word."""
+    """A team with a drone, and a client for each of its people. Every name begins with the team's own word."""
 
     world: TowerWorld
     word: str

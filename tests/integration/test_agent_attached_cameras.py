@@ -37,7 +37,7 @@ sys.exit("ERROR: Device timeout detected, attempting a restart!!!")
 
 @pytest.fixture
 def plugged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A file that stands for the ribbon cable; the program is found where the others are."""
+    """A file that represents the ribbon cable, and a fake camera program on the PATH."""
     cable = tmp_path / "plugged"
     cable.touch()
     program = tmp_path / "rpicam-vid"
@@ -72,7 +72,8 @@ def test_a_pi_without_its_program(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 
 class RtspCamera:
-    """An RTSP server for one listener: H.264 in RTP inside the RTSP connection, each picture when the test gives it."""
+    """An RTSP server for one client: H.264 in RTP inside the RTSP connection. Sends each picture when the test says
+    so."""
 
     def __init__(self, frames: list[av.VideoFrame]) -> None:
         self.frames, self.count, self.playing = frames, 0, threading.Event()
@@ -106,7 +107,7 @@ class RtspCamera:
                     self.playing.set()
 
     def give(self) -> int:
-        """When it was sent; the picture is the next of `frames`."""
+        """Sends the next picture of `frames`. Returns the time of sending."""
         at_us = (self.count + 1) * 40_000
         picture = Picture(self.frames[self.count], at_us, self.count + 1, self.count == 0)
         (coded,) = self.encoder.encode(picture)
@@ -135,7 +136,7 @@ def test_an_rtsp_picture_comes_with_the_next_one_and_that_counts_as_its_age() ->
     opening = threading.Thread(target=source.open, args=(PictureRequest(),), daemon=True)
     opening.start()
     assert camera.playing.wait(DEADLINE_S)
-    while opening.is_alive():  # it looks at a few pictures to see what they are
+    while opening.is_alive():  # it probes a few pictures to detect the format
         camera.give()
         opening.join(0.04)
     for _ in range(camera.count - 1):
@@ -147,6 +148,6 @@ def test_an_rtsp_picture_comes_with_the_next_one_and_that_counts_as_its_age() ->
         later_than_next_us.append(taken.capture_us - next_sent_us)
         off = [off_by(taken.frame, frames[other]) for other in (number - 1, number, number + 1)]
         assert min(off) == off[1]
-    assert min(later_than_next_us) < 0  # not when it was handed on
+    assert min(later_than_next_us) < 0  # not the time it was passed on
     source.close()
     camera.close()

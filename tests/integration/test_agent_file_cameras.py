@@ -1,4 +1,4 @@
-"""A film in a file as a camera: its pace, sizes and refusals."""
+"""A film in a file as a camera: its frame rate, sizes and refusals."""
 
 import contextlib
 from collections.abc import Iterator
@@ -32,7 +32,7 @@ def test_a_file_over_and_over_at_its_own_pace(tmp_path: Path, name: str) -> None
     assert [number_of(one.frame) for one in taken] == [*range(10), *range(10), *range(5)]
     apart_us = np.diff([one.capture_us for one in taken])
     assert np.median(apart_us) == pytest.approx(20_000, abs=10)
-    assert abs(apart_us - 20_000).max() <= 1000 or max(apart_us) > 500_000  # unless this machine stood still
+    assert abs(apart_us - 20_000).max() <= 1000 or max(apart_us) > 500_000  # unless this machine stalled
 
 
 def test_an_http_camera_whose_pictures_are_too_large_is_lost_with_both_sizes_and_stays_so(
@@ -44,7 +44,7 @@ def test_an_http_camera_whose_pictures_are_too_large_is_lost_with_both_sizes_and
     states = set()
     for _ in range(3):
         http_world.wait()
-        with contextlib.suppress(OSError):  # it may have seen enough before all has been sent
+        with contextlib.suppress(OSError):  # the probe may end before everything is sent
             http_world.sockets[-1].sendall(part)
         watched.until(lambda: "8000 x 8000 pixels are too large, the most is 9.4 million" in watched.camera.words)
         states.add(watched.camera.state)
@@ -57,7 +57,7 @@ def test_an_http_camera_whose_pictures_are_too_large_is_lost_with_both_sizes_and
     ("name", "codec", "words"),
     [
         ("film.mp4", "libx264", "pictures of 4096 x 2320 pixels are too large, the most is"),
-        ("film.avi", "mjpeg", "its pictures cannot be decoded, or are too large: the most is"),  # FFmpeg says no size
+        ("film.avi", "mjpeg", "its pictures cannot be decoded, or are too large: the most is"),  # FFmpeg gives no size
     ],
 )
 def test_a_film_whose_pictures_are_too_large(tmp_path: Path, name: str, codec: str, words: str) -> None:

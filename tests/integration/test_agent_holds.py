@@ -1,4 +1,4 @@
-"""A hold, end to end over real sockets: ordered by the tower, and begun by the agent when the tower is lost."""
+"""A hold, end to end over real sockets: ordered by the tower, and started by the agent when the tower is lost."""
 
 from collections.abc import AsyncIterator
 from typing import NamedTuple

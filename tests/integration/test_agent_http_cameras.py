@@ -1,4 +1,4 @@
-"""HTTP cameras as the agent meets them: which picture it takes, refusals, silence, and the return after a loss."""
+"""HTTP cameras as the agent handles them: which picture it takes, refusals, silence, and the return after a loss."""
 
 import socket
 import time
@@ -44,7 +44,7 @@ def test_of_http_pictures_that_wait_the_newest(http_world: HttpWorld) -> None:
     numbers = []
     while not numbers or numbers[-1] != last:
         numbers.append(number_of(next_taken(source.read).frame))
-    assert len(numbers) < 4  # they came together, and were not decoded one by one
+    assert len(numbers) < 4  # they arrived together and were not decoded one by one
     source.close()
 
 
@@ -125,7 +125,7 @@ def test_unplugged_it_is_said_at_once_and_comes_back_with_a_key_picture(http_wor
 
 @pytest.mark.parametrize("scheme", ["rtsp", "http"])
 def test_a_camera_that_is_not_wanted_any_more_while_it_connects_is_let_go_and_hangs_in_nothing(scheme: str) -> None:
-    """Its answer never comes. What cannot be let go ends the whole video process."""
+    """The camera never responds. If its connection cannot be released, the whole video process ends."""
     with socket.create_server(("127.0.0.1", 0)) as server:
         watched = Watched(f"{scheme}://127.0.0.1:{server.getsockname()[1]}/main")
         server.settimeout(DEADLINE_S)

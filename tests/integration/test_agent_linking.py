@@ -1,4 +1,4 @@
-"""The agent between a fake tower and a fake autopilot, on real sockets: linking, carrying, coming back."""
+"""The agent between a fake tower and a fake autopilot, on real sockets: linking, forwarding, reconnecting."""
 
 import asyncio
 import contextlib

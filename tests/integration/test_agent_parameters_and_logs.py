@@ -118,7 +118,7 @@ async def test_parameters_and_logs(world: World) -> None:
     table = {row.name: row.value for row in unpack_table(world.reported(ParameterTable)[0].packed)}
     assert table == pytest.approx({one.name: one.value for one in world.vehicle.parameters})
     values = [m for m in map(decode, world.tower.frames) if m is not None and m.get_type() == "PARAM_VALUE"]
-    assert len(values) < 100  # what the failsafes need; the list itself stays beside the autopilot
+    assert len(values) < 100  # what the failsafes need; the list itself is not forwarded
 
     message = mavlink.MAVLink_param_set_message(1, 1, b"RTL_ALT", 2222.0, 6)
     world.tower.send_frames(build(message, system_id=255, component_id=190, sequence=0))
@@ -146,7 +146,7 @@ async def test_parameters_and_logs(world: World) -> None:
     assert [path.suffix for path in (world.state / "parameters").iterdir()] == [".parameters"]
 
 
-# The sender of files alone.
+# The file sender alone.
 
 
 async def ended(sender: TowerFileSender) -> Sent | NotSent:

@@ -1,4 +1,4 @@
-"""Plans at the drone with real parts: a simulator's process, an agent's process, sockets, and the journal on disk."""
+"""Plans at the drone with real parts: a simulator process, an agent process, sockets, and the journal on disk."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ def waypoints(count: int, alt_m: float) -> Plan:
 
 
 NEW = waypoints(200, 60.0)
-SHORT, LONGER = waypoints(30, 30.0), waypoints(200, 60.0)  # long enough for some progress to be told
+SHORT, LONGER = waypoints(30, 30.0), waypoints(200, 60.0)  # long enough to report some progress
 
 
 class DroneWithPlans:
-    """A simulator and an agent as processes, and a tower that has work done."""
+    """A simulator and an agent as processes, and a tower that gives them work."""
 
     def __init__(self, tower: FakeTower, folder: Path, flavour: str) -> None:
         self.tower = tower
@@ -95,12 +95,12 @@ class DroneWithPlans:
         return self._folder / "state" / "drone-7" / "plans" / "mission.intent"
 
     def on_board(self, kind: PlanKind = MISSION, since: int = 0) -> PlanOnBoard | None:
-        """As told last, if anything was."""
+        """Returns the latest report, if there is one."""
         reported = [one for one in self.tower.messages[since:] if isinstance(one, PlanOnBoard) and one.kind == kind]
         return reported[-1] if reported else None
 
     def kept(self, plan: Plan) -> Plan:
-        """As this autopilot keeps it."""
+        """Returns the plan as this autopilot keeps it."""
         return as_kept(ArduPilot() if self._flavour == "ardupilot" else Px4(), MISSION, plan)
 
     async def knows(self, plan: Plan, *, since: int = 0, timeout_s: float = STARTED_WITHIN_S) -> PlanOnBoard:
@@ -131,7 +131,7 @@ class DroneWithPlans:
         return await self.result(await self.begin(work))
 
     async def writing(self, number: int, items: int) -> None:
-        """So many items of an upload have gone up."""
+        """Waits until the upload has sent this many items."""
 
         def so_many() -> bool:
             reported = (one for one in self.tower.messages if isinstance(one, TransactionProgress) and one.id == number)
@@ -140,7 +140,7 @@ class DroneWithPlans:
         await until(so_many, 30.0, f"{items} items are written")
 
     def said(self, name: str, **fields: Any) -> list[Any]:
-        """Frames of the autopilot's side that came up, with these fields."""
+        """Returns the autopilot's frames that were received with these fields."""
         messages = (message for message in map(decode, self.tower.frames) if message is not None)
         return [
             one

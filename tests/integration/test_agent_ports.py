@@ -43,7 +43,7 @@ async def closed(writer: asyncio.StreamWriter) -> None:
 
 
 class Socket(asyncio.DatagramProtocol):
-    """A UDP socket of the test, and what has come to it."""
+    """A UDP socket of the test, with what it received."""
 
     def __init__(self) -> None:
         self.came: list[bytes] = []
@@ -91,7 +91,7 @@ async def test_a_list_of_parameters_waits_in_the_socket_while_the_agent_is_not_r
             else:
                 await until(lambda: port.send(FRAME) or at_us.senders)
                 to = at_us.senders[0]
-            for _ in range(1000):  # without giving the loop a turn
+            for _ in range(1000):  # without yielding to the loop
                 transport.sendto(FRAME, to)
             await until(lambda: len(came) == 1000 * len(FRAME))
 
@@ -135,7 +135,7 @@ async def test_tcp_connects_when_the_autopilot_comes_and_again_when_it_has_gone(
 
 
 async def test_tcp_to_a_port_that_closes_at_once_is_tried_ever_less_often() -> None:
-    """As a simulator does that has one connection already."""
+    """A simulator that already has a connection does this."""
     came: list[float] = []
     loop = asyncio.get_running_loop()
 
@@ -150,7 +150,7 @@ async def test_tcp_to_a_port_that_closes_at_once_is_tried_ever_less_often() -> N
 
 
 async def test_tcp_waits_for_an_autopilot_that_is_not_there_yet() -> None:
-    async with udp_socket() as (_, _, number):  # a number that nobody listens to on TCP
+    async with udp_socket() as (_, _, number):  # a port without a TCP listener
         port = TcpOut("tcp", HOST, number)
         async with running(port):
             port.send(FRAME)

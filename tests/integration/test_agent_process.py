@@ -1,4 +1,4 @@
-"""The command `tower-agent` as a process: its exit codes, its one line for each mistake, signals, systemd."""
+"""The command `tower-agent` as a process: its exit codes, one line for each mistake, signals, systemd."""
 
 import asyncio
 import contextlib

@@ -1,4 +1,4 @@
-"""Stream profiles over real sockets: set by hand they cut what is sent at once, and `auto` follows a lossy network."""
+"""Stream profiles over real sockets: a manual profile takes effect at once, and `auto` follows a lossy network."""
 
 import asyncio
 import random
@@ -24,7 +24,7 @@ ATTITUDE = mavlink.MAVLINK_MSG_ID_ATTITUDE
 
 
 class LossyTower(FakeTower):
-    """A network that loses a share of the agent's datagrams, and counts those that come. Seeded."""
+    """A seeded network that loses a share of the agent's datagrams and counts those that arrive."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -56,12 +56,12 @@ class World(NamedTuple):
     tower: LossyTower
     autopilot: FakeAutopilot
     texts: list[bytes]
-    """All that the autopilot has said in words."""
+    """Returns all status texts of the autopilot."""
 
 
 @asynccontextmanager
 async def _chatty(autopilot: FakeAutopilot) -> AsyncIterator[list[bytes]]:
-    """Attitude and place fifty times a second, and a text each fifth time. Gives the texts."""
+    """Sends attitude and position at 50 Hz, and a text with each fifth. Yields the texts."""
     texts: list[bytes] = []
 
     async def talk() -> None:

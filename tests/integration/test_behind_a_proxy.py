@@ -1,7 +1,7 @@
-"""Strangers behind a trusted proxy are counted one by one, over whichever of its connections they come.
+"""Strangers behind a trusted proxy are counted by their own address, whichever of the proxy's connections they use.
 
-The proxy is this program, which httpx gives a pool of connections as a real one has. Requests of strangers begin at a
-pace slow enough to see whose turn it is.
+This program is the proxy; httpx gives it a pool of connections, as a real one has. Requests from strangers start slowly
+enough to show the order of service.
 """
 
 import asyncio
@@ -46,13 +46,13 @@ async def proxy(world: TowerWorld, local_address: str | None = None) -> AsyncIte
 
 
 async def status(through: httpx.AsyncClient, address: str) -> int:
-    """Of a request that comes from there."""
+    """Returns the status of a request from this address."""
     return (await through.get(PATH, headers={"X-Forwarded-For": address})).status_code
 
 
 @asynccontextmanager
 async def flood(world: TowerWorld, through: httpx.AsyncClient, *addresses: str) -> AsyncIterator[Counter[int]]:
-    """More requests than wait for one address. Gives the answers so far, once many of the rest wait."""
+    """Sends more requests than may wait for one address. Yields the statuses so far, once many of the rest wait."""
     statuses: Counter[int] = Counter()
 
     async def one(number: int) -> None:
@@ -102,7 +102,7 @@ async def test_somebody_known_behind_the_proxy_does_not_wait(world: TowerWorld) 
 
 
 async def test_the_proxy_says_who_it_is_and_nobody_else(world: TowerWorld) -> None:
-    """What the client itself has written stands to the left of what the proxy adds."""
+    """Entries that the client itself writes are to the left of the one that the proxy adds."""
     forged = [f"203.0.{number}.1, {FLOODER}" for number in range(50)]
     async with proxy(world) as through, flood(world, through, *forged) as statuses:
         await until("refusals", lambda: statuses[429] > 0)

@@ -1,4 +1,4 @@
-"""`python -m bench control` on loopback, as short as it gets: the benchmark itself must not rot."""
+"""`python -m bench control` on loopback, as short as possible: keeps the benchmark working."""
 
 import json
 import subprocess

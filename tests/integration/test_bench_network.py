@@ -1,4 +1,4 @@
-"""The emulated network with real namespaces: what it does to packets, and that nothing of it stays."""
+"""The emulated network with real namespaces: its effect on packets, and its complete removal."""
 
 import asyncio
 import json

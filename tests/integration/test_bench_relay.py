@@ -1,4 +1,4 @@
-"""`python -m bench relay --quick`: the benchmark must not rot. What it measures on a busy machine is not asserted."""
+"""`python -m bench relay --quick`: keeps the benchmark working. Its results on a busy machine are not asserted."""
 
 import json
 import subprocess

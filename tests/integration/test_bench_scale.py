@@ -1,4 +1,4 @@
-"""The scale benchmark works: a small fleet, two browsers, a second of flight, on a tower process of its own."""
+"""Runs the scale benchmark: a small fleet, two browsers, a second of flight, on a separate tower process."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Parts die while somebody flies by hand: the drone holds, and afterwards the lease is what the rules say."""
+"""Parts fail during a flight by hand: the drone holds, and afterwards the lease follows the rules."""
 
 import asyncio
 import contextlib
@@ -46,7 +46,7 @@ def world(tower_alone: World) -> World:
 
 @contextlib.asynccontextmanager
 async def beside_the_autopilot(world: World) -> AsyncIterator[Pilot]:
-    """Agent and simulator, and somebody who sees what the autopilot says on the line between them, tower or not."""
+    """Adds an agent and simulator. Yields an observer of the autopilot's line, which works without the tower."""
     (port,) = free_udp_ports(1)
     world.start_agent("Kestrel", f"udpin:127.0.0.1:{port}")
     seen = Pilot(None, None, 1)  # type: ignore[arg-type]
@@ -68,7 +68,7 @@ async def beside_the_autopilot(world: World) -> AsyncIterator[Pilot]:
 
 
 async def holds(watcher: Pilot, near_m: float, timeout_s: float = 10.0) -> None:
-    """Altitude hold, level, and near where it was."""
+    """Waits for altitude hold, level, near its earlier position."""
     await watcher.until(lambda: watcher.mode == ALT_HOLD and watcher.altitude_m > 0, "altitude hold", timeout_s)
     await watcher.until(lambda: max(map(abs, watcher.roll_pitch_rad)) < 0.1, "level", 5.0)
     assert abs(watcher.altitude_m - near_m) < 4.0
@@ -84,7 +84,7 @@ async def test_the_browser_dies(world: World) -> None:
             height_m = watcher.altitude_m
             pilot._socket.transport.abort()
         await holds(watcher, height_m)
-        # The lease stays for the grace time: alice can come back and fly on.
+        # The lease lasts for the grace time: alice can come back and fly on.
         drone = await asyncio.to_thread(alice.drone, 1)
         assert drone["holder"]["name"] == "alice"
         assert any(event["type"] == "hold" and event["step"] == "confirmed" for event in watcher.events)
@@ -99,8 +99,8 @@ async def test_the_tower_dies(tower_alone: World) -> None:
             await pilot.until(lambda: abs(pilot.roll_pitch_rad[0]) > 0.1, "leaning")
             height_m, epoch = pilot.altitude_m, (await asyncio.to_thread(alice.drone, 1))["epoch"]
             await asyncio.to_thread(kill_9, world.tower)
-        # The agent holds by itself; nobody else is left to say so. The next tower may be there only when the hold is
-        # over and the drone on its way home: it is looked at here.
+        # The agent holds by itself; nothing else can report it. The next tower may start only when the hold is over and
+        # the drone is on its way home, so the test checks the hold here.
         await holds(seen, height_m)
         await asyncio.to_thread(
             wait_for, "the agent's own hold", lambda: "hold: confirmed" in world.log_of("agent-Kestrel")
@@ -112,7 +112,7 @@ async def test_the_tower_dies(tower_alone: World) -> None:
 
 
 async def test_the_agent_dies(world: World) -> None:
-    """Then nobody is left beside the autopilot: its own failsafe acts, and the tower says offline."""
+    """Only the autopilot is left: its own failsafe acts, and the tower reports offline."""
     admin, alice = world.visitor("admin"), world.visitor("alice")
     async with watching(admin, 1) as watcher, at_the_controls(alice, 1) as pilot:
         await fly_by_hand(pilot)
@@ -123,7 +123,7 @@ async def test_the_agent_dies(world: World) -> None:
         )
         drone = await asyncio.to_thread(alice.drone, 1)
         assert (drone["online"], drone["holder"]["name"]) == (False, "alice")
-        # systemd would start it again; the lease is as it was, and the drone is flown on.
+        # systemd would restart it. The lease is unchanged, and the pilot flies on.
         await asyncio.to_thread(world.restart, "agent-Kestrel")
         await asyncio.to_thread(world.wait_until_online, admin, 1)
         await pilot.centre_sticks()

@@ -1,4 +1,4 @@
-"""`tower connect` as a process before a real tower: who may fly through it, how it comes back, and how it ends."""
+"""`tower connect` as a process before a real tower: who may fly through it, how it reconnects, and how it ends."""
 
 import contextlib
 import http.server
@@ -21,13 +21,13 @@ from wire.frame_stream import FrameStream
 NOT_IN_CONTROL = 10
 HEARTBEAT = mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3)
 ASK_VERSION = mavlink.MAVLink_command_long_message(1, 1, 512, 0, 148, *[0.0] * 6)
-"""Reads only."""
+"""A message that only reads."""
 FLIES = mavlink.MAVLink_command_long_message(1, 1, 178, 0, 0, 3.0, *[0.0] * 5)
-"""DO_CHANGE_SPEED: harmless, but the holder's."""
+"""DO_CHANGE_SPEED: harmless, but reserved for the holder."""
 
 
 class Program:
-    """A ground station on a TCP or UDP port, as far as these tests need one."""
+    """The parts of a ground station that these tests need, on a TCP or UDP port."""
 
     def __init__(self, place: str) -> None:
         kind, _, address = place.partition(" ")
@@ -38,7 +38,7 @@ class Program:
         self._stream = FrameStream()
         self.messages: list[Any] = []
         self.frames: list[bytes] = []
-        """As they came."""
+        """As received."""
 
     def say(self, message: Any) -> None:
         self._socket.send(build(message, system_id=255, component_id=190, sequence=0))
@@ -59,7 +59,7 @@ class Program:
         )
 
     def answer_to(self, message: Any) -> int:
-        """The result in the COMMAND_ACK; asks again while none comes."""
+        """Returns the result in the COMMAND_ACK. Repeats the message until one arrives."""
         said_at = [0]
 
         def answered() -> int | None:
@@ -116,7 +116,7 @@ def programs() -> Iterator[Callable[[str], Program]]:
 
 
 def connect(world: World, *options: str, token: str = "token", name: str = "connect") -> str:
-    """Until it is there. Returns where."""
+    """Starts `tower connect` and waits until it listens. Returns its address."""
     where = ("--tower", world.address, "--token-file", str(world.folder / token))
     process = world.start(name, "tower", "connect", "kestrel", *where, *options)
 
@@ -133,7 +133,7 @@ def said(world: World, words: str, name: str = "connect") -> None:
 
 
 def failed(world: World, *arguments: str, code: int, **environment: str) -> str:
-    """Runs it to its end, which has to be this exit code and one line. Returns the line."""
+    """Runs it to its end. Asserts this exit code and a single line of output, and returns the line."""
     done = subprocess.run(
         [str(BIN / "tower"), "connect", *arguments],
         env={**world.environment, **environment},
@@ -151,7 +151,7 @@ def failed(world: World, *arguments: str, code: int, **environment: str) -> str:
 
 def test_a_watcher_sees_all_and_flies_nothing(world: World, programs: Callable[[str], Program]) -> None:
     alice = world.visitor("alice")
-    assert alice.ask("POST", "/drones/1/control/acquire").status == 200  # by another window of the same person
+    assert alice.ask("POST", "/drones/1/control/acquire").status == 200  # from another window of the same person
     places = connect(world, "--tcp", "127.0.0.1:0", "--udp-listen", "127.0.0.1:0").split(", ")
     assert sorted(place.split()[0] for place in places) == ["tcp", "udp"]
     for place in places:
@@ -271,7 +271,7 @@ def test_the_loss_check_is_read_out_and_asked_for_on_a_terminal(world: World) ->
     world.running("simulator").terminate()
     words = world.running("simulator").args
     assert isinstance(words, list | tuple)
-    # Its boot clock may be too young to be seen going back, so it is its silence that shows that it is another.
+    # The boot clock may be too low to show a restart; the silence shows that this is another autopilot.
     wait_for("silence", lambda: not alice.drone(1)["autopilot_heard"])
     world.start("simulator-2", "tower-sim", *words[1:], "--param", "RC_OVERRIDE_TIME=-1")
     wait_for("the danger", lambda: alice.ask("GET", "/drones/1/loss-check").json["dangerous"])
@@ -358,7 +358,7 @@ def test_a_port_in_use_is_named(world: World, option: str, kind: socket.SocketKi
 
 
 def test_it_starts_without_a_database() -> None:
-    """What `tower connect` imports is what a machine needs that has no tower."""
+    """`tower connect` must not import packages that only a tower needs."""
     code = (
         "import sys; sys.argv = ['tower', 'connect', '--help']\n"
         "from server.app.entry import main\n"

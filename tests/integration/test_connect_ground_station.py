@@ -1,4 +1,4 @@
-"""What QGroundControl asks a vehicle when it connects, through `tower connect`: every answer comes, each time whole."""
+"""QGroundControl's requests when it connects through `tower connect`: every response arrives, and is complete."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from wire.dialect import mavlink
 PARAMETERS: Final = 1391
 RUNS: Final = 20
 SILENT_CHECKS: Final = 50
-"""Of 20 ms each, without a parameter: then QGroundControl asks for what it lacks, ten at a time."""
+"""Checks of 20 ms each without a parameter. After that QGroundControl requests missing ones, ten at a time."""
 BATCH: Final = 10
 MAX_CHECKS: Final = 1500
 OPEN, READ, BURST, TERMINATE, ACK = 4, 5, 15, 1, 128
@@ -45,14 +45,14 @@ OF_MANAGER: Final = {280: "GIMBAL_MANAGER_INFORMATION", 281: "GIMBAL_MANAGER_STA
 
 
 class Wire:
-    """Between simulator and agent: keeps all that the vehicle said, byte for byte."""
+    """A proxy between simulator and agent that records all bytes from the vehicle."""
 
     def __init__(self, agent_port: int) -> None:
         self._vehicle, self._agent = (socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(2))
         self._vehicle.bind(("127.0.0.1", 0))
         self._agent.connect(("127.0.0.1", agent_port))
         for end in (self._vehicle, self._agent):
-            end.setblocking(False)  # an error that makes one readable may be gone when it is read
+            end.setblocking(False)  # the error that made it readable may be gone at the read
         self.port: int = self._vehicle.getsockname()[1]
         self.said: set[bytes] = set()
         self._over = threading.Event()
@@ -80,8 +80,8 @@ class Wire:
 
 @pytest.fixture
 def station(tmp_path: Path) -> Iterator[tuple[World, Program, Wire]]:
-    """Kestrel of alice with as many parameters as the real one, a camera that films, a gimbal and metadata of its own,
-    and a program that flies it."""
+    """alice's Kestrel with as many parameters as a real one, a video camera, a gimbal and metadata, and a program that
+    flies it."""
     with World(tmp_path) as world:
         world.add_user("alice")
         world.add_drone("Kestrel", "alice")
@@ -102,7 +102,7 @@ def station(tmp_path: Path) -> Iterator[tuple[World, Program, Wire]]:
 
 
 def listed(program: Program) -> tuple[int, int]:
-    """How many came, and how many of them had to be asked for one by one."""
+    """Returns how many were received, and how many of them were requested one by one."""
     program.messages.clear()
     program.say(mavlink.MAVLink_param_request_list_message(1, 1))
     lacking, batch = set(range(PARAMETERS)), set[int]()
@@ -124,7 +124,7 @@ def listed(program: Program) -> tuple[int, int]:
 
 
 class Files:
-    """MAVLink FTP as QGroundControl speaks it: open, a burst, the holes, close."""
+    """MAVLink FTP as QGroundControl uses it: open, a burst, the gaps, close."""
 
     def __init__(self, program: Program) -> None:
         self._program = program
@@ -137,18 +137,18 @@ class Files:
         self._program.say(message)
 
     def _answers(self) -> Iterator[tuple[int, int, int, bytes]]:
-        """Opcode, that of the request, offset, data."""
+        """Yields the response's opcode, the request's opcode, the offset and the data."""
         for one in self._program.listen():
             if one is not None and one.get_type() == "FILE_TRANSFER_PROTOCOL" and one.target_system == 255:
                 payload = bytes(one.payload)
                 sequence, _, op, size, request, _, offset = HEAD.unpack_from(payload)
-                self._sequence = max(self._sequence, sequence)  # the next request is past all that was answered
+                self._sequence = max(self._sequence, sequence)  # the next request follows all responses
                 yield op, request, offset, payload[HEAD.size : HEAD.size + size]
         self._program.messages.clear()
 
     def _until(self, what: str, look: Callable[[tuple[int, int, int, bytes]], bool]) -> None:
         def looked() -> bool:
-            found = [look(one) for one in self._answers()]  # at each of them
+            found = [look(one) for one in self._answers()]  # checks each response
             return any(found)
 
         wait_for(what, looked, timeout_s=10.0)
@@ -177,7 +177,7 @@ class Files:
 
 
 def plan_counts(program: Program) -> list[int]:
-    """Of mission, fence and rally points."""
+    """Returns the counts of mission, fence and rally points."""
     counts: list[int] = []
     for kind in range(3):
         program.messages.clear()
@@ -193,7 +193,7 @@ def ask(message_id: int, component: int = AUTOPILOT) -> Any:
 
 
 def answer_of(program: Program, component: int, message_id: int, name: str) -> Any:
-    """What a component says when it is asked for this message; asked again while it says nothing."""
+    """Requests this message from a component until it responds."""
     said_at = [0]
 
     def answered() -> Any:
@@ -211,7 +211,7 @@ def answer_of(program: Program, component: int, message_id: int, name: str) -> A
 
 
 def metadata_of(program: Program) -> tuple[int, str]:
-    """CRC and address of the general file, out of the raw frame: ArduPilot's dialect does not have the message."""
+    """Returns CRC and address of the general file, from the raw frame: ArduPilot's dialect lacks the message."""
     assert program.answer_to(ask(METADATA)) == mavlink.MAV_RESULT_ACCEPTED
 
     def come() -> bytes | None:
@@ -226,13 +226,13 @@ def metadata_of(program: Program) -> tuple[int, str]:
 
 def test_a_ground_station_has_all_that_it_asks_for_when_it_connects(station: tuple[World, Program, Wire]) -> None:
     world, program, wire = station
-    known(world.visitor("alice"))  # the agent reads a file as well, and an autopilot opens one at a time
+    known(world.visitor("alice"))  # the agent reads a file too, and an autopilot opens one at a time
     program.say(HEARTBEAT)
     wait_for("a heartbeat", lambda: program.has("HEARTBEAT", autopilot=3))
     assert program.answer_to(ask(VERSION)) == mavlink.MAV_RESULT_ACCEPTED
     wait_for("AUTOPILOT_VERSION", lambda: program.has("AUTOPILOT_VERSION"))
     assert program.answer_to(ask(MODES)) != mavlink.MAV_RESULT_ACCEPTED, "it has none, and says so at once"
-    # Its own metadata, by MAVLink FTP.
+    # The vehicle's own metadata, by MAVLink FTP.
     crc, address = metadata_of(program)
     general = Files(program).read(address.removeprefix("mftp://").encode())
     assert mavlink_crc32(general) == crc
@@ -240,7 +240,7 @@ def test_a_ground_station_has_all_that_it_asks_for_when_it_connects(station: tup
     packed = Files(program).read(offer["uri"].removeprefix("mftp://").encode())
     assert mavlink_crc32(packed) == offer["fileCrc"]
     assert len(json.loads(lzma.decompress(packed))["parameters"]) == PARAMETERS
-    # Components beside the autopilot, each by its heartbeat.
+    # Components beside the autopilot, detected by their heartbeats.
     for component, kind in ((CAMERA_COMPONENT, mavlink.MAV_TYPE_CAMERA), (GIMBAL_COMPONENT, mavlink.MAV_TYPE_GIMBAL)):
         wait_for("a heartbeat", lambda kind=kind: program.has("HEARTBEAT", type=kind, autopilot=8))
         assert {m.get_srcComponent() for m in program.messages if m is not None and is_beat_of(m, kind)} == {component}
@@ -257,7 +257,7 @@ def test_a_ground_station_has_all_that_it_asks_for_when_it_connects(station: tup
     assert manager["GIMBAL_MANAGER_INFORMATION"].cap_flags == device.cap_flags
     assert list(gimbal["GIMBAL_DEVICE_ATTITUDE_STATUS"].q) == [1.0, 0.0, 0.0, 0.0]
     assert plan_counts(program)[1:] == [0, 0]
-    # And not a byte of it is another.
+    # Every byte is unchanged.
     theirs = [frame for frame in program.frames if frame[6] in (CAMERA_COMPONENT, GIMBAL_COMPONENT)]
     assert {int.from_bytes(frame[7:10], "little") for frame in theirs} >= {0, *OF_CAMERA, *OF_GIMBAL}
     changed = [frame.hex() for frame in theirs if frame not in wire.said]
@@ -268,7 +268,7 @@ PARAMETERS_AT: Final = "/drones/1/parameters"
 
 
 def known(alice: Visitor, more: str = "") -> None:
-    """Until the agent has read them for itself, and the tower has what it read."""
+    """Waits until the agent has read them for itself and the tower has the result."""
     wait_for(f"parameters{more}", lambda: alice.ask("GET", PARAMETERS_AT + more).status == 200, timeout_s=60.0)
 
 

@@ -1,4 +1,4 @@
-"""The shells of `tower connect` by themselves: what a web page may do to them, proxies, a tower that closes at once."""
+"""The shells of `tower connect` alone: access from a web page, proxies, a tower that closes at once."""
 
 import asyncio
 import contextlib
@@ -25,7 +25,7 @@ FRAME = build(mavlink.MAVLink_manual_control_message(1, 900, 0, 500, 0, 0), syst
 
 
 async def test_a_web_page_cannot_fly_through_the_tcp_port() -> None:
-    """Any page in a browser on this machine may send a request there, with whole frames in it."""
+    """Any web page in a browser on this machine may send a request to the port, with whole frames in it."""
     came: list[bytes] = []
     gone: list[Hashable] = []
     endpoint = TcpOn(HOST, 0)

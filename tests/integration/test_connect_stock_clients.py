@@ -1,4 +1,4 @@
-"""Real clients that nobody here wrote fly the simulator through the whole product: tower, agent, `tower connect`."""
+"""Real third-party clients fly the simulator through the whole product: tower, agent, `tower connect`."""
 
 import re
 import subprocess
@@ -23,7 +23,7 @@ MISSION = """QGC WPL 110
 
 @pytest.fixture
 def world(tmp_path: Path, missing: Callable[[str], None]) -> Iterator[World]:
-    """Kestrel of alice, simulated and ready, and a token of hers."""
+    """alice's Kestrel, simulated and ready, and a token of hers."""
     if not installed():
         missing("MAVProxy and MAVSDK (deploy/install_test_parts.sh)")
     with World(tmp_path) as world:
@@ -38,7 +38,7 @@ def world(tmp_path: Path, missing: Callable[[str], None]) -> Iterator[World]:
 
 
 def connect(world: World, *options: str) -> str:
-    """`tower connect --fly`, until it is there. Returns where."""
+    """Starts `tower connect --fly` and waits until it listens. Returns its address."""
     token = ("--tower", world.address, "--token-file", str(world.folder / "token"))
     process = world.start("connect", "tower", "connect", "Kestrel", *token, "--fly", *options)
 
@@ -51,13 +51,13 @@ def connect(world: World, *options: str) -> str:
 
 
 def coordinates(waypoints: str) -> list[tuple[float, ...]]:
-    """Command, latitude, longitude and altitude of each line of a waypoint file, without home."""
+    """Returns command, latitude, longitude and altitude of each line of a waypoint file, without home."""
     rows = [line.split() for line in waypoints.splitlines()[2:]]
     return [(float(row[3]), float(row[8]), float(row[9]), float(row[10])) for row in rows]
 
 
 def test_mavsdk_flies(world: World) -> None:
-    """By UDP to a port on which the program listens, as MAVSDK does by default."""
+    """The program listens on a UDP port, as MAVSDK does by default."""
     port, grpc_port = free_udp_ports(2)
     connect(world, "--udp", f"127.0.0.1:{port}")
     flight = subprocess.run(
@@ -87,7 +87,7 @@ def test_mavsdk_flies(world: World) -> None:
 
 
 def test_mavproxy_flies(world: World) -> None:
-    """By TCP, typed by a person."""
+    """Over TCP, with commands typed by a person."""
     place = connect(world, "--tcp", "127.0.0.1:0")
     assert CLIENTS.is_dir()
     (world.folder / "there.txt").write_text(MISSION)

@@ -1,4 +1,5 @@
-"""Sockets of their own for some peers, on one UDP port: who is read by which, and that the port stays ours."""
+"""Separate sockets for some peers on one UDP port: which socket receives from which peer, and that the port stays
+ours."""
 
 import asyncio
 import socket
@@ -86,6 +87,6 @@ async def test_nobody_else_gets_the_port_while_peers_are_followed(port: Port) ->
 
 
 async def test_who_cannot_be_connected_is_said_and_comes_by_the_shared_socket(port: Port) -> None:
-    assert not port.connected.follow({("::1", 9), port.near.getsockname()})  # of the other family
+    assert not port.connected.follow({("::1", 9), port.near.getsockname()})  # of the other address family
     assert len(port.connected) == 1
     assert port.connected.follow({port.near.getsockname()})

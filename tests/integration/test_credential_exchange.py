@@ -1,4 +1,4 @@
-"""A bearer credential is exchanged for a key; every interruption is tried."""
+"""Exchange of a bearer credential for a key, with every interruption."""
 
 import asyncio
 import json
@@ -56,14 +56,14 @@ async def credential(world: TowerWorld, hawk: NewDrone) -> Credential:
 
 @pytest.fixture
 def file(tmp_path: Path, credential: Credential) -> Path:
-    """As the agent of an older version has it."""
+    """A credential file as an older agent writes it."""
     path = tmp_path / "token"
     path.write_text(f"{credential}\n")
     return path
 
 
 async def assert_exchanged(world: TowerWorld, hawk: NewDrone, file: Path, credential: Credential) -> None:
-    """The end of it, however it came about: only the key signs in, and nothing of the credential is left."""
+    """Asserts the end state: only the key signs in, and nothing of the credential is left."""
     async with signed_in(world, read_identity(file)):
         pass
     identity = read_identity(file)
@@ -119,7 +119,7 @@ async def test_an_answer_that_was_lost_or_an_agent_killed_before_it_wrote_that_d
 async def test_a_tower_that_was_killed_before_it_wrote_the_key_down(
     world: TowerWorld, hawk: NewDrone, file: Path, credential: Credential, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Or whose database is out of reach: the drone has its link nevertheless, by its credential."""
+    """Also covers an unreachable database: the drone still gets its link, by its credential."""
 
     async def out_of_reach(*_: object, **__: object) -> bool:
         raise OSError("no database")
@@ -136,7 +136,7 @@ async def test_a_tower_that_was_killed_before_it_wrote_the_key_down(
 async def test_a_tower_that_was_killed_after_it_wrote_the_key_down(
     world: TowerWorld, hawk: NewDrone, file: Path, credential: Credential, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What its live picture does not know yet it learns from the database, as at a start."""
+    """The tower's live state lacks the key; it reads the key from the database, as at a start."""
 
     async def killed() -> None:
         raise OSError("no database")
@@ -219,7 +219,7 @@ async def test_a_tower_of_an_older_version_is_linked_with_by_the_credential_whic
         await tower.start()
         identity = Identity(Kept(DRONE, None, CREDENTIAL), kept.append)
         address = parse_tower_url(f"http://127.0.0.1:{tower.port}")
-        for _ in range(2):  # the second time there is a key besides, which that tower knows nothing of
+        for _ in range(2):  # the second time there is also a key, which that tower does not know
             opened = await open_channel(address, identity)
             await until(lambda: tower.sealed is not None)
             assert tower.sealed is not None

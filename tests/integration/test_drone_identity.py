@@ -1,4 +1,4 @@
-"""A drone is known by its key: sign-in, replays, relays, revocation and certificate binding."""
+"""A drone's key is its identity: sign-in, replays, relays, revocation and certificate binding."""
 
 import asyncio
 import ssl
@@ -57,7 +57,7 @@ async def test_a_drone_signs_in_by_its_key_and_learns_which_tower_is_its_own(wor
         assert drone.link.resume_key == opened.resume_key
         assert drone.link.ticket == opened.welcome.ticket != ""
         assert identity.tower_key == world.tower.sign_in_rules.identity.public_key
-        # A trial takes no link from an agent that flies.
+        # A trial sign-in takes no link from a flying agent.
         assert await try_sign_in(url(world), identity) == "the drone's key"
         assert drone.link.link_id == opened.welcome.link_id
     stranger = Identity(Kept(hawk.key.drone_id, hawk.key, tower_key=b"T" * 32))
@@ -68,7 +68,7 @@ async def test_a_drone_signs_in_by_its_key_and_learns_which_tower_is_its_own(wor
 async def test_a_signature_is_worth_nothing_a_second_time_nor_with_anything_else_in_its_place(
     world: TowerWorld, hawk: NewDrone
 ) -> None:
-    """Replayed, moved to another challenge, and with each thing changed that the hello says."""
+    """Replays it, moves it to another challenge, and changes each field of the hello."""
     kite = await world.add_drone("kite")
     async with channel(world) as first:
         said = (await key_sign_in(first, hawk.key)).hello()
@@ -109,7 +109,7 @@ def _with(struct: Any, **changes: Any) -> Any:
 
 
 async def test_who_relays_to_another_tower_gets_nowhere(world: TowerWorld, hawk: NewDrone) -> None:
-    """A tower of a thief's own shows the agent this tower's nonce, with the thief's identity or keys of the link."""
+    """An attacker's tower relays this tower's nonce to the agent, with its own identity or link keys."""
     thief = b"\x05" * 32
     for lie in ("tower_key", "public_key"):
         async with channel(world) as opened:
@@ -162,7 +162,7 @@ async def test_revoking_ends_the_link_at_once_and_comes_before_whatever_is_still
         drone = world.tower.hub.state.drones.get(DroneId(hawk.id))
         assert drone is not None and drone.link is not None
         link = drone.link
-        # It has proven its key, and is asked for the link that it names, when the key is revoked.
+        # The key is revoked after it is proven, when the tower asks for the link that it names.
         for datagram in opened.sealed.datagrams_to_send(0.0):
             world.tower.hub.datagram(datagram, link.link_id, ("127.0.0.1", 9), asyncio.get_running_loop().time())
         link.routes.follow(("127.0.0.1", 9))
@@ -185,7 +185,7 @@ async def test_revoking_ends_the_link_at_once_and_comes_before_whatever_is_still
 async def test_the_signature_is_bound_to_the_certificate_that_the_tower_was_told(
     world: TowerWorld, hawk: NewDrone, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Somebody between has a certificate that the agent trusts as well, and hands on what both sides say."""
+    """A proxy in between has a certificate that the agent also trusts, and forwards both sides' messages."""
     folders = [tmp_path / name for name in ("ours", "thiefs")]
     for folder in folders:
         folder.mkdir()
@@ -208,7 +208,7 @@ async def test_the_signature_is_bound_to_the_certificate_that_the_tower_was_told
             await front.close()
     with pytest.raises(NoLink, match="there is no TLS"):
         await open_channel(url(world), hawk.identity)
-    # The proxy has a new certificate, and its file has been changed: both are believed.
+    # The proxy has a new certificate and its file has changed: both certificates are accepted.
     binding = TlsBinding(ours)
     assert binding.is_ours(_end_point(ours))
     ours.write_bytes(theirs.read_bytes())

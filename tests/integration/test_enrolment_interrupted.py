@@ -39,7 +39,7 @@ async def credential(world: TowerWorld, hawk: NewDrone) -> Credential:
 
 @pytest.fixture
 def file(tmp_path: Path, credential: Credential) -> Path:
-    """As the agent of an older version has it."""
+    """A credential file as an older agent writes it."""
     path = tmp_path / "token"
     path.write_text(f"{credential}\n")
     return path

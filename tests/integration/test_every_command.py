@@ -1,4 +1,4 @@
-"""Every command of a pilot by every way to give one: the same result, and one row in the audit trail with its answer.
+"""Every pilot command by every way to give it: the same result, and one audit row with the response.
 
 The ways: the console (its requests, and its frame for a hold), a program with a token (REST), and a ground station
 behind `tower connect`. One flight for each way, in a world of real programs with one simulator for each autopilot.
@@ -37,11 +37,11 @@ ACCEPTED = "accepted"
 
 @dataclass(frozen=True)
 class Flavour:
-    """One autopilot: its profile decides which commands are flown, into which modes, and which are refused."""
+    """An autopilot. Its profile decides which commands are flown, into which modes, and which are refused."""
 
     profile: AutopilotProfile
     chosen: str
-    """A mode that can be asked for on the ground."""
+    """A mode that can be commanded on the ground."""
 
     @property
     def name(self) -> str:
@@ -60,13 +60,13 @@ class Flavour:
         return {one.name for one in fields(CommandTable)} - self.can
 
     def mode(self, role: str) -> FlightMode:
-        """`hold`, `returns`, `land`, `mission`; else the chosen one."""
+        """`hold`, `returns`, `land`, `mission`; otherwise the chosen mode."""
         mode = getattr(self.profile.roles, role, None) or mode_named(self.profile.modes, self.chosen)
         assert isinstance(mode, FlightMode)
         return mode
 
     def place(self, sea_m: float) -> tuple[int, float]:
-        """(frame, altitude) of HEIGHT_M above home."""
+        """Returns (frame, altitude) for HEIGHT_M above home."""
         return (ABOVE_SEA, sea_m + HEIGHT_M) if self.px4 else (ABOVE_HOME, HEIGHT_M)
 
 
@@ -74,7 +74,7 @@ ARDUPILOT = Flavour(arducopter.PROFILE, "GUIDED")
 PX4 = Flavour(px4_multicopter.PROFILE, "POSCTL")
 
 Frames = Callable[[Flavour, float], list[Any]]
-"""Messages, for the height of home above the sea."""
+"""Builds messages for a given height of home above sea level."""
 Shows = Callable[[Pilot, Flavour], bool]
 
 
@@ -90,7 +90,7 @@ def at(command: int, frame: int, alt_m: float, *params: float) -> Any:
 
 
 def mode(role: str) -> Frames:
-    """As a ground station asks for the mode of this role."""
+    """Commands the mode of this role as a ground station does."""
     return lambda flavour, sea_m: [long(M.MAV_CMD_DO_SET_MODE, 1, *flavour.mode(role).command_parameters)]
 
 
@@ -108,7 +108,8 @@ def is_near(pilot: Pilot, flavour: Flavour) -> bool:
 
 @dataclass(frozen=True)
 class Case:
-    """`body`: of the request; `frame`: what a ground station sends; `row`: what the trail calls that frame."""
+    """`body`: of the REST request; `frame`: the ground station's message; `row`: the frame's name in the audit
+    trail."""
 
     body: dict[str, Any]
     frame: Frames
@@ -127,7 +128,7 @@ def take_off(flavour: Flavour, sea_m: float) -> list[Any]:
 
 
 def cases(flavour: Flavour) -> list[Case]:
-    """In the order of one flight, from the ground to the ground: all that the profile can do."""
+    """Returns all that the profile can do, in the order of one flight from take-off to landing."""
     place = {"lat": LAT, "lon": LON, "height_m": HEIGHT_M}
     home = {"lat": LAT, "lon": LON, "altitude_m": 488.0, "while_flying": True}
     ardupilot = [
@@ -135,7 +136,7 @@ def cases(flavour: Flavour) -> list[Case]:
         Case({"command": "speed", "m_s": 6}, lambda f, s: [long(M.MAV_CMD_DO_CHANGE_SPEED, 1, 6, -1)]),
     ]
     px4 = [
-        # A stock program turns a PX4 by a flight to where it is, with a heading in radians.
+        # A stock program turns a PX4 by a flight to its own position, with a heading in radians.
         Case(
             {"command": "turn", "deg": 90},
             lambda f, s: [at(M.MAV_CMD_DO_REPOSITION, *f.place(s), -1, 1, 0, math.pi / 2)],
@@ -198,7 +199,7 @@ Row = tuple[str, str, str]
 
 @pytest.fixture
 def world(tmp_path: Path) -> Iterator[World]:
-    """Kestrel of alice, and a token of hers."""
+    """alice's Kestrel, and a token of hers."""
     with World(tmp_path) as world:
         world.add_user("alice")
         world.add_user("root", "admin")
@@ -211,7 +212,7 @@ def world(tmp_path: Path) -> Iterator[World]:
 
 @contextmanager
 def ground_station(world: World) -> Iterator[Callable[[Any], None]]:
-    """What a stock program does: it listens on a port, and sends frames to whoever speaks there."""
+    """Acts as a stock program: listens on a port and sends frames to the peer that contacts it."""
     (port,) = free_udp_ports(1)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as there:
         there.bind(("127.0.0.1", port))
@@ -231,7 +232,7 @@ def ground_station(world: World) -> Iterator[Callable[[Any], None]]:
 
 
 def rows_of(root: Visitor) -> list[Row]:
-    """In the order in which they were given."""
+    """Returns the rows in the order of the commands."""
     events = root.ask("GET", "/audit?limit=500").json
     given = sorted((one for one in events if one["action"] == "command.given"), key=lambda one: one["at"])
     assert {(one["actor_name"], one["drone_id"]) for one in given} <= {("alice", 1)}
@@ -239,7 +240,7 @@ def rows_of(root: Visitor) -> list[Row]:
 
 
 async def end_of(pilot: Pilot, operation: str) -> Any:
-    """As the live channel tells it."""
+    """Waits for the end of the operation on the live channel."""
 
     def ended() -> list[Any]:
         reported = [one["operation"] for one in pilot.events if one["type"] == "operation"]
@@ -250,7 +251,7 @@ async def end_of(pilot: Pilot, operation: str) -> Any:
 
 
 async def refused_arming(pilot: Pilot) -> str:
-    """Why it is refused, once the drone's parameters and what has to be known for it have come."""
+    """Returns the reason for the refusal, once the drone's parameters and other preconditions are known."""
     for _ in range(300):
         if not (await pilot.ask("GET", "/loss-check")).json["complete"]:
             await asyncio.sleep(0.1)
@@ -264,11 +265,11 @@ async def refused_arming(pilot: Pilot) -> str:
 
 
 REFUSED: Final = {"orbit": {"lat": LAT, "lon": LON, "height_m": HEIGHT_M, "radius_m": 20}}
-"""The rest of the body of each command that one of the autopilots cannot do."""
+"""Further body fields of each command that one of the autopilots does not support."""
 
 
 async def refused(alice: Visitor, flavour: Flavour, **headers: str) -> list[Any]:
-    """The answers to the commands that the profile cannot do."""
+    """Returns the responses to the commands that the profile does not support."""
     answers = []
     for name in sorted(flavour.cannot):
         body = {"command": name, **REFUSED[name]}
@@ -297,7 +298,7 @@ async def test_every_command_does_the_same_by_every_way_and_leaves_one_row(world
     bearer = {"Authorization": f"Bearer {(world.folder / 'token').read_text().strip()}"}
     async with at_the_controls(alice, 1) as pilot:
         await pilot.until(lambda: pilot.has_position, "a position")
-        if flavour.px4:  # as it is delivered, it would drop or lose the drone
+        if flavour.px4:  # with default parameters it would drop or lose the drone
             reason = await refused_arming(pilot)
             assert reason == "/problems/loss-check"
             assert (await pilot.ask("POST", "/loss-check/acknowledge", {"drone": "Kestrel"})).status == 200
@@ -340,7 +341,7 @@ async def test_every_command_does_the_same_by_every_way_and_leaves_one_row(world
                     await pilot.until(lambda: answered in pilot.acks, f"{case.name}: {pilot.acks}")  # noqa: B023
                 given.append(frame(case))
                 if case.row == "mode" or case.name == "goto":
-                    # It may be given again, and within a second it would be the same one.
+                    # Waits before the same command, because within a second it would count as a repetition.
                     await rows(len(given))
 
             await fly(pilot, flavour, by_connect, frame)

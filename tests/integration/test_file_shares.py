@@ -1,4 +1,4 @@
-"""One tenant promises huge files, or sends many: what another one keeps stays where it is, up to their share."""
+"""A tenant announces huge files or sends many: the other tenant's files stay, up to their share."""
 
 import os
 import secrets
@@ -54,7 +54,7 @@ def test_a_promise_takes_nothing_from_anybody(tmp_path: Path) -> None:
 
 
 def test_a_flood_ends_at_the_share_of_the_other(tmp_path: Path) -> None:
-    """Her files are the oldest of all, and more than her share: she loses what is beyond it, and nothing else."""
+    """Her files are the oldest and exceed her share: she loses only the excess."""
     on = quota(tmp_path)
     for log_id in range(8):
         put(on, HERS, log_id, 100, at=1000 + log_id)
@@ -164,7 +164,7 @@ async def test_recordings_of_one_tenant_do_not_push_out_those_of_another(tmp_pat
             assert await quota.make_space(100, his.id)
             await add_recordings(world, his, 1, 100, age_h=1)
         assert (await count_of(world, hers), await count_of(world, his)) == (4, 6)
-        # What goes on, or is promised, takes nothing from her either; and she may go on when he has taken too much.
+        # His running and announced recordings do not reduce hers, and hers continue when he exceeds his share.
         quota.in_use = lambda: {his.id: 5 * BUDGET}
         assert not await quota.make_space(1, his.id)
         assert await count_of(world, hers) == 4

@@ -1,4 +1,4 @@
-"""A drone that follows another one, with real programs: tower, two agents, two simulated drones."""
+"""A drone follows another one, with real programs: tower, two agents, two simulated drones."""
 
 import asyncio
 from collections.abc import Iterator
@@ -31,7 +31,7 @@ def world(tmp_path: Path) -> Iterator[World]:
 
 
 def seen_from(leader: Pilot, follower: Pilot) -> tuple[float, float]:
-    """Metres north and east."""
+    """Returns metres north and east."""
     (lat, lon), (other_lat, other_lon) = leader.place_deg, follower.place_deg
     north = (other_lat - lat) * METRES_PER_DEGREE
     return north, (other_lon - lon) * METRES_PER_DEGREE * cos(radians(lat))

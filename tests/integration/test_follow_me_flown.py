@@ -1,4 +1,4 @@
-"""A drone that follows the person at a browser, with real programs: tower, agent, simulated drone; the test is the
+"""A drone follows the person at a browser, with real programs: tower, agent, simulated drone. The test plays the
 browser, and walks."""
 
 import asyncio
@@ -34,7 +34,7 @@ def world(tmp_path: Path) -> Iterator[World]:
 
 
 class Person:
-    """Walks, and tells a fix once a second by the live channel of their pilot."""
+    """Walks, and sends a position once a second over the pilot's live channel."""
 
     def __init__(self, pilot: Pilot) -> None:
         self._pilot = pilot
@@ -57,7 +57,7 @@ class Person:
             await asyncio.sleep(1.0)
 
     def seen(self) -> tuple[float, float]:
-        """The drone, metres north and east."""
+        """Returns the drone's position, metres north and east."""
         lat, lon = self._pilot.place_deg
         north = (lat - self.lat) * METRES_PER_DEGREE
         return north, (lon - self.lon) * METRES_PER_DEGREE * cos(radians(lat))
@@ -69,7 +69,7 @@ class Person:
 
 @asynccontextmanager
 async def followed(visitor: Visitor) -> AsyncIterator[tuple[Pilot, Person, str]]:
-    """Somebody whom their drone follows, 15 m to the north of them, and the operation's id."""
+    """A person followed by their drone, 15 m to their north, and the operation's id."""
     async with at_the_controls(visitor, 1) as pilot:
         await pilot.take_off(HEIGHT_M)
         person = Person(pilot)
@@ -105,7 +105,7 @@ async def test_it_follows_a_person_who_walks_and_holds_when_nothing_is_heard_of_
             assert 9.0 < north < 25.0, "neither near nor lost"
         assert (begins - person.lat) * METRES_PER_DEGREE == pytest.approx(12.0)
         await pilot.until(person.drone_is_in_place, "its place, 12 m further on")
-        # Fixes that are not sure are as good as none.
+        # Inaccurate positions count as none.
         person.accuracy_m = 35.0
         person.lat -= 5.0 / METRES_PER_DEGREE
         answer = await end_of(visitor, operation_id)

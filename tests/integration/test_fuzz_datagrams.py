@@ -15,7 +15,7 @@ from bench.fuzz_tower_core import TowerCore
 
 DATAGRAMS = 4000
 MAX_OBJECTS_GROWN = 500
-"""What caches and free lists need; a leak of one object a datagram would be eight times as much."""
+"""Covers caches and free lists; a leak of one object a datagram would be eight times as much."""
 
 
 @pytest.fixture(autouse=True)

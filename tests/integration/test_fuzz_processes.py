@@ -1,4 +1,4 @@
-"""The short form of `python -m bench fuzz` through real sockets: a tower and an agent, processes of their own."""
+"""The short form of `python -m bench fuzz` through real sockets: a tower and an agent as processes."""
 
 import asyncio
 import contextlib
@@ -39,7 +39,7 @@ async def test_a_tower_under_attack_keeps_account_and_serves_the_others(tmp_path
 
 
 async def test_an_agent_under_attack_of_its_own_tower_serves_on(tmp_path: Path) -> None:
-    """Its socket takes datagrams from the tower's address only, so it is the tower that has to be hostile."""
+    """Its socket accepts datagrams from the tower's address only, so the tower itself has to attack."""
     token = tmp_path / "token"
     keep_key(token)
     port = free_udp_ports(1)[0]
@@ -55,7 +55,7 @@ async def test_an_agent_under_attack_of_its_own_tower_serves_on(tmp_path: Path) 
             async with running_autopilot(port) as autopilot:
                 await until(lambda: tower.frames, what="the autopilot's first frame")
                 await _attack(tower)
-                # What the mutations have made it believe of the epoch, a new sign-in sets right.
+                # A new sign-in corrects an epoch that the mutations have falsified.
                 assert tower.connection is not None
                 tower.connection.transport.abort()
                 await tower.linked(times=2, timeout_s=20)

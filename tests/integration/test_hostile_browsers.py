@@ -31,7 +31,7 @@ from wire.tagged import split_tagged
 
 ACKS = 8_000
 PACE = 50
-"""Acknowledgements between two turns of the loop, at most; the good browser reads meanwhile."""
+"""Maximum acknowledgements between two turns of the loop; the good browser reads meanwhile."""
 
 PING, BINARY, PIECE = 0x89, 0x82, 0x00
 
@@ -50,7 +50,7 @@ class Agent(ObedientAgent):
 
 @pytest.fixture(autouse=True)
 def busy_machine(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Who does not read stays until a test has seen what it wants to see, however long that takes here."""
+    """Extends the limits, so that a stalled browser stays connected until the test has made its checks."""
     monkeypatch.setattr(direct_websocket, "STALLED_AFTER_S", 600.0)
 
 
@@ -74,14 +74,14 @@ async def agent(world: TowerWorld) -> Agent:
 
 
 def masked(first: int, payload: bytes = b"") -> bytes:
-    """A client's WebSocket frame, masked with zeros."""
+    """Returns a client's WebSocket frame, masked with zeros."""
     assert len(payload) < 126
     return bytes((first, 0x80 | len(payload))) + bytes(4) + payload
 
 
 @asynccontextmanager
 async def raw_browser(world: TowerWorld, client: httpx.AsyncClient) -> AsyncIterator[tuple[socket.socket, bytes]]:
-    """A live connection as a bare socket that reads nothing beyond the answer to its upgrade."""
+    """Opens a live connection as a bare socket that reads nothing after the response to its upgrade."""
     url = httpx.URL(world.base_url)
     loop = asyncio.get_running_loop()
     with socket.socket() as plain:
@@ -114,9 +114,9 @@ async def everything_reaches(
     beside: int,
     begin: Callable[[], object] = lambda: None,
 ) -> None:
-    """Sends many acknowledgements while `beside` others misbehave; one that reads gets each of them, in order.
+    """Sends many acknowledgements while `beside` others misbehave; a browser that reads gets each of them, in order.
 
-    `begin` is called when all are attached: who would be closed for what it does must not be before.
+    Calls `begin` once all are attached, because a misbehaving one would be closed before.
     """
     async with live(world, client) as good:
         await until("all are attached", lambda: len(world.tower.hub.state.browsers) == beside + 1)
@@ -158,7 +158,7 @@ async def test_one_that_hardly_reads_is_cut_and_costs_the_others_nothing(
             assert events < 2_000
             (connection,) = connections()
             assert connection.transport.get_write_buffer_size() < 3 * HIGH_WATER_BYTES
-            # The time that it has been given is over all at once.
+            # Its deadline is set.
             assert connection._stalled is not None
             assert connection._stalled.when() - loop.time() <= direct_websocket.STALLED_AFTER_S
             connection.transport.abort()

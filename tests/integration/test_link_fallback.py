@@ -1,4 +1,4 @@
-"""UDP that is blocked, both ways or one: the same datagrams over the WebSocket, and back when UDP works again."""
+"""Blocked UDP, both ways or one: the same datagrams over the WebSocket, and back when UDP works again."""
 
 import asyncio
 import time
@@ -24,7 +24,7 @@ def attitude(number: int) -> bytes:
 
 
 async def frames_come(world: DataLinkWorld, number: int) -> None:
-    """A frame that the autopilot sends now reaches the browser (sent again as an autopilot does, until one has)."""
+    """Waits until a frame from the autopilot reaches the browser. Repeats the frame, as an autopilot does."""
     sent = {attitude(number + n) for n in range(200)}
     async with asyncio.timeout(10.0):
         for frame in sorted(sent):
@@ -75,7 +75,7 @@ async def test_an_agent_that_never_has_udp_is_online_over_the_websocket(
         drone = world.hub.state.drones.get(world.drone_id)
         assert drone is not None and drone.online
         assert world.transport is Transport.WEBSOCKET
-        # The second ping to get through tells what the first one's way took.
+        # The second successful ping reports the round trip of the first.
         await until(lambda: world.link.sealed.keepalive.rtt_s, 3.0, "told by the second ping")
 
 

@@ -1,5 +1,5 @@
-"""The data link on a bad network: 300 ms round trip, 5 % lost each way, some reordered, some twice, 2 s of nothing, an
-address that changes each 5 s. Real packets through network namespaces; skipped where those cannot be had.
+"""The data link on a bad network: 300 ms round trip, 5 % lost each way, some reordered, some duplicated, 2 s of outage,
+an address that changes every 5 s. Real packets through network namespaces; skipped where those are unavailable.
 """
 
 import asyncio
@@ -26,13 +26,13 @@ from wire.tagged import split_tagged, stamp, tag
 BAD = Profile(delay_s=0.15, loss=0.05, reordering=0.05, duplication=0.05)
 ONE_WAY_S = 0.15
 PERIOD_S = 0.1
-"""Of the attitude."""
+"""Interval of the attitude messages."""
 LASTS_S = 16.0
 ADDRESS_CHANGES_EACH_S = 5.0
 LOST_IN_A_ROW = 2
-"""Of one in twenty. Three are lost once in 8,000 times."""
+"""At a loss of one in twenty. Three in a row are lost once in 8,000 times."""
 RESTS_S = 0.03
-"""10 ms in the agent and 20 ms in the tower, at most (docs/wire-protocol.md, 3.2)."""
+"""Maximum wait: 10 ms in the agent and 20 ms in the tower (docs/wire-protocol.md, 3.2)."""
 CHECK_EVERY_S = 0.02
 COMMANDS = (mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, mavlink.MAV_CMD_REQUEST_MESSAGE)
 
@@ -47,20 +47,20 @@ async def net(missing: Callable[[str], None]) -> AsyncIterator[Network]:
 
 
 class Flight:
-    """An autopilot that talks, a pilot who commands, and all that the pilot's browser got."""
+    """An autopilot that sends, a pilot who commands, and everything that the pilot's browser received."""
 
     def __init__(self, world: DataLinkWorld) -> None:
         self.world = world
         self.texts_sent = 0
         self.texts: list[str] = []
         self.attitudes: list[tuple[float, int]] = []
-        """(when it came, when it was sent in ms)"""
+        """(time of arrival, time of sending in ms)"""
         self.answers: list[int] = []
         self.answered = 0
         self.sequence = itertools.count()
 
     async def talk(self) -> None:
-        """Attitude at 10 Hz, each with the time of its sending; a numbered text with each fifth."""
+        """Sends attitude at 10 Hz, each with its time of sending, and a numbered text with each fifth."""
         autopilot = self.world.autopilot
         for number in itertools.count():
             autopilot.say(mavlink.MAVLink_attitude_message(stamp_ms(time.monotonic()), 0.1, 0.2, 0.3, 0, 0, 0))
@@ -88,7 +88,7 @@ class Flight:
                     self.answers.append(message.command)  # type: ignore[union-attr]
 
     async def command(self) -> None:
-        """One command after the other, each repeated until it is answered, as any ground station does."""
+        """Sends one command after the other, each repeated until acknowledged, as any ground station does."""
         for command in itertools.cycle(COMMANDS):
             self.answers.clear()
             for confirmation in range(20):
@@ -118,7 +118,7 @@ async def test_transactions_complete_state_recovers_and_nothing_comes_twice(
         await until(lambda: world.link.routes.newest, 20.0, "the first datagram")
         assert (await ask(world.client, world.drone_id, "acquire")).status_code == 200
         await world.watcher.socket.send(json.dumps({"type": "focus", "drone_id": world.drone_id}))
-        # Else the agent thins what it sends here, and nothing could be said of when the next attitude has to come.
+        # Otherwise the agent thins its stream here, and the arrival of the next attitude could not be predicted.
         world.hub.changes.apply_stream(world.drone_id, StreamSettings(profile=StreamChoice.FULL))
         drone = world.hub.state.drones.get(world.drone_id)
         assert drone is not None
@@ -129,7 +129,7 @@ async def test_transactions_complete_state_recovers_and_nothing_comes_twice(
             parts = [group.create_task(part()) for part in (flight.talk, flight.listen, flight.command, flight.move)]
             begin = time.monotonic()
             dark_at, light_at = begin + 5.5, 0.0
-            pauses: list[tuple[float, float]] = []  # (when it ended, how long this busy machine did nothing here)
+            pauses: list[tuple[float, float]] = []  # (end, duration of this busy machine's pause)
             while time.monotonic() < begin + LASTS_S:
                 asleep_at = time.monotonic()
                 await asyncio.sleep(CHECK_EVERY_S)
@@ -139,16 +139,16 @@ async def test_transactions_complete_state_recovers_and_nothing_comes_twice(
                     await net.change("drone", Profile(black_out=True))
                     dark_at, light_at = 0.0, time.monotonic() + 2.0
                 if light_at and time.monotonic() > light_at:
-                    lit_from = time.monotonic()  # the change takes a moment, and somewhere in it it is light
+                    lit_from = time.monotonic()  # the change takes a moment and ends the outage somewhere in it
                     await net.change("drone", BAD)
                     light, light_at = time.monotonic(), 0.0
             for part in parts:
                 part.cancel()
         hub, link = world.hub, world.link
-        # Transactions complete: a round trip takes 0.3 s, so some 35 would fit between the black-out and the losses.
+        # Transactions complete: at a round trip of 0.3 s, some 35 would fit between the outage and the losses.
         assert flight.answered >= 12
-        # State recovers: what was sent after the black-out is there one period and one way later, or where that is
-        # lost too, with the next one. Everything but the network happens in this one process, so its pauses count.
+        # State recovers: the first message after the outage arrives within one period and one-way delay; if it is lost,
+        # the next one counts. Everything but the network runs in this process, so its pauses count.
         came, sent_ms = next(one for one in flight.attitudes if one[0] > light)
         fresh = [(at, sent) for at, sent in flight.attitudes if sent >= stamp_ms(light)]
         paused_s = sum(paused for at, paused in pauses if light < at <= fresh[0][0] + CHECK_EVERY_S)
@@ -156,16 +156,16 @@ async def test_transactions_complete_state_recovers_and_nothing_comes_twice(
         took_s = fresh[0][0] - light
         assert took_s - paused_s < at_most_s, f"{took_s} s, of which nothing happened here for {paused_s} s"
         assert sent_ms >= stamp_ms(lit_from) - 500, f"what came first after the black-out was {came - light} s old"
-        # No duplicate delivered, though the network made many, and each was counted.
+        # No duplicate was delivered, although the network made many, and each was counted.
         assert len(flight.texts) == len(set(flight.texts)) > 0.6 * flight.texts_sent
         assert len(flight.attitudes) == len({sent for _, sent in flight.attitudes})
         assert hub.state.drops[DropReason.REPLAYED] + hub.state.drops[DropReason.DUPLICATE] > 0
         assert hub.state.drops[DropReason.NOT_AUTHENTIC] == hub.state.drops[DropReason.BAD_KEY_PHASE] == 0
-        # The addresses were followed, on one link.
+        # One link followed the address changes.
         assert len(addresses) >= 3
         assert world.agent._link.up
         assert link is world.link, "no second sign-in"
         quality = link.quality(time.monotonic()).over_30s
         assert quality.loss_up is not None and 0.01 < quality.loss_up < 0.5
-        # One in twenty is reordered, which is to say not delayed, each way: 285 ms are to be expected.
+        # One in twenty is reordered each way, that is, not delayed: expect 285 ms.
         assert quality.rtt_ms is not None and quality.rtt_ms >= 250

@@ -1,4 +1,4 @@
-"""A control channel that breaks off and its successor, at a real tower: who may go on with a link, and who may not."""
+"""A lost control channel and its successor, at a real tower: who may resume a link, and who may not."""
 
 import asyncio
 import contextlib
@@ -42,7 +42,7 @@ async def world(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterato
 
 @contextlib.asynccontextmanager
 async def channel(world: DataLinkWorld, key: DroneKey, link_id: int) -> AsyncIterator[tuple[ClientConnection, Hello]]:
-    """One that has heard the challenge, and the hello that answers it and names the link."""
+    """Yields a channel that has received the challenge, and the hello that answers it and names the link."""
     async with connect(
         world.tower.agent_url,
         subprotocols=[KEY_SUBPROTOCOL],  # type: ignore[list-item]
@@ -70,7 +70,7 @@ async def test_a_control_channel_that_breaks_off_is_replaced_and_the_link_goes_o
         await until(lambda opened=opened: world.agent._link._opened not in (None, opened))  # type: ignore[misc]
         assert world.hub.state.traffic.links_resumed == times
     assert world.link is link and link.post != posted
-    # The new control channel is heard, both ways.
+    # Messages pass on the new control channel, both ways.
     drone = world.hub.state.drones.get(world.drone_id)
     assert drone is not None
     drone.armed = not drone.armed  # as if the tower had missed it

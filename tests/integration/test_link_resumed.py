@@ -1,6 +1,6 @@
-"""Two uplinks: the one that carries the control channel is lost under somebody's hand, and nothing of it is felt.
+"""Two uplinks: the one with the control channel fails during a flight by hand, without any effect on the flight.
 
-A real agent in a host of its own, with real interfaces (`--uplink`), behind carriers that fall silent.
+A real agent in its own host, with real interfaces (`--uplink`), behind carriers that fall silent.
 """
 
 import asyncio
@@ -38,13 +38,13 @@ RESUMED_WITHIN_S = 6.0
 
 
 class Autopilot(FakeAutopilot):
-    """Notes when each stick came, by the number that the pilot gave it."""
+    """Records the arrival of each stick frame, by the pilot's number for it."""
 
     def __init__(self) -> None:
         super().__init__(armed=True, custom_mode=2)
         self.sticks: list[tuple[float, int]] = []
         self.centred = 0
-        """Sticks of the agent's own."""
+        """Number of the agent's own stick frames."""
         self._sticks_stream = FrameStream()
 
     async def start_on(self, opened: socket.socket) -> None:
@@ -73,7 +73,7 @@ class World:
     agent_pid: int
     front_port: int
     sent: dict[int, float] = field(default_factory=dict)
-    """When each stick was sent."""
+    """Time of sending of each stick frame."""
 
     @property
     def hub(self) -> Hub:
@@ -94,7 +94,7 @@ class World:
         return 0 if self.drone.link is None else self.drone.link.routes.count
 
     def carrying(self) -> list[str]:
-        """The uplinks by which control channels go, as the kernel of the drone's host says."""
+        """Returns the uplinks that carry control channels, from the kernel of the drone's host."""
         found = []
         for line in Path(f"/proc/{self.agent_pid}/net/tcp").read_text().splitlines()[1:]:
             _, local, remote, state, *_ = line.split()
@@ -104,7 +104,7 @@ class World:
         return found
 
     async def fly(self) -> None:
-        """Sticks as a gamepad sends them, each with a number where its buttons would be."""
+        """Sends sticks as a gamepad does, each with a number in the field for the buttons."""
         for number in itertools.count(1):
             message = mavlink.MAVLink_manual_control_message(1, 300, 0, 500, 0, number)
             frame = build(message, system_id=255, component_id=190, sequence=number & 0xFF)
@@ -114,7 +114,7 @@ class World:
             await asyncio.sleep(STICKS_EACH_S)
 
     async def listen(self) -> None:
-        """The browser, which answers the tower's pings."""
+        """Plays the browser, which responds to the tower's pings."""
         while True:
             data = await self.pilot.socket.recv()
             if isinstance(data, str):
@@ -125,16 +125,17 @@ class World:
                     self.pilot.events.append(event)
 
     async def more_sticks(self, seconds: float) -> None:
-        """Until so many more have come as are sent in that time."""
+        """Waits until as many more have arrived as are sent in that time."""
         wanted = len(self.autopilot.sticks) + int(seconds / STICKS_EACH_S)
         await until(lambda: len(self.autopilot.sticks) >= wanted, 10 * seconds + 5.0, "sticks come")
 
     def _paused_s(self, low: int, high: int) -> float:
-        """By how much sending between these sticks was late, all pauses together."""
+        """Returns the total delay in sending between these stick frames."""
         return sum(max(0.0, self.sent[n + 1] - self.sent[n] - STICKS_EACH_S) for n in range(low, high))
 
     def longest_gap_s(self) -> float:
-        """Between two sticks at the autopilot, less what this busy machine paused in sending them."""
+        """Returns the longest gap between stick frames at the autopilot, less the pauses of this busy machine in
+        sending."""
         return max(
             at - before - STICKS_EACH_S - self._paused_s(low, high)
             for (before, low), (at, high) in itertools.pairwise(self.autopilot.sticks)
@@ -153,7 +154,7 @@ def net(missing: Callable[[str], None]) -> TwoUplinks:
 
 @contextlib.asynccontextmanager
 async def flown_over(net: TwoUplinks, tmp_path: Path) -> AsyncIterator[World]:
-    """All of this test but the agent and its autopilot is in the tower's host."""
+    """Everything but the agent and its autopilot runs in the tower's host."""
     async with contextlib.AsyncExitStack() as stack:
         stack.enter_context(net.inside("tower"))
         tower = await stack.enter_async_context(start_tower(tmp_path, udp_host=TOWER))
@@ -226,7 +227,7 @@ async def test_either_uplink_is_lost_under_a_hand_and_no_stick_is_missed(net: Tw
         assert world.hub.state.traffic.holds_ordered == 0
         assert [event for event in world.pilot.events if event["type"] == "hold"] == []
         assert all(event["drone"]["online"] for event in world.pilot.events if event["type"] == "drone")
-        # With both it is as with one alone: the drone holds, the link ends, and there is a new one.
+        # When both fail, the result is as with a single uplink: the drone holds, the link ends, and a new one begins.
         for uplink in UPLINKS:
             net.cut(uplink)
         await until(lambda: world.autopilot.modes_asked(), 5.0, "the agent holds by itself")

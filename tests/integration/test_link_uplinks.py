@@ -1,4 +1,4 @@
-"""Roaming, and two uplinks at once: what moves is followed, a lost way is not missed, what comes twice counts once."""
+"""Roaming and two uplinks at once: address changes are followed, a lost path has no effect, duplicates count once."""
 
 import asyncio
 from pathlib import Path
@@ -18,13 +18,13 @@ WIFI, CELL = "127.0.0.2", "127.0.0.3"
 
 
 def text(number: int) -> bytes:
-    """A transactional frame: the tower passes on every one, so that a copy or a gap would be seen."""
+    """A transactional frame: the tower forwards every one, so that a duplicate or a gap is visible."""
     message = mavlink.MAVLink_statustext_message(6, b"%d" % number)
     return build(message, system_id=1, component_id=1, sequence=number & 0xFF)
 
 
 class Watcher:
-    """Which of the numbered texts the browser got, in order."""
+    """Reports the numbered texts that the browser received, in order."""
 
     def __init__(self, world: DataLinkWorld) -> None:
         self._world = world
@@ -41,13 +41,13 @@ class Watcher:
 async def say(world: DataLinkWorld, numbers: range) -> None:
     for number in numbers:
         world.autopilot.send(text(number))
-        await asyncio.sleep(0.02)  # the pace of an autopilot, not a wait for something to happen
+        await asyncio.sleep(0.02)  # the rate of an autopilot, not a wait for an event
 
 
 def arrivals(world: DataLinkWorld, monkeypatch: pytest.MonkeyPatch) -> list[tuple[Address, Address | None]]:
-    """Grows with each authentic datagram: where it came from, and where the tower answers to from then on.
+    """Collects each authentic datagram's source address, and the address that the tower sends to from then on.
 
-    Without the probes for the path's MTU, larger than what is sure to pass: the tower does not follow those.
+    Excludes the path-MTU probes, which exceed the size that always passes: the tower does not follow those.
     """
     came: list[tuple[Address, Address | None]] = []
     receive = world.link.receive

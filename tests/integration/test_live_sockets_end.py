@@ -1,6 +1,6 @@
-"""Whoever loses their role, session, token or demanded factor loses open WebSockets too, whichever process took it.
+"""A user who loses a role, session, token or required factor loses open WebSockets too, whichever process removed it.
 
-The tower asks the database about an open connection once a minute; every bound here is far below that.
+The tower checks an open connection against the database once a minute; every limit here is far below that.
 """
 
 import asyncio
@@ -57,7 +57,7 @@ ELSEWHERE: Final[dict[str, Change]] = {
     "disabled": changed(disabled=True),
     "disabled and enabled": disabled_and_enabled,
 }
-"""As `tower user ...` does it: in another process, which tells the database and nobody else."""
+"""Changes as by `tower user ...`: another process writes to the database and notifies nobody."""
 
 
 @pytest.fixture
@@ -73,7 +73,7 @@ async def stack() -> AsyncIterator[AsyncExitStack]:
 
 
 class Sockets:
-    """Live and video of one drone, opened with some headers."""
+    """Live and video channels of one drone, opened with given headers."""
 
     def __init__(self, world: TowerWorld, drone_id: int, stack: AsyncExitStack) -> None:
         base = world.base_url.replace("http", "ws", 1)
@@ -92,7 +92,7 @@ class Sockets:
         return await self._stack.enter_async_context(opening)
 
     async def both(self, *many: dict[str, str]) -> list[ClientConnection]:
-        """Open, and told of what there is."""
+        """Opens both and waits for their initial state."""
         opened = [await self.open(kind, headers) for headers in many for kind in (LIVE, VIDEO)]
         for one in opened:
             await asyncio.wait_for(one.recv(), WITHIN_S)
@@ -110,7 +110,7 @@ async def elsewhere(world: TowerWorld, change: Change, user: Person) -> None:
 
 
 class Victim:
-    """A second admin at the controls of a drone, with a session and a token, and everything open with both."""
+    """A second admin at the controls of a drone, with a session and a token, and all channels open with both."""
 
     def __init__(self, world: TowerWorld, stack: AsyncExitStack) -> None:
         self.world, self.stack = world, stack
@@ -168,8 +168,8 @@ async def test_what_an_admin_takes_ends_every_connection(world: TowerWorld, vict
 
 @pytest.mark.parametrize("way", [way for way in ELSEWHERE if way != "password"])
 async def test_what_another_process_takes_ends_every_connection(world: TowerWorld, victim: Victim, way: str) -> None:
-    """A password for good, a factor that is taken away, and an account that was disabled for a moment were noticed
-    after a minute: the session is gone and nothing else has changed."""
+    """Before the fix, a reset password, a removed factor and a briefly disabled account took a minute: the session is
+    gone and nothing else has changed."""
     await elsewhere(world, ELSEWHERE[way], victim.person)
     await victim.is_out()
 
@@ -180,7 +180,7 @@ async def test_a_password_of_another_process_ends_every_connection(world: TowerW
 
 
 async def test_other_sessions_and_their_pilots_are_left_alone(world: TowerWorld, victim: Victim) -> None:
-    """Asked about, since the fleet has changed around them, and found to stand."""
+    """They are rechecked, because the fleet has changed around them, and stay open."""
     anna = await world.add_user("Anna")
     sockets = Sockets(world, victim.drone_id, victim.stack)
     hers = await sockets.open(LIVE, world.cookie_header(await world.signed_in(anna)))
@@ -209,7 +209,7 @@ async def test_what_is_taken_while_a_connection_opens_ends_it_too(
 
     monkeypatch.setattr(ViewerSignIn, "sign_in", then_it_changes)
     late = await Sockets(world, victim.drone_id, victim.stack).open(kind, world.cookie_header(victim.client))
-    if kind == VIDEO and way == "role":  # who is no admin sees no such drone: that is asked at the door, too
+    if kind == VIDEO and way == "role":  # a non-admin does not see the drone: the request is refused as well
         assert await asyncio.wait_for(close_code(late), WITHIN_S) in (ENDED, 4404)
     else:
         await all_end([late])
@@ -257,7 +257,7 @@ async def test_a_tower_that_comes_back_with_the_demand(tmp_path: Path, stack: As
 
 
 async def test_the_database_is_asked_for_more_than_whether_the_session_is_there(tmp_path: Path) -> None:
-    """A factor that went without a word: the next time the connection is asked about, it ends."""
+    """A factor removed without notice ends the connection at its next check."""
     async with start_tower(tmp_path, admins_need_second_factor=True) as world:
         client = await world.signed_in(await world.add_user("Root", Role.ADMIN))
         await second_factor_on(world, client)
@@ -277,7 +277,7 @@ async def test_the_database_is_asked_for_more_than_whether_the_session_is_there(
 async def test_a_session_that_began_after_the_snapshot_is_asked_about_and_stands(
     world: TowerWorld, stack: AsyncExitStack
 ) -> None:
-    """The fleet's snapshot does not have it: that is a reason to ask, and none to end it."""
+    """The fleet's snapshot lacks the session. That requires a check, but does not end it."""
     anna = await world.add_user("Anna")
     client: httpx.AsyncClient = await world.signed_in(anna)
     viewer = await world.tower.sessions.find(client.cookies["tower_session"], world.clock())

@@ -1,4 +1,4 @@
-"""A borrower who flies by hand beyond what was lent: the real drone holds, says why, and can be flown back."""
+"""A borrower flies by hand beyond the loan's limits: the real drone holds, reports why, and can be flown back."""
 
 import asyncio
 from collections.abc import Iterator
@@ -16,7 +16,7 @@ HEIGHT_M = 20.0
 RADIUS_M = 30.0
 FULL = 1000
 UP, MIDDLE = 1000, 500
-"""Of the throttle, in the units of MANUAL_CONTROL."""
+"""Throttle in the units of MANUAL_CONTROL."""
 
 
 @pytest.fixture
@@ -41,7 +41,7 @@ def lend(admin: Visitor, name: str) -> None:
 
 
 async def read(pilot: Pilot, words: str) -> dict[str, Any]:
-    """The notice about the loan that says this."""
+    """Waits for the loan notice with this text."""
 
     def found() -> list[dict[str, Any]]:
         return [one for one in pilot.events if one.get("code") == "loan" and words in one["text"]]
@@ -51,7 +51,7 @@ async def read(pilot: Pilot, words: str) -> dict[str, Any]:
 
 
 async def take_up_again(pilot: Pilot) -> None:
-    """As after any hold: centred sticks first, then the mode."""
+    """Resumes as after any hold: centred sticks first, then the mode."""
     await pilot.centre_sticks()
     await pilot.set_mode(LOITER)
 
@@ -72,7 +72,7 @@ async def test_flown_beyond_height_and_radius_it_holds_and_flies_back(world: Wor
         await bob.until(lambda: abs(bob.climb_mps) < 0.2, "no more climbing, with the stick still up")
         assert bob.altitude_m < HEIGHT_M + 6.0
 
-        # The way back is free.
+        # Flying back is allowed.
         await take_up_again(bob)
         bob.hold_sticks(throttle=0)
         await bob.until(lambda: bob.altitude_m < HEIGHT_M - 5.0, "back below")

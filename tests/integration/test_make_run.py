@@ -1,4 +1,4 @@
-"""`make run` as a program: Ctrl-C while it makes its first account, and the next run flies."""
+"""`make run` as a program: Ctrl-C while it makes its first account, then a second run that flies."""
 
 import json
 import os
@@ -19,7 +19,7 @@ Started = Callable[[], subprocess.Popen[bytes]]
 
 @pytest.fixture
 def start(tmp_path: Path) -> Iterator[Started]:
-    """What `make run` starts, with one drone; its words are in the file `said`."""
+    """Starts what `make run` starts, with one drone. The file `said` has its output."""
     environment = {
         **os.environ,
         "TOWER_VAR": str(tmp_path / "var"),
@@ -32,7 +32,7 @@ def start(tmp_path: Path) -> Iterator[Started]:
 
     def go() -> subprocess.Popen[bytes]:
         with (tmp_path / "said").open("wb") as said:
-            # A group of its own, as a terminal gives it: Ctrl-C reaches whatever runs in it.
+            # A process group of its own, as in a terminal: Ctrl-C reaches every process in it.
             command = [sys.executable, str(CHECKOUT / "deploy" / "run_local.py")]
             started.append(
                 subprocess.Popen(

@@ -1,4 +1,4 @@
-"""What no program of ours would send on a WebSocket: its channel ends with a code, it is counted, nothing is logged."""
+"""Invalid messages on a WebSocket: the channel ends with a code, a counter grows, nothing is logged."""
 
 import logging
 import time
@@ -103,7 +103,7 @@ async def test_a_browser_that_talks_nonsense_is_answered_briefly_and_ended_at_la
 
 
 async def test_unknown_agents_write_few_log_lines(world: TowerWorld) -> None:
-    """They wrote one each."""
+    """Before the fix each wrote one line."""
     tries, began = 60, time.monotonic()
     headers = {"Authorization": "Bearer nonsense"}
     with capture_logs() as lines:

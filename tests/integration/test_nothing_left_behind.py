@@ -1,4 +1,4 @@
-"""Connections that end, however they do, leave nothing for the garbage collector: it comes seldom, and stops the tower
+"""Closed connections, however they end, leave nothing for the garbage collector: it runs rarely, and stops the tower
 when it does (server/runtime/garbage.py)."""
 
 import asyncio
@@ -93,7 +93,7 @@ def alive() -> Counter[str]:
 
 
 async def nothing_left(before: Counter[str], what: str) -> None:
-    """Ends of connections take some turns of the loop, and nothing else."""
+    """Closing a connection takes only some turns of the loop."""
     left = Counter[str]()
     for _ in range(100):
         left = alive() - before
@@ -104,7 +104,7 @@ async def nothing_left(before: Counter[str], what: str) -> None:
 
 
 async def test_agents_leave_nothing_behind(world: TowerWorld, caplog: pytest.LogCaptureFixture) -> None:
-    caplog.set_level(logging.CRITICAL, "uvicorn.error")  # pytest would keep the tracebacks in there
+    caplog.set_level(logging.CRITICAL, "uvicorn.error")  # pytest would keep the tracebacks from there
     drone = await world.add_drone("hawk")
 
     async def opened(credential: str = "") -> ClientConnection:

@@ -1,4 +1,4 @@
-"""One tower on a database, never two: real processes that are refused, wait, die and are stopped."""
+"""Never two towers on a database: real processes that are refused, wait, die and are stopped."""
 
 import asyncio
 import os
@@ -21,7 +21,7 @@ SIMULATOR = ("--boot-s", "1", "--seed", "3", "--speed", "1", "--radio", "low")
 
 
 class Pair:
-    """A tower, one that stands by, and a switch in front of them that a person turns over."""
+    """A tower, a standby, and a switch in front of them that a person operates."""
 
     def __init__(self, world: World) -> None:
         self.world = world
@@ -31,7 +31,7 @@ class Pair:
         self.first = world.start_tower()
         self.first_port = world.port
         self.switch = TcpSwitch(self.first_port)
-        world.port = self.switch.port  # of agents and people from here on
+        world.port = self.switch.port  # the port for agents and people from here on
         self.second_port = free_tcp_port()
         self.second = self._stand_by()
 
@@ -50,7 +50,7 @@ class Pair:
         return answer.status, answer.json
 
     def until_taken_over(self, since: float) -> float:
-        """Seconds from then until the second one says that it is the tower."""
+        """Returns the seconds from `since` until the second one reports that it is the tower."""
         wait_for("the second tower", lambda: self.health()[1] and self.health()[1]["status"] == "ok", timeout_s=20)
         return time.monotonic() - since
 
@@ -83,9 +83,9 @@ def test_a_second_tower_says_who_has_the_database_and_ends(tmp_path: Path) -> No
         assert re.search(r"since \d{4}-\d\d-\d\d \d\d:\d\d:\d\d UTC", said)
         assert "--standby" in said
         assert "Traceback" not in second.stderr
-        world.add_user("ben")  # commands go on working beside it
+        world.add_user("ben")  # commands still work beside it
         assert world.visitor("admin").ask("GET", "/me").status == 200
-        # Killed, it is succeeded at once: the kernel has freed its life file.
+        # The successor starts at once after a kill, because the kernel has released the life file's lock.
         kill_9(first)
         began = time.monotonic()
         world.start_tower()
@@ -129,7 +129,7 @@ async def test_a_tower_that_was_stopped_and_goes_on_is_no_tower_any_more(pair: P
         pair.first.send_signal(signal.SIGSTOP)
         stopped_at = time.monotonic()
         pair.switch.turn_to(pair.second_port)
-        # Her sticks go on into the sockets of the tower that was stopped: `pilot` sends them all the while.
+        # Her sticks still go to the sockets of the stopped tower: `pilot` sends them all the while.
         took_s = await asyncio.to_thread(pair.until_taken_over, stopped_at)
         print(f"taken over after {took_s:.2f} s")
         assert took_s < TAKES_OVER_WITHIN_S

@@ -1,10 +1,9 @@
-"""The tower against its own description: every operation, asked by every role, with what the schema allows and forbids.
+"""Tests the tower against its own OpenAPI schema: every operation, as every role, with allowed and forbidden input.
 
-What a role may not do by the access table succeeds with no request at all, whatever is in it.
+An operation that the access table denies to a role succeeds with no request at all.
 
-Schemathesis makes the requests from `/api/v1/openapi.json` and holds the answers against it. No answer is covered by
-a catch-all: each status that comes has to be declared for its operation, each body has to fit its schema. Derandomized:
-the same requests at each run.
+Schemathesis makes the requests from `/api/v1/openapi.json` and checks the responses. There is no catch-all: each
+operation declares each of its statuses, and each body fits its schema. Derandomized: the same requests in each run.
 """
 
 import asyncio
@@ -47,8 +46,8 @@ from server.store.accounts.tokens import create_token
 from server.store.audit.action import AuditAction
 from server.store.audit.trail import COMMAND_LINE
 
-# All of it now, before there are threads: pytest reads the source of its plugins, and Python 3.11 cannot parse in two
-# threads at once ("AST constructor recursion depth mismatch").
+# Imports everything now, before there are threads: pytest reads the source of its plugins, and Python 3.11 cannot parse
+# in two threads at once ("AST constructor recursion depth mismatch").
 for found in pkgutil.walk_packages(schemathesis.specs.openapi.__path__, "schemathesis.specs.openapi."):
     importlib.import_module(found.name)
 
@@ -61,7 +60,7 @@ CHECKS: Final = [
     unsupported_method,
 ]
 EXAMPLES: Final = 3
-"""Of each operation, of each kind, sent by each visitor."""
+"""For each operation, each kind and each visitor."""
 VISITORS: Final = {
     "anonymous": "anonymous",
     "operator": "owner",
@@ -69,9 +68,9 @@ VISITORS: Final = {
     "a token for watch": "for watch",
     "a token for metrics": "for metrics",
 }
-"""Who asks: the column of the access table that says what they may."""
+"""The visitor's column of the access table."""
 OF_TOKENS: Final = {"a token for watch": Scope.WATCH, "a token for metrics": Scope.METRICS}
-"""An admin's tokens of one scope each. They ask with the first example of each kind only."""
+"""An admin's tokens of one scope each. They send only the first example of each kind."""
 MAY: Final = "+?"
 NAMES: Final = {
     route.operation_id or route.name: route.name
@@ -79,14 +78,14 @@ NAMES: Final = {
     for route in router.routes
     if isinstance(route, APIRoute) and route.include_in_schema
 }
-"""Of the schema's operations, as the access table names them."""
+"""Maps the schema's operations to their names in the access table."""
 ANSWER_WITHIN_S: Final = 60.0
-"""On a machine that has much else to do."""
+"""For a busy machine."""
 
 
 @dataclass
 class Scene:
-    """Fresh for each operation, because some of them end sessions, delete users and take drones away."""
+    """Fresh for each operation, because some of them end sessions, delete users and remove drones."""
 
     cookies: dict[str, dict[str, str]]
     headers: dict[str, dict[str, str]]
@@ -95,7 +94,7 @@ class Scene:
 
 @dataclass
 class Walk:
-    """Every operation of the schema, in a thread beside the loop in which the tower runs."""
+    """Sends every operation of the schema, in a thread beside the tower's event loop."""
 
     world: TowerWorld
     loop: asyncio.AbstractEventLoop
@@ -103,11 +102,11 @@ class Walk:
     walked: set[str] = field(default_factory=set)
     statuses: dict[str, set[int]] = field(default_factory=dict)
     let_in: dict[str, set[str]] = field(default_factory=dict)
-    """By visitor: operations that succeeded."""
+    """Operations that succeeded, by visitor."""
 
     def all_operations(self) -> None:
         schema = schemathesis.openapi.from_url(f"{self.world.base_url}/api/v1/openapi.json", timeout=ANSWER_WITHIN_S)
-        # One hash for all: two for each operation would be most of what the walk costs.
+        # One hash for all: two for each operation would be most of the walk's cost.
         hashing = self.world.tower.passwords.hash(PASSWORD)
         password_hash = asyncio.run_coroutine_threadsafe(hashing, self.loop).result(ANSWER_WITHIN_S)
         for number, found in enumerate(schema.get_all_operations()):
@@ -117,7 +116,7 @@ class Walk:
             making = set_the_scene(self.world, number, password_hash)
             scene = asyncio.run_coroutine_threadsafe(making, self.loop).result(ANSWER_WITHIN_S)
             for mode in (GenerationMode.POSITIVE, GenerationMode.NEGATIVE):
-                # An operation with nothing that could be wrong has no bad requests.
+                # An operation without possible faults has no bad requests.
                 with suppress(Unsatisfiable):
                     self._send(name, operation.as_strategy(generation_mode=mode), scene, mode)
 
@@ -136,7 +135,7 @@ class Walk:
         @given(case=strategy, hits=st.booleans())
         def ask(case: Case, hits: bool) -> None:
             if hits and mode is GenerationMode.POSITIVE:
-                # Of what is there, or nearly every path would end with "there is no such drone".
+                # Prefers existing ids; otherwise nearly every path would end with "there is no such drone".
                 known = scene.ids.items() & {(key, scene.ids.get(key)) for key in case.path_parameters or {}}
                 case.path_parameters.update(known)
             nonlocal asked
@@ -159,7 +158,7 @@ class Walk:
             self.let_in.setdefault(visitor, set()).add(name)
             if may(name, visitor) not in MAY:
                 self.wrong.append(f"{name} as {visitor}: {answer.status_code}, and the access table says no")
-        # What is wrong with a request is not looked at before it is known who asks.
+        # Authentication precedes validation of the request.
         refused = answer.status_code in (401, 403)
         try:
             case.validate_response(
@@ -171,13 +170,13 @@ class Walk:
 
 
 def may(operation: str, visitor: str) -> str:
-    """The sign of the access table."""
+    """Returns the sign from the access table."""
     columns = (*ACCESS_VISITORS, *ACCESS_TOKENS)
     return ACCESS[NAMES[operation]].split()[columns.index(VISITORS[visitor])]
 
 
 async def set_the_scene(world: TowerWorld, number: int, password_hash: str) -> Scene:
-    """An operator with a drone, an admin, and one of everything that has an id."""
+    """Makes an operator with a drone, an admin, and one of everything that has an id."""
     now = world.clock()
 
     async def the_same(_: str) -> str:
@@ -222,10 +221,10 @@ async def test_every_operation_keeps_to_the_schema_whoever_asks(walk: Walk) -> N
     await asyncio.to_thread(walk.all_operations)
     assert walk.wrong == [], "\n".join(dict.fromkeys(walk.wrong))
     assert walk.walked == set(NAMES)
-    # The walk is worth something only where it comes through the door: many operations have to succeed at least once.
+    # The walk is useful only if it gets past authentication: many operations have to succeed at least once.
     succeeded = {name for name, found in walk.statuses.items() if any(status < 300 for status in found)}
     assert len(succeeded) > len(walk.walked) * 2 // 5
-    # And each role comes through its own doors.
+    # Each role also succeeds with its own operations.
     least = {"anonymous": 2, "operator": 10, "admin": 15, "a token for watch": 5, "a token for metrics": 1}
     assert {visitor: len(walk.let_in.get(visitor, ())) >= count for visitor, count in least.items()} == dict.fromkeys(
         least, True

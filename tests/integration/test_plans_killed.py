@@ -1,5 +1,5 @@
-"""SIGKILL in the middle of an upload, to the tower and to the agent: one whole plan is on board in the end, and the
-tower knows which. Real processes; `tests/model/test_plans_model.py` does it at every step.
+"""SIGKILL during an upload, to the tower and to the agent: in the end one whole plan is on board, and the tower knows
+which. Real processes; `tests/model/test_plans_model.py` does it at every step.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def plan(height_m: int) -> list[Any]:
 
 @pytest.fixture
 def world(tmp_path: Path) -> Iterator[World]:
-    """Kestrel of alice, whose autopilot writes items over the old ones as they come."""
+    """alice's Kestrel, whose autopilot overwrites the old items as the new ones arrive."""
     with World(tmp_path) as world:
         world.add_user("alice")
         world.add_drone("Kestrel", "alice")
@@ -34,7 +34,7 @@ def world(tmp_path: Path) -> Iterator[World]:
 
 
 def known(alice: Visitor) -> Any:
-    """The plan on board, once the tower knows it."""
+    """Returns the plan on board, once the tower knows it."""
 
     def look() -> Any:
         answer = alice.ask("GET", PLAN)
@@ -44,8 +44,8 @@ def known(alice: Visitor) -> Any:
 
 
 def reread(alice: Visitor) -> Any:
-    """From the autopilot, as soon as the agent is not busy: it writes on without its tower, and puts things right first
-    when it was killed."""
+    """Rereads the plan from the autopilot as soon as the agent is not busy: it continues to write without its tower,
+    and first repairs the plan after a kill."""
 
     def look() -> Any:
         answer = alice.ask("GET", f"{PLAN}?fresh=true")

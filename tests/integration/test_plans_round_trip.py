@@ -1,7 +1,7 @@
-"""Random plans through the whole chain and back: REST, tower, agent, autopilot, and the same way home.
+"""Random plans through the whole chain and back: REST, tower, agent, autopilot, and the reverse.
 
-Two autopilots, for none keeps everything: an ArduCopter (home in slot 0, each command packed into a few bytes) and a
-PX4. What comes back is what `wire.plan_keeping` says that they make of it; the simulator has its facts from elsewhere.
+Two autopilots, because neither keeps everything: an ArduCopter (home in slot 0, each command packed into a few bytes)
+and a PX4. The plans come back as `wire.plan_keeping` predicts; the simulator has its facts from elsewhere.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ kinds = st.sampled_from([PlanKind.MISSION, PlanKind.MISSION, PlanKind.FENCE, Pla
 
 
 def items(kind: PlanKind, drone: str) -> st.SearchStrategy[PlanItem]:
-    """Whatever the protocol can say of this kind, and this autopilot takes."""
+    """Generates everything that the protocol can express for this kind and this autopilot accepts."""
     command = {PlanKind.MISSION: st.sampled_from(sorted(COMMANDS[drone])), PlanKind.RALLY: st.just(5100)}.get(
         kind, st.sampled_from([5003, 5004])
     )
@@ -57,7 +57,7 @@ def items(kind: PlanKind, drone: str) -> st.SearchStrategy[PlanItem]:
 
 
 def _jumping_to_the_first(item: PlanItem) -> PlanItem:
-    """A jump past the end is refused, so each goes where there surely is something."""
+    """Redirects jumps to the first item: the tower refuses a jump past the end."""
     return item if item.command != 177 else msgspec.structs.replace(item, params=(0.0, *item.params[1:]))
 
 
@@ -76,7 +76,7 @@ def plans(draw: st.DrawFn, *, drone: str) -> tuple[PlanKind, Plan]:
 
 
 class Program:
-    """Somebody's program: requests on one connection that stays open. It keeps the controls by REST, beside them."""
+    """A client program: requests on one persistent connection, and REST requests on another that keep the controls."""
 
     def __init__(self, address: str, cookie: str, drone_id: int) -> None:
         self._netloc = urlsplit(address).netloc
@@ -86,7 +86,7 @@ class Program:
         self._keeping = threading.Thread(target=self._keep, args=(f"/drones/{drone_id}/control/keep-alive",))
 
     def acquire(self, drone_id: int) -> None:
-        """From here on it keeps the controls."""
+        """Takes the controls and keeps them from here on."""
         status, said = self._ask(self._connection, "POST", f"/drones/{drone_id}/control/acquire")
         assert status == 200, said
         self._keeping.start()
@@ -98,7 +98,7 @@ class Program:
         connection.close()
 
     def ask(self, method: str, path: str, body: bytes | None = None) -> tuple[int, bytes]:
-        """Whoever asks for too much in too short a time is told so, and asks again."""
+        """Sends a request, and repeats it when the tower limits its rate."""
         until = time.monotonic() + 30.0
         while True:
             status, said = self._ask(self._connection, method, path, body)
@@ -113,7 +113,7 @@ class Program:
             connection.request(method, f"/api/v1{path}", body, self._headers)
             answer = connection.getresponse()
         except http.client.RemoteDisconnected:
-            # Nothing was asked for 5 s, while a plan was thought of, and the tower has just hung up.
+            # Hypothesis took 5 s to generate a plan, and the tower has just closed the idle connection.
             connection.request(method, f"/api/v1{path}", body, self._headers)
             answer = connection.getresponse()
         return answer.status, answer.read()
@@ -125,7 +125,7 @@ class Program:
 
 
 class PlanAnswer(msgspec.Struct):
-    """What GET says, with the items as the bytes that they came in."""
+    """The response to GET, with the items as raw bytes."""
 
     items: msgspec.Raw
     hash: str
@@ -134,7 +134,7 @@ class PlanAnswer(msgspec.Struct):
 
 @pytest.fixture(scope="module")
 def drones(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, tuple[int, Program]]]:
-    """By name: the id, and the program of whoever has the controls. (One operator holds one drone.)"""
+    """Yields by name: the drone's id and the holder's program. (One operator holds one drone.)"""
     with World(tmp_path_factory.mktemp("round-trip")) as world:
         people = {COPTER: "alice", PX4: "bob"}
         for name in people.values():
@@ -158,7 +158,7 @@ def drones(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, tuple
 
 
 def goes_up_and_comes_back(drone: str, drone_id: int, program: Program, kind: PlanKind, plan: Plan) -> None:
-    """Put on board, then read from the autopilot again."""
+    """Uploads the plan, then reads it back from the autopilot."""
     status, said = program.ask("PUT", f"/drones/{drone_id}/{kind}", b'{"items":' + plan_to_json(plan) + b"}")
     assert status == 200, said
     operation: dict[str, Any] = msgspec.json.decode(said)
@@ -169,7 +169,7 @@ def goes_up_and_comes_back(drone: str, drone_id: int, program: Program, kind: Pl
     back = plan_from_json(bytes(answer.items))
     assert differences(KEEPINGS[drone], kind, plan, back, exactly=True) == []
     assert (answer.hash, answer.count) == (plan_hash(kind, back), len(plan))
-    if drone == COPTER:  # of PX4 the headings are not quite the same number
+    if drone == COPTER:  # PX4 changes the headings slightly
         assert back == as_kept(KEEPINGS[drone], kind, plan)
 
 
@@ -178,7 +178,7 @@ def goes_up_and_comes_back(drone: str, drone_id: int, program: Program, kind: Pl
 def test_500_plans_come_back_as_their_autopilots_keep_them(
     drones: dict[str, tuple[int, Program]], copters: tuple[PlanKind, Plan], px4s: tuple[PlanKind, Plan]
 ) -> None:
-    """Both drones at the same time: most of it is waiting."""
+    """Runs both drones in parallel, because most of the time is waiting."""
     with ThreadPoolExecutor(1) as beside:
         going = beside.submit(goes_up_and_comes_back, COPTER, *drones[COPTER], *copters)
         goes_up_and_comes_back(PX4, *drones[PX4], *px4s)

@@ -1,4 +1,4 @@
-"""Each way to reach an autopilot, as installed: the agent as a process, on uvloop, carries and flies a mission."""
+"""Each way to reach an autopilot, as installed: the agent as a process, on uvloop, uploads and flies a mission."""
 
 import asyncio
 import importlib.util
@@ -40,7 +40,7 @@ def simulator(world: World, out: str) -> None:
 
 @pytest.fixture
 def port(world: World, request: pytest.FixtureRequest) -> Iterator[str]:
-    """The agent and an autopilot at the two ends of this transport."""
+    """Runs the agent and an autopilot at the two ends of this transport."""
     udp, tcp = free_udp_ports(1)[0], free_tcp_port()
     ends = {
         "udpin": (f"udpin:127.0.0.1:{udp}", f"udp:127.0.0.1:{udp}"),
@@ -59,7 +59,7 @@ def port(world: World, request: pytest.FixtureRequest) -> Iterator[str]:
 
 
 async def commanded(pilot: Pilot, command: dict[str, Any]) -> None:
-    """Done, once the drone has told what has to be known for it, as where its home is."""
+    """Runs a command once its preconditions are known, such as the position of home."""
     for _ in range(300):
         done = await pilot.ask("POST", "/commands", command)
         if done.status != 409 or done.json["type"] != "/problems/not-known-yet":

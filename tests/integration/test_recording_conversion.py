@@ -1,4 +1,4 @@
-"""From units to an MP4, by the program that the tower starts: what ffprobe says of it, and what is to be seen when."""
+"""From units to an MP4, with the tower's converter program: ffprobe's report, and the pictures shown over time."""
 
 import json
 import subprocess
@@ -22,7 +22,7 @@ PAUSED = [*STEADY[:24], *(20 * US + number * 83_333 for number in range(24))]
 
 
 def write(path: Path, messages: Sequence[bytes]) -> Path:
-    """With 60 ms of delay on the way."""
+    """Writes the units with a transit delay of 60 ms."""
     came = [decode_unit(message).capture_us + 60_000 for message in messages]
     path.write_bytes(MAGIC + b"".join(entry_of(message, at) for message, at in zip(messages, came, strict=True)))
     return path
@@ -33,7 +33,7 @@ def names_in(folder: Path) -> list[str]:
 
 
 def convert(source: Path, *, code: int = 0) -> dict[str, Any]:
-    """The last line of the program."""
+    """Runs the converter and returns the last line of its output."""
     arguments = [sys.executable, "-m", "server.store.recordings.make_mp4", str(source), str(source.with_suffix(".mp4"))]
     pipe = subprocess.PIPE
     with subprocess.Popen(arguments, stdin=pipe, stdout=pipe, stderr=pipe, text=True) as running:
@@ -55,7 +55,7 @@ def probe(path: Path) -> dict[str, Any]:
 
 
 def seen(path: Path) -> list[tuple[int, float]]:
-    """Which picture is shown when, in seconds."""
+    """Returns (picture, time in seconds) of each picture shown."""
     with av.open(str(path)) as container:
         return [(number_in(frame), frame.time) for frame in container.decode(video=0)]
 
@@ -122,7 +122,7 @@ def test_another_size_in_the_middle_becomes_one_file_of_the_largest(tmp_path: Pa
 
 
 def test_a_change_of_parameters_alone_is_coded_again(tmp_path: Path) -> None:
-    """Two encoders of one size with different sets: one MP4 track has room for one."""
+    """Two encoders of one size with different parameter sets: one MP4 track holds one set."""
     first = units(Codec.H264, STEADY[:24])
     second = units(Codec.H264, STEADY[24:], first_number=24, group=11, preset="medium")
     source = write(tmp_path / "a.units", [*first, *second])

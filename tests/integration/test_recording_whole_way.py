@@ -1,4 +1,4 @@
-"""Recording through the relay: units over an agent's own connection, a real tower's files, a tower that is killed."""
+"""Recording through the relay: units over an agent's own connection, a real tower's files, a killed tower."""
 
 import asyncio
 import json
@@ -27,7 +27,7 @@ WITHIN_S = 60.0
 
 @dataclass(frozen=True)
 class Place:
-    """What an agent of a test has to know of a tower."""
+    """The tower's details that a test agent needs."""
 
     base_url: str
     udp_port: int
@@ -38,7 +38,8 @@ class Place:
 
 
 async def film(agent: CameraAgent, codec: Codec, pictures: int) -> list[int]:
-    """Sends them at their pace, the first one a key. When each was taken, microseconds of the agent's clock."""
+    """Sends pictures at their frame rate, the first a key. Returns the capture times, microseconds of the agent's
+    clock."""
     made = [decode_unit(message) for message in units(codec, [0] * pictures, group=10, rate_hz=RATE_HZ)]
     taken: list[int] = []
     begun = time.monotonic()
@@ -59,7 +60,7 @@ async def film(agent: CameraAgent, codec: Codec, pictures: int) -> list[int]:
 
 
 async def came_to(client: httpx.AsyncClient, path: str, fits: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
-    """Waits until a recording is so."""
+    """Waits until the recording meets the condition."""
     deadline = time.monotonic() + WITHIN_S
     while True:
         found: dict[str, Any] = (await client.get(path)).json()
@@ -74,7 +75,7 @@ def is_over(recording: dict[str, Any]) -> bool:
 
 
 async def downloaded(client: httpx.AsyncClient, path: str, target: Path) -> dict[str, Any]:
-    """The file, and what ffprobe says of its one stream."""
+    """Downloads the file. Returns ffprobe's report on its one stream."""
     answer = await client.get(f"{path}/file")
     assert answer.status_code == 200, answer.text
     await asyncio.to_thread(target.write_bytes, answer.content)
@@ -86,17 +87,17 @@ async def downloaded(client: httpx.AsyncClient, path: str, target: Path) -> dict
 
 
 def assert_shows(target: Path, taken_us: list[int]) -> None:
-    """Every picture, at the time at which it was taken."""
+    """Asserts every picture, at its capture time."""
     with av.open(str(target)) as container:
         seen = [(number_in(frame), frame.time) for frame in container.decode(video=0)]
     assert [number for number, _ in seen] == list(range(len(taken_us)))
-    # The pictures before the clocks were compared are placed by their arrival.
+    # Pictures from before the clock comparison are placed by their arrival.
     assert [at for _, at in seen] == pytest.approx([(at - taken_us[0]) / 1e6 for at in taken_us], abs=0.2)
 
 
 @pytest.fixture
 async def scene(tmp_path: Path) -> AsyncIterator[tuple[CameraAgent, httpx.AsyncClient, str]]:
-    """An agent with a camera, its holder, and where the recordings are."""
+    """An agent with a camera, its holder, and the URL of the recordings."""
     async with start_tower(tmp_path) as world:
         alice = await world.add_user("alice")
         drone = await world.add_drone("Kestrel", alice)
@@ -119,7 +120,7 @@ async def test_from_the_agent_to_the_file(
         await came_to(client, recordings.replace("recordings", "video"), lambda video: video["codecs"] == ["mpeg1"])
     begun = (await client.post(recordings, json={})).json()
     assert (begun["state"], begun["codec"]) == ("recording", codec.name.lower())
-    # Recording is what the drone is asked for, as if somebody watched.
+    # A recording requests video from the drone, as a viewer does.
     await agent.open_video()
     assert agent.wanted is not None
     assert [one.codec for one in agent.wanted.streams] == [codec]
@@ -133,7 +134,7 @@ async def test_from_the_agent_to_the_file(
     lasts = (taken[-1] - taken[0]) / 1e6 + 1 / RATE_HZ
     assert float(reported["duration"]) == pytest.approx(lasts, abs=0.2)
     assert_shows(tmp_path / "a.mp4", taken)
-    # Nobody takes it any more: after a moment the drone is told to stop.
+    # Nobody receives it any more: after a moment the tower tells the drone to stop.
     await until(lambda: agent.wanted is not None and agent.wanted.streams == (), what="the drone to be told to stop")
 
 
@@ -156,7 +157,7 @@ async def test_a_tower_that_is_killed_finishes_what_it_was_recording_when_it_is_
                 begun = (await client.post(recordings)).json()
                 await agent.open_video()
                 taken = await film(agent, Codec.MPEG1, 40)
-                # Of the page cache a killed process loses nothing.
+                # A killed process loses nothing of the page cache.
                 await until(lambda: written(world.folder) > 20_000, what="the units on the disk")
                 await came_to(client, f"{recordings}/{begun['id']}", lambda one: one["pictures"] == 40)
                 await asyncio.to_thread(kill_9, world.tower)
@@ -168,7 +169,7 @@ async def test_a_tower_that_is_killed_finishes_what_it_was_recording_when_it_is_
             assert (ready["state"], ready["words"]) == ("ready", "the tower stopped during the recording")
             assert ready["ended_at"] > ready["began_at"]
             reported = await downloaded(client, path, tmp_path / "a.mp4")
-            # What came in the very instant may not have been written yet.
+            # Units received in the last instant may not have been written.
             shown = int(reported["nb_read_frames"])
             assert 38 <= shown <= 40
             assert_shows(tmp_path / "a.mp4", taken[:shown])
@@ -176,5 +177,5 @@ async def test_a_tower_that_is_killed_finishes_what_it_was_recording_when_it_is_
 
 
 def written(folder: Path) -> int:
-    """Bytes of units on the disk."""
+    """Returns the bytes of units on the disk."""
     return sum(path.stat().st_size for path in (folder / "files").rglob("*.units"))

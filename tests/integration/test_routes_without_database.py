@@ -1,4 +1,5 @@
-"""Every route while the database is locked, frozen or killed: an answer in time, in words, and nothing done late."""
+"""Every route while the database is locked, frozen or killed: a response in time, with a message, and no late
+effects."""
 
 import asyncio
 import sqlite3
@@ -21,16 +22,16 @@ from server.store.tables import METADATA
 
 TIMEOUT_S: Final = 1.5
 SLACK_S: Final = 1.3
-"""For the work beside the database on a machine with other work. Twice the timeout is more than both."""
+"""For the work beside the database on a busy machine. Twice the timeout is more than both."""
 AT_ONCE: Final = 6
 SKIPPED: Final = {"sign_out", "who_is_online"}
-"""The first ends the sign-in that the others are asked with."""
+"""The first ends the sign-in that the other requests use."""
 ON_ITS_OWN: Final = {"audit_events", "tower_lock", "sessions", "api_tokens", "user_addresses", "known_addresses"}
-"""Tables in which the tower itself writes when the database is back: what was refused, and when somebody was seen."""
+"""Tables that the tower itself writes when the database is back: refusals, and when users were last seen."""
 
 
 class Asked:
-    """All routes, asked by an admin while the database fails."""
+    """Requests to all routes by an admin while the database fails."""
 
     def __init__(self) -> None:
         self.answers: dict[str, tuple[httpx.Response, float]] = {}
@@ -80,7 +81,7 @@ async def contents(world: TowerWorld) -> dict[str, list[Any]]:
 async def walking(
     tmp_path: Path, *, comes_back: bool = True, **settings: Any
 ) -> AsyncIterator[Callable[[], Awaitable[TowerWorld]]]:
-    """Asks all routes when it is called."""
+    """Yields a function that requests all routes."""
     async with start_tower(tmp_path, database_timeout_s=TIMEOUT_S, **settings) as world:
         alice = await world.add_user("Alice")
         drone = await world.add_drone("Kestrel", alice)

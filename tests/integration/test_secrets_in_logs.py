@@ -1,6 +1,6 @@
-"""A whole day in small, with real programs; then everything that was written is searched for every secret of the day.
+"""A whole day in small, with real programs. Then all output is searched for every secret of the day.
 
-Traces of exceptions are forced, because they are where secrets like to come out.
+Includes forced tracebacks, because they often leak secrets.
 """
 
 import base64
@@ -28,11 +28,11 @@ TOWER = "/api/v1"
 
 
 def spellings(secret: str) -> set[str]:
-    """How a secret may stand in a text: as it is, in a URL, in JSON, in base64 behind anything."""
+    """Returns the forms of a secret in a text: as it is, in a URL, in JSON, in base64 at any offset."""
     found = {secret, quote(secret), quote(secret, safe=""), secret.replace("&", "\\u0026")}
     raw = secret.encode()
     for before in range(3):
-        # The letters at both ends depend on what stands around.
+        # The characters at both ends depend on their neighbours.
         coded = base64.b64encode(b"\0" * before + raw).decode().rstrip("=")
         inner = coded[(0, 2, 3)[before] : len(coded) - 1]
         found |= {inner, inner.replace("+", "-").replace("/", "_")}
@@ -41,11 +41,11 @@ def spellings(secret: str) -> set[str]:
 
 @dataclass
 class Day:
-    """What must never be written anywhere, by what it is."""
+    """Secrets that must never be written, by what they are."""
 
     secrets: dict[str, str] = field(default_factory=dict)
     codes: dict[str, str] = field(default_factory=dict)
-    """Six digits, looked for where they stand alone: a moment has six digits too."""
+    """Six-digit codes. Matched only as whole numbers, because the microseconds of a timestamp have six digits too."""
 
     def found_in(self, text: str) -> set[str]:
         names = {name for name, secret in self.secrets.items() if any(one in text for one in spellings(secret))}
@@ -53,7 +53,7 @@ class Day:
 
 
 class LoudWorld(World):
-    """Logs are for people, with whatever pictures of exceptions they come with."""
+    """Logs for people, including tracebacks."""
 
     log_format = "human"
 
@@ -86,7 +86,7 @@ def sign_in(day: Day, browser: httpx.Client, name: str, password: str = PASSWORD
 
 
 def enrol_and_fly(day: Day, world: World, root: httpx.Client) -> None:
-    """A drone, its agent by enrolment, at the loudest."""
+    """Enrols a drone and its agent at the most verbose level, and flies."""
     drone = root.post(f"{TOWER}/drones", json={"name": "Kestrel"}).json()
     number = drone["drone"]["id"]
     alice = next(one["id"] for one in root.get(f"{TOWER}/users").json() if one["name"] == "alice")
@@ -137,9 +137,9 @@ def connect(day: Day, world: World, alice: httpx.Client) -> None:
 
 
 def force_traces(day: Day, world: World, alice: httpx.Client) -> None:
-    """An exception in the midst of a sign-in with password and code, one in a statement, and bad input of all kinds."""
+    """An exception during a sign-in with password and code, one in a statement, and bad input of all kinds."""
     with sqlite3.connect(world.folder / "tower.sqlite3") as database:
-        # Ben's account gets the sealed secret of Alice's, which does not open for him.
+        # Ben's account gets Alice's sealed secret, which does not decrypt for him.
         database.execute(
             "UPDATE users SET totp_sealed = (SELECT totp_sealed FROM users WHERE name = 'alice') WHERE name = 'ben'"
         )
@@ -197,13 +197,13 @@ def test_no_secret_of_a_day_is_written_anywhere(world: LoudWorld) -> None:
         written = everything_written(world, root)
         leaks = {name: found for name, text in written.items() if (found := day.found_in(text))}
         assert leaks == {}
-        # The day has left its traces, so there was something to be searched ...
+        # The day has left tracebacks, so there was something to search ...
         traces = [written["tower-1.log"].count(what) for what in ("unexpected_error", "database_unavailable")]
         assert traces == [1, 1]
         assert {"agent.log", "connect.log", "simulator.log"} <= set(written)
         assert "link up" in written["agent.log"]
         assert "session.refused" in written["audit.csv"]
-        # ... and what is written somewhere is found: here a secret, by mistake given to a drone for a name.
+        # ... and the search finds a written secret: here one mistakenly used as a drone's name.
         named = root.patch(f"{TOWER}/drones/1", json={"name": day.secrets["API token"]})
         assert named.status_code == 200
         assert day.found_in(everything_written(world, root)["audit.csv"]) == {"API token"}

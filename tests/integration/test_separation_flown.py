@@ -1,4 +1,6 @@
-"""Two drones of different owners flown at each other: both pilots are told in time, and neither which the other is."""
+"""Two drones of different owners fly at each other: both pilots are warned in time, and neither learns the other's
+identity.
+"""
 
 import asyncio
 from collections.abc import Iterator
@@ -21,14 +23,14 @@ WARNED_M = 7.5
 
 @pytest.fixture
 def world(tmp_path: Path) -> Iterator[World]:
-    """Kestrel belongs to alice, Merlin to bob; they stand 20 m apart, further than the watch minds."""
+    """Kestrel belongs to alice, Merlin to bob; they stand 20 m apart, beyond the watch's limit."""
     with World(tmp_path) as world:
         for name, role in (("alice", "operator"), ("bob", "operator"), ("admin", "admin")):
             world.add_user(name, role)
         assert world.add_drone("Kestrel", "alice") == 1
         assert world.add_drone("Merlin", "bob") == 2
         world.start_tower()
-        # Not faster than real: a drone that is where its speed does not take it cannot be foretold.
+        # Not faster than real: the watch cannot predict a drone whose position does not match its speed.
         world.start_simulated("Kestrel", "Merlin", options=("--boot-s", "1", "--seed", "3", "--speed", "1"))
         world.wait_until_online(world.visitor("admin"), 1, 2)
         yield world
@@ -39,7 +41,7 @@ def reported(pilot: Pilot) -> list[dict[str, Any]]:
 
 
 def levels(pilot: Pilot) -> list[str]:
-    """Each once for as long as it lasts."""
+    """Returns the levels, without immediate repetitions."""
     found: list[str] = []
     for event in reported(pilot):
         if found[-1:] != [event["level"]]:
@@ -71,7 +73,7 @@ async def test_two_drones_flown_at_each_other(world: World) -> None:
         assert reported(alice) == reported(bob) == reported(admin) == []
 
         (lat, lon), (other_lat, other_lon) = alice.place_deg, bob.place_deg
-        # Away from Merlin first, so that there is a way to fly at it.
+        # Away from Merlin first, to make room for a flight towards it.
         await go_to(alice, lat - 3 * (other_lat - lat), lon - 3 * (other_lon - lon))
         await alice.until(lambda: apart_m(alice, bob) > 70, "60 m of run-up")
         assert reported(alice) == []
@@ -95,7 +97,8 @@ async def test_two_drones_flown_at_each_other(world: World) -> None:
             end = await one.until_event("separation", level="clear")
             assert end["why"] == ("apart" if one is admin else "")
             assert levels(one)[-1] == "clear"
-            # An admin hears the ends of what strangers were told, too: somebody may have become one meanwhile.
+            # An admin also receives the ends of strangers' warnings, because an admin may have become a stranger
+            # meanwhile.
             assert len({event["number"] for event in reported(one) if event["level"] != "clear"}) == 1
 
         def audited() -> list[dict[str, Any]]:

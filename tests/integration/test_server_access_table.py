@@ -1,4 +1,4 @@
-"""Every route with every kind of visitor, against one table: a route without a row fails the test."""
+"""Every route with every kind of visitor, against one table. A route without a row fails the test."""
 
 from collections.abc import AsyncIterator
 from pathlib import Path
@@ -17,7 +17,7 @@ from server.runtime.settings import Settings
 
 VISITORS: Final = ("anonymous", "stranger", "owner", "admin", "observer")
 TOKENS: Final = ("for watch", "for fly", "for admin", "for metrics", "of the settings")
-"""API tokens of an admin, each with one scope; and what TOWER_METRICS_TOKEN holds."""
+"""An admin's API tokens, each with one scope, and the value of TOWER_METRICS_TOKEN."""
 ALL, SELF, IN_PERSON = "+ + + + +   + + + + +", "- + + + +   + + + + -", "- + + + +   x x x x -"
 NOBODY = "- - - - -   - - - - -"
 LOOK, OWN_LOOK, OWN_FLY = "- + + + +   + x x x -", "- . + + +   + x x x -", "- . + + x   x + x x -"
@@ -113,7 +113,7 @@ def test_every_route_has_a_row() -> None:
 
 
 def test_there_is_no_route_beside_the_table(tmp_path: Path) -> None:
-    """What the running application answers is the table, the description of the API, the channels and the pages."""
+    """The running application's routes are the table, the API description, the channels and the pages."""
     app = create_app(Settings(var=tmp_path, web=tmp_path))
     of_its_own = [route.path for route in app.routes if isinstance(route, Route)]
     assert of_its_own == ["/api/v1/openapi.json"]
@@ -150,10 +150,10 @@ async def test_every_route_gives_every_visitor_what_the_table_says(world: TowerW
             secret = (await clients["admin"].post("/api/v1/tokens", json=asked)).json()["secret"]
         clients[name] = await world.client(headers={"Authorization": f"Bearer {secret}"})
     wrong = []
-    # Signing out comes last: nobody is signed in after it.
+    # Signing out comes last, because nobody is signed in after it.
     for route in sorted(ROUTES, key=lambda route: route.name == "sign_out"):
         expected = dict(zip((*VISITORS, *TOKENS), TABLE[route.name].split(), strict=True))
-        # What only admins may do is asked of a drone that is not there, so that it stays.
+        # Uses a missing drone for admin-only requests, so that the drone stays.
         drone_id = 9999 if TABLE[route.name] == RULE else hawk.id
         path = path_of(route, drone_id)
         for visitor, client in clients.items():

@@ -1,4 +1,4 @@
-"""The audit trail with filters and as a table, and how the tower itself is."""
+"""The audit trail with filters and as a table, and the tower's own state."""
 
 import csv
 from collections.abc import AsyncIterator

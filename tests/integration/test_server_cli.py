@@ -17,7 +17,7 @@ TOWER = Path(sys.executable).with_name("tower")
 
 
 class Shell:
-    """Runs `tower` with an environment of its own."""
+    """Runs `tower` with its own environment."""
 
     def __init__(self, var: Path) -> None:
         kept = {name: os.environ[name] for name in ("PATH", "HOME", "LANG", "PYTHONPATH") if name in os.environ}
@@ -30,7 +30,7 @@ class Shell:
         }
 
     async def run(self, *arguments: str, stdin: str = "", code: int = 0, **environment: str) -> str:
-        """Standard output, or standard error where a failure is expected."""
+        """Returns standard output, or standard error if a failure is expected."""
         process = await asyncio.create_subprocess_exec(
             TOWER,
             *arguments,

@@ -1,4 +1,4 @@
-"""Commands over REST: who may give which, how several steps go on and stop, and with which words they end."""
+"""Commands over REST: who may give which, how sequences of steps continue and stop, and their final messages."""
 
 from collections.abc import AsyncIterator
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Who may fly, over REST and in the database: one winner of every race, on SQLite and on PostgreSQL alike."""
+"""Control rights over REST and in the database: one winner of every race, on SQLite and on PostgreSQL alike."""
 
 import asyncio
 from pathlib import Path
@@ -21,7 +21,7 @@ def database(request: pytest.FixtureRequest) -> dict[str, Any]:
 
 
 def who(drone: dict[str, Any]) -> tuple[str | None, str | None, bool, str | None, int]:
-    """Holder, taken from, offered, assistant, epoch."""
+    """Returns holder, taken from, offered, assistant, epoch."""
     named = [drone[part]["name"] if drone[part] else None for part in ("holder", "taken_from", "assistant")]
     return named[0], named[1], drone["offered"], named[2], drone["epoch"]
 
@@ -254,7 +254,7 @@ async def test_two_admins_race_for_a_drone_and_one_is_told(tmp_path: Path, datab
             answers = await asyncio.gather(ask(one, drone.id, "take"), ask(two, drone.id, "take"))
             for answer in answers:
                 assert answer.status_code in (200, 409), answer.text
-            # Whoever came second took it from the first: each success has an epoch of its own.
+            # The second one took it from the first: each success has its own epoch.
             epoch += sum(answer.status_code == 200 for answer in answers)
             seen = (await operator.get(f"/api/v1/drones/{drone.id}")).json()
             assert seen["epoch"] == epoch

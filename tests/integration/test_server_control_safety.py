@@ -1,4 +1,4 @@
-"""Settings of a drone, the check before flight, and losses made on purpose, over REST."""
+"""Settings of a drone, the check before flight, and rehearsed losses, over REST."""
 
 import asyncio
 import time
@@ -147,7 +147,7 @@ async def test_a_danger_is_acknowledged_by_the_holder_and_a_new_one_anew(scene: 
     assert noted["actor_name"] == "Anna"
     assert any("FS_THR_ENABLE is 0" in text for text in noted["detail"]["dangers"])
 
-    # Another holder has not read it; who has read it need not again, until there is something new.
+    # Each holder has to read it once, and again only when it changes.
     await ask(scene.root, scene.drone.id, "take")
     assert waits("Root")
     assert not (await scene.root.get(path)).json()["acknowledged"]
@@ -170,7 +170,7 @@ async def test_an_assistant_acknowledges_for_themselves(scene: Scene) -> None:
     assert (await scene.root.get(path)).json()["acknowledged"]
     assert not (await scene.anna.get(path)).json()["acknowledged"], "the holder has not read it"
     await scene.acknowledge(scene.anna)
-    # Whoever may not arm is told whether the holder has read it.
+    # A user who may not arm still sees whether the holder has read it.
     await ask(scene.root, scene.drone.id, "unassist")
     assert (await scene.root.get(path)).json()["acknowledged"]
 
@@ -261,7 +261,7 @@ async def test_losing_the_tower_where_no_hold_comes(
     live_drone = scene.world.tower.hub.state.drones.get(DroneId(scene.drone.id))
     assert live_drone is not None
     if by_hand:
-        live_drone.sticks_at = time.monotonic() + 60.0  # fresh, however long it takes to get there
+        live_drone.sticks_at = time.monotonic() + 60.0  # keeps the sticks fresh, however long the request takes
     rehearsals, asked = scene.world.tower.rehearsals, asyncio.Event()
     outcome = rehearsals._outcome
 
@@ -280,7 +280,7 @@ async def test_losing_the_tower_where_no_hold_comes(
         reported = await screen.event("rehearsal", phase=phase)
         assert (words in reported["text"], reported["hold_ms"]) == (True, None)
         await screen.event("rehearsal", phase="ended")
-    # It is over: another one may begin.
+    # It is over, so another one may begin.
     assert (await scene.root.post(f"{scene.path}/rehearsal", json=wanted)).status_code == 202
 
 

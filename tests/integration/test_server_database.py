@@ -1,4 +1,4 @@
-"""Many writers at once, and others that keep the database to themselves: nobody is locked out, nothing is lost."""
+"""Many concurrent writers, and others that lock the database: no writer is locked out, and nothing is lost."""
 
 import asyncio
 import sqlite3
@@ -23,13 +23,13 @@ from wire.ids import DroneId
 
 NOW = datetime(2026, 11, 22, 2, 0, tzinfo=UTC)
 CROWD = 1200
-"""More than `enrolments.MAX_CONCURRENT`, twice."""
+"""More than twice `enrolments.MAX_CONCURRENT`."""
 
 
 @pytest.fixture
 async def database(tmp_path: Path) -> AsyncIterator[Database]:
     opened = open_database(f"sqlite+aiosqlite:///{tmp_path / 'tower.sqlite3'}")
-    # No writer of this process ever waits for another in SQLite itself.
+    # Fails if a writer of this process waits for another in SQLite itself.
     event.listen(opened.engine.sync_engine, "connect", lambda one, _: one.execute("PRAGMA busy_timeout = 20"))
     await migrate(opened)
     yield opened
@@ -37,7 +37,7 @@ async def database(tmp_path: Path) -> AsyncIterator[Database]:
 
 
 class Screen:
-    """An admin's."""
+    """An admin's browser."""
 
     def __init__(self) -> None:
         self.reported: list[tuple[int, str]] = []
@@ -55,7 +55,7 @@ class Screen:
 
 
 async def add_used(database: Database, *names: str, used_at: datetime = NOW) -> list[DroneId]:
-    """Drones whose enrolments were used, and whose agents have not come yet."""
+    """Adds drones whose enrolments were used, but whose agents have not connected yet."""
     ids = []
     async with database.writing() as session:
         for name in names:

@@ -1,4 +1,4 @@
-"""Drones over a real socket: administration, keys, and the wall between owners."""
+"""Drones over a real socket: administration, keys, and the separation of owners."""
 
 import asyncio
 from datetime import datetime
@@ -177,7 +177,7 @@ async def test_the_id_of_a_deleted_drone_never_comes_back(world: TowerWorld, roo
 
 
 async def test_a_drone_added_by_another_process_is_noticed(world: TowerWorld, root: Person) -> None:
-    """The poll of the roster, without anybody calling refresh."""
+    """The roster's own poll notices it, without a call of refresh."""
     admin = await world.signed_in(root)
     other_process = open_database(world.settings.database_url)
     async with other_process.writing() as session:

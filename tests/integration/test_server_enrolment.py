@@ -1,4 +1,4 @@
-"""Enrolment of a drone: a token worth one key, its state live, the pasted command on real processes."""
+"""Enrolment of a drone: a token for one key, its live state, and the pasted command with real processes."""
 
 import base64
 import shlex
@@ -51,7 +51,7 @@ async def states(root: httpx.AsyncClient) -> list[str]:
 
 
 def asked(token: str, key: DroneKey, signed: str = "") -> dict[str, str]:
-    """What an agent sends. `signed`: instead of the token."""
+    """Returns an agent's request. `signed`: signs this instead of the token."""
     signature = key.sign(enrolment_statement(signed or token, key.public))
     return {
         "token": token,
@@ -74,7 +74,7 @@ async def test_a_token_is_worth_one_key_and_admins_see_it_live(
         assert reported["enrolment"]["state"] == "waiting"
         for stolen in (asked(begun["token"], KEY, signed="another"), {**asked(begun["token"], KEY), "public_key": ""}):
             assert_problem(await companion.post(ENROL, json=stolen), 403, "bad-drone-key")
-        for _ in range(2):  # the first answer was lost
+        for _ in range(2):  # the first response was lost
             answer = await companion.post(ENROL, json=asked(begun["token"], KEY))
             assert answer.status_code == 200, answer.text
         tower_key = key_text(world.tower.sign_in_rules.identity.public_key)
@@ -97,7 +97,7 @@ async def test_a_token_is_worth_one_key_and_admins_see_it_live(
     assert "enrolment.used" in trail
     assert begun["token"] not in trail
     assert fingerprint(KEY.public) in str(await audit(root, "drone.key_set"))
-    # Once the key is not the drone's any more, the token is worth nothing to its owner either.
+    # Once the drone's key is removed, the token is useless even to the key's owner.
     await root.delete(f"/api/v1/drones/{hawk.id}/key")
     assert_problem(await companion.post(ENROL, json=asked(begun["token"], KEY)), 403, "bad-enrolment")
 

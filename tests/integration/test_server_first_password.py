@@ -1,4 +1,4 @@
-"""The first password must be changed: until then nothing else works, by REST and live, in person and with a token."""
+"""The first password must be changed. Until then nothing else works, over REST and live, in person and with a token."""
 
 from collections.abc import AsyncIterator
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Credentials change in person and with a fresh proof only, and no credential outlives its owner's will."""
+"""Credentials change only in person and with a fresh proof, and no credential outlives its owner's removal of it."""
 
 import asyncio
 from collections.abc import AsyncIterator
@@ -40,14 +40,14 @@ async def admin(world: TowerWorld) -> Person:
 
 
 async def token_of(client: httpx.AsyncClient, *scopes: str) -> dict[str, str]:
-    """The header of a new token."""
+    """Returns the header for a new token."""
     answer = await client.post(TOKENS, json={"name": "program", "scopes": list(scopes)})
     assert answer.status_code == 201, answer.text
     return {"Authorization": f"Bearer {answer.json()['secret']}"}
 
 
 async def close_code(socket: ClientConnection) -> int:
-    """Of a connection that the tower closes; what it says before is read and let go."""
+    """Returns the code with which the tower closes the connection. Discards earlier messages."""
     with pytest.raises(ConnectionClosed) as closed:
         async with asyncio.timeout(20):
             while True:
@@ -65,7 +65,8 @@ async def second_factor_on(world: TowerWorld, client: httpx.AsyncClient) -> pyot
 
 
 async def test_a_token_of_an_admin_takes_over_nothing(world: TowerWorld, anna: Person, admin: Person) -> None:
-    """With the scope admin alone it removed its owner's second factor and set their password."""
+    """Before the fix, a token with the scope admin alone could remove its owner's second factor and set their
+    password."""
     root = await world.signed_in(admin)
     await second_factor_on(world, root)
     program = await world.client(headers=await token_of(root, *[scope.value for scope in ALL_SCOPES]))

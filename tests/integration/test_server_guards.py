@@ -1,4 +1,4 @@
-"""What surrounds every answer: problem documents, origins, sizes, security headers, the console's files."""
+"""Common to all responses: problem documents, origins, sizes, security headers, the console's files."""
 
 import gzip
 import json
@@ -175,7 +175,7 @@ async def test_the_console_goes_out_compressed_and_only_once(world: TowerWorld, 
     assert packed.headers["content-type"] == plain.headers["content-type"]
     assert packed.headers["vary"] == plain.headers["vary"] == "Accept-Encoding"
     assert packed.text == plain.text == "export {}"
-    # A shared cache must never take one for the other.
+    # A shared cache must never confuse the two.
     assert packed.headers["etag"] != plain.headers["etag"]
 
     page = await client.get("/")

@@ -1,4 +1,4 @@
-"""Lending a drone: the borrower sees and flies it within limits, and no more once the time is over."""
+"""Lending a drone: the borrower sees and flies it within limits, and only until the loan ends."""
 
 from collections.abc import AsyncIterator
 from datetime import timedelta

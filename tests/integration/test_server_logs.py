@@ -1,4 +1,4 @@
-"""Flight logs over REST: the list, and a file on its way from the agent to whoever asked for it."""
+"""Flight logs over REST: the list, and a file from the agent to the user who requested it."""
 
 import asyncio
 from collections.abc import AsyncIterator
@@ -17,10 +17,10 @@ LOG = bytes(range(256)) * 4000
 
 
 class LogScene(Scene):
-    """The agent waits with its answers."""
+    """The agent delays its responses."""
 
     async def fetch(self, log_id: int = 7) -> int:
-        """The transaction that the agent was given."""
+        """Returns the transaction that the agent received."""
         self.agent.waits = True
         path = f"{self.path}/logs/{log_id}/fetch"
         begun = await self.holder.post(path, headers={"Prefer": "respond-async"})
@@ -118,7 +118,7 @@ async def test_a_file_is_taken_whole_or_not_at_all(scene: LogScene) -> None:
     await writer.drain()
     files = scene.world.settings.files
     await until("a part of it", lambda: any(files.rglob("*.part")))
-    # An agent that begins again has given up what it sent before.
+    # An agent that restarts has discarded what it sent before.
     assert (await scene.send(transaction)).status_code == 204
     writer.write(LOG[300_000:310_000])
     assert b" 404 " in await asyncio.wait_for(reader.readline(), 20)

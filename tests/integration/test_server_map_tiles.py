@@ -1,4 +1,4 @@
-"""The map's tiles as the tower gives them out: which there are, and a file of them by ranges."""
+"""Map tiles from the tower: the list, and a file of them by ranges."""
 
 from collections.abc import AsyncIterator
 from pathlib import Path

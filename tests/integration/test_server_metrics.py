@@ -1,4 +1,4 @@
-"""`/metrics`: who may read it, and that what passes through the tower can be seen in it."""
+"""`/metrics`: who may read it, and that it shows the tower's traffic."""
 
 import asyncio
 import re
@@ -42,7 +42,7 @@ def bearer(secret: str) -> dict[str, str]:
 
 
 async def figures(client: httpx.AsyncClient, **headers: str) -> dict[str, float]:
-    """Every sample, by its name with its labels in brackets."""
+    """Returns every sample, by its name with its labels in brackets."""
     answer = await client.get("/metrics", headers=headers)
     assert answer.status_code == 200, answer.text
     found = {}

@@ -1,4 +1,4 @@
-"""Migrations on real databases: up, down and up again, and the tables they make are those that the code expects."""
+"""Migrations on real databases: up, down and up again, and the resulting tables match the code."""
 
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -86,7 +86,7 @@ SECRETS = {"totp_secret": "JBSWY3DPEHPK3PXPJBSWY3DPEHPK3PXP", "totp_pending": "K
 
 
 async def _second_factors_are_sealed_and_opened(database: Database, vault: Vault) -> None:
-    """Up to 0006 and down again, of a database that holds them in the clear."""
+    """Upgrades to 0006 and back, a database that holds them in the clear."""
     await migrate(database, "0005")
     async with database.writing() as session:
         for name in ("anna", "ben"):
@@ -143,7 +143,7 @@ NOON = datetime(2026, 1, 1, 12, tzinfo=UTC)
 
 
 async def _settings_go_there_and_back(database: Database) -> None:
-    """Up to 0010 and down again, of settings as older versions stored them."""
+    """Upgrades to 0010 and back, with settings as older versions stored them."""
     await migrate(database, "0009")
     kept = {"lost_action": "nothing", "hold_bound_s": 60.0, "sticks_stale_s": 0.7}
     drones = {1: kept, 2: {"lost_action": "land"}}

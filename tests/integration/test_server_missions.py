@@ -1,4 +1,4 @@
-"""The library of missions: one's own, what is shared, and that nobody's change is lost."""
+"""The library of missions: a user's own, shared ones, and no lost changes."""
 
 import asyncio
 from collections.abc import AsyncIterator

@@ -1,4 +1,4 @@
-"""An account that only watches: it sees the drones that it is given, and no way leads to their controls."""
+"""An observer account: it sees the drones assigned to it, and cannot get the controls in any way."""
 
 import json
 from pathlib import Path
@@ -92,7 +92,7 @@ async def test_an_observer_reads_nothing_that_was_kept(world: TowerWorld, olga: 
     hawk = await world.add_drone("hawk", olga)
     watching = await world.signed_in(olga)
     assert_problem(await watching.get(f"/api/v1/drones/{hawk.id}/{path}"), 403, "only-watches")
-    assert (await watching.get(f"/api/v1/drones/{hawk.id}/video")).status_code == 200  # what is live
+    assert (await watching.get(f"/api/v1/drones/{hawk.id}/video")).status_code == 200  # live data
 
 
 async def test_nobody_makes_a_pilot_of_an_observer(world: TowerWorld, olga: Person, root: httpx.AsyncClient) -> None:
@@ -136,5 +136,5 @@ async def test_the_controls_are_not_given_back_to_an_observer(world: TowerWorld,
     assert (await ask(pilot, hawk.id, "acquire")).is_success
     assert (await ask(root, hawk.id, "take")).is_success
     assert (await root.patch(f"/api/v1/users/{anna.id}", json={"role": "observer"})).is_success
-    assert_problem(await ask(root, hawk.id, "give"), 409, "nothing-to-give")  # they are owed nothing any more
+    assert_problem(await ask(root, hawk.id, "give"), 409, "nothing-to-give")  # an observer is not entitled to a return
     assert (await root.get(f"/api/v1/drones/{hawk.id}")).json()["taken_from"] is None

@@ -1,4 +1,4 @@
-"""Every feature of accounts and fleet once, on PostgreSQL: what SQLite forgives, it does not."""
+"""Every feature of accounts and fleet once, on PostgreSQL, which is stricter than SQLite."""
 
 import asyncio
 from collections.abc import AsyncIterator

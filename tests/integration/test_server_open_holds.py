@@ -1,4 +1,4 @@
-"""Open holds over REST and the live channel: what people see, "stay", an emergency take, and a tower started again."""
+"""Open holds over REST and the live channel: what people see, "stay", an emergency take, and a restarted tower."""
 
 from collections.abc import AsyncIterator
 from datetime import datetime
@@ -20,7 +20,7 @@ from wire.open_holds import OPEN_HOLDS, AfterSticks, HoldStage, HoldState, Lost,
 
 
 class Scene:
-    """Anna and Bert own hawk, which Anna holds; Root is an admin. Its agent knows of open holds."""
+    """Anna and Bert own hawk, which Anna holds; Root is an admin. The agent supports open holds."""
 
     def __init__(self, world: TowerWorld, drone: NewDrone, clients: list[httpx.AsyncClient]) -> None:
         self.world, self.drone = world, drone
@@ -51,7 +51,7 @@ class Scene:
         self.world.tower.hub.reports.receive(self.agent.link, reported, at=self.world.clock())
 
     async def hold_open(self) -> bool | None:
-        """As it is written down."""
+        """Returns the stored value."""
         await self.world.tower.event_handler.caught_up()
         async with self.world.database.reading() as session:
             kept = select(ControlLeaseRow.hold_open).where(ControlLeaseRow.drone_id == self.drone.id)

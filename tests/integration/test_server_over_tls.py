@@ -1,4 +1,4 @@
-"""Behind a proxy that ends TLS, and without one: cookies, headers, origins. And what lies on the disk."""
+"""Behind a proxy that ends TLS, and without one: cookies, headers, origins, and files on the disk."""
 
 import stat
 from collections.abc import AsyncIterator
@@ -32,7 +32,7 @@ async def world(tmp_path: Path) -> AsyncIterator[TowerWorld]:
 
 
 def cookies_in(answer: httpx.Response) -> dict[str, list[str]]:
-    """Name to value and attributes, of all that are set."""
+    """Maps the name of each cookie set to its value and attributes."""
     found = {}
     for header in answer.headers.get_list("set-cookie"):
         pair, *attributes = [one.strip() for one in header.split(";")]
@@ -55,13 +55,13 @@ async def test_the_session_over_tls_from_sign_in_to_sign_out(world: TowerWorld) 
 
     assert (await me(f"{SECURE}={token}", **TLS)).json()["name"] == "Root"
     assert (await me(f"other=1; {SECURE}={token}; more=2", **TLS)).status_code == 200
-    # The plain name is what anybody on the way, or a sibling domain, can plant: it counts for nothing, and goes.
+    # An attacker on the path, or a sibling domain, can set the plain name: the tower ignores and deletes it.
     planted = await me(f"{PLAIN}={token}", **TLS)
     assert_problem(planted, 401, "not-signed-in")
     assert cookies_in(planted)[PLAIN][0] == "" and "Max-Age=0" in cookies_in(planted)[PLAIN]
     both = await me(f"{PLAIN}=planted; {SECURE}={token}", **TLS)
     assert both.status_code == 200
-    # And the other way round: without TLS no cookie of TLS counts.
+    # The reverse: without TLS the cookie of TLS is ignored.
     assert_problem(await me(f"{SECURE}={token}"), 401, "not-signed-in")
 
     out = await (await world.client()).delete("/api/v1/session", headers={**TLS, "Cookie": f"{SECURE}={token}"})

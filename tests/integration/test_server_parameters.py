@@ -1,4 +1,4 @@
-"""Parameters over REST: the whole table with its hash, changes, and what is not as it was asked to be."""
+"""Parameters over REST: the whole table with its hash, changes, and values that differ from the request."""
 
 from collections.abc import AsyncIterator
 from pathlib import Path
@@ -102,7 +102,7 @@ DOCUMENT = MetadataDocument(parameters=(MetadataEntry(name="RTL_ALT", units="cm"
 
 
 def report_metadata(scene: Scene, packed: bytes, *, hash_: str = "") -> None:
-    """As an agent does: the hash, and the pieces that it is asked for."""
+    """Acts as an agent: reports the hash, and the requested pieces."""
     hash_ = hash_ or metadata_hash(packed)
     scene.agent.announce(MetadataKnown(hash=hash_, size_bytes=len(packed)))
     if MetadataWanted(hash=hash_) in scene.agent.posted:
@@ -154,7 +154,7 @@ async def test_what_is_no_metadata_is_given_to_nobody(scene: Scene, junk: bytes)
 
 
 async def test_an_older_agent_is_not_asked_for_what_it_does_not_know(scene: Scene) -> None:
-    """An unknown type would end its channel; one that tells all the same is not heard."""
+    """An unknown message type would end its channel. If it reports metadata anyway, the tower ignores it."""
     report_metadata(scene, pack_text(encode_metadata(DOCUMENT)))
     assert not [one for one in scene.agent.posted if isinstance(one, MetadataWanted)]
     assert_problem(await scene.watcher.get(f"{scene.path}/parameters/metadata"), 404, "no-metadata")

@@ -1,4 +1,4 @@
-"""Passkeys are added, named, removed and reset; limits and proofs."""
+"""Passkeys are added, named, removed and reset, with limits and proofs."""
 
 import asyncio
 from collections.abc import AsyncIterator
@@ -54,7 +54,8 @@ async def test_recovery_codes_come_with_the_first_factor_and_go_with_the_last(wo
     assert (await with_password(world, code=anna.recovery_codes[0])).status_code == 200
     assert_problem(await with_password(world, code=anna.recovery_codes[0]), 401, "wrong-code")
     assert_problem(await with_password(world, code="000000"), 401, "wrong-code")
-    # A second factor of the other kind makes none again, and without the passkeys it keeps those that there are.
+    # A second factor of the other kind makes no new codes, and after removal of the passkeys it keeps the existing
+    # ones.
     secret = (await anna.client.post(f"{ME}/second-factor")).json()["secret"]
     code = pyotp.TOTP(secret).at(world.clock())
     confirmed = await anna.client.post(f"{ME}/second-factor/confirm", json={"code": code})
@@ -106,7 +107,7 @@ async def test_nobody_touches_the_passkeys_of_others(world: TowerWorld, anna: Ow
 
 
 async def test_a_credential_that_is_there_is_not_added_again(world: TowerWorld, anna: Owner) -> None:
-    """By nobody: it would sign in as whoever added it last."""
+    """For any account: otherwise it would sign in to the account that added it last."""
     bert = await world.signed_in(await world.add_user("Bert"))
     thief = new_authenticator()
     made = thief.make(await asked(bert, f"{PASSKEYS}/options"))
@@ -198,7 +199,7 @@ async def test_a_passkey_is_a_fresh_proof_and_adding_and_removing_need_one(
     assert_problem(await proves(anna.client, tamper=True), 403, "wrong-passkey")
     assert_problem(await proves(anna.client, is_verified=False), 403, "wrong-passkey")
     assert (await refusals(root))[0] == "passkey: the person was not verified"
-    # What was asked of one session proves nothing in another, nor does an answer that signs in.
+    # The challenge of one session proves nothing in another, and neither does a sign-in response.
     options = await asked(anna.client, f"{PROOF}/passkey")
     stolen = {"kind": "passkey", "credential": anna.authenticator.get(options)}
     assert_problem(await other.post(PROOF, json=stolen), 409, "challenge-over")
@@ -215,7 +216,7 @@ async def test_a_passkey_is_a_fresh_proof_and_adding_and_removing_need_one(
     assert answer.status_code == 200, answer.text
     assert answer.json()["fresh"] is True
     assert (await audit(root, "session.proved"))[0]["detail"]["kind"] == "passkey"
-    # A new factor voids the proofs of the person's other sessions.
+    # A new factor invalidates the proofs of the person's other sessions.
     assert (await proves(other)).status_code == 200
     assert (await added(anna.client, new_authenticator())).status_code == 201
     assert (await other.get(PROOF)).json()["fresh"] is False
@@ -249,7 +250,7 @@ async def test_passkeys_are_a_way_in_while_passwords_are_flooded(
 
     monkeypatch.setattr(type(world.tower.passwords), "verify", full)
     monkeypatch.setattr(type(world.tower.passwords), "hash", full)
-    for _ in range(100):  # and the throttle of passwords is full for this address and name
+    for _ in range(100):  # and the password throttle is full for this address and name
         world.tower.sign_in.throttle.begin(name="anna", address="127.0.0.1", now_s=world.clock().timestamp())
     assert (await signs_in(await world.client(), anna.authenticator)).status_code == 200
 
@@ -274,7 +275,7 @@ async def test_where_passkeys_cannot_work_the_answer_says_why(tmp_path: Path) ->
         assert "TOWER_PUBLIC_URL" in refused["detail"]
         anna = await world.signed_in(await world.add_user("Anna"))
         assert_problem(await anna.post(f"{PASSKEYS}/options"), 409, "passkeys-unavailable")
-        # On the machine itself, by its name: for development.
+        # On the local machine, by its name: for development.
         port = int(world.base_url.rpartition(":")[2])
         headers = {"Host": f"localhost:{port}"}
         options = (await browser.post(OPTIONS, headers=headers)).json()["public_key"]

@@ -63,7 +63,7 @@ async def test_a_passkey_is_added_and_signs_in_without_name_and_password(
     assert (await browser.get(PASSKEYS)).json()[0]["last_used_at"] is not None
     began = (await audit(root, "session.began"))[0]
     assert (began["actor_name"], began["detail"]["passkey"]) == ("Anna", "telephone")
-    # It ends like any session, and does not take the place of another one's.
+    # It ends like any session, and does not replace another one.
     assert (await anna.client.get(ME)).status_code == 200
     assert (await browser.delete(SESSION)).status_code == 204
     assert_problem(await browser.get(ME), 401, "not-signed-in")
@@ -106,7 +106,7 @@ async def test_a_challenge_is_good_once_in_time_and_in_the_browser_that_asked(wo
     browser, other = await world.client(), await world.client()
     answer = anna.authenticator.get(await asked(browser))
     await asked(other)
-    # An answer that was caught on its way is worth nothing elsewhere, and then nowhere.
+    # An intercepted response is useless in another browser, and then in any.
     assert_problem(await other.post(SIGN_IN, json={"credential": answer}), 409, "challenge-over")
     assert_problem(await browser.post(SIGN_IN, json={"credential": answer}), 409, "challenge-over")
     answer = anna.authenticator.get(await asked(browser))
@@ -114,7 +114,7 @@ async def test_a_challenge_is_good_once_in_time_and_in_the_browser_that_asked(wo
     assert_problem(await browser.post(SIGN_IN, json={"credential": answer}), 409, "challenge-over")
     made_up = anna.authenticator.get(await asked(browser), challenge=b64(bytes(32)))
     assert_problem(await browser.post(SIGN_IN, json={"credential": made_up}), 409, "challenge-over")
-    # One that was given for adding a passkey signs nobody in.
+    # A response to a challenge for adding a passkey does not sign in.
     to_add = await asked(anna.client, f"{PASSKEYS}/options")
     misused = anna.authenticator.get({"challenge": to_add["challenge"], "rpId": PARTY_ID})
     assert_problem(await anna.client.post(SIGN_IN, json={"credential": misused}), 409, "challenge-over")
@@ -151,7 +151,7 @@ async def test_one_that_does_not_count_signs_in_again_and_again(world: TowerWorl
 
 
 async def test_nobody_learns_from_the_door_who_exists(world: TowerWorld, anna: Owner) -> None:
-    """What is asked for names nobody, and takes no name."""
+    """The options name no user, and the request takes no name."""
     fields = [set(await asked(await world.client())) for _ in range(2)]
     assert fields[0] == fields[1]
     stranger = new_authenticator()
@@ -172,7 +172,7 @@ async def test_who_is_disabled_or_has_a_password_of_an_admin_does_not_come_in_by
     assert await refusals(root) == ["passkey: disabled"]
     await root.patch(user, json={"disabled": False})
     assert (await signs_in(browser, anna.authenticator)).status_code == 200
-    # After a reset nothing signs in by itself that was there before: the new password is needed, and the passkey too.
+    # After a reset, no earlier credential signs in alone: it takes the new password and the passkey.
     await root.patch(user, json={"password": "a password by the admin"})
     assert_problem(await signs_in(browser, anna.authenticator), 401, "password-needed")
     options = await asked(browser)
@@ -192,7 +192,7 @@ async def test_beside_a_password_the_passkey_is_the_second_factor(
     async def sends(passkey: dict[str, Any], password: str = PASSWORD) -> httpx.Response:
         return await browser.post(SESSION, json={"name": "Anna", "password": password, "passkey": passkey})
 
-    world.clock.advance(1000)  # what was tried before counts no more
+    world.clock.advance(1000)  # earlier tries no longer count
     assert_problem(await sends(anna.authenticator.get(await asked(browser)), "wrong"), 401, "wrong-sign-in")
     bert = await new_owner(world, await world.add_user("Bert"))
     assert_problem(await sends(bert.authenticator.get(await asked(browser))), 401, "passkey-refused")

@@ -1,4 +1,4 @@
-"""Plans over REST: who may read and write them, what is refused before anything is sent, and how it is told."""
+"""Plans over REST: who may read and write them, what is refused before anything is sent, and the reports."""
 
 import asyncio
 from collections.abc import AsyncIterator
@@ -56,7 +56,7 @@ async def test_a_plan_goes_on_board_and_everybody_who_watches_sees_which_it_is(s
 
 async def test_it_can_be_read_anew_compared_and_cleared(scene: PlanScene) -> None:
     await scene.put()
-    scene.agent.plans[PlanKind.MISSION] = ITEMS[:1]  # somebody else's doing
+    scene.agent.plans[PlanKind.MISSION] = ITEMS[:1]  # changed by another program
     fresh = (await scene.watcher.get(f"{scene.path}/mission?fresh=true")).json()
     assert (fresh["count"], fresh["hash"]) == (1, plan_hash(PlanKind.MISSION, ITEMS[:1]))
     other = await scene.watcher.post(f"{scene.path}/mission/verify", json={"items": ROWS})
@@ -238,6 +238,6 @@ async def test_what_the_autopilot_will_not_keep_is_told_before_anything_is_sent(
     refused = (await foresee([[1000, 2, [0, 0, None, 0], 0, 0, 0, 1]])).json()
     assert [(one["field"], one["effect"]) for one in refused["changes"]] == [("param3", "refused")]
     many = (await foresee([[5100, 3, [0, 0, 0, 0], 1, 2, 20.5, 0]] * 700, "rally")).json()
-    assert (len(many["changes"]), many["count"]) == (200, 701)  # and that there is no room for so many
+    assert (len(many["changes"]), many["count"]) == (200, 701)  # plus one for too many items
     assert_problem(await foresee([[16]]), 422, "invalid-request")
     assert scene.agent.asked == []

@@ -1,4 +1,4 @@
-"""What the console keeps for a user: told back as it was, bounded, nobody else's, and gone with the account."""
+"""The console's stored preferences: returned unchanged, limited in size, private, and deleted with the account."""
 
 from collections.abc import AsyncIterator
 from pathlib import Path
@@ -84,7 +84,7 @@ async def test_not_with_a_token_not_for_strangers_and_gone_with_the_account(worl
 
 
 def nested(depth: int) -> dict[str, object]:
-    """So many objects and lists in each other."""
+    """Returns objects and lists nested this deep."""
     inner: object = 1
     for number in range(depth - 1):
         inner = [inner] if number % 2 else {"a": inner}
@@ -92,7 +92,7 @@ def nested(depth: int) -> dict[str, object]:
 
 
 async def test_what_is_nested_too_deep_is_refused_and_an_old_one_stops_no_reading(world: TowerWorld) -> None:
-    """256 deep it was taken, and every later reading was a 500."""
+    """Before the fix, a depth of 256 was accepted, and every later read returned 500."""
     anna = await world.add_user("Anna")
     client = await world.signed_in(anna)
     assert (await client.put(f"{PREFERENCES}/sticks", json=STICKS)).status_code == 204

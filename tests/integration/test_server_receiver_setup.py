@@ -1,4 +1,4 @@
-"""Flying without a radio receiver, set up over REST: what is shown, what is written, and when it is refused."""
+"""Set-up for flight without a radio receiver, over REST: what is shown, what is written, and when it is refused."""
 
 from collections.abc import AsyncIterator
 from pathlib import Path

@@ -72,7 +72,7 @@ async def test_a_tower_that_is_stopped_ends_what_goes_on_and_finishes_it_at_the_
 
 
 async def test_files_outlive_an_older_copy_of_the_database_and_go_by_their_age(tmp_path: Path) -> None:
-    """Those of a drone that was deleted do not: the trail of the copy that is there says so."""
+    """Files of a deleted drone are removed: the audit trail of the restored copy proves the deletion."""
     async with start_tower(tmp_path) as world:
         scene = RecordingScene(world)
         await scene.begin()
@@ -136,7 +136,7 @@ async def test_a_tower_whose_disk_is_full_flies_without_recordings(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(path: Path, text: str) -> None:
-        path.touch()  # as the disk does: a file, and nothing in it
+        path.touch()  # as the disk does: an empty file
         raise OSError(errno.ENOSPC, "No space left on device")
 
     with monkeypatch.context() as patched:

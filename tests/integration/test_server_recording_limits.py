@@ -1,4 +1,4 @@
-"""What ends a recording or refuses it: limits, slow and full disks, the storage budget."""
+"""Conditions that end a recording or refuse it: limits, slow and full disks, the storage budget."""
 
 import threading
 import time
@@ -85,7 +85,7 @@ async def test_who_begins_without_end_has_to_wait(scene: RecordingScene, monkeyp
 async def test_a_slow_disk_ends_the_recording_and_never_waits(
     scene: RecordingScene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The thread stands still in its first sync; the units go on coming."""
+    """The thread blocks in its first sync; units continue to arrive."""
     goes_on = threading.Event()
     monkeypatch.setattr(UnitWriter, "_sync", lambda self, *, at_least_s: goes_on.wait(60))
     monkeypatch.setattr(UnitWriter.__init__, "__kwdefaults__", {"most_waiting_bytes": 15_000})
@@ -126,7 +126,7 @@ async def test_the_oldest_go_when_the_budget_is_used_up(scene: RecordingScene) -
     assert scene.files == [".mp4", ".units"]
     noted = await audit(scene.admin, "recording.removed")
     assert [one["detail"]["recording"] for one in noted] == [first["id"]]
-    # One that goes on is never removed: nothing is left to make room with, so it ends.
+    # A running recording is never removed. Nothing else can make room, so it ends.
     quota.budget_bytes = 5
     await scene.world.tower.recordings.service.tick(time.monotonic() + 10)
     ended = await scene.came_to(begun["id"], "failed", "finishing")

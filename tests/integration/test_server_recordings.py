@@ -150,7 +150,7 @@ async def test_only_the_holder_and_admins_begin_and_end(scene: RecordingScene) -
     assert_problem(await scene.watcher.post(f"{path}/{begun['id']}/stop"), 409, "not-in-control")
     assert (await scene.admin.post(f"{path}/{begun['id']}/stop")).status_code == 200
     await scene.record(scene.admin)
-    # The recording goes on without its holder.
+    # The recording continues without its holder.
     assert (await ask(scene.holder, scene.drone.id, "release")).status_code == 200
     assert_problem(await scene.holder.post(f"{path}/{begun['id']}/stop"), 409, "not-in-control")
     assert len(scene.video.sinks) == 1
@@ -177,7 +177,7 @@ async def test_from_whom_the_video_was_taken_the_recordings_are_too(
         assert_problem(await scene.holder.delete(f"{scene.path}/recordings/{ready['id']}"), 403, "view-taken")
         await scene.record(scene.admin)
         await other.event("recording", event="begun")
-        # What would have been told before is not there once something told later is.
+        # Events arrive in order: when this later one is there, an earlier one would be too.
         assert (await ask(scene.admin, scene.drone.id, "give")).status_code == 200
         await shut_out.event("control", event="given")
         assert [one for one in shut_out.events if one["type"] == "recording"] == []

@@ -1,4 +1,4 @@
-"""Whoever loses the right to a drone loses its controls: the epoch grows, so what they sent before is stale."""
+"""A user who loses the right to a drone loses its controls: the epoch grows, so their earlier messages are stale."""
 
 from pathlib import Path
 from typing import Any
@@ -39,7 +39,7 @@ async def seen(admin: httpx.AsyncClient, drone_id: int) -> dict[str, Any]:
 
 
 async def notice(world: TowerWorld, event: Any) -> None:
-    """As if the hub had noticed it."""
+    """Reports the event as if the hub had noticed it."""
     world.tower.event_handler.noticed(event)
     await world.tower.event_handler.caught_up()
 
@@ -86,11 +86,11 @@ async def test_whoever_loses_the_ownership_reads_who_and_why(
             reported = await screen.event("control", drone_id=hawk.id, event="revoked")
             assert (reported["by"]["name"], reported["reason"]) == ("Root", "no longer an owner of this drone")
             assert (reported["holder"], reported["epoch"]) == (None, 2)
-        # What happens to the drone afterwards is not hers to know.
+        # She must not learn what happens to the drone afterwards.
         await ask(root, hawk.id, "take")
         await admins.event("control", event="taken")
         await hers.socket.send("{}")
-        await hers.event("notice", code="malformed")  # all that came before has been read
+        await hers.event("notice", code="malformed")  # all earlier messages have been read
         assert not [event for event in hers.events if event["type"] in ("control", "hold", "drone")]
 
 
@@ -127,7 +127,7 @@ async def test_an_ended_session_is_told_so(world: TowerWorld, anna: Person) -> N
 async def test_what_another_process_withdraws_is_revoked_too(
     world: TowerWorld, anna: Person, root: httpx.AsyncClient
 ) -> None:
-    """`tower user disable` writes to the database and tells nobody."""
+    """`tower user disable` writes to the database and notifies nobody."""
     hawk = await world.add_drone("hawk", anna)
     operator = await world.signed_in(anna)
     await ask(operator, hawk.id, "acquire")
@@ -260,7 +260,7 @@ async def test_a_holder_who_stays_away_loses_the_controls(
     await notice(world, expired)
     after = await seen(root, hawk.id)
     assert (after["holder"], after["epoch"]) == (None, 2)
-    assert agent.holds == []  # whoever flew by hand was held long ago, and what flies by itself goes on
+    assert agent.holds == []  # a flight by hand was held long before, and automatic flight continues
 
 
 async def test_what_comes_too_late_changes_nothing(world: TowerWorld, anna: Person, root: httpx.AsyncClient) -> None:

@@ -1,6 +1,7 @@
-"""A miss at the door costs what a hit costs, whether the name is known or not; and how tries are counted at the door.
+"""A failed sign-in costs as much work as a successful one, whether the name exists or not; and how attempts are
+counted.
 
-Counted by what is done, not by the clock: on a busy machine a clock proves nothing.
+Measured in operations, not in time: on a busy machine the time proves nothing.
 """
 
 from collections.abc import AsyncIterator
@@ -34,7 +35,7 @@ async def anna(world: TowerWorld) -> Person:
 
 
 class Spy:
-    """What the hashing is asked: (verify or hash, the costs in the hash that was compared)."""
+    """Records the hashing requests: (verify or hash, the cost parameters of the compared hash)."""
 
     def __init__(self, hashing: Hashing) -> None:
         self._hashing = hashing

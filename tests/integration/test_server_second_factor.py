@@ -1,4 +1,4 @@
-"""A second factor over real sockets: begun, confirmed, asked for, used once, renewed, removed, taken away."""
+"""A second factor over real sockets: set up, confirmed, required, used once, renewed, removed, reset."""
 
 from collections.abc import AsyncIterator
 from pathlib import Path
@@ -31,14 +31,14 @@ async def anna(world: TowerWorld) -> Person:
 
 
 class Authenticator:
-    """A telephone whose clock is the tower's."""
+    """An authenticator app whose clock is the tower's."""
 
     def __init__(self, world: TowerWorld, secret: str) -> None:
         self._world = world
         self._totp = pyotp.TOTP(secret)
 
     def code(self) -> str:
-        """A new one: half a minute later than the last."""
+        """Returns a new code: half a minute later than the last."""
         self._world.clock.advance(30)
         return self._totp.at(self._world.clock())
 
@@ -55,7 +55,7 @@ async def enrolled(world: TowerWorld, person: Person) -> tuple[httpx.AsyncClient
 
 
 async def prove(client: httpx.AsyncClient, telephone: Authenticator) -> None:
-    """For five minutes this browser may change credentials."""
+    """Proves the user, so that this browser may change credentials for five minutes."""
     body = {"password": PASSWORD, "code": telephone.code()}
     answer = await client.post("/api/v1/session/proof", json=body)
     assert answer.status_code == 200, answer.text

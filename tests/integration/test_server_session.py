@@ -1,4 +1,4 @@
-"""Signing in and out over a real socket: what is let in, what is turned away, and how long it lasts."""
+"""Signing in and out over a real socket: what is accepted, what is refused, and how long it lasts."""
 
 from pathlib import Path
 

@@ -1,4 +1,5 @@
-"""A body that comes slowly: it does not carry yesterday's right to fly into today, and it does not come for ever."""
+"""A request body that arrives slowly: a right to fly revoked meanwhile no longer counts, and the upload has a
+deadline."""
 
 import asyncio
 from collections.abc import AsyncIterator
@@ -43,7 +44,7 @@ async def test_a_token_that_is_revoked_before_the_body_is_whole_writes_nothing(
         program.request(method, f"{scene.path}/{path}", content=slowly(), headers=JSON, timeout=30)
     )
     await begun.wait()
-    # The answer to another request of the same token shows that the first has been let in by then.
+    # Once another request of the same token is answered, the first has been authorised.
     assert (await program.get("/api/v1/me")).status_code == 200
     gone = await scene.holder.delete(f"/api/v1/tokens/{made['token']['id']}")
     assert gone.status_code in (200, 204), gone.text
@@ -63,7 +64,7 @@ async def test_a_body_that_does_not_come_to_its_end_is_given_up(scene: Scene, mo
         *("Content-Type: application/json", "Content-Length: 1000"),
     ]
     writer.write("\r\n".join([*head, "", '{"items": [']).encode())
-    said = await asyncio.wait_for(reader.read(), 15.0)  # to the end of the connection
+    said = await asyncio.wait_for(reader.read(), 15.0)  # until the connection ends
     assert said.startswith(b"HTTP/1.1 408 "), said
     assert b"request-timeout" in said
     writer.close()

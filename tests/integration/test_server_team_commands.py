@@ -1,4 +1,4 @@
-"""`tower team ...`, as whoever runs the tower uses it. The commands run in this process."""
+"""`tower team ...`, as the tower's operator uses it. The commands run in this process."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -18,7 +18,7 @@ def tower(tmp_path: Path) -> Tower:
     environment = {"TOWER_VAR": str(tmp_path / "var"), "TOWER_ARGON2_MEMORY_KIB": "19456", "TOWER_ARGON2_ROUNDS": "2"}
 
     def run(*words: str) -> str:
-        """Standard output; what `main` would say on standard error is raised."""
+        """Returns standard output. Raises the error that `main` would print to standard error."""
         done = CliRunner().invoke(app, words, env=environment)
         if done.exception is not None:
             raise done.exception
@@ -40,7 +40,7 @@ def test_a_team_by_command(tower: Tower, tmp_path: Path) -> None:
     assert heading.split() == ["ID", "NAME", "PEOPLE", "DRONES"]
     number, rest = row.split(maxsplit=1)
     assert rest.split("  ") == ["rescue", "anna (admin), ben (operator)", "hawk"]
-    # By its id where the name is not enough.
+    # By its id if the name is not unique.
     tower("team", "add", "rescue")
     with pytest.raises(CommandError, match="rescue is more than one team: say its id"):
         tower("team", "drone", "rescue", "hawk", "--remove")

@@ -1,4 +1,4 @@
-"""No team learns of another, and nobody watches video of a team they have left."""
+"""No team learns of another, and no former member watches the team's video."""
 
 import json
 from collections.abc import AsyncIterator
@@ -36,7 +36,7 @@ async def root(world: TowerWorld) -> httpx.AsyncClient:
 
 
 async def test_no_team_learns_of_another(world: TowerWorld, red: Team, root: httpx.AsyncClient) -> None:
-    """Every GET there is, and the live channel, as each role of one team, searched for the other's names."""
+    """Searches every GET and the live channel, as each role of one team, for the other team's names."""
     blue = await Team(world, "Zinnia").set_up()
     agents = [ObedientAgent(world.tower.hub, team.drone_id) for team in (red, blue)]
     for agent in agents:
@@ -65,14 +65,14 @@ async def test_no_team_learns_of_another(world: TowerWorld, red: Team, root: htt
         assert "Rowan-drone" in read
         assert ("Rowan-plan" in read) is True
         assert "Zinnia" not in read
-    # What it is that is searched for is there: the other team reads it.
+    # The names searched for exist: the other team reads them.
     for path in (f"/api/v1/drones/{blue.drone_id}", blue.path, "/api/v1/missions"):
         assert "Zinnia" in (await blue.clients[OPERATOR].get(path)).text
         assert "Zinnia" not in (await red.clients[OPERATOR].get(path)).text
 
 
 async def _fly_a_drone_of_the_past(world: TowerWorld, red: Team, blue: Team) -> None:
-    """A drone that was the other team's yesterday, with a recording and an operation from then."""
+    """Adds a drone that belonged to the other team yesterday, with a recording and an operation from then."""
     both = await world.add_drone("Rowan-used", red.people[ADMIN], blue.people[ADMIN])
     assert (await blue.clients[ADMIN].put(f"{blue.path}/drones/{both.id}")).status_code == 200
     at = world.clock()
@@ -95,7 +95,7 @@ async def _fly_a_drone_of_the_past(world: TowerWorld, red: Team, blue: Team) -> 
                 pictures=0,
             )
         )
-        # Yesterday's owner is no more when the drone changes hands.
+        # Yesterday's owner is no owner any more when the drone changes teams.
         row = await session.get(OwnershipRow, (both.id, blue.people[ADMIN].id))
         await session.delete(row)
     await world.tower.roster.refresh()
@@ -114,7 +114,7 @@ async def _make_a_stir(team: Team) -> None:
 
 
 def _every_get(red: Team, blue: Team) -> list[str]:
-    """Each path there is, filled in with the numbers of both."""
+    """Returns the path of each GET, filled in with the ids of both teams."""
     paths = set()
     for router in ROUTERS:
         for route in router.routes:
@@ -132,7 +132,7 @@ def _every_get(red: Team, blue: Team) -> list[str]:
 
 
 async def test_a_removed_members_video_is_over(world: TowerWorld, red: Team) -> None:
-    """The same judgement as the frames: asked again at each change."""
+    """The same check as for frames, repeated at each change."""
     viewer = red.clients[OBSERVER]
     hub = world.tower.hub
     member = f"{red.path}/members/{red.people[OBSERVER].id}"

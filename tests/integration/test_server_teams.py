@@ -45,7 +45,7 @@ async def test_each_role_may_what_the_table_says(world: TowerWorld, red: Team, r
         assert (view["relation"], view["team"]["name"]) == (relation, "Rowan-team")
     observer, operator, chief = (red.clients[role] for role in (OBSERVER, OPERATOR, ADMIN))
 
-    # An observer sees, and does nothing.
+    # An observer can only watch.
     assert (await observer.get(f"{drone}/video")).status_code == 200
     assert_problem(await ask(observer, red.drone_id, "acquire"), 403, "not-an-owner")
     assert_problem(await ask(observer, red.drone_id, "take"), 403, "admins-only")
@@ -62,7 +62,7 @@ async def test_each_role_may_what_the_table_says(world: TowerWorld, red: Team, r
         await screen.event("notice", code="not-in-control")
     assert world.tower.hub.state.traffic.frames_to_agents == 0
 
-    # An operator flies; the team's admin takes from them, gives back and assists, and each TAKE holds.
+    # An operator flies. The team's admin takes from them, gives back and assists, and each TAKE holds.
     held = (await ask(operator, red.drone_id, "acquire")).json()
     assert held["holder"]["name"] == "Rowan-operator"
     assert_problem(await ask(operator, red.drone_id, "take"), 403, "admins-only")
@@ -75,7 +75,8 @@ async def test_each_role_may_what_the_table_says(world: TowerWorld, red: Team, r
     assert back.json()["holder"]["name"] == "Rowan-operator"
     assert [order.epoch for order in agent.holds] == [3, 4, 5]
 
-    # The admin of the tower is above them: a team admin takes nothing from them, and their TAKE fences nobody.
+    # A tower admin outranks them: a team admin takes nothing from a tower admin, and the refused TAKE does not lock
+    # them out.
     await ask(root, red.drone_id, "take")
     assert_problem(await ask(chief, red.drone_id, "take"), 409, "held-by-admin")
     assert_problem(await ask(chief, red.drone_id, "assist"), 409, "cannot-assist")
@@ -84,12 +85,12 @@ async def test_each_role_may_what_the_table_says(world: TowerWorld, red: Team, r
     assert not live_drone.fenced
     await ask(root, red.drone_id, "release")
 
-    # A team admin is an operator of the tower: one drone at a time, also by TAKE.
+    # For the tower, a team admin is an operator: one drone at a time, also by TAKE.
     other = await world.add_drone("Rowan-second", red.people[ADMIN])
     assert (await ask(chief, other.id, "acquire")).status_code == 200
     await ask(operator, red.drone_id, "acquire")
     assert_problem(await ask(chief, red.drone_id, "take"), 409, "holds-another")
-    # And of their team's drones only.
+    # And only their team's drones.
     stranger = await world.add_drone("elsewhere", await world.add_user("Otto"))
     assert_problem(await ask(chief, stranger.id, "take"), 404, "unknown-drone")
 
@@ -129,7 +130,7 @@ async def test_what_a_change_takes_away_is_gone_at_once(world: TowerWorld, red: 
         who = reported["by"]["name"] if reported["by"] else None
         assert who == (None if way in ("left", "by the tower") else "Rowan-admin")
         await his.event("control", drone_id=red.drone_id, event="revoked")
-    if way != "by the tower":  # where the answer says that it is done
+    if way != "by the tower":  # then the response confirms that it is done
         after = (await chief.get(f"/api/v1/drones/{red.drone_id}")).json()
         assert (after["holder"], after["epoch"]) == (None, held["epoch"] + 1)
     assert [order.epoch for order in agent.holds] == [held["epoch"] + 1]
@@ -176,7 +177,8 @@ async def test_an_invitation_says_nothing_of_who_there_is(world: TowerWorld, red
         answers[name] = {key: value for key, value in answer.json().items() if key not in ("id", "name")}
         answers[name] = {key: value[:16] if "_at" in key else value for key, value in answers[name].items()}
     assert answers["Wanda"] == answers["Nobody"] == answers["Silent"]
-    # Whoever declines is as silent as a name that nobody has, and is not asked again while the team reads "invited".
+    # A decline is as invisible as a name that does not exist. The user is not invited again while the team reads
+    # "invited".
     declines = await world.signed_in(silent)
     (waiting,) = (await declines.get("/api/v1/me/invitations")).json()
     assert (waiting["team"], waiting["invited_by"], waiting["role"]) == ("Rowan-team", "Rowan-admin", "operator")
@@ -186,7 +188,7 @@ async def test_an_invitation_says_nothing_of_who_there_is(world: TowerWorld, red
     invited = [one["name"] for one in (await chief.get(red.path)).json()["invitations"]]
     assert sorted(invited) == ["Nobody", "Silent", "Wanda"]
     assert (await red.clients[OPERATOR].get(red.path)).json()["invitations"] == []
-    # It is for nobody else, and over in a week.
+    # It is for that user only, and expires in a week.
     joins = await world.signed_in(elsewhere)
     (waiting,) = (await joins.get("/api/v1/me/invitations")).json()
     other = f"/api/v1/me/invitations/{waiting['id']}/accept"
@@ -198,7 +200,7 @@ async def test_an_invitation_says_nothing_of_who_there_is(world: TowerWorld, red
     again = (await chief.post(path, json={"name": "Wanda", "role": "observer"})).json()
     assert (await chief.delete(f"{path}/{again['id']}")).status_code == 204
     assert_problem(await chief.delete(f"{path}/{again['id']}"), 404, "unknown-invitation")
-    # Members are known to the team.
+    # The team sees its members.
     known = await chief.post(path, json={"name": "ROWAN-observer", "role": "admin"})
     assert_problem(known, 409, "member-already")
 
@@ -215,7 +217,7 @@ async def test_drones_go_in_by_their_owners_and_never_from_under_a_pilot(world: 
     assert_problem(await chief.put(f"{red.path}/drones/{shared.id}"), 409, "drone-in-use")
     await ask(client, shared.id, "release")
     assert (await chief.put(f"{red.path}/drones/{shared.id}")).status_code == 200
-    # One team at a time; and an owner takes it out, whoever put it in.
+    # One team at a time. An owner can take it out, whoever added it.
     second = (await client.post("/api/v1/teams", json={"name": "second"})).json()["id"]
     assert_problem(await client.put(f"/api/v1/teams/{second}/drones/{shared.id}"), 409, "in-another-team")
     assert_problem(await client.get(red.path), 404, "unknown-team")
@@ -235,19 +237,19 @@ async def test_a_team_admin_lends_to_observers_of_the_team_alone(
     ends = {"until": (world.clock() + timedelta(hours=1)).isoformat()}
     chief, loans = red.clients[ADMIN], f"/api/v1/drones/{red.drone_id}/loans"
     observer, number = red.clients[OBSERVER], red.people[OBSERVER].id
-    # Who is not in the team and who is not at all: the same answer.
+    # A user outside the team and a missing user give the same response.
     assert_problem(await chief.put(f"{loans}/{wanda.id}", json=ends), 404, "unknown-user")
     assert_problem(await chief.put(f"{loans}/9999", json=ends), 404, "unknown-user")
     assert_problem(await chief.put(f"{loans}/{red.people[OPERATOR].id}", json=ends), 409, "owner-already")
     assert_problem(await red.clients[OPERATOR].put(f"{loans}/{number}", json=ends), 403, "admins-only")
     assert (await chief.put(f"{loans}/{number}", json=ends | {"radius_m": 50})).status_code == 200
     assert (await ask(observer, red.drone_id, "acquire")).json()["relation"] == "borrower"
-    # It ends with the membership, as the controls do.
+    # The loan ends with the membership, as the controls do.
     assert (await chief.delete(f"{red.path}/members/{number}")).status_code == 204
     view = (await chief.get(f"/api/v1/drones/{red.drone_id}")).json()
     assert (view["loans"], view["holder"]) == ([], None)
     assert_problem(await ask(observer, red.drone_id, "acquire"), 404, "unknown-drone")
-    # What the tower lends is the tower's to change; a borrower from elsewhere learns of no team.
+    # A loan by the tower can only be changed by the tower; a borrower from elsewhere learns of no team.
     await root.put(f"{loans}/{wanda.id}", json=ends)
     seen = (await (await world.signed_in(wanda)).get(f"/api/v1/drones/{red.drone_id}")).json()
     assert (seen["relation"], seen["team"]) == ("borrower", None)

@@ -1,4 +1,4 @@
-"""API tokens over real sockets: what they open, what they do not, and how they end."""
+"""API tokens over real sockets: what they permit, what they do not, and how they end."""
 
 import asyncio
 import json
@@ -108,7 +108,7 @@ async def test_it_opens_what_its_scopes_say(world: TowerWorld, anna: Person) -> 
 
 
 async def test_every_route_says_what_it_needs(world: TowerWorld, root: httpx.AsyncClient) -> None:
-    """No route but signing in, signing out and health is open, and a token without the scope is turned away by each."""
+    """Only sign-in, sign-out and health are open. Each other route refuses a token without the scope."""
     nothing_but = {scope: await with_token(world, (await made(root, scope))["secret"]) for scope in Scope}
     unguarded = set()
     for route in [route for router in ROUTERS for route in router.routes if isinstance(route, APIRoute)]:
@@ -122,7 +122,7 @@ async def test_every_route_says_what_it_needs(world: TowerWorld, root: httpx.Asy
             method = min(route.methods)
             answer = await client.request(method, path)
             missing = bool(NEEDS[action] - {scope})
-            if method == "HEAD":  # no body that could say why
+            if method == "HEAD":  # no body to give a reason
                 assert (answer.status_code == 403) is missing, (route.name, scope)
                 continue
             slug = answer.json().get("type", "") if answer.status_code == 403 else ""
@@ -226,7 +226,7 @@ async def test_revoking_cuts_off_what_flies_and_the_drone_holds(world: TowerWorl
 
 
 async def test_revoking_elsewhere_cuts_off_within_a_moment(world: TowerWorld, anna: Person) -> None:
-    """As `tower token revoke` does: by another process, straight in the database."""
+    """As `tower token revoke` does: another process writes directly to the database."""
     reported = await made(await world.signed_in(anna), "watch")
     async with live(world, reported["secret"]) as opened:
         async with world.database.writing() as session:

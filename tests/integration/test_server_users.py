@@ -1,4 +1,4 @@
-"""Users administration over a real socket: who may, what is valid, and what it does to people who are signed in."""
+"""User administration over a real socket: who may, what is valid, and its effect on signed-in people."""
 
 from pathlib import Path
 

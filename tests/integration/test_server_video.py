@@ -1,4 +1,4 @@
-"""Live video through a running tower: units from one to many, codecs, tickets and cameras."""
+"""Live video through a running tower: units from one sender to many viewers, codecs, tickets and cameras."""
 
 import time
 from collections.abc import AsyncIterator
@@ -24,7 +24,7 @@ async def scene(tmp_path: Path) -> AsyncIterator[Scene]:
 
 
 async def was_wanted(scene: Scene, *streams: tuple[Quality, Codec]) -> None:
-    """Even if it is over by now."""
+    """Waits for the request, even if it has already ended."""
 
     def asked() -> bool:
         return any(

@@ -107,11 +107,11 @@ async def test_what_is_no_unit_ends_the_agents_channel_and_nonsense_a_viewers(sc
 
 
 async def test_a_flood_of_units_does_not_go_on_by_coming_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    # Hardly refilled: what a slow machine sends in its time must not pass for a fair rate.
+    # Almost no refill: what a slow machine sends in its time must not pass for a fair rate.
     monkeypatch.setattr(drone_video, "UNITS_PER_S", 10.0)
 
     async def flood(scene: Scene, count: int) -> int:
-        """How many of so many units were taken before the channel was closed."""
+        """Returns how many units were accepted before the channel was closed."""
         channel = await scene.agent.open_video()
         answered = len(scene.agent.got)
         with contextlib.suppress(ConnectionClosed):
@@ -161,7 +161,7 @@ async def test_a_throttled_viewer_is_never_late_recovers_and_disturbs_nobody(sce
         ended = time.monotonic()
         during = slow.delays_s(began)
         await asyncio.sleep(4)
-    # Everything is in this process: what the machine itself was late by is the other viewer's delay.
+    # Everything runs in this process: the machine's own delay is the other viewer's delay.
     machine_s = max(fast.delays_s(began))
     assert len(during) > 12
     assert max(during) < 1.0 + machine_s

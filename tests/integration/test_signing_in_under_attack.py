@@ -1,6 +1,6 @@
-"""What strangers do at the sign-in keeps nobody out. `tests/attacks` floods it beside a flight.
+"""Attacks on the sign-in lock nobody out. `tests/attacks` floods it beside a flight.
 
-The proxy is this program: 127.0.0.1 is trusted, and says for whom it speaks. So there are IPv6 addresses to come from.
+This program is the proxy: 127.0.0.1 is trusted and reports client addresses, so requests can have IPv6 addresses.
 """
 
 import asyncio
@@ -17,12 +17,12 @@ from server.live.anonymous.limits import LIMITS
 from server.live.anonymous.networks import origin_of
 
 STRANGER = "127.77.0.1"
-"""No trusted proxy."""
+"""Not a trusted proxy."""
 
 
 @pytest.fixture
 async def world(tmp_path: Path) -> AsyncIterator[TowerWorld]:
-    # Hashes as slow as they are: with quick ones there is no line that could be full.
+    # Hashes as slow as in production: with fast ones the queue never fills.
     async with start_tower(tmp_path, argon2_memory_kib=65_536, argon2_rounds=8, argon2_process=True) as running:
         yield running
 
@@ -33,14 +33,14 @@ async def anna(world: TowerWorld) -> Person:
 
 
 def sign_in(client: httpx.AsyncClient, address: str, name: str, password: str) -> asyncio.Task[httpx.Response]:
-    """As a proxy passes it on."""
+    """Sends a sign-in as a proxy forwards it."""
     return asyncio.create_task(
         client.post("/api/v1/session", json={"name": name, "password": password}, headers={"X-Forwarded-For": address})
     )
 
 
 async def test_what_a_stranger_says_of_where_they_come_from_is_not_believed(world: TowerWorld, anna: Person) -> None:
-    """Else each of their tries would come from somewhere else, and they could be anybody who is known."""
+    """Otherwise each try could claim another address, even the known address of a user."""
     transport = httpx.AsyncHTTPTransport(local_address=STRANGER)
     async with httpx.AsyncClient(base_url=world.base_url, transport=transport, timeout=20) as stranger:
         for number in range(5):
@@ -53,7 +53,7 @@ async def test_what_a_stranger_says_of_where_they_come_from_is_not_believed(worl
 
 
 async def test_guessing_at_a_name_does_not_lock_its_owner_out(tmp_path: Path) -> None:
-    async with start_tower(tmp_path) as world:  # quick hashes: here it is how many that counts
+    async with start_tower(tmp_path) as world:  # fast hashes: only the number of tries counts here
         anna = await world.add_user("Anna")
         proxy = await world.client()
         assert (await sign_in(proxy, "192.0.2.1", anna.name, PASSWORD)).status_code == 200

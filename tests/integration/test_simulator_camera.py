@@ -1,4 +1,4 @@
-"""The camera of `tower-sim` as its viewers have it: over HTTP, from the real program."""
+"""The camera of `tower-sim` as its viewers see it: over HTTP, from the real program."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ DEADLINE_S = 60.0
 
 @dataclass
 class Simulator:
-    """One vehicle with a camera; what it says is in `said`."""
+    """One vehicle with a camera; `said` has its output."""
 
     process: subprocess.Popen[bytes]
     port: int
@@ -72,13 +72,14 @@ class Viewer:
         return found
 
     def part(self) -> tuple[int, bytes]:
-        """When it was drawn, in microseconds of Unix time, and the JPEG. Raises EOFError at the end."""
+        """Returns the capture time, in microseconds of Unix time, and the JPEG. Raises EOFError at the end."""
         headers = self._headers()
         if not headers:
             raise EOFError
         assert headers["content-type"] == "image/jpeg"
         jpeg = self._stream.read(int(headers["content-length"]))
-        # What comes after a picture is there with it: nobody waits for the next one to know that this is whole.
+        # The delimiter arrives with the picture, so that a reader knows it is complete without waiting for the next
+        # one.
         assert self._stream.readline() == b"\r\n"
         assert self._stream.readline() == b"--picture\r\n"
         return int(headers["x-capture-unix-us"]), jpeg
@@ -130,7 +131,7 @@ def test_pictures_come_with_their_time_in_header_and_strip(simulator: Simulator)
     viewer.close()
     gaps = np.diff(times[1:])
     assert (gaps > 0).all()
-    # A picture may be late, and the next one is drawn when it is due: 19 gaps can lack one, never two.
+    # A picture may be late, and the next one is drawn on time: 19 gaps can lack one, never two.
     assert times[-1] - times[1] >= 18 * 50_000, "faster than asked for"
 
 
@@ -144,7 +145,7 @@ def test_pyav_reads_it_as_the_agent_will(simulator: Simulator) -> None:
             ages.append(age_ms(read, time.time_ns() // 1_000_000))
             if len(ages) == 45:
                 break
-    # A reader that had to wait for the next picture would never see one that is younger than 66 ms.
+    # A reader that had to wait for the next picture would never see one younger than 66 ms.
     assert min(ages[15:]) < 50
 
 
@@ -153,7 +154,7 @@ def test_who_does_not_read_gets_the_newest_picture_afterwards(simulator: Simulat
     for _ in range(3):
         viewer.part()
     stopped_us = time.time_ns() // 1000
-    time.sleep(1.5)  # what is tested: that nothing has piled up after that long
+    time.sleep(1.5)  # the test: nothing has piled up after that long
     resumed_us = time.time_ns() // 1000
     drawn = []
     while not drawn or drawn[-1] < resumed_us:

@@ -1,4 +1,4 @@
-"""Other people's program, attached to `tower-sim` directly: pymavlink's own mavutil, which this product never uses."""
+"""A third-party client attached to `tower-sim` directly: pymavlink's own mavutil, which this product never uses."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def free_port() -> int:
 
 @pytest.fixture
 def start() -> Iterator[Callable[..., subprocess.Popen[str]]]:
-    """Starts `tower-sim` and sees to it that it ends."""
+    """Starts `tower-sim` and ends it afterwards."""
     started: list[subprocess.Popen[str]] = []
 
     def run(*arguments: str) -> subprocess.Popen[str]:
@@ -94,7 +94,7 @@ def test_heartbeat_parameters_mission_arming_and_take_off(free_port, start, monk
 
 
 def download_parameters(master: Any) -> dict[str, float]:
-    """As ground stations do it: ask for all, then one by one for what is missing."""
+    """Downloads as ground stations do: requests all, then the missing ones one by one."""
     values: dict[int, tuple[str, float]] = {}
     count = None
     master.param_fetch_all()
@@ -125,7 +125,7 @@ def upload_mission(master: Any, m: Any) -> list[tuple[Any, ...]]:
 
 
 def download_mission(master: Any) -> list[tuple[Any, ...]]:
-    """Without slot 0, which is home."""
+    """Returns the mission without slot 0, which is home."""
     master.mav.mission_request_list_send(1, 1, 0)
     count = receive(master, "MISSION_COUNT").count
     items = []
@@ -149,7 +149,7 @@ def test_a_signal_ends_it_cleanly_and_fast(free_port, start, number):
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ears:
         ears.settimeout(DEADLINE_S)
         ears.bind(("127.0.0.1", free_port))
-        ears.recv(500)  # it flies, so its signal handlers are there
+        ears.recv(500)  # it flies, so its signal handlers are installed
     process.send_signal(number)
     began_s = time.monotonic()
     assert process.wait(10) == 0
@@ -165,7 +165,7 @@ def test_bad_options_are_told_in_words(start):
 
 
 async def test_only_the_peer_is_heard_and_a_missing_peer_is_waited_for(free_port, start):
-    """Each vehicle has a socket of its own, connected to its peer: a stranger's packets never arrive."""
+    """Each vehicle has its own socket, connected to its peer: a stranger's packets never arrive."""
     start("--out", f"udp:127.0.0.1:{free_port}", "--boot-s", "1")
     loop = asyncio.get_running_loop()
     with (
@@ -186,7 +186,7 @@ async def test_only_the_peer_is_heard_and_a_missing_peer_is_waited_for(free_port
             if int.from_bytes(data[7:10], "little") == 4:
                 answers += 1
             elif answers and data[7:10] == b"\0\0\0":
-                break  # a heartbeat later: a second answer would have come by now
+                break  # a heartbeat later: a second response would have arrived by now
         assert answers == 1
 
 
@@ -197,7 +197,7 @@ def ping_frame() -> bytes:
 
 
 async def test_tcp_both_ways(start):
-    """`tcpin:` waits for a ground station, `tcp:` goes to one."""
+    """`tcpin:` waits for a ground station, `tcp:` connects to one."""
     connected: asyncio.Queue[bytes] = asyncio.Queue()
 
     async def accept(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:

@@ -1,4 +1,5 @@
-"""Connections that never come to a request are ended, and heads without end; those that have come to one are not."""
+"""The tower ends connections that never send a request, and endless headers, but keeps those that have sent a
+request."""
 
 import asyncio
 from collections.abc import AsyncIterator
@@ -35,7 +36,7 @@ async def connection(world: TowerWorld) -> AsyncIterator[tuple[asyncio.StreamRea
 
 
 async def ended(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, drip: bytes) -> bool:
-    """Whether the tower ends it while one byte after the other comes."""
+    """Whether the tower closes it while bytes arrive one after the other."""
     try:
         async with asyncio.timeout(AT_MOST_S):
             for byte in drip * 1000:

@@ -1,4 +1,4 @@
-"""What a stolen copy of the database is good for, and how the tower keeps its own key."""
+"""What an attacker can do with a stolen copy of the database, and how the tower keeps its own key."""
 
 import base64
 import contextlib
@@ -58,7 +58,7 @@ async def test_a_stolen_copy_of_the_database_signs_in_as_no_drone_and_makes_no_t
     ids = [hawk.id, kite.id, crow.id]
     seeds = set(_seeds(texts))
     assert len(seeds) > 8
-    # As a key: every 32 bytes that are there, and the hash of everything that is.
+    # As a key: every 32 bytes in it, and the hash of every value.
     hub, rules = world.tower.hub, world.tower.sign_in_rules
     for seed in seeds:
         assert public_half_of(seed) not in {record(world, one).public_key for one in (hawk, kite, crow)}
@@ -69,7 +69,7 @@ async def test_a_stolen_copy_of_the_database_signs_in_as_no_drone_and_makes_no_t
             hello = _agent(sign_in.challenge, DroneKey(DroneId(drone_id), seed)).hello()
             with pytest.raises(agent_sign_in.AgentRefused):
                 await sign_in.check(hello, "")
-    # As a bearer credential, a ticket, or an enrolment token, as it stands and in the form of each.
+    # As a bearer credential, a ticket, or an enrolment token: unchanged, and in the form of each.
     companion = await world.client()
     for one in sorted(each for each in texts if len(each) >= 16):
         shown = [one, *(f"twd_{drone_id}_{one[:43]}" for drone_id in ids), f"twl_00000001_{one[:43]}"]

@@ -1,5 +1,5 @@
 """An admin takes the controls while the database is locked, full, frozen or killed: the drone holds at once, the old
-holder is shut out until it is decided, both are told, and nothing is carried out late."""
+holder is locked out until the decision, both are notified, and nothing takes effect late."""
 
 import asyncio
 import sqlite3
@@ -22,12 +22,12 @@ from server.domain.tower_lease import LEASE_S
 from wire.ids import DroneId
 
 AT_ONCE_S = 1.0
-"""From the request to the order. 0.1 s is waited for the database; the rest is for a machine with other work."""
+"""From the request to the order. 0.1 s is the wait for the database; the rest allows for a busy machine."""
 TIMEOUT_S = 0.5
 
 
 class Scene:
-    """Alice flies a drone by hand, and an admin is signed in; both have their live connections."""
+    """Alice flies a drone by hand, and an admin is signed in; both have live connections."""
 
     def __init__(self, world: TowerWorld) -> None:
         self.world = world
@@ -54,7 +54,7 @@ class Scene:
         return drone
 
     async def take_fails(self, *, within_s: float = 30.0) -> httpx.Response:
-        """The take, and all that must be true before it is answered, and after."""
+        """Sends the take, and checks the conditions before and after its response."""
         holds, epoch = len(self.agent.holds), self.lease.lease.epoch
         began = time.monotonic()
         asked = asyncio.create_task(ask(self.root, self.drone.id, "take", reason="low"))
@@ -76,7 +76,7 @@ class Scene:
         return answer
 
     async def comes_back(self) -> None:
-        """The database answers again: the take was not carried out late, and another one is."""
+        """The database responds again: the take did not take effect late, and a new one succeeds."""
         await until("the decision", lambda: not self.lease.fenced)
         for who in (self.roots, self.alices):
             reported = await who.event("notice", code="control-undecided")
@@ -121,7 +121,7 @@ async def test_locked(scene: Scene) -> None:
 
 
 async def test_a_request_that_is_cut_off_leaves_the_fence(scene: Scene) -> None:
-    """Until the database has answered, nobody knows who has the controls."""
+    """Until the database has responded, it is unknown who has the controls."""
     world, hub = scene.world, scene.world.tower.hub
     roots = next(one.viewer for one in hub.state.browsers.values() if one.viewer.role is Role.ADMIN)
     other = sqlite3.connect(world.settings.var / "tower.sqlite3", isolation_level=None)
@@ -152,14 +152,14 @@ async def test_full(scene: Scene) -> None:
     full = True
 
     def no_more_pages(connection: Any, *_: Any) -> None:
-        """1 is fewer than there are: then no page more than these."""
+        """A limit of 1 is below the current number of pages, so SQLite adds none."""
         cursor = connection.connection.cursor()
         cursor.execute(f"PRAGMA max_page_count = {1 if full else 1 << 30}")
         cursor.close()
 
     event.listen(tower.database.engine.sync_engine, "begin", no_more_pages)
     holds = 0
-    for number in range(200):  # the last page takes a few records more: two admins take it from each other
+    for number in range(200):  # the last page has room for a few records: two admins take the controls from each other
         holds = len(scene.agent.holds)
         answer = await ask((scene.root, boss)[number % 2], scene.drone.id, "take", reason="x" * 250)
         if answer.status_code == 503:
@@ -190,7 +190,7 @@ async def test_frozen(tmp_path: Path, postgres: OwnPostgres) -> None:
         postgres.freeze()
         await scene.take_fails(within_s=20)
         await scene.is_alive_and_not_ready()
-        # For longer than the lease and two attempts: the tower stays the tower without a gap.
+        # Longer than the lease and two attempts: the tower keeps its lock without a gap.
         gaps, looked_until = 0, time.monotonic() + 2 * LEASE_S
         while time.monotonic() < looked_until:
             gaps += not world.tower.lock.may_act()

@@ -1,4 +1,4 @@
-"""The lock itself on both databases: refused, taken from an owner that was stopped, and what that one may still do."""
+"""The lock itself on both databases: refused, taken from a stopped owner, and what that owner may still do."""
 
 import asyncio
 import time
@@ -32,7 +32,7 @@ async def database(url: str) -> AsyncIterator[Database]:
 
 
 def fast_clock() -> Callable[[], float]:
-    """A second at each look."""
+    """Advances a second at each call."""
     seconds: Iterator[int] = count(1000)
     return lambda: float(next(seconds))
 
@@ -88,7 +88,7 @@ async def test_an_owner_that_was_stopped_writes_nothing_and_knows_it_with_its_ne
         assert not await first._renew_once()
         assert len(reported) == 1
         async with database.reading() as session:
-            assert session is not None  # reading goes on
+            assert session is not None  # reads continue
         database.guard = second.check
         async with database.writing():
             pass
@@ -135,5 +135,5 @@ async def test_a_tower_that_is_cut_off_holds_and_stops_before_another_takes_over
 
 def test_the_times_fit_together() -> None:
     assert LEASE_S < TAKE_AFTER_S < 5.0
-    # A renewal that fails late, the pause, and the next that fails late: still within the lease.
+    # A renewal that fails late, the pause, and a second late failure fit within the lease.
     assert 2 * RENEW_WITHIN_S + RENEW_EVERY_S < LEASE_S

@@ -1,5 +1,5 @@
-"""Live video through real programs: a tower, an agent with its video process, a simulator with its camera. What is in
-the pictures tells how old they are; parts are unplugged, killed and stopped while somebody looks, and flies.
+"""Live video through real programs: a tower, an agent with its video process, a simulator with its camera. The pictures
+tell their age. Parts are unplugged, killed and stopped while a viewer watches and a pilot flies.
 """
 
 import asyncio
@@ -39,7 +39,7 @@ REPORTED_WITHIN_S = 1.0
 STICKS_WITHIN_S = 0.25
 """Well below what makes an agent hold."""
 ATTEMPTS = 3
-"""On a machine that stands still for longer than that by itself."""
+"""Attempts on a machine that itself pauses for longer than that."""
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +67,7 @@ async def line(world: World) -> AsyncIterator[Line]:
 
 
 def probed(units: list[Unit], file: Path) -> dict[str, Any]:
-    """What ffprobe says of a stream that was written to a file as it came; it must not complain."""
+    """Returns ffprobe's report on a stream written to a file as received. ffprobe must not report errors."""
     file.write_bytes(b"".join(unit.payload for unit in units))
     asked = ["ffprobe", "-v", "error", "-count_frames", "-show_streams", "-of", "json", str(file)]
     reported = subprocess.run(asked, capture_output=True, text=True, check=True, timeout=60)
@@ -91,7 +91,7 @@ async def test_what_a_viewer_gets_is_whole_and_as_old_as_it_says(
     ages = ages_ms(units)
     print(f"{codec}: {len(units)} pictures, {len(ages)} strips, ages {sorted(ages)}")
     assert len(ages) > len(units) * 0.8
-    # Drawn, made a JPEG, sent: then the agent says when. Before it was drawn it was not taken.
+    # A picture is drawn, encoded as JPEG and sent before the agent stamps it, so no stamp precedes the drawing.
     assert min(ages) > -10
     assert median(ages) < 60
 
@@ -156,7 +156,7 @@ async def test_flight_does_not_notice_what_becomes_of_the_video_process(world: W
             assert watcher.states()[-1] == "live"
             if lateness.worst_s < STICKS_WITHIN_S:
                 break
-            # Whoever holds the sticks stood still itself, and the drone may hold for that.
+            # The test itself paused while holding the sticks, and the drone may hold for that.
             await pilot.set_mode(LOITER)
             pilot.events.clear()
         assert gap_s < STICKS_WITHIN_S + lateness.worst_s

@@ -1,4 +1,4 @@
-"""Whose drone it is not learns nothing: neither from the bytes of an answer about its video nor from their time."""
+"""A stranger learns nothing about a drone's video, neither from the content of a response nor from its time."""
 
 import asyncio
 import contextlib
@@ -16,10 +16,10 @@ from video_world import camera_agent
 from wire.video import VIEWER_VIDEO_SUBPROTOCOL, CameraState, Codec
 
 NOT_THERE = 9
-"""As many digits as the number of the drone that is there."""
+"""Has as many digits as the id of the existing drone."""
 PAIRS = 40
 APART_S = 0.005
-"""The medians of two things that are the same are much closer, on any machine."""
+"""The medians of two identical cases are much closer, on any machine."""
 
 UPGRADE = (
     "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
@@ -40,14 +40,14 @@ ASKED = {
 
 
 class Stranger:
-    """Signed in, and nobody's friend. Speaks bytes."""
+    """A signed-in user without rights to the drone. Sends raw bytes."""
 
     def __init__(self, world: TowerWorld, cookie: str) -> None:
         self._world = world
         self._cookie = cookie
 
     async def ask(self, drone_id: int, method: str, path: str, more: str) -> tuple[bytes, float]:
-        """All that comes until the tower ends it, and seconds until the first of it."""
+        """Returns everything received until the tower closes, and the seconds until the first byte."""
         base = self._world.base_url
         host, _, port = base.removeprefix("http://").partition(":")
         reader, writer = await asyncio.open_connection(host, int(port))
@@ -58,7 +58,7 @@ class Stranger:
         came = await reader.read(1)
         took_s = time.perf_counter() - begun
         if more == UPGRADE:
-            # The tower's last frame; it waits for ours.
+            # The tower's close frame; it waits for ours.
             while b"\x88" not in came.partition(b"\r\n\r\n")[2]:
                 came += await reader.read(4096)
             writer.write(b"\x88\x80\0\0\0\0")
@@ -69,14 +69,14 @@ class Stranger:
 
 
 def without_when_and_where(answer: bytes, drone_id: int) -> bytes:
-    """Less the time of day, and the address that was asked for, which the answer repeats."""
+    """Removes the time of day and the requested address, which the response repeats."""
     answer = re.sub(rb"\r\ndate: [^\r]*", b"", answer, flags=re.IGNORECASE)
     return answer.replace(f"/drones/{drone_id}/".encode(), b"/drones/N/")
 
 
 @pytest.fixture
 async def stranger(tmp_path: Path) -> AsyncIterator[Stranger]:
-    """Beside a drone with a camera that somebody else has, and records."""
+    """A stranger beside a drone with a camera, which another user holds and records."""
     async with start_tower(tmp_path) as world:
         alice, mallory = await world.add_user("alice"), await world.add_user("mallory")
         drone = await world.add_drone("Kestrel", alice)

@@ -75,7 +75,7 @@ async def scene(tmp_path: Path) -> AsyncIterator[Scene]:
 
 
 def pictures(units: list[Unit]) -> list[Any]:
-    """What a decoder makes of them."""
+    """Returns what a decoder makes of them."""
     with av.open(io.BytesIO(b"".join(unit.payload for unit in units)), format="mpegts") as container:
         return list(container.decode(video=0))
 

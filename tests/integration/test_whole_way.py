@@ -1,4 +1,4 @@
-"""The whole way on real parts: autopilot's socket, agent process, sealed UDP, tower process, WebSocket, and back."""
+"""The whole path on real parts: autopilot's socket, agent process, sealed UDP, tower process, WebSocket, and back."""
 
 import asyncio
 import contextlib
@@ -24,7 +24,7 @@ from wire.tagged import split_tagged, tag
 
 
 class Autopilot:
-    """A UDP socket that plays an autopilot: says what it is told to, keeps what it hears."""
+    """A UDP socket that plays an autopilot: sends what the test gives it, and keeps what it receives."""
 
     def __init__(self, port: int) -> None:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -87,7 +87,7 @@ async def next_event(socket_: ClientConnection, kind: str, *, timeout_s: float =
 
 
 async def frames_until(socket_: ClientConnection, wanted: bytes, *, timeout_s: float = 20.0) -> list[tuple[int, bytes]]:
-    """All (drone, frame) pairs up to and including the frame that is waited for."""
+    """Returns all (drone, frame) pairs up to and including the wanted frame."""
     seen: list[tuple[int, bytes]] = []
     async with asyncio.timeout(timeout_s):
         while True:
@@ -100,7 +100,7 @@ async def frames_until(socket_: ClientConnection, wanted: bytes, *, timeout_s: f
 
 @pytest.fixture(scope="module")
 def accounts_and_drones(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A data folder made by the `tower` command once, of which each test gets a copy of its own."""
+    """A data folder made once by the `tower` command. Each test gets its own copy."""
     folder = tmp_path_factory.mktemp("template")
     with World(folder) as world:
         world.add_user("alice")
@@ -182,7 +182,7 @@ async def test_no_frame_crosses_between_owners(two_drones: tuple[World, Autopilo
         assert not any(b"merlin" in frame for _, frame in for_alice)
         assert not any(b"kestrel" in frame for _, frame in for_bob)
 
-        # And downwards: a frame for somebody else's drone gets the answer of one for no drone at all.
+        # And downwards: a frame for another user's drone gets the same response as one for a missing drone.
         frame = build(
             mavlink.MAVLink_command_long_message(1, 1, 400, 0, *[0.0] * 7), system_id=255, component_id=190, sequence=0
         )
@@ -284,7 +284,7 @@ async def test_take_shuts_the_operator_out_and_give_lets_them_back(
         assert (offered["holder"]["name"], offered["offered"]) == ("admin", True)
         accepted = alice.ask("POST", "/drones/1/control/accept", {"sticks_centred": True})
         assert accepted.json["holder"]["name"] == "alice"
-        # The agent lets sticks through again once they have been centred; a command needs no centring.
+        # The agent lets sticks through again once they were centred; a command needs no centring.
         command = build(
             mavlink.MAVLink_command_long_message(1, 1, 512, 0, *[0.0] * 7), system_id=255, component_id=190, sequence=0
         )
@@ -331,7 +331,7 @@ async def test_a_drone_added_while_the_tower_runs_can_sign_in(world: World) -> N
 
 
 def wait_for_vain_tries(port: int, count: int) -> None:
-    """Until agents have knocked so often at a closed door that their back-off has grown to its bound."""
+    """Closes connections from agents until their back-off has reached its maximum."""
     with socket.socket() as door:
         door.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         door.settimeout(30)
@@ -353,7 +353,7 @@ def test_the_agents_are_back_within_3_s_of_a_killed_towers_restart(
     restarted = time.monotonic()
     world.wait_until_online(world.visitor("admin"), 1, 2, timeout_s=3.0)
     assert time.monotonic() - restarted < 3.0
-    # The session of before still holds, and so do ownership, holder and epoch.
+    # The earlier session is still valid, and ownership, holder and epoch are unchanged.
     after = alice.drone(1)
     assert {key: after[key] for key in ("owners", "holder", "epoch")} == {
         key: before[key] for key in ("owners", "holder", "epoch")

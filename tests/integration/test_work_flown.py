@@ -19,7 +19,7 @@ PX4_LOITER, PX4_MISSION, PX4_ORBIT = 4 << 16 | 3 << 24, 4 << 16 | 4 << 24, 3 << 
 
 
 def mission(count: int) -> list[list[Any]]:
-    """Up, along a line of way-points 20 m apart, and home."""
+    """Returns a take-off, a line of way-points 20 m apart, and the return home."""
     line = [[WAYPOINT, 3, [0, 0, 0, None], LAT_E7 + number * 1800, LON_E7, 30, 1] for number in range(1, count - 1)]
     return [[TAKE_OFF, 3, [0, 0, 0, None], LAT_E7, LON_E7, 20, 1], *line, [RETURN, 3, [0, 0, 0, 0], 0, 0, 0, 1]]
 
@@ -38,7 +38,7 @@ def world(tmp_path: Path) -> Iterator[World]:
 async def flying(world: World, *options: str) -> AsyncIterator[Pilot]:
     world.start_simulated("Kestrel", options=("--boot-s", "1", "--speed", "4", *options))
     alice = world.visitor("alice")
-    # Its position may come a second before its first heartbeat, which work waits for.
+    # Its position may arrive a second before its first heartbeat, and the work waits for the heartbeat.
     await asyncio.to_thread(wait_for, "the autopilot to be heard", lambda: alice.drone(1).get("autopilot_heard"))
     async with at_the_controls(alice, 1) as pilot:
         await pilot.until(lambda: pilot.has_position, "a position")
@@ -46,7 +46,7 @@ async def flying(world: World, *options: str) -> AsyncIterator[Pilot]:
 
 
 async def work(pilot: Pilot, method: str, path: str, body: Any = None, *, state: str = "done") -> Any:
-    """An operation that ends like that."""
+    """Runs an operation that ends in this state."""
     answer = await pilot.ask(method, path, body)
     assert answer.status == 200, answer.body
     assert answer.json["state"] == state, answer.json["words"]
@@ -58,7 +58,7 @@ async def command(pilot: Pilot, command_: str, **body: Any) -> Any:
 
 
 async def refusal(pilot: Pilot, command_: str, **body: Any) -> Any:
-    """The problem with a command, once the drone has told what has to be known for it, as where its home is."""
+    """Returns the problem with a command, once its preconditions are known, such as the position of home."""
     for _ in range(300):
         answer = await pilot.ask("POST", "/commands", {"command": command_} | body)
         assert answer.status == 409, answer.body
@@ -69,7 +69,7 @@ async def refusal(pilot: Pilot, command_: str, **body: Any) -> Any:
 
 
 async def parameters(pilot: Pilot) -> dict[str, float]:
-    """Once they are known."""
+    """Returns the parameters once they are known."""
     for _ in range(300):
         answer = await pilot.ask("GET", "/parameters")
         if answer.status == 200:
@@ -136,7 +136,7 @@ async def test_a_px4_is_told_all_of_it_and_does_it(world: World) -> None:
     async with flying(world, "--flavour", "px4") as pilot:
         items = [*mission(12)[:-1], [RETURN, 2, [0, 0, 0, 0], 0, 0, 0, 1]]
         await work(pilot, "PUT", "/mission", {"items": items})
-        # As it is delivered, it would drop or lose the drone.
+        # With default parameters it would drop or lose the drone.
         refused = await refusal(pilot, "takeoff", height_m=15)
         assert refused["type"] == "/problems/loss-check"
         assert (await pilot.ask("POST", "/loss-check/acknowledge", {"drone": "Kestrel"})).status == 200

@@ -1,4 +1,4 @@
-"""A tower of a test's own: a fresh database, a port from the kernel, real sockets, a clock that can be moved."""
+"""A tower for one test: a fresh database, a port from the kernel, real sockets, a clock that can be moved."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ from wire.drone_key import KEY_BYTES, DroneKey
 from wire.ids import DroneId
 
 PASSWORD = "correct horse battery"
-"""Of every user that a world makes."""
+"""The password of every user that a world makes."""
 START_WITHIN_S = 30.0
 
 
 def assert_problem(answer: httpx.Response, status: int, slug: str) -> dict[str, Any]:
-    """The answer is a whole problem document of this kind. Returns it."""
+    """Asserts that the response is a complete problem document of this kind. Returns it."""
     assert answer.status_code == status, answer.text
     assert answer.headers["content-type"] == "application/problem+json"
     document: dict[str, Any] = answer.json()
@@ -55,7 +55,7 @@ def assert_problem(answer: httpx.Response, status: int, slug: str) -> dict[str, 
 
 
 class MovableClock:
-    """The time of day, plus whatever a test has moved it by. Stopped, it goes on by being moved only."""
+    """The time of day plus the offset set by a test. While stopped, it advances only when moved."""
 
     def __init__(self) -> None:
         self._ahead = timedelta()
@@ -65,7 +65,7 @@ class MovableClock:
         return (self._stopped_at or datetime.now(UTC)) + self._ahead
 
     def stop(self) -> None:
-        """For waits of a second: on a busy machine they would be over before the next request."""
+        """For deadlines of a second, which on a busy machine would expire before the next request."""
         self._stopped_at = datetime.now(UTC)
 
     def advance(self, seconds: float) -> None:
@@ -87,11 +87,11 @@ class NewDrone:
 
     @property
     def identity(self) -> Identity:
-        """As its agent has it."""
+        """Returns the identity as the drone's agent has it."""
         return Identity(Kept(self.key.drone_id, self.key))
 
     def keep(self, path: Path) -> None:
-        """In a file for an agent."""
+        """Writes the identity to a file for an agent."""
         write_private(path, f"{self.key}\n")
 
 
@@ -124,7 +124,7 @@ class TowerWorld:
         return self.base_url.replace("http", "ws", 1) + "/api/v1/agent"
 
     async def add_user(self, name: str, role: Role = Role.OPERATOR) -> Person:
-        """Straight into the database; the password is PASSWORD."""
+        """Adds a user straight to the database. The password is PASSWORD."""
         password_hash = await self.tower.passwords.hash(PASSWORD)
         async with self.database.writing() as session:
             row = await create_user(
@@ -149,7 +149,7 @@ class TowerWorld:
         return NewDrone(row.id, row.name, key)
 
     async def give_credential(self, drone: NewDrone) -> Credential:
-        """Instead of its key, as an older version of the tower did."""
+        """Replaces its key by a credential, as an older version of the tower used."""
         credential = Credential(DroneId(drone.id), secrets.token_urlsafe(32))
         async with self.database.writing() as session:
             await begin_fleet_change(session)
@@ -159,14 +159,14 @@ class TowerWorld:
         return credential
 
     async def client(self, **options: Any) -> httpx.AsyncClient:
-        """A browser that has not signed in. Closed with the world."""
-        # The tower hangs up after 5 s without a request; httpx would just then send the next one.
+        """Returns a browser that has not signed in. The world closes it."""
+        # The tower closes a connection after 5 s without a request; httpx might just then send the next one.
         limits = httpx.Limits(keepalive_expiry=2.0)
         opened = httpx.AsyncClient(base_url=self.base_url, trust_env=False, timeout=20, limits=limits, **options)
         return await self._stack.enter_async_context(opened)
 
     async def signed_in(self, person: Person | str) -> httpx.AsyncClient:
-        """A browser that has signed in."""
+        """Returns a browser that has signed in."""
         client = await self.client()
         name = person if isinstance(person, str) else person.name
         answer = await client.post("/api/v1/session", json={"name": name, "password": PASSWORD})
@@ -174,7 +174,7 @@ class TowerWorld:
         return client
 
     def cookie_header(self, client: httpx.AsyncClient) -> dict[str, str]:
-        """For opening a WebSocket with the session of a client."""
+        """Returns the header for opening a WebSocket with a client's session."""
         return {"Cookie": f"tower_session={client.cookies['tower_session']}"}
 
     def _action(self) -> AuditAction:
@@ -183,7 +183,7 @@ class TowerWorld:
 
 @asynccontextmanager
 async def start_tower(tmp_path: Path, **settings: Any) -> AsyncIterator[TowerWorld]:
-    """A running tower. `settings` replace the defaults, which are for speed and solitude, not for production."""
+    """A running tower. `settings` replace the defaults, which suit fast isolated tests, not production."""
     var = tmp_path / "var"
     var.mkdir(exist_ok=True)
     values: dict[str, Any] = {
@@ -210,7 +210,7 @@ async def start_tower(tmp_path: Path, **settings: Any) -> AsyncIterator[TowerWor
 
 @asynccontextmanager
 async def serving(app: TowerApp, listener: socket.socket) -> AsyncIterator[str]:
-    """Runs an application on a socket in this very loop. Gives its address."""
+    """Runs an application on a socket in the current event loop. Yields its address."""
     base_url = address_in_words(listener)
     listening = asyncio.Event()
     server = TowerServer(app, on_listening=listening.set)
@@ -219,7 +219,7 @@ async def serving(app: TowerApp, listener: socket.socket) -> AsyncIterator[str]:
     try:
         await asyncio.wait({running, waiting}, timeout=START_WITHIN_S, return_when=asyncio.FIRST_COMPLETED)
         if running.done():
-            await running  # raises what went wrong
+            await running  # raises its error
         assert listening.is_set(), "the tower did not start in time"
         yield base_url
     finally:
@@ -231,7 +231,7 @@ async def serving(app: TowerApp, listener: socket.socket) -> AsyncIterator[str]:
 
 @cache
 def _migrated() -> Path:
-    """An empty database at the newest revision: migrating once is enough for all tests of a run."""
+    """Returns an empty database at the newest revision. One migration is enough for all tests of a run."""
     folder = Path(tempfile.mkdtemp(prefix="tower-test-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     path = folder / "empty.sqlite3"
@@ -248,7 +248,7 @@ def _migrated() -> Path:
 
 
 def _in_its_own_loop(work: Any) -> None:
-    """The caller is inside a running loop, so this takes a thread."""
+    """Runs it in a thread, because the caller is inside a running loop."""
     from threading import Thread
 
     failed: list[BaseException] = []

@@ -20,7 +20,7 @@ TOWER: Final = "10.80.0.1"
 
 
 class TwoUplinks:
-    """`address(uplink)` is the drone's there."""
+    """`address(uplink)` is the drone's address there."""
 
     def __init__(self) -> None:
         self._label = f"two{os.getpid()}"
@@ -62,7 +62,7 @@ class TwoUplinks:
             self.mend(uplink)
 
     def _cable(self, host: str, device: str, address: str, carrier: str, port: str, port_address: str) -> None:
-        """One between a host and a carrier, with an address at each end."""
+        """Connects a host and a carrier, with an address at each end."""
         inner = ("link", "add", device, "type", "veth", "peer", "name", port, "netns", self.namespace(carrier))
         self._in(host, *inner)
         for where, end, its in ((host, device, address), (carrier, port, port_address)):
@@ -73,7 +73,7 @@ class TwoUplinks:
         _ip("-n", self.namespace(host), *words)
 
     def stop(self) -> None:
-        """Each step even if another fails."""
+        """Runs each step even if another fails."""
         for host in ("drone", "tower", "carrier0", "carrier1"):
             with contextlib.suppress(subprocess.CalledProcessError):
                 _ip("netns", "del", self.namespace(host))

@@ -1,6 +1,6 @@
-"""A UDP box on the way from agents to the tower that a test can make misbehave: block, forget its ports, lose, repeat.
+"""A UDP proxy between agents and the tower that a test can make misbehave: block, change its ports, lose, repeat.
 
-Each address that speaks to it gets a port of its own towards the tower, as behind a NAT.
+Each source address gets its own port towards the tower, as behind a NAT.
 """
 
 import asyncio
@@ -13,21 +13,21 @@ Address = tuple[str, int]
 
 
 class UdpProxy(asyncio.DatagramProtocol):
-    """`tower`: where the tower listens. `port`: where agents send to."""
+    """`tower`: where the tower listens. `port`: where agents send."""
 
     def __init__(self, tower: Address) -> None:
         self.tower = tower
         self.port = 0
         self.blocked: set[str] = set()
-        """Addresses of agents whose datagrams go nowhere, either way; "" blocks everybody."""
+        """Agent addresses whose datagrams are dropped, both ways; "" blocks all."""
         self.blocked_up = False
-        """Only what goes to the tower is blocked."""
+        """Drops only datagrams to the tower."""
         self.largest_bytes = 65535
-        """What is larger is lost, as by a path with a small MTU."""
+        """Larger datagrams are lost, as on a path with a small MTU."""
         self.up: list[tuple[Address, bytes]] = []
-        """Everything that came for the tower."""
+        """Every datagram received for the tower."""
         self.hear_down: Callable[[bytes], None] = lambda _: None
-        """Called with everything that goes to an agent."""
+        """Called with every datagram to an agent."""
         self.make_back = udp_socket
         """Makes the socket of one agent's port towards the tower."""
         self._front: asyncio.DatagramTransport | None = None
@@ -65,18 +65,18 @@ class UdpProxy(asyncio.DatagramProtocol):
 
     @property
     def ports(self) -> set[int]:
-        """The ports by which the tower sees agents now."""
+        """The ports at which the tower currently sees agents."""
         return {back.getsockname()[1] for back in self._backs.values()}
 
     def forget(self) -> None:
-        """As a NAT that was restarted: everybody has another port from now on."""
+        """Acts as a restarted NAT: every agent gets another port from now on."""
         for back in self._backs.values():
             asyncio.get_running_loop().remove_reader(back)
             back.close()
         self._backs.clear()
 
     def replay(self, number: int) -> None:
-        """Sends what came once more, from a port of its own."""
+        """Sends a received datagram once more, from another port."""
         agent, data = self.up[number]
         self._back_of(("replayed", agent[1])).send(data)
 
@@ -92,7 +92,7 @@ def udp_socket() -> socket.socket:
 
 @contextlib.asynccontextmanager
 async def running_proxy(tower: Address, front: socket.socket | None = None) -> AsyncIterator[UdpProxy]:
-    """`front`: where agents send to, bound; none: a port on loopback."""
+    """`front`: the bound socket where agents send; None: a port on loopback."""
     if front is None:
         front = udp_socket()
         front.bind(("127.0.0.1", 0))

@@ -1,4 +1,4 @@
-"""The whole chain of video as real programs: tower, agent with its video process, simulator with its camera."""
+"""The whole video chain as real programs: tower, agent with its video process, simulator with its camera."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ STICKS: Final = ("MANUAL_CONTROL", "RC_CHANNELS_OVERRIDE")
 
 @dataclass(frozen=True)
 class Place:
-    """What a viewer has to know of a tower."""
+    """The tower's details that a viewer needs."""
 
     base_url: str
 
 
 class Lateness:
-    """How late this machine is with what was to be done now: nobody in a test can be sooner than that."""
+    """Measures how late this machine runs a timer: nothing in a test can be faster than that."""
 
     def __init__(self) -> None:
         self.worst_s = 0.0
@@ -62,7 +62,7 @@ async def measured_lateness() -> AsyncIterator[Lateness]:
 
 @dataclass
 class Line:
-    """Between agent and autopilot: when sticks came to the autopilot."""
+    """The line between agent and autopilot. Records the arrival of sticks at the autopilot."""
 
     sticks_at: list[float] = field(default_factory=list)
 
@@ -77,7 +77,7 @@ class Line:
 
 @contextlib.asynccontextmanager
 async def flown(world: World, drone: str) -> AsyncIterator[Line]:
-    """Agent, simulator and camera of a drone, with the line between agent and autopilot in sight."""
+    """Runs the agent, simulator and camera of a drone. Yields the line between agent and autopilot."""
     (port,) = free_udp_ports(1)
     world.cameras = {drone: free_tcp_port()}
     world.start_agent(drone, f"udpin:127.0.0.1:{port}", *world.look_through(drone, PICTURES))
@@ -94,7 +94,7 @@ async def flown(world: World, drone: str) -> AsyncIterator[Line]:
 async def viewer(
     visitor: Visitor, query: str = "?quality=medium&codec=mpeg1", drone_id: int = 1
 ) -> AsyncIterator[Watcher]:
-    """Somebody who watches."""
+    """A viewer of the video."""
     place: Any = Place(visitor.address)
     headers = {"Cookie": visitor.cookie, "Origin": visitor.address}
     async with watching_video(place, drone_id, headers, query=query) as watcher:
@@ -102,14 +102,14 @@ async def viewer(
 
 
 async def pictures_come(watcher: Watcher, count: int = 5, timeout_s: float = 60.0) -> float:
-    """New ones, from now on. Seconds until the first of them."""
+    """Waits for new pictures from now on. Returns the seconds until the first."""
     asked_at, had = time.monotonic(), len(watcher.units)
     await until(lambda: len(watcher.units) >= had + count, timeout_s, f"pictures; told: {watcher.reported[-4:]}")
     return watcher.came_at[had] - asked_at
 
 
 def unbroken(units: list[Unit]) -> list[Unit]:
-    """The longest run from a key picture on in which none is missing."""
+    """Returns the longest run from a key picture on without a gap."""
     runs: list[list[Unit]] = []
     for unit in units:
         if runs and unit.sequence == runs[-1][-1].sequence + 1 and not unit.is_break:
@@ -120,15 +120,15 @@ def unbroken(units: list[Unit]) -> list[Unit]:
 
 
 def decoded(units: list[Unit]) -> list[av.VideoFrame]:
-    """What a decoder makes of one stream, in order."""
+    """Returns a decoder's pictures of one stream, in order."""
     form = "mpegts" if units[0].codec is Codec.MPEG1 else "h264"
     with av.open(io.BytesIO(b"".join(unit.payload for unit in units)), format=form) as container:
         return list(container.decode(video=0))
 
 
 def ages_ms(units: list[Unit]) -> list[int]:
-    """By how much later the unit says that it was taken than the strip on the picture does. Pictures without a strip
-    that can be read count for nothing."""
+    """Returns the unit's capture time less the time on the picture's strip. Ignores pictures without a readable
+    strip."""
     unix_ahead_s = time.time() - time.monotonic()
     ages = []
     for unit, frame in zip(units, decoded(units), strict=False):
@@ -140,12 +140,12 @@ def ages_ms(units: list[Unit]) -> list[int]:
 
 
 def child_of(world: World, drone: str) -> int:
-    """The pid of the video process of a drone's agent, once there is one."""
+    """Waits for the video process of a drone's agent. Returns its pid."""
     agent = world.running(f"agent-{drone}").pid
     return wait_for("a video process", lambda: video_process_of(agent))
 
 
 def another_child(world: World, drone: str, than: int) -> int | None:
-    """The pid of the one that took the place of an earlier video process, if there is one now."""
+    """Returns the pid of the process that replaced an earlier video process, or None."""
     now = video_process_of(world.running(f"agent-{drone}").pid)
     return None if now == than else now

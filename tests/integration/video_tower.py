@@ -1,4 +1,4 @@
-"""A tower that takes video: as agent_fakes.FakeTower, and on its video channel units, each of which it answers."""
+"""A tower that receives video: extends agent_fakes.FakeTower with a video channel that acknowledges each unit."""
 
 import asyncio
 import contextlib
@@ -34,7 +34,7 @@ TICKET = "ticket-1"
 
 
 class VideoTower(FakeTower):
-    """`units`: each with the time when it came. `answers` False: it takes them and says nothing."""
+    """`units`: each with its time of arrival. `answers` False: receives them without acknowledgement."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -76,7 +76,7 @@ class VideoTower(FakeTower):
                     await connection.send(encode_got(GotUnit(unit.quality, unit.codec, unit.sequence)))
 
     async def watch(self, *streams: StreamRequest, ticket: str = TICKET) -> None:
-        """Nothing: stop."""
+        """Requests streams. None given: stop."""
         await self.announce(VideoWanted(ticket=ticket, streams=streams))
 
     async def ask_for_key(self, stream_request: StreamRequest) -> None:
@@ -85,13 +85,13 @@ class VideoTower(FakeTower):
         )
 
     def of(self, stream_request: StreamRequest, since: float = 0.0) -> list[Unit]:
-        """The units of one stream that came since then."""
+        """Returns the units of one stream received since then."""
         return [
             unit for at, unit in self.units if at >= since and (unit.quality, unit.codec) == request_key(stream_request)
         ]
 
     async def more(self, stream_request: StreamRequest, count: int, timeout_s: float = 30.0) -> list[Unit]:
-        """The next `count` of one stream."""
+        """Returns the next `count` units of one stream."""
         since = time.monotonic()
         await until(
             lambda: len(self.of(stream_request, since)) >= count, timeout_s, f"{count} units of {stream_request}"
@@ -100,12 +100,12 @@ class VideoTower(FakeTower):
 
     @property
     def camera_states(self) -> list[VideoState]:
-        """All that were told."""
+        """Returns all camera states reported."""
         return [one for one in self.messages if isinstance(one, VideoState)]
 
     @property
     def camera(self) -> VideoState | None:
-        """As told last."""
+        """Returns the latest camera state."""
         return next((one for one in reversed(self.messages) if isinstance(one, VideoState)), None)
 
     async def camera_is(self, state: CameraState, timeout_s: float = 30.0) -> VideoState:
@@ -131,14 +131,14 @@ async def video_tower() -> AsyncIterator[VideoTower]:
 
 
 def picture(number: int, width: int = 320, height: int = 240) -> Any:
-    """A picture that moves: rgb24."""
+    """Returns a moving picture: rgb24."""
     rows, columns = np.mgrid[0:height, 0:width]
     wave = 127 + 90 * np.sin((columns + 5 * number) / 17) * np.cos((rows - 3 * number) / 13)
     return np.repeat(wave.astype(np.uint8)[:, :, None], 3, axis=2)
 
 
 def write_film(path: str, *, pictures: int = 50, rate_hz: int = 25) -> None:
-    """A short film of that."""
+    """Writes a short film of these pictures."""
     with av.open(path, "w") as container:
         stream = container.add_stream("mpeg4", rate=rate_hz)
         stream.width, stream.height, stream.pix_fmt = 320, 240, "yuv420p"
@@ -148,14 +148,14 @@ def write_film(path: str, *, pictures: int = 50, rate_hz: int = 25) -> None:
 
 
 class MjpegCamera:
-    """A camera in the network that can be unplugged: no one answers on its port any more."""
+    """A network camera that can be unplugged: nothing listens on its port then."""
 
     def __init__(self) -> None:
         self.port = 0
         self._server: asyncio.Server | None = None
         self._writers: set[asyncio.StreamWriter] = set()
         self.opened = 0
-        """How often somebody came to look."""
+        """Number of connections opened."""
         self._jpegs = [_jpeg(number) for number in range(8)]
 
     async def plug_in(self) -> None:

@@ -1,4 +1,4 @@
-"""An agent with a camera of a test's own, and viewers: real sockets to a running tower, pictures of any size."""
+"""An agent with a simulated camera, and viewers: real sockets to a running tower, pictures of any size."""
 
 from __future__ import annotations
 
@@ -43,16 +43,16 @@ from wire.video import (
 )
 
 CLOCK_AHEAD_US = 5_000_000_000
-"""The agent's monotonic clock is another one than the tower's."""
+"""The agent's monotonic clock differs from the tower's."""
 
 
 def agent_us() -> int:
-    """What the agent's clock shows."""
+    """Returns the agent's time."""
     return time.monotonic_ns() // 1000 + CLOCK_AHEAD_US
 
 
 class CameraAgent(asyncio.DatagramProtocol):
-    """Signed in, with a link; `wanted` is what the tower asked for last. Sends what it is told to."""
+    """A signed-in agent with a link. `wanted` is the tower's latest request. Sends what the test gives it."""
 
     def __init__(self, world: TowerWorld, drone: NewDrone) -> None:
         self.drone = drone
@@ -129,7 +129,7 @@ class CameraAgent(asyncio.DatagramProtocol):
                     self._udp.sendto(self._sealed.seal_urgent(encode_message(answer).encode()))
 
     async def announce(self, camera: CameraState, **fields: Any) -> None:
-        """How it is with the camera."""
+        """Reports the camera's state."""
         assert self._control is not None
         await self._control.send(encode_message(VideoState(camera=camera, **fields)))
 
@@ -159,7 +159,7 @@ class CameraAgent(asyncio.DatagramProtocol):
                     self.keys_asked.append(msgspec.json.decode(message, type=KeyWanted))
 
     async def send(self, *, key: bool = False, size: int = 2_000, **fields: Any) -> int:
-        """One picture of so many bytes, taken now. Its number in the stream."""
+        """Sends one picture of this many bytes, captured now. Returns its number in the stream."""
         assert self._video is not None
         unit = self.unit(key=key, size=size, **fields)
         await self._video.send(encode_unit(unit))
@@ -183,7 +183,7 @@ class CameraAgent(asyncio.DatagramProtocol):
         return Unit(quality=quality, codec=codec, key=key, **values)
 
     async def film(self, *, every: int = 12, rate_hz: float = 24.0, key_size: int = 7_000, size: int = 2_000) -> None:
-        """Pictures until cancelled, a key one each `every`."""
+        """Sends pictures until cancelled, every `every`-th a key."""
         due_at = time.monotonic()
         for number in itertools.count():
             is_key = number % every == 0
@@ -196,7 +196,7 @@ class CameraAgent(asyncio.DatagramProtocol):
         await self._video.close()
 
     async def go(self) -> None:
-        """Everything is closed."""
+        """Closes everything."""
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
@@ -222,7 +222,7 @@ async def camera_agent(
 
 @contextlib.asynccontextmanager
 async def filming(agent: CameraAgent, **options: Any) -> AsyncIterator[None]:
-    """Pictures, while the body runs."""
+    """Sends pictures while the body runs."""
     task = asyncio.create_task(agent.film(**options))
     try:
         yield
@@ -232,7 +232,8 @@ async def filming(agent: CameraAgent, **options: Any) -> AsyncIterator[None]:
 
 
 class Watcher:
-    """One viewer. `units` and `delays_s` of what came, `told` all text; says what it has got unless told not to."""
+    """One viewer. `units` and `delays_s` of what it received, `told` all text. Acknowledges units unless told not
+    to."""
 
     def __init__(self, connection: ClientConnection) -> None:
         self.connection = connection
@@ -259,7 +260,7 @@ class Watcher:
                     await self.connection.send(json.dumps({"type": "got", "sequence": unit.sequence}))
 
     def delays_s(self, since: float = 0.0) -> list[float]:
-        """From capture to here, of those that came after a moment; the tower's clock is ours."""
+        """Returns the delays from capture to here of units received after `since`. The tower's clock is ours."""
         pairs = zip(self.units, self.came_at, strict=True)
         return [at - unit.capture_us / 1e6 for unit, at in pairs if at >= since and unit.capture_us]
 
@@ -276,7 +277,7 @@ class Watcher:
         return await until(condition, what=what or str(self.reported[-3:]))
 
     async def until_closed(self) -> int | None:
-        """The code with which it ends."""
+        """Returns the code with which it closes."""
         async with asyncio.timeout(20):
             await asyncio.wait([self._task])
         return self.connection.close_code
@@ -296,7 +297,7 @@ async def watching_video(
     query: str = "",
     receive_buffer: int | None = None,
 ) -> AsyncIterator[Watcher]:
-    """`headers`: of a client that has signed in. `receive_buffer`: of the kernel, small for a slow reader."""
+    """`headers`: of a signed-in client. `receive_buffer`: of the kernel, small for a slow reader."""
     url = world.base_url.replace("http", "ws", 1) + f"/api/v1/drones/{drone_id}/video{query}"
     own = None
     if receive_buffer is not None:

@@ -1,4 +1,4 @@
-"""An agent in the hub of a running tower that works: it keeps plans as they come and answers each transaction."""
+"""A working agent in the hub of a running tower: it keeps plans unchanged and answers each transaction."""
 
 import asyncio
 import time
@@ -37,7 +37,7 @@ from wire.transactions import (
 
 
 class WorkingAgent(ObedientAgent):
-    """`asked` is all that the tower wanted; `waits` True: it begins, and answers when `go_on` is called."""
+    """`asked` holds all requests from the tower. `waits` True: it begins, and answers when `go_on` is called."""
 
     def __init__(self, hub: Hub, drone_id: int) -> None:
         self.plans: dict[PlanKind, Plan] = dict.fromkeys(PlanKind, ())
@@ -47,7 +47,7 @@ class WorkingAgent(ObedientAgent):
         self.cancelled: list[int] = []
         self.waits = False
         self.answer_with: Callable[[Transaction], dict[str, Any]] | None = None
-        """The fields of the result, in place of the usual one."""
+        """Fields of the result that replace the usual ones."""
         super().__init__(hub, drone_id, takes=(TRANSACTIONS,))
         self.state()
 
@@ -56,12 +56,12 @@ class WorkingAgent(ObedientAgent):
         return self._hub.operations
 
     def beat(self, *, px4: bool = False, mode: int = 5) -> None:
-        """A heartbeat of the autopilot."""
+        """Sends a heartbeat of the autopilot."""
         kind = mavlink.MAV_AUTOPILOT_PX4 if px4 else mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
         self.frame(mavlink.MAVLink_heartbeat_message(mavlink.MAV_TYPE_QUADROTOR, kind, 81, mode, 4, 3))
 
     def home(self, lat_deg: float, lon_deg: float, alt_m: float) -> None:
-        """The autopilot says where home is."""
+        """Sends the autopilot's position of home."""
         place = (round(lat_deg * 1e7), round(lon_deg * 1e7), round(alt_m * 1000))
         self.frame(mavlink.MAVLink_home_position_message(*place, 0, 0, 0, [1, 0, 0, 0], 0, 0, 0))
 
@@ -75,7 +75,7 @@ class WorkingAgent(ObedientAgent):
         self._hub.reports.receive(self.link, message)
 
     def go_on(self) -> None:
-        """Answers the last that was asked."""
+        """Answers the last request."""
         self.waits = False
         self._work(self.asked[-1])
 
@@ -118,12 +118,12 @@ class WorkingAgent(ObedientAgent):
         return {}
 
     def report_parameters(self) -> None:
-        """They are all known."""
+        """Reports that all parameters are known."""
         count = len(self.table)
         self.announce(ParameterCache(hash=table_hash(self.table), count=count, total=count))
 
     def _write(self, values: Iterable[tuple[str, float]]) -> dict[str, Any]:
-        """Nothing above 9000 is taken; what is not there is refused."""
+        """Refuses values above 9000 and unknown parameters."""
         there, refusals = {one.name: one for one in self.table}, []
         for name, value in values:
             if name not in there:

@@ -1,4 +1,4 @@
-"""A real agent's core behind a real sealed link, with an autopilot that is flown by hand and notes by whom."""
+"""A real agent core behind a real sealed link. Its autopilot is flown by hand and records who flies it."""
 
 from collections import deque
 from collections.abc import Callable
@@ -29,17 +29,17 @@ ARMED_ALT_HOLD = build(mavlink.MAVLink_heartbeat_message(2, 3, 209, 2, 4, 3), sy
 
 
 def stick_frame(user_id: int, *, centred: bool) -> bytes:
-    """Whose sticks these are stands where the buttons of a gamepad would."""
+    """Returns a stick frame with the user's id in the field for gamepad buttons."""
     pitch = 0 if centred else 700
     message = mavlink.MAVLink_manual_control_message(1, pitch, 0, 500, 0, user_id)
     return build(message, system_id=255, component_id=190, sequence=0)
 
 
 class ModelAgent:
-    """One drone's agent. `flown_by` notes (epoch, user) of each stick frame that reached the autopilot."""
+    """The agent of one drone. `flown_by` records (epoch, user) of each stick frame that reached the autopilot."""
 
     takes: tuple[str, ...] = ()
-    """What both sides say that they understand besides."""
+    """Additional capabilities that both sides announce."""
 
     def __init__(self, drone_id: DroneId, now: float, *, onboard: Onboard | None = None, process: int = 0) -> None:
         self.drone_id = drone_id
@@ -52,14 +52,14 @@ class ModelAgent:
         self._held = 0
         """The epoch of the newest hold that the tower ordered on this link."""
         self._progress: list[HoldProgress] = []
-        """Steps of holds that are told again on another control channel."""
+        """Hold steps to repeat on another control channel."""
         self._send: Callable[[bytes, tuple[str, int]], None] = lambda datagram, address: None
         self._sealed: SealedLink | None = None
         self._coming: SealedLink | None = None
         self._autopilot_beats(now)
 
     def connect(self, hub: Hub, link_id: LinkId, network: deque[tuple[DroneId, bytes]], now: float) -> None:
-        """Signs in: the welcome is on its way when this returns, as in the control channel of the tower."""
+        """Signs in. The welcome is in transit when this returns, as in the tower's control channel."""
         self.disconnect(hub, now)
         self.has_channel = True
         self._held = 0
@@ -95,7 +95,7 @@ class ModelAgent:
         hub.attach_link(self.link, now)
 
     def disconnect(self, hub: Hub | None, now: float) -> None:
-        """The link is gone, and what was on its way on the control channel with it."""
+        """Ends the link. Messages in transit on the control channel are lost."""
         if hub is not None and self.link is not None:
             hub.detach_link(self.link)
         if self._sealed is not None:
@@ -106,7 +106,7 @@ class ModelAgent:
         self._progress.clear()
 
     def lose_channel(self, hub: Hub, now: float) -> None:
-        """The control channel breaks off, with what was on its way on it. The link goes on, or ends with it."""
+        """Ends the control channel; its messages in transit are lost. The link continues, or ends with it."""
         if self.link is None or not self.has_channel:
             return
         self.control.clear()
@@ -115,7 +115,8 @@ class ModelAgent:
             self.disconnect(None, now)
 
     def resume(self, hub: Hub, now: float) -> None:
-        """Another control channel for the same link, if the tower has it still; whether or not the last one is lost."""
+        """Opens another control channel for the same link if the tower still has it, whether or not the last one was
+        lost."""
         link = self.link
         if link is None or not self.linked or hub.links.resumable(link.link_id, self.drone_id, now) is not link:
             return
@@ -134,7 +135,7 @@ class ModelAgent:
         self.onboard.resumed()
 
     def is_linked_to(self, hub: Hub) -> bool:
-        """Whether both believe in the same link."""
+        """Whether both sides have the same link."""
         drone = hub.state.drones.get(self.drone_id)
         return self.linked and drone is not None and drone.link is self.link
 
@@ -159,7 +160,7 @@ class ModelAgent:
         self.onboard.message(message, now)
 
     def datagram(self, datagram: bytes, now: float) -> None:
-        """From the network: whole, late, twice or of a link of the past."""
+        """Handles a datagram from the network: intact, late, duplicated or of a past link."""
         if self._sealed is None or read_link_id(datagram) != self._sealed.link_id:
             return
         try:
@@ -187,7 +188,7 @@ class ModelAgent:
         self._to_autopilot()
 
     def speak(self, hub: Hub, now: float) -> None:
-        """What the agent has to say, on both channels, or on the one that there is."""
+        """Sends the agent's messages on both channels, or on the one that exists."""
         if self._sealed is None or self.link is None:
             return
         for datagram in self._sealed.datagrams_to_send(now):
@@ -206,7 +207,7 @@ class ModelAgent:
 
     def _to_tower(self, hub: Hub, datagram: bytes, now: float) -> None:
         assert self._sealed is not None
-        # The tower may not know the link any more: an orphan of which the agent does not know yet that it has ended.
+        # The tower may no longer know the link: an orphan has ended and the agent does not know yet.
         with suppress(Dropped):
             hub.datagram(datagram, self._sealed.link_id, ("203.0.113.1", 4000), now)
 

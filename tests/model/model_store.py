@@ -1,4 +1,4 @@
-"""A database of leases in memory, with the moments at which a real one lets others in between."""
+"""A database of leases in memory, with the points at which a real one lets other transactions run in between."""
 
 from collections.abc import Generator
 from dataclasses import dataclass, field
@@ -17,7 +17,7 @@ SINCE = datetime(2026, 1, 1, tzinfo=UTC)
 
 
 class Pause:
-    """Somebody else may run here."""
+    """Awaiting it lets other tasks run."""
 
     def __await__(self) -> Generator[None, None, None]:
         yield
@@ -30,12 +30,12 @@ class Account:
     owns: set[DroneId]
     disabled: bool = False
     team: dict[DroneId, TeamRole] = field(default_factory=dict)
-    """What they are in the team of a drone."""
+    """The user's role in the team of each drone."""
 
 
 @dataclass
 class MemoryStore:
-    """`history` remembers the lease of every epoch: it is what the invariants are held against."""
+    """`history` holds the lease of every epoch. The invariants are checked against it."""
 
     accounts: dict[UserId, Account]
     leases: dict[DroneId, Lease]
@@ -66,7 +66,7 @@ class MemoryStore:
         return Committed(before, outcome, self.view(outcome.lease))
 
     def _assert_in_rank(self, ask: Ask, before: Lease) -> None:
-        """Written down a second time, without the table of rights and the rules."""
+        """A second implementation of the rank rules, independent of the rights table and the control rules."""
         assert ask.by is not None
         account = self.accounts[ask.by.user_id]
         if account.role is Role.ADMIN:
@@ -77,7 +77,7 @@ class MemoryStore:
             assert not above, "a team admin took from an admin of the tower"
 
     def after_start(self) -> None:
-        """What `server.store.control.after_start` does."""
+        """Does the same as `server.store.control.after_start`."""
         for drone_id, lease in self.leases.items():
             outcome = decide(lease, Event.ASSIST_END, THE_TOWER)
             if isinstance(outcome, Changed):

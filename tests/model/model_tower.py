@@ -1,4 +1,4 @@
-"""A real hub, service and event handler over a store in memory. Nothing runs by itself: its driver takes each step."""
+"""A real hub, service and event handler over a store in memory. Nothing runs by itself: the driver takes each step."""
 
 from collections import deque
 from collections.abc import AsyncIterator, Callable, Coroutine
@@ -27,7 +27,7 @@ LATER = datetime(2100, 1, 1, tzinfo=UTC)
 
 
 class NoDatabase:
-    """The audit trail of a world that has none."""
+    """The audit trail of a world without a database."""
 
     @asynccontextmanager
     async def writing(self) -> AsyncIterator[Any]:
@@ -38,18 +38,17 @@ class NoDatabase:
         yield self
 
     async def scalars(self, statement: object) -> list[Any]:
-        """Nothing was kept."""
         return []
 
     async def execute(self, statement: object) -> None:
-        """Nothing is changed."""
+        """Changes nothing."""
 
     def add(self, row: object) -> None:
-        """Not kept."""
+        """Keeps nothing."""
 
 
 class SteppedEventHandler(HubEventHandler):
-    """Its queue is emptied by whoever drives the model, not by tasks."""
+    """The model's driver empties its queue, not tasks."""
 
     def __init__(self, **parts: Any) -> None:
         super().__init__(**parts)
@@ -64,14 +63,14 @@ class SteppedEventHandler(HubEventHandler):
 
 
 class SteppedService(ControlService):
-    """Its store always decides: what happens where it does not has tests of its own."""
+    """Its store always decides. Other tests cover a store that does not."""
 
     async def _decided(self, ask: Ask, *, fenced: bool, by: UserRef | None, now: float) -> Committed | Refused:
         return await self._store.commit(ask)
 
 
 class ModelTower:
-    """One life of the tower's process."""
+    """One lifetime of the tower's process."""
 
     def __init__(self, store: MemoryStore, clock: Callable[[], float]) -> None:
         self.store = store
@@ -112,7 +111,7 @@ class ModelTower:
             self._start(self.event_handler.carry_out(self.event_handler.noticed_events.popleft()))
 
     def step(self, number: int) -> None:
-        """Lets one of those that wait for the database go on."""
+        """Resumes one of the tasks that wait for the database."""
         if self.running:
             self._go_on(self.running[number % len(self.running)])
 
@@ -122,7 +121,7 @@ class ModelTower:
             self.step(0)
 
     def die(self) -> None:
-        """kill -9: what has been written stays, and nobody is told."""
+        """Simulates kill -9: committed writes stay, and no one is notified."""
         for coroutine in self.running:
             coroutine.close()
         self.running.clear()

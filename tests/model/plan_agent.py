@@ -1,4 +1,4 @@
-"""An agent that talks with a simulated vehicle, and what it says of its transactions."""
+"""An agent with a simulated vehicle, and its reports on transactions."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ MISSION = PlanKind.MISSION
 
 
 class MemoryJournal:
-    """The agent's disk, which outlasts it."""
+    """The agent's disk. It survives the agent's process."""
 
     def __init__(self) -> None:
         self.records: dict[PlanKind, bytes] = {}
@@ -36,7 +36,7 @@ class MemoryJournal:
 
 @dataclass
 class ParamValue:
-    """How the agent said that a transaction ended, and what was on board at that moment."""
+    """The agent's result of a transaction, and the plan on board at that moment."""
 
     outcome: Outcome
     words: str
@@ -45,7 +45,7 @@ class ParamValue:
 
 
 class VehicleLine(Protocol):
-    """What an agent needs of the world that it lives in."""
+    """The parts of the world that an agent needs."""
 
     now: float
     journal: MemoryJournal
@@ -57,7 +57,7 @@ class VehicleLine(Protocol):
 
 
 class PlanAgent(ModelAgent):
-    """An agent that talks with a vehicle instead of an autopilot that is made up."""
+    """An agent with a vehicle instead of a fake autopilot."""
 
     takes = (TRANSACTIONS,)
 
@@ -76,7 +76,7 @@ class PlanAgent(ModelAgent):
 
     @property
     def service(self) -> Any:
-        """Its plans."""
+        """The service for plans."""
         return self.onboard._work._plans._handler
 
     @property
@@ -97,7 +97,7 @@ class PlanAgent(ModelAgent):
 
     @property
     def has_written(self) -> bool:
-        """It is past the point at which it would still notice that a mission is being flown."""
+        """Whether it is past the point at which it would still notice that a mission is being flown."""
         running = self.service._running
         return running is not None and isinstance(running.machine, PlanReplacement) and running.machine.has_written
 

@@ -1,4 +1,4 @@
-"""Missions that are told apart by their heights."""
+"""Missions distinguished by their heights."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from wire.plans import Plan, PlanItem
 
 
 def mission(count: int, height_m: float) -> Plan:
-    """A take-off and way-points, at a height by which the plan is known."""
+    """Returns a take-off and way-points at a height that identifies the plan."""
     there = tuple(
         PlanItem(16, 3, (0.0, 0.0, 0.0, 0.0), 473_978_420 + 400 * n, 85_456_940, height_m) for n in range(count)
     )

@@ -1,10 +1,10 @@
-"""The whole way of a plan with nothing but the wires and the database made up: the tower's hub with its service of
-operations, the agent with its services and its journal, the sealed link between, the simulator's vehicle. One clock.
+"""The full path of a plan, where only the wires and the database are fake: the tower's hub with its operations service,
+the agent with its services and journal, the sealed link between them, the simulator's vehicle. One clock.
 
-`step` moves everything by 10 ms and holds it against the laws:
-- What the vehicle flies is one whole plan, never half of one.
+`step` advances everything by 10 ms and checks the invariants:
+- The vehicle flies one whole plan, never half of one.
 - Nothing of a new plan is written under an epoch that the agent knows to be over.
-- What an operation is said to have come to is what is on board, or that nobody knows.
+- The reported result of an operation is what is on board, or that it is unknown.
 """
 
 from __future__ import annotations
@@ -47,13 +47,13 @@ HEIGHT_M: Final = 2.0
 QUIET_S: Final = 40.0
 AUTO: Final = (1.0, float(Mode.AUTO), 0.0, 0.0, 0.0, 0.0, 0.0)
 SETTINGS: Final = SafetySettings(lost_action=LostAction.CONTINUE, lost_hold_s=1.0, lost_action_s=3.0)
-"""Whoever may resume a mission when the tower is gone must not resume half of one."""
+"""Continues when the tower is lost: a mission that resumes then must not be half of one."""
 
 
 @dataclass
 class PlanWorld:
-    """One drone of Alice, in the air over home. `in_place`: its autopilot writes items over the old ones as they come,
-    as ArduPilot does."""
+    """One drone of Alice, in the air over home. `in_place`: its autopilot overwrites the old items as the new ones
+    arrive, as ArduPilot does."""
 
     in_place: bool = True
     now: float = 1000.0
@@ -63,17 +63,17 @@ class PlanWorld:
     results: dict[int, ParamValue] = field(default_factory=dict)
     """By transaction."""
     operations: list[Operation] = field(default_factory=list)
-    """Of this tower's life."""
+    """Operations of the current tower process."""
     works: dict[int, Any] = field(default_factory=dict)
-    """What they are about, by their ids: an operation that has ended does not keep it."""
+    """The work of each operation, by operation id: an ended operation does not keep it."""
     forgotten: list[Operation] = field(default_factory=list)
-    """Of those before it: nobody follows them any more."""
+    """Operations of earlier tower processes, which nothing tracks any more."""
     lives: list[ModelTower] = field(default_factory=list)
     agent: PlanAgent | None = None
     slow: bool = False
-    """What the tower says waits on the way."""
+    """Whether the tower's messages are delayed in transit."""
     unplugged_until: float = 0.0
-    """The line between agent and autopilot."""
+    """Until then the line between agent and autopilot is unplugged."""
     halves: int = 0
     """Steps in which half a plan was on board, not flown."""
     flown: set[Plan] = field(default_factory=set)
@@ -112,7 +112,7 @@ class PlanWorld:
         self.vehicle.step(until)
 
     def load(self, plan: Plan) -> None:
-        """Straight into the autopilot."""
+        """Loads a plan straight into the autopilot."""
         from simulator.mission_plan import Item
         from simulator.mission_plan import PlanKind as Stored
 
@@ -120,7 +120,7 @@ class PlanWorld:
         self.vehicle.flight.plans.store(Stored.MISSION, [Item(16, 0), *items], self.vehicle.flight.home)
 
     def on_board(self) -> Plan:
-        """What the vehicle would fly."""
+        """Returns the plan that the vehicle would fly."""
         return tuple(
             PlanItem(one.command, int(one.frame), one.params, one.x, one.y, one.z, one.autocontinue)
             for one in self.vehicle.flight.plans.mission[1:]
@@ -143,12 +143,13 @@ class PlanWorld:
             self.vehicle.receive(frame, self.now - self.began)
 
     def reboot_vehicle(self) -> None:
-        """Its plans are still there, it is on the ground and disarmed, and says nothing for a while."""
+        """Restarts the vehicle: it keeps its plans, is on the ground and disarmed, and sends nothing for a while."""
         self.vehicle._reboot()
         self.unplugged_until = self.now + 2.0
 
     def switch_to_mission(self) -> None:
-        """By a pilot's radio, before anything is written: what they switch to later nobody can keep them from."""
+        """Switches to the mission by the pilot's radio, but only before anything is written: nothing can prevent it
+        later."""
         if self.is_whole and self.agent is not None and not self.agent.has_written:
             self.vehicle.flight.set_mode(Mode.AUTO)
 
@@ -156,7 +157,7 @@ class PlanWorld:
 
     def start_tower(self) -> None:
         self.lives.append(ModelTower(self.store, lambda: self.now))
-        self.tower.hub.operations._last_id = 1000 * len(self.lives)  # the time of day, elsewhere
+        self.tower.hub.operations._last_id = 1000 * len(self.lives)  # a real tower uses the time of day
         for user_id in (ALICE, ROOT):
             self.tower.open_browser(user_id)
 
@@ -165,7 +166,7 @@ class PlanWorld:
         return self.lives[-1]
 
     def kill_tower(self) -> None:
-        """Another one is there at once; the agent has to find it."""
+        """Kills the tower and starts another at once. The agent has to find it."""
         self.tower.die()
         self.forgotten += self.operations
         self.operations.clear()
@@ -180,7 +181,7 @@ class PlanWorld:
         self.connect()
 
     def kill_agent(self) -> None:
-        """Nobody is there until `start_agent`; the tower notices that the connection is gone."""
+        """Kills the agent until `start_agent`. The tower notices that the connection is gone."""
         if self.agent is not None:
             self.agent.disconnect(self.tower.hub, self.now)
         self.agent = None
@@ -194,13 +195,13 @@ class PlanWorld:
         self.agent.control.append(SETTINGS)
 
     def cut(self) -> None:
-        """The link ends on both sides."""
+        """Ends the link on both sides."""
         if self.agent is not None:
             self.agent.disconnect(self.tower.hub, self.now)
         self.network.clear()
 
     def lose_channel(self) -> None:
-        """The control channel breaks off; the data channel goes on, for a while."""
+        """Breaks the control channel. The data channel continues for a while."""
         if self.agent is not None:
             self.agent.lose_channel(self.tower.hub, self.now)
 
@@ -215,7 +216,7 @@ class PlanWorld:
         self.tower.settle()
 
     def upload(self, plan: Plan, *, while_flying: bool = False) -> Operation | None:
-        """None: the tower does not even begin."""
+        """Returns None if the tower refuses the upload."""
         self.wholes.add(plan)
         return self._begin(plans.upload(MISSION, plan, while_flying=while_flying))
 
@@ -229,7 +230,7 @@ class PlanWorld:
                 self.tower.hub.operations.cancel(operation)
 
     def start_mission(self, *, by_frame: bool) -> None:
-        """Whoever has the controls says so: as an ordinary ground station does, or by an operation."""
+        """The holder starts the mission, with a frame as an ordinary ground station sends it, or with an operation."""
         holder = self.store.leases[DRONE].holder
         if by_frame and holder is not None:
             message = mavlink.MAVLink_command_long_message(1, 1, mavlink.MAV_CMD_DO_SET_MODE, 0, *AUTO)
@@ -291,7 +292,7 @@ class PlanWorld:
             self.step()
 
     def is_quiet(self) -> bool:
-        """Nothing is going on, and the tower knows what is on board."""
+        """Whether nothing is running and the tower knows what is on board."""
         agent = self.agent
         drone = self.tower.hub.state.drones.get(DRONE)
         if agent is None or drone is None or not agent.is_linked_to(self.tower.hub) or not agent.has_channel:
@@ -301,7 +302,7 @@ class PlanWorld:
         return not running and agent.why_no_start is None and known.state == "known" and not agent.service.busy
 
     def settle(self) -> None:
-        """Everybody lives, and everything arrives: in the end one whole plan is on board and everybody knows which."""
+        """Restores everything and runs on: in the end one whole plan is on board, and all sides know which."""
         self.slow = False
         if self.agent is None:
             self.start_agent()
@@ -314,7 +315,7 @@ class PlanWorld:
         assert drone is not None and drone.onboard.plans.mission.hash == plan_hash(MISSION, self.on_board())
         self._outcomes_are_true()
 
-    # -- the laws ------------------------------------------------------------------------------------------------
+    # -- invariants -------------------------------------------------------------------------------------------------
 
     def ended(self, transaction_id: int, reported: ParamValue) -> None:
         assert transaction_id not in self.results or reported.outcome is Outcome.REFUSED, "it ended twice"
@@ -337,7 +338,7 @@ class PlanWorld:
                 continue
             if operation.words.startswith(reported.words):
                 assert operation.state is STATE_OF[reported.outcome]
-            else:  # nobody heard it in time: then it is said that nobody knows
+            else:  # no report came in time, so the result is unknown
                 assert not operation.running and operation.state in (State.FAILED, State.TIMED_OUT)
                 assert "check what is on board" in operation.words, operation.words
             if reported.outcome is Outcome.DONE:

@@ -1,16 +1,15 @@
-"""The whole of "who may fly" as a model: tower, agents, a network that loses, repeats, reorders and delays, two admins
-of the tower and one of a team who race, deaths of tower and agent at any step. Real parts throughout, but for the
-database and the wires.
+"""A model of control rights: tower, agents, a network that loses, repeats, reorders and delays, two admins of the tower
+and one of a team who race, deaths of tower and agent at any step. All parts are real but the database and the wires.
 
-What must hold at every step:
+Invariants at every step:
 - The sticks of two people never reach an autopilot in one epoch.
-- Only the holder's do, and the assistant's.
-- What the tower believes is in the store; once everything has settled it is all that is there, and the agents know it.
+- Only sticks from the holder and the assistant reach it.
+- The tower's leases are in the store. Once everything has settled they equal the store, and the agents know them.
 - Epochs never go back within a link, and no sticks pass whose epoch an order to hold has ended (in `model_agent`).
-- A link without a control channel is resumed or ends; until then an order to hold that nobody has answered reaches the
-  drone as soon as anything does.
-- While the controls are being taken, the tower passes nobody's sticks on.
-- A team admin takes from nobody above them (in `model_store`), and whoever lost their part in the team flies no more.
+- A link without a control channel is resumed or ends. Until then an unanswered order to hold reaches the drone as soon
+  as anything does.
+- While the controls are being taken, the tower passes no sticks.
+- A team admin takes from nobody of higher rank (in `model_store`), and a user who loses the team role flies no more.
 """
 
 from collections import deque
@@ -36,7 +35,7 @@ MAX_CONCURRENT = 4
 users = st.sampled_from([ALICE, BOB, CHIEF, ROOT, TOOR])
 operators = st.sampled_from([ALICE, BOB, CHIEF])
 admins = st.sampled_from([ROOT, TOOR])
-# Most of it happens to one drone; the other is there for what one person may not do twice.
+# Most steps use one drone; the other tests the limit of one drone per person.
 drones = st.sampled_from([ONE, ONE, ONE, TWO])
 parts = st.sampled_from(["holder", "holder", "assistant", "taken_from"])
 operator_events = st.sampled_from([Event.ACQUIRE, Event.ACQUIRE, Event.ACCEPT, Event.RELEASE])
@@ -46,7 +45,7 @@ numbers = st.integers(0, 20)
 
 
 class ControlModel(RuleBasedStateMachine):
-    """Rules are what people, networks and power cuts do."""
+    """Rules are the actions of people, networks and power cuts."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -112,13 +111,13 @@ class ControlModel(RuleBasedStateMachine):
 
     @rule(drone_id=drones, assistant=st.sampled_from([CHIEF, ROOT, TOOR]))
     def an_admin_helps_an_operator(self, drone_id: DroneId, assistant: UserId) -> None:
-        """A short way into a state that takes luck to reach."""
+        """A shortcut to a state that chance rarely reaches."""
         self._ask(ALICE, drone_id, Event.ACQUIRE, at_once=True)
         self._ask(assistant, drone_id, Event.ASSIST, at_once=True)
 
     @rule(drone_id=drones, admin=st.sampled_from([CHIEF, ROOT, TOOR]))
     def an_admin_offers_the_controls_back(self, drone_id: DroneId, admin: UserId) -> None:
-        """The same."""
+        """A shortcut, as above."""
         for user_id, event in ((ALICE, Event.ACQUIRE), (admin, Event.TAKE), (admin, Event.GIVE)):
             self._ask(user_id, drone_id, event, at_once=True)
 
@@ -130,7 +129,7 @@ class ControlModel(RuleBasedStateMachine):
 
     @rule(part=parts, drone_id=drones, kinds=kinds)
     def sticks(self, part: str, drone_id: DroneId, kinds: tuple[bool, ...]) -> None:
-        """They stay in the network; for each frame, whether they are centred."""
+        """Sends sticks that stay in the network. `kinds`: for each frame, whether it is centred."""
         user_id = getattr(self.store.leases[drone_id], part)
         if user_id is not None:
             self._sticks(user_id, drone_id, kinds)
@@ -151,7 +150,7 @@ class ControlModel(RuleBasedStateMachine):
         self._sticks(user_id, drone_id, (True, False))
 
     def _sticks(self, user_id: UserId, drone_id: DroneId, kinds: tuple[bool, ...]) -> None:
-        """For each frame: centred or not."""
+        """`kinds`: for each frame, whether it is centred."""
         fenced = self.tower.service._fences[drone_id] > 0
         before = len(self.network)
         for centred in kinds:
@@ -241,7 +240,7 @@ class ControlModel(RuleBasedStateMachine):
 
     @rule(drone_id=drones, seconds=st.sampled_from([0.4, 1.1, 2.0]))
     def nothing_is_heard_of(self, drone_id: DroneId, seconds: float) -> None:
-        """Its datagrams are lost as well: what is an orphan ends."""
+        """Its datagrams are lost as well, so an orphan link ends."""
         self._time_passes(seconds, silent=drone_id)
 
     def _orphans(self) -> list[ModelAgent]:
@@ -281,7 +280,7 @@ class ControlModel(RuleBasedStateMachine):
         if what == "tower":
             self._tower_is_up()
 
-    # -- what must hold --------------------------------------------------------------------------------------
+    # -- invariants ------------------------------------------------------------------------------------------
 
     def _note_who_flew(self) -> None:
         for drone_id, agent in self.agents.items():
@@ -346,7 +345,7 @@ TestControl = ControlModel.TestCase
 
 
 def test_who_loses_the_right_while_the_turn_changes_loses_the_controls() -> None:
-    """Found by the model: the turn moved the epoch, the revocation lost the race, and nobody tried again."""
+    """Found by the model: the turn moved the epoch, the revocation lost the race, and nothing retried it."""
     model = ControlModel()
     ControlModel.everybody_comes(model, asked=((ALICE, Event.ACQUIRE), (ROOT, Event.ASSIST)))
     model.holder_and_assistant_at_once(ONE)

@@ -1,4 +1,4 @@
-"""The hard moments of the model, one by one: what chance finds now and then is here every time."""
+"""The hard cases of the model, one by one: chance finds them now and then, these tests run them every time."""
 
 from itertools import permutations
 
@@ -17,7 +17,7 @@ def model():
 
 
 def flown(model: ControlModel) -> dict[int, set[int]]:
-    """Epoch to those whose sticks reached the autopilot of drone 1; the invariants hold."""
+    """Returns epoch to the users whose sticks reached the autopilot of drone 1. Checks the invariants."""
     model.one_person_flies_in_one_epoch_and_has_a_right_to()
     return {epoch: who for (drone_id, epoch), who in model.flown.items() if drone_id == ONE}
 
@@ -40,7 +40,7 @@ def test_the_epoch_on_the_data_channel_fences_even_if_the_control_channel_is_slo
     old = model.network.pop()
     model._ask(ROOT, ONE, Event.TAKE, at_once=True)
     model.sticks("holder", ONE, (True,))
-    new = model.network.pop()  # without the order to hold, which is lost
+    new = model.network.pop()  # the order to hold is lost
     for drone_id, datagram in (new, old):
         model.agents[drone_id].datagram(datagram, model.now)
     assert flown(model) == {2: {ROOT}}
@@ -49,7 +49,7 @@ def test_the_epoch_on_the_data_channel_fences_even_if_the_control_channel_is_slo
 def test_from_the_request_to_take_on_nobodys_sticks_pass(model: ControlModel) -> None:
     model._ask(ROOT, ONE, Event.TAKE, at_once=False)
     model.sticks_that_arrive("holder", ONE, (True,))
-    model.tower.step(0)  # written, but the hub has not been told
+    model.tower.step(0)  # written, but the hub has not been notified
     for user_id in (ALICE, ROOT):
         model._sticks(user_id, ONE, (True,))
     model.everything_arrives()
@@ -58,7 +58,7 @@ def test_from_the_request_to_take_on_nobodys_sticks_pass(model: ControlModel) ->
 
 @pytest.mark.parametrize("order", sorted(set(permutations((0, 0, 1, 1)))))
 def test_two_admins_race_and_one_of_them_wins_each_epoch(model: ControlModel, order: tuple[int, ...]) -> None:
-    """In every order in which the database can answer them, with sticks of everybody between."""
+    """Covers every order of the database's answers, with sticks from all users between them."""
     racing = []
     for user_id in (ROOT, TOOR):
         model._ask(user_id, ONE, Event.TAKE, at_once=False)
@@ -91,7 +91,8 @@ def test_a_take_that_is_refused_leaves_the_holder_flying(model: ControlModel) ->
 def test_who_loses_the_right_while_the_controls_are_taken_has_no_part_in_the_lease(
     model: ControlModel, first: str
 ) -> None:
-    """They had lost it as the holder, and by then they were whom it was taken from."""
+    """Before the fix the user lost the right as the holder, when already recorded as the one the controls were taken
+    from."""
     if first == "asked":
         model._ask(ROOT, ONE, Event.TAKE, at_once=False)
     model.rights_change(ALICE, ONE, "no owner")

@@ -1,14 +1,14 @@
-"""An open hold as a model: a real agent's core beside a small ArduCopter. Tower, person, link, agent, position and
-answers come and go at any moment.
+"""An open hold as a model: a real agent core with a small ArduCopter. Tower, person, link, agent, position and answers
+come and go at any moment.
 
-What must hold at every step:
-- Airborne, and nobody flies: it does not sink, beyond what arresting a descent takes, unless a landing or a return was
-  commanded by somebody, or announced by the agent a second before.
+Invariants at every step:
+- Airborne without a pilot, it does not sink more than arresting a descent takes, unless somebody commanded a landing or
+  a return, or the agent announced one a second before.
 - Sticks never stop in a mode that uses them, while the agent lives.
-- While the agent lives no failsafe of the autopilot acts on a hold.
-- While a hold is open, a countdown, a stay or the way home is told, at least each 5 s.
-- When the agent is dead, what it told with `after_sticks` may happen, and nothing else.
-And in the end, left alone: it goes down announced, or stays because somebody said so.
+- While the agent lives, no failsafe of the autopilot acts on a hold.
+- While a hold is open, the agent reports a countdown, a stay or the way home at least every 5 s.
+- When the agent is dead, only what it announced with `after_sticks` may happen.
+Left alone, it lands as announced, or stays because somebody requested it.
 """
 
 import logging
@@ -27,19 +27,19 @@ ACTION_S: Final = 8.0
 FLIES_S: Final = 0.6
 """Sticks may be stale for half a second before the agent holds."""
 SHOWS_S: Final = 1.8
-"""By then an autopilot that does not answer has shown whether it does what somebody has commanded."""
+"""By then an autopilot that sends no acknowledgement has shown whether it obeys a command."""
 COME_WITHIN_S: Final = 0.15
-"""After the mode: a tick or two."""
+"""Delay after a mode change: a tick or two."""
 ARREST_M: Final = 4.0
 SETTLES_S: Final = 0.2
 ANNOUNCED_S: Final = 1.0
 WAKES_UP_S: Final = 0.5
 SEND_EVERY_S: Final = 5.2
 PATIENCE_S: Final = 3.5
-"""For whoever commands a mode of sticks, to put a hand on them."""
+"""Time for a person who commands a stick mode to move the sticks."""
 STOPS_S: Final = 6.0
 ASKING_S: Final = 8.0
-"""A return that nobody answers is asked for during 5 s before a landing is."""
+"""The agent requests an unanswered return for 5 s before it requests a landing."""
 
 TOLD: Final = {AfterSticks.RETURNS: {Mode.RTL, Mode.LAND}, AfterSticks.LANDS: {Mode.LAND}}
 
@@ -48,7 +48,7 @@ own_modes = st.sampled_from([Mode.RTL, Mode.LAND, Mode.LOITER, Mode.ALT_HOLD, Mo
 
 
 class Announcements(logging.Handler):
-    """What the agent says aloud, while there is a link and while there is none."""
+    """What the agent announces, with and without a link."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -59,7 +59,7 @@ class Announcements(logging.Handler):
 
 
 class OpenHoldModel(RuleBasedStateMachine):
-    """Rules are what people, networks, power cuts and clouds do."""
+    """Rules are the actions of people, networks, power cuts and clouds."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -111,7 +111,7 @@ class OpenHoldModel(RuleBasedStateMachine):
 
     @rule(position=stick_positions)
     def a_hand_is_on_the_sticks(self, position: tuple[int, int]) -> None:
-        """Centred first, as whoever takes up a drone that holds must."""
+        """Centres the sticks first, as a person who takes over a holding drone must."""
         self._w.hand = (0, 500)
         self._pass(0.3)
         self._w.hand = position
@@ -206,7 +206,7 @@ class OpenHoldModel(RuleBasedStateMachine):
     def time_passes(self, seconds: float) -> None:
         self._pass(seconds)
 
-    # -- what must hold
+    # Invariants
 
     @property
     def w(self) -> HeldCopter | None:
@@ -259,7 +259,7 @@ class OpenHoldModel(RuleBasedStateMachine):
         world, now = self._w, self._w.now
         alive = world.onboard is not None and now - self.alive_since > WAKES_UP_S
         orphaned = world.copter.sticks_at <= self.died_at
-        """The last sticks were those of the process before: what comes of that is no doing of this one."""
+        """The last sticks came from the previous process, so this process is not responsible for their effects."""
         if why == "radio failsafe" and alive:
             just_commanded = now - self.commanded_at <= COME_WITHIN_S
             assert orphaned or just_commanded, "a radio failsafe while the agent lives and keeps sticks"

@@ -1,7 +1,7 @@
-"""Whatever dies on the way of a plan, and when, half of one is never flown, and nobody is told what is not so.
+"""Whatever fails during a plan upload, and when, half a plan is never flown and no false result is reported.
 
-The laws are in `plan_world`; here is what happens: one thing at each step of an upload, with starts of the mission
-after it, and stories of many things that chance tells.
+`plan_world` has the invariants. These tests supply the events: one at each step of an upload, with mission starts after
+it, and random sequences of many.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from plan_world import ALICE, NEW, OLD, ROOT, THIRD, Event, PlanWorld, State
 
 UPLOAD_STEPS = 16
-"""An upload of NEW over OLD is over within so many."""
+"""An upload of NEW over OLD ends within this many steps."""
 
 
 def unplug(world: PlanWorld) -> None:
@@ -49,7 +49,7 @@ THINGS: dict[str, Callable[[PlanWorld], object]] = {
     "switched to the mission by radio": PlanWorld.switch_to_mission,
 }
 AFTER = (0, 3, 30)
-"""Steps until the mission is started, besides."""
+"""Steps until the mission starts."""
 
 
 @pytest.mark.parametrize("thing", THINGS)
@@ -90,7 +90,7 @@ def test_the_walk_is_as_long_as_an_upload() -> None:
 @pytest.mark.parametrize("by_frame", [True, False], ids=["frame", "operation"])
 @pytest.mark.parametrize("between", [0, 1, 2, 5])
 def test_a_start_that_is_on_its_way_when_the_upload_comes_flies_the_old_plan(by_frame: bool, between: int) -> None:
-    """The start passes, and no heartbeat shows it yet when the upload is there."""
+    """The start passes, and no heartbeat shows it yet when the upload arrives."""
     world = PlanWorld()
     world.start_mission(by_frame=by_frame)
     world.run(between)
@@ -117,7 +117,7 @@ STORIES = st.lists(
 
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(in_place=st.booleans(), story=STORIES)
-@example(in_place=False, story=[(12, "autopilot rebooted"), (130, "taken")])  # while it is read back
+@example(in_place=False, story=[(12, "autopilot rebooted"), (130, "taken")])  # during the read-back
 def test_any_story(in_place: bool, story: list[tuple[int, str]]) -> None:
     world = PlanWorld(in_place=in_place)
     world.upload(NEW)

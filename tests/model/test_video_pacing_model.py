@@ -1,4 +1,4 @@
-"""Viewers of video on ways of any kind: a link with a rate, a length and a queue is emulated, clock and all."""
+"""Video viewers on all kinds of links: emulates the rate, delay and queue of a link, with a simulated clock."""
 
 import heapq
 import itertools
@@ -26,7 +26,7 @@ def picture(sequence: int, size: int, at: float, *, key: bool, bits_per_s: int) 
 
 @dataclass
 class Way:
-    """Takes `rate(now)` bytes a second, and `one_way_s` longer; what is too much waits in its queue without bound."""
+    """A link that passes `rate(now)` bytes a second with a delay of `one_way_s`. Its queue is unbounded."""
 
     rate: Callable[[float], float]
     one_way_s: float = 0.01
@@ -34,7 +34,7 @@ class Way:
 
     def arrival(self, size: int, now: float) -> float:
         at, left = max(self.free_at, now), float(size)
-        while left > 0:  # in steps, for the rate may change meanwhile
+        while left > 0:  # in steps, because the rate may change meanwhile
             step = min(left, 200.0)
             at += step / self.rate(at)
             left -= step
@@ -44,12 +44,12 @@ class Way:
 
 @dataclass
 class Seen:
-    """What one viewer got: (sequence, key, when it came, how old it was then). `cadence`: it says `got` as the
-    console's player does; None: for each unit."""
+    """What one viewer received: (sequence, key, time of arrival, age on arrival). `cadence`: the interval of its `got`
+    reports, as in the console's player; None: one for each unit."""
 
     cadence: GotCadence | None = None
     frozen: bool = False
-    """It draws, and says nothing any more."""
+    """The viewer draws and reports nothing any more."""
     said: int = 0
     check_at: float = float("inf")
 
@@ -60,7 +60,7 @@ class Seen:
 
 
 class Film:
-    """A stream with any number of viewers, each on a way of its own; the clock is ours."""
+    """A stream with any number of viewers, each on its own link, with a simulated clock."""
 
     def __init__(self, *, every: int = 12, key_size: int = 7_000, size: int = 2_000) -> None:
         self.every, self.key_size, self.size = every, key_size, size
@@ -136,7 +136,7 @@ class Film:
 
 
 def assert_decodable(seen: Seen) -> None:
-    """It begins with a key picture, and what follows a gap is one."""
+    """Asserts that it begins with a key picture, and that a key picture follows each gap."""
     before = None
     for sequence, key, _, _ in seen.units:
         assert key or (before is not None and sequence == before + 1)
@@ -152,8 +152,8 @@ def test_who_keeps_up_loses_nothing(one_way_ms: int, room: float, thins: bool) -
     film = Film()
     pace, seen = film.join(Way(lambda _: film.bytes_per_s * room, one_way_ms / 1000), thins=thins)
     film.run(20)
-    # On a way as long as that to a satellite the first groups may be given up before a picture is known to have
-    # come.
+    # With a delay like that of a satellite link, the pacer may drop the first groups before it learns that a picture
+    # has arrived.
     assert pace.skipped <= (0 if one_way_ms < 150 else 2 * film.every)
     assert len(seen.units) > 20 * RATE_HZ - 2 - 2 * one_way_ms / 1000 * RATE_HZ - pace.skipped
     assert_decodable(seen)
@@ -186,8 +186,8 @@ def test_at_a_third_of_the_bit_rate_the_delay_stays_below_a_second_and_recovers(
 def test_the_largest_keys_once_a_second_whenever_the_way_grows_slow(
     one_way_ms: int, most_s: float, thins: bool
 ) -> None:
-    """A key picture is a quarter of a second of the bit rate at most, and takes three quarters on such a way. Where the
-    way is long one may be begun before anybody can know that it has grown slow: that one is later."""
+    """A key picture is at most a quarter of a second of the bit rate, and takes three quarters on such a link. On a
+    link with a long delay one may start before the slowdown can be detected. That one is later."""
     for tenth in range(10):
         film = Film(every=24, key_size=12_250, size=1_641)
         slow_from = 5 + tenth / 10
@@ -261,7 +261,7 @@ def test_on_any_way_what_comes_can_be_decoded_and_no_queue_grows(
     pace, seen = film.join(Way(rate, one_way_s), when=joins_at)
     film.run(4.0 * len(rates) + 4)
     assert_decodable(seen)
-    # Never more than a group and what goes before it is known that the way is slow.
+    # The pacer detects a slow link after at most one group and what precedes it.
     group = film.key_size + (every - 1) * film.size
     assert pace.in_flight <= group + film.key_size + film.bytes_per_s * (2 * one_way_s + 1.0)
     assert len(film.stream.group) <= every

@@ -1,7 +1,7 @@
-"""Real autopilots for tests that are not asynchronous: in a thread of their own, each at its agent's port.
+"""Real autopilots for synchronous tests: in their own thread, each at its agent's port.
 
 with beside_agents(program, folder, {port: HOME}) as autopilots:
-    autopilots[0].photographs   # what it has told of its camera since
+    autopilots[0].photographs   # its camera's reports since then
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from wire.frames import message_id
 Home = tuple[float, float, float]
 START_S: Final = 200.0
 CAMERA: Final = {"CAM1_TYPE": 1, "SERVO9_FUNCTION": 10}
-"""A shutter on an output, so that it photographs and says where."""
+"""Configures a shutter on an output, so that the autopilot takes photographs and reports their positions."""
 _FEEDBACK: Final = mavlink.MAVLINK_MSG_ID_CAMERA_FEEDBACK
 
 
 class Photograph(NamedTuple):
-    """What CAMERA_FEEDBACK says. `height_m`: above home."""
+    """Fields of CAMERA_FEEDBACK. `height_m`: above home."""
 
     number: int
     lat_e7: int
@@ -35,7 +35,7 @@ class Photograph(NamedTuple):
 
 
 class PhotographedTap(AutopilotTap):
-    """An AutopilotTap that notes photographs."""
+    """An AutopilotTap that records photographs."""
 
     def __init__(self, agent: tuple[str, int], autopilot: RealAutopilot) -> None:
         super().__init__(agent, autopilot)
@@ -94,7 +94,7 @@ class _Squad:
 
 @contextlib.contextmanager
 def beside_agents(program: Path, folder: Path, homes: Mapping[int, Home]) -> Iterator[list[PhotographedTap]]:
-    """`homes`: by the UDP port at which its agent listens. Ready to arm, all of them."""
+    """`homes`: by the UDP port on which the drone's agent listens. Yields once all are ready to arm."""
     squad = _Squad(program, folder, homes)
     try:
         squad.start()

@@ -1,4 +1,4 @@
-"""Flying a real autopilot without tower and agent: a ground station's sticks and commands straight at its port."""
+"""Flies a real autopilot without tower and agent: a ground station's sticks and commands go straight to its port."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ CENTRED, DOWN, CLIMB, DESCEND = (0, 0, 500, 0), (0, 0, 0, 0), (0, 0, 1000, 0), (
 
 
 class ByWire:
-    """`sticks` go out 20 times a second; None: none do."""
+    """Sends `sticks` 20 times a second; None: sends none."""
 
     def __init__(self, truth: Truth) -> None:
         self.truth = truth
@@ -44,21 +44,21 @@ class ByWire:
         return next((name for name, number in MODES.items() if number == self.truth.mode), str(self.truth.mode))
 
     async def change_mode(self, name: str) -> int:
-        """The MAV_RESULT; where accepted, once the autopilot shows it."""
+        """Returns the MAV_RESULT. If accepted, waits until the autopilot shows the mode."""
         result = await self.truth.ask(mavlink.MAV_CMD_DO_SET_MODE, 1, MODES[name])
         if result == ACCEPTED:
             await wait_for(name, lambda: self.mode == name, 3)
         return result
 
     async def arm(self) -> tuple[int, str]:
-        """The MAV_RESULT, and what the autopilot said about it."""
+        """Returns the MAV_RESULT, and the autopilot's text about it."""
         count = len(self.truth.texts)
         result = await self.truth.ask(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1)
         await asyncio.sleep(0.3)
         return result, "; ".join(text for _, text in self.truth.texts[count:])
 
     async def up(self, height_m: float) -> None:
-        """Armed in GUIDED with throttle down, up there, and on in ALT_HOLD with centred sticks."""
+        """Arms in GUIDED with throttle down, climbs, and continues in ALT_HOLD with centred sticks."""
         await self.change_mode("GUIDED")
         self.sticks = DOWN
         await asyncio.sleep(0.5)

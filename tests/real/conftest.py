@@ -1,6 +1,7 @@
-"""For tests that fly a real autopilot, on Linux: `ARDUCOPTER=/path/to/arducopter PX4=/path/to/build pytest tests/real`.
+"""Fixtures for tests with a real autopilot, on Linux: `ARDUCOPTER=/path/to/arducopter PX4=/path/to/build pytest
+tests/real`.
 
-PX4 is the folder of a build for software in the loop (`build/px4_sitl_default`), with `bin/px4` and `etc/`.
+PX4 is the folder of a SITL build (`build/px4_sitl_default`), with `bin/px4` and `etc/`.
 """
 
 import os
@@ -26,7 +27,7 @@ def arducopter() -> Path:
 
 @pytest.fixture(scope="session")
 def px4_build() -> Path:
-    """A build of PX4 that can simulate its own quadcopter. It is not part of this repository."""
+    """A build of PX4 that simulates its own quadcopter. It is not part of this repository."""
     named = os.environ.get(PX4_VARIABLE)
     if not named:
         pytest.skip(f"flies a real PX4 only where {PX4_VARIABLE} names the folder of a build of it")

@@ -1,4 +1,4 @@
-"""Plans up to a real autopilot and back, by the agent's own plan handler, without tower and link."""
+"""Uploads plans to a real autopilot and reads them back with the agent's own plan handler, without tower and link."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ WITHIN_S: Final = 60.0
 
 
 class Kept(NamedTuple):
-    """`plan`: read from the autopilot afterwards. None: refused, as `result` says."""
+    """`plan`: read back from the autopilot afterwards. None: refused, with the reason in `result`."""
 
     result: TransactionResult
     plan: Plan | None
@@ -44,15 +44,15 @@ class _Journal:
 
 
 class Autopilot(Protocol):
-    """Whatever sends its MAVLink to a socket."""
+    """An autopilot that sends its MAVLink to a socket."""
 
     @property
     def port(self) -> socket.socket:
-        """Not blocking."""
+        """A non-blocking socket."""
 
 
 class PlanExchange:
-    """One at a time."""
+    """Runs one transaction at a time."""
 
     def __init__(self, autopilot: Autopilot, keeping: KeptFields) -> None:
         self.autopilot = autopilot
@@ -65,7 +65,7 @@ class PlanExchange:
         self._handler.autopilot_came(vehicle_system_id=1, home_slot=home_slot, keeping=keeping, now=self._loop.time())
 
     async def do(self, work: PlanWork) -> TransactionResult:
-        """Until its result. Raises TimeoutError."""
+        """Runs the work to its result. Raises TimeoutError."""
         self._number += 1
         self._handler.begin(Transaction(id=self._number, epoch=0, deadline_s=WITHIN_S, work=work), self._loop.time())
         async with asyncio.timeout(2 * WITHIN_S):
@@ -77,13 +77,13 @@ class PlanExchange:
                 await asyncio.sleep(TICK_S)
 
     async def read(self, kind: PlanKind) -> Plan:
-        """What is on board."""
+        """Reads the plan on board."""
         result = await self.do(PlanDownloadWork(kind))
         assert result.plan is not None, result.words
         return unpack_plan(result.plan)[1]
 
     async def upload(self, kind: PlanKind, *items: PlanItem) -> Kept:
-        """Onto an empty board."""
+        """Uploads to an empty vehicle."""
         await self.do(PlanClearWork(kind))
         result = await self.do(PlanUploadWork(kind, items))
         return Kept(result, await self.read(kind) if result.outcome == "done" else None)
@@ -103,7 +103,7 @@ class PlanExchange:
 
 @contextlib.asynccontextmanager
 async def plan_exchange(program: Path, folder: Path, keeping: KeptFields | None = None) -> AsyncIterator[PlanExchange]:
-    """With a fresh ArduCopter, or whatever `keeping` is of."""
+    """Uses a fresh ArduCopter, or the autopilot that `keeping` describes."""
     autopilot = RealAutopilot(program, folder, receiver=Receiver.LOW)
     try:
         await autopilot.start()

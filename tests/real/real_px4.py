@@ -1,11 +1,11 @@
-"""A real PX4 that simulates its own quadcopter (SIH), on a loopback that nobody else can reach.
+"""A real PX4 that simulates its own quadcopter (SIH), on an isolated loopback.
 
     async with flying_px4(build, folder) as autopilot:
         autopilot.port      # its link for an onboard computer: the agent's side
-        autopilot.station   # its link for a ground station, for what the test itself wants to know
+        autopilot.station   # its link for a ground station, for the test's own queries
 
-`build` is the folder of a build for software in the loop, with `bin/px4` and `etc/`. Nothing here knows where it comes
-from. It flies in real time. It keeps a lock for its number in the machine's temporary folder, so one flies at a time.
+`build` is the folder of a SITL build, with `bin/px4` and `etc/`, from any source. It flies in real time. It keeps a
+lock for its number in the machine's temporary folder, so one flies at a time.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ from wire.frames import MalformedFrame, source, split_frames
 
 ONBOARD_PORT: Final = 14540
 STATION_PORT: Final = 14550
-"""Where its start-up sends to."""
+"""The port to which PX4's start-up script sends."""
 BOOT_S: Final = 60.0
 STATION: Final = 200
-"""A system that is nobody's ground station."""
+"""A system id that is nobody's ground station."""
 HEARTBEAT_S: Final = 1.0
 
 
 class Station:
-    """What comes on its link for a ground station, newest of each kind, and requests to it.
+    """The newest message of each kind on PX4's link for a ground station, and requests to it.
 
-    It sends heartbeats while it `is_present`: a PX4 sends STATUSTEXT on no link without a ground station's. Then it
-    does not notice that the people behind its other link are gone.
+    Sends heartbeats while `is_present`: PX4 sends STATUSTEXT only on a link with a ground station. But then PX4 does
+    not notice that the people behind its other link are gone.
     """
 
     def __init__(self, sock: socket.socket) -> None:
@@ -67,7 +67,7 @@ class Station:
             self._sock.sendto(frame, self._address)
 
     async def ask(self, number: int, *params: float, within_s: float = 3.0) -> int:
-        """The MAV_RESULT of a command. Raises TimeoutError."""
+        """Returns the MAV_RESULT of a command. Raises TimeoutError."""
         count = len(self.acks)
         seven = (*params, *(0.0,) * (7 - len(params)))
         self.send(mavlink.MAVLink_command_long_message(1, 1, number, 0, *seven))
@@ -76,7 +76,7 @@ class Station:
 
     @property
     def healthy(self) -> bool:
-        """Whether it says that it could arm."""
+        """Whether it reports that it could arm."""
         status = self.newest.get("SYS_STATUS")
         bit = mavlink.MAV_SYS_STATUS_PREARM_CHECK
         return status is not None and bool(status.onboard_control_sensors_health & bit)
@@ -110,7 +110,7 @@ class Station:
 
 
 class RealPx4:
-    """One process. `port` and `station` are there after `start`."""
+    """One PX4 process. `port` and `station` exist after `start`."""
 
     def __init__(
         self,
@@ -120,7 +120,8 @@ class RealPx4:
         parameters: Mapping[str, float] | None = None,
         home: tuple[float, float, float] = HOME,
     ) -> None:
-        """`parameters` are set before it starts up; `folder` is its alone. `home`: degrees, metres above the sea."""
+        """Sets `parameters` before start-up. `folder`: used by this process alone. `home`: degrees, metres above sea
+        level."""
         self.port: socket.socket
         self.station: Station
         self._build = build.resolve()
@@ -130,7 +131,7 @@ class RealPx4:
         self._process: asyncio.subprocess.Process | None = None
 
     async def start(self) -> None:
-        """Until it could arm. Raises NoAutopilot."""
+        """Starts it and waits until it could arm. Raises NoAutopilot."""
         self._folder.mkdir(parents=True, exist_ok=True)
         ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_STREAM)
         ports = f"{ONBOARD_PORT},{STATION_PORT},0"
@@ -192,7 +193,7 @@ class RealPx4:
 
 @contextlib.asynccontextmanager
 async def flying_px4(build: Path, folder: Path, **options: Any) -> AsyncIterator[RealPx4]:
-    """`options` as RealPx4's."""
+    """`options`: as for RealPx4."""
     autopilot = RealPx4(build, folder, **options)
     try:
         await autopilot.start()
@@ -202,7 +203,7 @@ async def flying_px4(build: Path, folder: Path, **options: Any) -> AsyncIterator
 
 
 class Cable:
-    """Between its link for an onboard computer and the UDP port of an agent on our loopback. It hides nothing."""
+    """Connects PX4's link for an onboard computer to the UDP port of an agent on our loopback. Passes everything."""
 
     def __init__(self, autopilot: RealPx4, agent_port: int) -> None:
         self._inner = autopilot.port

@@ -1,4 +1,4 @@
-"""A TCP port here for one inside a network of its own: bytes go through as they are, both ways."""
+"""A local TCP port for one inside another network namespace. Passes bytes unchanged, both ways."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ CONNECT_WITHIN_S: Final = 30.0
 
 @contextlib.contextmanager
 def bridged(namespace: str, port: int) -> Iterator[int]:
-    """The port on our loopback; one connection at a time, as a simulator's own port takes it."""
+    """Yields the port on our loopback. Takes one connection at a time, as a simulator's own port does."""
     with socket.socket() as listening:
         listening.bind(("127.0.0.1", 0))
         listening.listen(1)

@@ -1,7 +1,7 @@
-"""The console in a real browser and real ArduCopters: what is drawn on the page goes on board, comes back, is flown.
+"""The console in a real browser with real ArduCopters: a plan drawn on the page goes on board, is read back and flown.
 
-A survey's photographs are compared with the places where the plan wants them: from the beginning of each line, one at
-each distance of the trigger.
+The test compares a survey's photographs with the positions that the plan requires: from the start of each line, one per
+trigger distance.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ FLOWN_WITHIN_S: Final = 600.0
 FIELD: Final = ((0.43, 0.45), (0.485, 0.45), (0.485, 0.51), (0.43, 0.51))
 WAY: Final = ((0.45, 0.60), (0.52, 0.52), (0.58, 0.60))
 SQUAD_FIELD: Final = ((0.40, 0.28), (0.72, 0.28), (0.72, 0.42), (0.40, 0.42))
-"""Corners, as shares of the map."""
+"""Corners, as fractions of the map."""
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +57,7 @@ class Field(NamedTuple):
 
 @pytest.fixture(scope="module")
 def field(arducopter: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Field]:
-    """Three ArduCopters of alice's, beside each other, each with its agent, and a tower."""
+    """Three ArduCopters of alice's, side by side, each with its agent, and a tower."""
     folder = tmp_path_factory.mktemp("field")
     ports = free_udp_ports(len(SQUAD))
     homes = {port: (HOME[0], HOME[1] + n * APART_DEG, HOME[2]) for n, port in enumerate(ports)}
@@ -78,7 +78,7 @@ def come(chromium: Browser, field: Field) -> Iterator[Somebody]:
     with visitors(chromium, field.world.address) as somebody:
         yield somebody
     alice = field.world.visitor("alice")
-    for drone_id in SQUAD:  # one holds one drone
+    for drone_id in SQUAD:  # one account holds one drone
         alice.ask("POST", f"/drones/{drone_id}/control/release")
 
 
@@ -103,7 +103,7 @@ def planning(come: Somebody, drone_id: int) -> ConsolePage:
 
 
 def uploaded(console: ConsolePage, world: World, drone_id: int) -> list[PlanItem]:
-    """Up by the page, compared by the page, read from the autopilot again by the page: what is on board."""
+    """Uploads, compares and reads back on the page. Returns the items on board."""
     console.part("upload").click()
     dialog = console.part("upload-dialog")
     came = console.part("transfer-came")
@@ -118,7 +118,7 @@ def uploaded(console: ConsolePage, world: World, drone_id: int) -> list[PlanItem
     for action, reported in (("verify", "is this one"), ("download", "is on the screen")):
         console.part("drone-plan-menu").click()
         console.part(action).click()
-        if action == "download":  # what is on the screen is not in the library
+        if action == "download":  # a plan on the screen is not in the library
             console.part("confirm-button").click()
         expect(came).to_contain_text(reported)
         expect(came).to_have_attribute("data-as", "done")
@@ -131,12 +131,12 @@ def on_board(world: World, drone_id: int, count: int) -> list[PlanItem]:
     fresh = world.visitor("alice").ask("GET", f"/drones/{drone_id}/mission?fresh=true").json
     assert (fresh["state"], fresh["count"], fresh["fit_to_fly"]) == ("known", count, True)
     items = [PlanItem(row[0], row[1], tuple(row[2]), *row[3:]) for row in fresh["items"]]
-    assert as_kept(ArduPilot(), PlanKind.MISSION, items) == tuple(items)  # as it is kept, and no other
+    assert as_kept(ArduPilot(), PlanKind.MISSION, items) == tuple(items)  # as the autopilot keeps them
     return items
 
 
 class Wanted(NamedTuple):
-    """A photograph as the plan wants it. `line`: from 0; `along_m`: from the line's beginning."""
+    """A photograph that the plan requires. `line`: from 0; `along_m`: distance from the start of the line."""
 
     line: int
     along_m: float
@@ -145,13 +145,13 @@ class Wanted(NamedTuple):
 
 
 def metres(lat_e7: float, lon_e7: float) -> tuple[float, float]:
-    """North and east of HOME."""
+    """Returns metres north and east of HOME."""
     north = (lat_e7 - HOME[0] * 1e7) * METRES_PER_E7
     return north, (lon_e7 - HOME[1] * 1e7) * METRES_PER_E7 * math.cos(math.radians(HOME[0]))
 
 
 def wanted(items: list[PlanItem]) -> tuple[list[Wanted], float]:
-    """Of each line from where its trigger begins, and the distance between two."""
+    """Returns the required photographs of each line, from the start of its trigger, and their distance."""
     found: list[Wanted] = []
     every_m, line = 0.0, -1
     here = (0.0, 0.0)
@@ -173,7 +173,7 @@ def wanted(items: list[PlanItem]) -> tuple[list[Wanted], float]:
 
 
 def offsets(photographs: list[Photograph], plan: list[Wanted]) -> dict[Wanted, float]:
-    """How far the nearest photograph is from each place where one is wanted."""
+    """Returns for each required position the distance to the nearest photograph."""
     places = [metres(one.lat_e7, one.lon_e7) for one in photographs]
     return {one: min((math.dist(place, one[2:]) for place in places), default=math.inf) for one in plan}
 
@@ -188,7 +188,7 @@ def test_a_survey_is_drawn_goes_on_board_and_is_photographed_where_it_was_planne
         console.part(f"pattern-{part}").press("Tab")
     items = int(console.part("pattern-facts").get_attribute("data-items") or 0)
     console.part("pattern-add").click()
-    expect(console.part("plan-item")).to_have_count(items + 1)  # and the take-off
+    expect(console.part("plan-item")).to_have_count(items + 1)  # plus the take-off
     console.page.get_by_role("tab", name="Checks").click()
     console.part("add-return").click()
     board = uploaded(console, field.world, 1)

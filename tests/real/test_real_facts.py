@@ -1,4 +1,4 @@
-"""What a real ArduCopter does where a hold depends on it. Each row here is one the simulator has to agree with."""
+"""Behaviour of a real ArduCopter that a hold depends on. The simulator has to agree with each row."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Work = Callable[[ByWire], Coroutine[Any, Any, str]]
 async def at_once(
     program: Path, folder: Path, rows: dict[str, tuple[Receiver, dict[str, float], Work]]
 ) -> dict[str, str]:
-    """Each row with an autopilot of its own, two of them booting at a time."""
+    """Runs each row with its own autopilot, at most four at once."""
     booting = asyncio.Semaphore(4)
 
     async def fly(name: str, receiver: Receiver, parameters: dict[str, float], work: Work) -> str:
@@ -38,7 +38,7 @@ async def at_once(
 
 def sticks_stop_in(mode: str) -> Work:
     async def work(hands: ByWire) -> str:
-        """What it does within WATCHED_S of the last stick."""
+        """Returns what it does within WATCHED_S of the last stick."""
         await hands.up(HEIGHT_M)
         if mode != "ALT_HOLD":
             await hands.change_mode(mode)

@@ -67,7 +67,7 @@ async def test_an_ordered_hold_comes_soon_and_no_old_frame_after_it(arducopter: 
 
 
 def test_the_table_is_not_empty() -> None:
-    """Names of flights that no flight has would let everything pass."""
+    """A misspelt name of a flight would let every other test pass."""
     assert len(flights_of((), 1, set_up=False, lost_action="return")) == 8 * 7 * 3
     for name in (*CORE, *TOWER_KILLED):
         assert len(flights_of((name,), 1, set_up=False, lost_action="return")) == 1, name

@@ -1,4 +1,4 @@
-"""All parameters of a real ArduCopter, by its file and by its list: whole each time, and fast."""
+"""Reads all parameters of a real ArduCopter, by file and by list: complete each time, and fast."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ FILES, VALUES = mavlink.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL, mavlink.MAVLINK_M
 
 
 async def reading(autopilot: RealAutopilot, maker: FrameMaker, *, by_file: bool) -> tuple[float, Table]:
-    """How long it took, as the agent reads: at each packet and forty times a second."""
+    """Returns the seconds that a read takes, and its table. Steps the read as the agent does: at each packet and forty
+    times a second."""
     loop = asyncio.get_running_loop()
     stream = FrameStream()
     _, address = await loop.sock_recvfrom(autopilot.port, 4096)

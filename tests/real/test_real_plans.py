@@ -1,7 +1,7 @@
-"""What a real ArduCopter makes of plans: each kind of item that the console offers, fences, rally points, its files.
+"""How a real ArduCopter keeps plans: each kind of item that the console offers, fences, rally points, mission files.
 
-`ARDUCOPTER=... pytest tests/real/test_real_plans.py`; the mission files of ArduPilot's own tests come besides where
-ARDUPILOT_SOURCE names its source tree. None of them is part of this repository.
+`ARDUCOPTER=... pytest tests/real/test_real_plans.py`. With ARDUPILOT_SOURCE set to its source tree, the mission files
+of ArduPilot's own tests are included. Neither is part of this repository.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def is_taken(kind: PlanKind, item: PlanItem) -> bool:
 
 
 async def goes_up_and_stays(exchange: PlanExchange, kind: PlanKind, plan: Plan) -> str:
-    """What is wrong with it, or nothing. The agent has compared it; here every bit is compared again, later."""
+    """Returns the fault, or nothing. The agent has compared the plan; this compares every bit again, later."""
     result = await exchange.do(PlanUploadWork(kind, plan))
     if result.outcome is not Outcome.DONE:
         return result.words
@@ -114,9 +114,10 @@ async def test_heights_come_back_as_they_were_set(arducopter: Path, tmp_path: Pa
 
 
 def plan_files(tree: Path) -> Iterator[tuple[Path, PlanKind, Plan]]:
-    """Those of the tests that its own reader takes: a header, and twelve columns an item, of which the first is home.
+    """Yields those of ArduPilot's test files that its own reader accepts: a header, and twelve columns an item. The
+    first item is home.
 
-    A file of fence items is loaded as a fence there.
+    A file of fence items is loaded as a fence.
     """
     for path in sorted((tree / "Tools" / "autotest").rglob("*.txt")):
         lines = [line for line in path.read_text(errors="replace").splitlines() if line.strip()]

@@ -1,4 +1,4 @@
-"""A real ArduCopter on TCP and on a serial line (a pseudo-terminal), all else as installed: a mission is flown."""
+"""Flies a mission with a real ArduCopter on TCP and on a serial line (a pseudo-terminal); all else as installed."""
 
 from __future__ import annotations
 

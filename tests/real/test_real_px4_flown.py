@@ -1,4 +1,4 @@
-"""A real PX4 behind a real tower and agent: commands, a mission, a TAKE in the middle of a flight by hand, parameters.
+"""A real PX4 behind a real tower and agent: commands, a mission, a TAKE during a flight by hand, parameters.
 
 `PX4=... pytest tests/real/test_real_px4_flown.py`. It flies in real time.
 """
@@ -26,7 +26,7 @@ LAT, LON = 47.3977, 8.5456
 LAT_E7, LON_E7 = 473977000, 85456000
 NOT_KNOWN = 0x7FFFFFFF
 BATTERY = {"SIM_BAT_DRAIN": 100_000.0}
-"""Else its battery is half empty after a minute, and needed for the way home."""
+"""Otherwise its battery is half empty after a minute, and needed for the way home."""
 
 
 class Flown:
@@ -36,7 +36,7 @@ class Flown:
         self.autopilot, self.world, self.pilot, self.admin = autopilot, world, pilot, admin
 
     async def command(self, command_: str, **body: Any) -> Any:
-        """Done."""
+        """Runs a command until it is done."""
         answer = await self.pilot.ask("POST", "/commands", {"command": command_} | body)
         assert (answer.status, answer.json.get("state")) == (200, "done"), answer.body
         return answer.json
@@ -47,7 +47,7 @@ class Flown:
         return answer.json
 
     async def up(self, height_m: float) -> None:
-        """Once it is known what a loss would do, and where home is."""
+        """Takes off once home and the effect of a lost link are known."""
         for _ in range(100):
             await self.pilot.ask("POST", "/loss-check/acknowledge", {"drone": "Kestrel"})
             begun = await self.pilot.ask("POST", "/commands", {"command": "takeoff", "height_m": height_m})

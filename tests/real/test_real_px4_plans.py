@@ -1,4 +1,4 @@
-"""What a real PX4 makes of plans: each kind of item that the console offers, fences, rally points, and its room.
+"""How a real PX4 keeps plans: each kind of item that the console offers, fences, rally points, and its capacity.
 
 `PX4=... pytest tests/real/test_real_px4_plans.py`.
 """
@@ -26,8 +26,8 @@ TAKE_OFF = PlanItem(22, 3, z=20.0)
 ODD = (0.3, 1.0, 2.5, 17.9, -1.0, -45.5, 100.0, 254.6, 300.7, 2999.0, None)
 LAT, LON = 473_977_000, 85_455_000
 REFUSED_AT_ALL = {18, 82, 115, 181, 183}
-"""Offered for ArduPilot. Delays (112, 114) it takes as well, a place to be home (179) or to land from (189) without
-a place; it flies none of them in a mission, so they are not offered."""
+"""Items offered for ArduPilot only. PX4 also accepts delays (112, 114), and a home (179) or a landing start (189)
+without a position, but flies none of them in a mission, so the console does not offer them."""
 
 
 @contextlib.asynccontextmanager
@@ -45,7 +45,7 @@ def is_taken(item: PlanItem) -> bool:
 
 
 async def goes_up_and_stays(exchange: PlanExchange, kind: PlanKind, plan: Plan) -> str:
-    """What is wrong with it, or nothing."""
+    """Returns the fault, or nothing."""
     result = await exchange.do(PlanUploadWork(kind, plan))
     if result.outcome is not Outcome.DONE:
         return result.words

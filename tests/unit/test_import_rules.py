@@ -1,4 +1,4 @@
-"""The import rules of the house hold, and the check that says so can fail."""
+"""The repository's import rules hold, and their check can fail."""
 
 import os
 import shutil

@@ -1,4 +1,4 @@
-"""Units as an agent would send them, of pictures that say their own number."""
+"""Video units as an agent sends them. Each picture shows its own number."""
 
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
@@ -12,11 +12,11 @@ from av.video.frame import VideoFrame
 from wire.video import Codec, Quality, Unit, encode_unit
 
 CELLS = 12
-"""Of the number in the picture: so many bits, black or white, across its upper half."""
+"""Number of bits in the picture's number. They are black or white cells across its upper half."""
 
 
 def picture(number: int, width: int = 320, height: int = 240) -> VideoFrame:
-    """Grey, with its number in bits above and something that moves below."""
+    """Returns a grey picture with its number as bits in the upper half and a moving shape below."""
     pixels = np.full((height, width, 3), 90, np.uint8)
     for bit in range(CELLS):
         left, right = bit * width // CELLS, (bit + 1) * width // CELLS
@@ -27,7 +27,7 @@ def picture(number: int, width: int = 320, height: int = 240) -> VideoFrame:
 
 
 def number_in(frame: VideoFrame) -> int:
-    """What `picture` drew, also scaled and coded again."""
+    """Reads the number that `picture` drew, also after scaling and coding."""
     light = frame.to_ndarray(format="gray")
     row = light[light.shape[0] // 4]
     bits = [row[(2 * bit + 1) * len(row) // (2 * CELLS)] > 125 for bit in range(CELLS)]
@@ -35,7 +35,7 @@ def number_in(frame: VideoFrame) -> int:
 
 
 def _packets(frames: Sequence[VideoFrame], codec: Codec, group: int, preset: str) -> Iterator[tuple[bool, bytes]]:
-    """(key, payload) of each."""
+    """Yields (key, payload) for each picture."""
     target = BytesIO()
     options: dict[str, str] = {}
     if codec is Codec.MPEG1:
@@ -85,7 +85,7 @@ def units(
     quality: Quality = Quality.MEDIUM,
     preset: str = "ultrafast",
 ) -> list[bytes]:
-    """Messages, one for each time of capture; their pictures are numbered from `first_number`."""
+    """Returns one message per capture time. The pictures are numbered from `first_number`."""
     frames = [picture(first_number + number, width, height) for number in range(len(capture_us))]
     made = []
     for number, (key, payload) in enumerate(_packets(frames, codec, group, preset)):

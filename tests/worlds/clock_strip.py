@@ -1,6 +1,6 @@
-"""Reads the clock in the top rows of the simulator's pictures (docs/simulator.md): how old is what arrived?
+"""Reads the clock strip in the top rows of the simulator's pictures (docs/simulator.md) to tell the age of a picture.
 
-Written from the description and not from the code that draws it.
+Written from the description, not from the code that draws the strip.
 """
 
 from typing import Any, Final
@@ -11,14 +11,14 @@ import numpy.typing as npt
 WRAPS_MS: Final = 65536
 CELLS: Final = 20
 MIN_CONTRAST: Final = 60.0
-"""Between the white and the black cell, of 255; below it there is no strip."""
+"""Minimum difference between a white and a black cell, of 255. Below it there is no strip."""
 CLEAR: Final = 0.15
-"""How far from half-way between black and white a cell must be, as a part of the way between the two."""
+"""Minimum distance of a cell from the mid-point between black and white, as a fraction of their difference."""
 
 
 def read_clock(luma: npt.NDArray[Any]) -> int | None:
-    """Unix time in milliseconds modulo 65536, from the luma (height, width) of a picture of any size. None where
-    there is no strip, a cell is neither black nor white, or the parity is wrong."""
+    """Returns the Unix time in milliseconds modulo 65536 from the luma (height, width) of a picture of any size.
+    Returns None if there is no strip, a cell is neither black nor white, or the parity is wrong."""
     height, width = luma.shape
     strip = height / CELLS
     rows = luma[round(strip * 0.25) : max(round(strip * 0.75), round(strip * 0.25) + 1)].astype(np.float64)
@@ -44,5 +44,5 @@ def read_clock(luma: npt.NDArray[Any]) -> int | None:
 
 
 def age_ms(read: int, unix_ms: int) -> int:
-    """How long before `unix_ms` the strip said `read`: -1000 to 64535. A little below 0 where two clocks differ."""
+    """Returns the age of the reading `read` at `unix_ms`: -1000 to 64535. Slightly negative if two clocks differ."""
     return (unix_ms - read + 1000) % WRAPS_MS - 1000

@@ -1,7 +1,7 @@
-"""A TCP box between a browser and the tower that makes the tower far away: every byte arrives so much later.
+"""A TCP proxy between a browser and the tower that delays every byte.
 
-Runs in a thread of its own, for the tests that are not asynchronous. A connection costs a round trip before its first
-byte, as a real one does. `cut` is a network that is gone without a word: connections stay open, and nothing arrives.
+Runs in its own thread, for synchronous tests. A connection costs a round trip before its first byte, as a real one
+does. `cut` simulates a network that fails silently: connections stay open and nothing arrives.
 """
 
 import asyncio
@@ -14,7 +14,7 @@ from contextlib import contextmanager
 class FarAway:
     def __init__(self, port: int, one_way_s: float) -> None:
         self.port = 0
-        """Where the browser connects to."""
+        """Port for the browser to connect to."""
         self._tower_port = port
         self._one_way_s = one_way_s
         self._loop = asyncio.new_event_loop()
@@ -30,7 +30,7 @@ class FarAway:
         self._loop.call_soon_threadsafe(self._open.clear)
 
     def mend(self) -> None:
-        """What was under way is lost, as after a change of network: everybody connects again."""
+        """Restores the network. Data in transit is lost and all connections close, as after a change of network."""
         self._loop.call_soon_threadsafe(self._mend)
 
     def _mend(self) -> None:
@@ -74,7 +74,7 @@ class FarAway:
                 self._writers.discard(on_writer)
                 on_writer.transport.abort()
         except OSError:
-            pass  # the tower is not there: neither is this connection
+            pass  # the tower is down, so close this connection too
         finally:
             self._writers.discard(writer)
             writer.transport.abort()

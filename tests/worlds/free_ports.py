@@ -1,4 +1,4 @@
-"""Ports for programs that have to be told one before they open it."""
+"""Free ports for programs that must know a port before they open it."""
 
 import random
 import socket
@@ -7,18 +7,18 @@ from typing import Final
 
 LOWEST: Final = 15_000
 ANYBODYS: Final = Path("/proc/sys/net/ipv4/ip_local_port_range")
-"""Of Linux: the range from which the kernel gives a port to whoever asks for any."""
+"""The Linux range of ephemeral ports."""
 
 _random: Final = random.SystemRandom()
 
 
 def free_udp_ports(count: int) -> list[int]:
-    """Nobody has them now, and nobody who asks for any port gets one of them in the moment before they are taken."""
+    """Returns ports that are free now and outside the ephemeral range, so that the kernel does not assign them."""
     return _free(socket.SOCK_DGRAM, count)
 
 
 def free_tcp_port() -> int:
-    """The same for TCP."""
+    """Returns a free TCP port, as `free_udp_ports` does for UDP."""
     return _free(socket.SOCK_STREAM, 1)[0]
 
 

@@ -1,4 +1,4 @@
-"""A real agent's core beside a model ArduCopter, with a tower and a person that come and go. One clock, no I/O."""
+"""A real agent core with a model ArduCopter, a tower and a person that come and go. One clock, no I/O."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ HAND_EVERY_S: Final = 0.05
 
 
 class MemoryHolds:
-    """The agent's disk, which outlasts it."""
+    """The agent's disk. It survives the agent's process."""
 
     def __init__(self) -> None:
         self.record: bytes | None = None
@@ -47,7 +47,7 @@ class MemoryHolds:
 
 
 class StickFrame(NamedTuple):
-    """Sticks that the agent let go to the autopilot. `buttons` tells the person's from the agent's own."""
+    """Sticks that the agent passed to the autopilot. `buttons` tells the person's sticks from the agent's own."""
 
     at: float
     x: int
@@ -60,7 +60,7 @@ def ground_station(message: Any) -> bytes:
 
 
 def sticks(x: int, z: int = 500) -> bytes:
-    """Of the person: a button is pressed."""
+    """Returns a frame of the person's sticks: a button is pressed."""
     return ground_station(mavlink.MAVLink_manual_control_message(1, x, 0, z, 0, 1))
 
 
@@ -85,7 +85,7 @@ def takeoff(height_m: float) -> bytes:
 
 
 class HeldCopter:
-    """`pass_time`; between, do to it what people and networks do."""
+    """The world that a test drives with `pass_time`, and changes between the calls."""
 
     def __init__(self, copter: ModelCopter, *, step_s: float = 0.025, knows_s: float = 2.0, **settings: Any) -> None:
         self.copter = copter
@@ -95,18 +95,18 @@ class HeldCopter:
         self.store = MemoryHolds()
         self.onboard: Onboard | None = None
         self.linked = False
-        """A link to the tower; its datagrams come while it lasts."""
+        """Whether there is a link to the tower. Datagrams arrive only while it lasts."""
         self.slow_tower_s = 0.0
-        """How late its datagrams come."""
+        """Delay of the tower's datagrams."""
         self.epoch = 5
         self.hand: tuple[int, int] | None = None
-        """Pitch and throttle of the person's sticks, which come at 20 Hz; None while there are none."""
+        """Pitch and throttle of the person's sticks, sent at 20 Hz. None: no sticks are sent."""
         self.sticks: list[StickFrame] = []
-        """What the autopilot got, whosever."""
+        """All stick frames that reached the autopilot, whether from the person or the agent."""
         self.agent_sent: list[Any] = []
-        """What the agent said in its own name, decoded."""
+        """Messages that the agent sent under its own ids, decoded."""
         self.reported: list[tuple[float, Any]] = []
-        """What the tower was told, and when."""
+        """Reports to the tower, with their times."""
         self._orders = self._links = 0
         self._next_hand_at = self.now
         self.begin_agent()
@@ -116,11 +116,11 @@ class HeldCopter:
     # The agent
 
     def begin_agent(self) -> None:
-        """Its process begins, with what the one before has left."""
+        """Starts the agent's process with the state that the previous one left."""
         self.onboard = Onboard(now=self.now, speaks_first=False, holds=self.store)
 
     def kill_agent(self) -> None:
-        """At once, and the link with it."""
+        """Kills the agent at once, and its link."""
         self.onboard = None
         self.linked = False
 
@@ -170,7 +170,7 @@ class HeldCopter:
         self.message(self.settings)
 
     def take(self, *, interrupts: bool = True) -> int:
-        """An admin takes the controls, and then does nothing. Returns the order's number."""
+        """An admin takes the controls and does nothing. Returns the order's number."""
         self._orders += 1
         self.epoch += 1
         self.hand = None
@@ -179,7 +179,7 @@ class HeldCopter:
         return self._orders
 
     def order_again(self) -> int:
-        """The tower says again on a new link what it had ordered before."""
+        """Repeats the tower's earlier order on a new link."""
         self._orders += 1
         self.message(HoldOrder(order_id=self._orders, epoch=self.epoch, reason="still open", interrupts=False))
         return self._orders
@@ -191,13 +191,13 @@ class HeldCopter:
         self.message(ControlChanged(epoch=self.epoch, holder="ada", holder_present=present))
 
     def assist(self, *, begins: bool) -> None:
-        """An admin's frames pass instead of the holder's, or no longer; the holder's sticks are refused meanwhile."""
+        """Starts or ends an assist: an admin's frames pass and the holder's sticks are refused meanwhile."""
         self.epoch += 1
         self.hand = None
         self.message(ControlChanged(epoch=self.epoch, holder="ada", holder_present=True, assistant_flies=begins))
 
     def send(self, *frames: bytes, late_s: float = 0.0) -> None:
-        """Frames of whoever has the controls."""
+        """Sends frames from the person who has the controls."""
         if self.linked and self.onboard is not None:
             sent_ms = int((self.now - late_s) * 1000)
             self.onboard.from_tower(Frames(DroneId(7), Epoch(self.epoch), sent_ms, list(frames)), self.now)
@@ -249,11 +249,11 @@ class HeldCopter:
         self.copter.receive(frames)
         self.reported += [(self.now, message) for message in agent.messages_to_tower(self.now)]
 
-    # What was seen
+    # Observations
 
     @property
     def state(self) -> HoldState:
-        """The newest that the tower was told."""
+        """The newest state reported to the tower."""
         return self.states()[-1][1]
 
     def states(self) -> list[tuple[float, HoldState]]:
@@ -266,7 +266,7 @@ class HeldCopter:
         return [one for _, one in self.reported if isinstance(one, HoldProgress)]
 
     def modes_asked(self) -> list[int]:
-        """By the agent, since the last call."""
+        """Returns the modes that the agent has commanded since the last call."""
         asked = [int(one.param2) for one in self.agent_sent if getattr(one, "command", 0) == 176]
         self.agent_sent.clear()
         return asked
@@ -275,7 +275,7 @@ class HeldCopter:
         return [one for one in self.sticks if one.at >= at]
 
     def longest_gap_s(self, since: float, until: float | None = None) -> float:
-        """Between two stick frames, whosever."""
+        """Returns the longest gap between two stick frames, from the person or the agent."""
         end = self.now if until is None else until
         times = [since, *(one.at for one in self.sticks if since <= one.at <= end), end]
         return max(later - earlier for earlier, later in pairwise(times))

@@ -1,7 +1,7 @@
-"""A program as its author would write it, with MAVSDK-Python as it is published: one flight, one line for each step.
+"""A flight with the published MAVSDK-Python, written as its user would: one line for each step.
 
-Run as `python mavsdk_flight.py ADDRESS GRPC_PORT` with MAVSDK on the path; nothing of this repository is imported. Ends
-with status 0 only if everything happened.
+Run as `python mavsdk_flight.py ADDRESS GRPC_PORT` with MAVSDK on the path. It imports nothing from this repository.
+Exits with status 0 only if every step succeeds.
 """
 
 import asyncio
@@ -49,7 +49,7 @@ async def fly(drone: System) -> None:
         await drone.mission_raw.upload_mission(items)
         say("mission uploaded", len(items))
         back = await drone.mission_raw.download_mission()
-    # Slot 0 is home, on ArduPilot.
+    # On ArduPilot, slot 0 is home.
     assert [(one.x, one.y, one.z) for one in back[1:]] == [(one.x, one.y, one.z) for one in items[1:]]
     say("mission downloaded", len(back))
 

@@ -1,7 +1,7 @@
-"""A small model of an ArduCopter for tests of whoever flies it: modes, sticks, receiver, failsafes, height. One clock.
+"""A small model of an ArduCopter for control tests: modes, sticks, receiver, failsafes, height. One clock.
 
-Written from the tables in docs/control.md, measured on a real one. It is no simulator: it moves up and down, knows how
-fast it goes over ground, and nothing of where it is. `changes` tells why each mode was begun.
+Written from the tables in docs/control.md, measured on a real ArduCopter. It is no simulator: it moves up and down and
+knows its ground speed, but not its position. `changes` records why each mode began.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ from wire.dialect import build, decode, mavlink
 
 
 class Receiver(StrEnum):
-    """What the radio receiver says where nobody overrides it."""
+    """Output of the radio receiver while no override is active."""
 
     LOW = "low"
-    """The throttle rests at the bottom."""
+    """The throttle is at the bottom."""
     CENTRED = "centred"
     NONE = "none"
 
 
 class Mode(IntEnum):
-    """Of those that it has, the ones that matter here."""
+    """The ArduCopter modes that these tests use."""
 
     STABILIZE = 0
     ALT_HOLD = 2
@@ -37,7 +37,7 @@ class Mode(IntEnum):
 
 
 class Change(NamedTuple):
-    """A mode was begun. `why`: commanded, switched, radio failsafe or EKF failsafe. `by`: the sender's component."""
+    """A mode change. `why`: commanded, switched, radio failsafe or EKF failsafe. `by`: the sender's component."""
 
     at: float
     mode: Mode
@@ -66,7 +66,7 @@ PARAMETERS: Final = {
     "RC_OPTIONS": 0.0,
     "SIM_SPEEDUP": 1.0,
 }
-"""As they come."""
+"""Default parameters."""
 
 RADIO_FAILSAFE_S: Final = 1.0
 EKF_FAILSAFE_S: Final = 1.0
@@ -77,18 +77,18 @@ WAY_HOME_S: Final = 8.0
 FULL_CLIMB_M_S: Final = 2.5
 
 _CONTINUES: Final = {Mode.AUTO: 1, Mode.GUIDED: 4, Mode.LAND: 8}
-"""Mode to the bit of FS_OPTIONS with which it goes on without a radio."""
+"""Maps a mode to the bit of FS_OPTIONS that lets it continue without a radio."""
 _ARREST_M_S2: Final = 1.42
 _BRAKING_ARREST_M_S2: Final = 0.82
 _SLOW_DOWN_M_S2: Final = {Mode.ALT_HOLD: 1.2, Mode.STABILIZE: 1.2, Mode.BRAKE: 2.5, Mode.GUIDED: 3.0}
 _DEAD_ZONE: Final = 50
 _HEARTBEAT: Final = object()
-"""Said when its time has come, with what is so by then."""
+"""Placeholder for a heartbeat, which is built with the state at the time it is sent."""
 _EVERY_S: Final = {"heartbeat": 1.0, "motion": 0.1, "estimator": 1.0, "health": 0.5}
 
 
 class ModelCopter:
-    """`receive` what is sent to it, `step` it, and take what it says from there."""
+    """Give it frames with `receive`, advance it with `step`, and read what it sends from the result."""
 
     def __init__(
         self,
@@ -108,12 +108,12 @@ class ModelCopter:
         self.climb_m_s = self.speed_m_s = self.tilt_deg = 0.0
         self.battery_percent = -1
         self.mute = False
-        """Nothing that it says arrives."""
+        """True: nothing that it sends arrives."""
         self.ack_after_s = 0.003
         self.loses_acks = False
         self.refuses: frozenset[Mode] = frozenset()
         self.touched_m_s: float | None = None
-        """How fast it went down when it last touched the ground."""
+        """Vertical speed at the last touchdown."""
         self.changes: list[Change] = []
         self.sticks_at = float("-inf")
         self.estimator_reported_at = now
@@ -131,7 +131,7 @@ class ModelCopter:
         self._every_s = dict(_EVERY_S)
         self._next = dict.fromkeys(_EVERY_S, now)
 
-    # What happens to it
+    # Inputs
 
     @property
     def has_position(self) -> bool:
@@ -139,7 +139,8 @@ class ModelCopter:
 
     @has_position.setter
     def has_position(self, there: bool) -> None:
-        """As its estimator sees it: some seconds after the satellites went. Told as often as it was asked to."""
+        """The estimator's view, which changes some seconds after the satellites are lost. Reported at the requested
+        rate."""
         self._has_position = there
         self._lost_at = None if there else self.now
         self._ekf_acted = False
@@ -150,19 +151,19 @@ class ModelCopter:
 
     @property
     def overridden(self) -> bool:
-        """Whether it goes by sticks that were sent to it."""
+        """Whether sticks that were sent to it override the receiver."""
         return self.now - self.sticks_at < self.parameters["RC_OVERRIDE_TIME"]
 
     @property
     def throttle(self) -> int:
-        """0 to 1000, as its stick modes see it."""
+        """Throttle as the stick modes see it, 0 to 1000."""
         if self.overridden or self.receiver is Receiver.NONE:
             return self._z
         return 0 if self.receiver is Receiver.LOW else 500
 
     @property
     def _ground_station(self) -> float:
-        """Whose sticks it obeys: by the parameter's name until 4.6, or by that from 4.7 on."""
+        """System id of the ground station whose sticks it obeys: SYSID_MYGCS until 4.6, MAV_GCS_SYSID from 4.7 on."""
         return self.parameters.get("SYSID_MYGCS", self.parameters.get("MAV_GCS_SYSID", 255.0))
 
     @property
@@ -170,12 +171,12 @@ class ModelCopter:
         return int(self.parameters["FS_THR_ENABLE"])
 
     def switch(self, mode: Mode) -> None:
-        """By the radio's switch, or by another ground station."""
+        """Changes the mode, as by the radio's switch or another ground station."""
         self._begin(mode, "switched")
         self._say(_HEARTBEAT)
 
     def receive(self, frames: Iterable[bytes]) -> None:
-        """Frames came over its line."""
+        """Handles frames from its serial line."""
         for frame in frames:
             message = decode(frame)
             if message is None:
@@ -249,7 +250,7 @@ class ModelCopter:
     # Time
 
     def step(self, now: float) -> list[bytes]:
-        """Time has passed; what it says until then."""
+        """Advances to `now` and returns the frames sent until then."""
         dt, self.now = now - self.now, now
         self._failsafes()
         if self.armed:
@@ -322,10 +323,11 @@ class ModelCopter:
         if stands_s >= (LANDED_DISARM_S if lands else DISARM_DELAY_S) and (lands or rests):
             self.armed = False
 
-    # What it says
+    # Outputs
 
     def _say(self, message: Any, after_s: float = 0.0) -> None:
-        """A heartbeat that is late says what is so by then: nothing overtakes on a line."""
+        """Queues a message. A delayed heartbeat reports the state when it is sent, because nothing overtakes on a
+        serial line."""
         self._due.append((self.now + after_s, message))
 
     def _speak(self) -> None:

@@ -1,4 +1,4 @@
-"""Chromium that draws when nobody else has work."""
+"""Starts Chromium at a low priority."""
 
 import os
 import shlex
@@ -7,10 +7,10 @@ from pathlib import Path
 
 
 def modest(program: str, folder: Path) -> Path:
-    """A script in `folder` that starts it.
+    """Returns a script in `folder` that starts Chromium at a low priority.
 
-    Run by root it would put its drawing above everything else on the machine: above the drones of this test, and of
-    those beside it.
+    Chromium run by root would raise the priority of its drawing above everything else on the machine, including the
+    drones of this test and of parallel ones.
     """
     drop = "setpriv --bounding-set=-sys_nice " if os.geteuid() == 0 and shutil.which("setpriv") else ""
     script = folder / "chromium"

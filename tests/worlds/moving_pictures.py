@@ -1,4 +1,4 @@
-"""Pictures that move as those of a drone do, for encoders: ground that turns and slides by, a little noise."""
+"""Moving pictures like those from a drone, for encoders: ground that turns and slides by, with a little noise."""
 
 import av
 import cv2
@@ -8,7 +8,7 @@ from onboard_agent.video.sources.source import Picture
 
 
 def ground(width: int, height: int, seed: int = 1) -> np.ndarray:
-    """Something with detail of every size, larger than a picture by as much as the flight needs."""
+    """Returns ground with detail of every size, larger than a picture by the distance that the flight covers."""
     random = np.random.default_rng(seed)
     noise = random.normal(128, 60, (height * 2, width * 3)).astype(np.float32)
     texture = sum(cv2.GaussianBlur(noise, (0, 0), size) * size for size in (1, 3, 9, 27))
@@ -17,7 +17,7 @@ def ground(width: int, height: int, seed: int = 1) -> np.ndarray:
 
 
 def flight(width: int, height: int, count: int, seed: int = 1) -> list[av.VideoFrame]:
-    """`count` pictures, yuv420p, luma from 16 to 235."""
+    """Returns `count` pictures, yuv420p, luma from 16 to 235."""
     random = np.random.default_rng(seed)
     below = ground(width, height, seed)
     frames = []
@@ -34,7 +34,7 @@ def flight(width: int, height: int, count: int, seed: int = 1) -> list[av.VideoF
 
 
 def pictures(frames: list[av.VideoFrame], rate_hz: float, begin_us: int = 1_000_000) -> list[Picture]:
-    """As a camera gives them."""
+    """Returns the frames as a camera delivers them."""
     return [
         Picture(frame, begin_us + round(number * 1e6 / rate_hz), number + 1, number == 0)
         for number, frame in enumerate(frames)
@@ -42,10 +42,10 @@ def pictures(frames: list[av.VideoFrame], rate_hz: float, begin_us: int = 1_000_
 
 
 def luma(frame: av.VideoFrame) -> np.ndarray:
-    """Of the picture, as it is coded."""
+    """Returns the luma of the picture, as coded."""
     return frame.to_ndarray(format="yuv420p")[: frame.height].astype(float)
 
 
 def off_by(one: av.VideoFrame, other: av.VideoFrame) -> float:
-    """The mean difference of the lumas, of 255."""
+    """Returns the mean difference of the lumas, of 255."""
     return float(np.abs(luma(one) - luma(other)).mean())

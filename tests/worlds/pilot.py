@@ -1,4 +1,4 @@
-"""Somebody who flies over the live channel: a client with eyes (telemetry) and hands (commands, sticks at 50 Hz)."""
+"""A pilot on the live channel: a client that reads telemetry and sends commands, and sticks at 50 Hz."""
 
 import asyncio
 import contextlib
@@ -24,7 +24,7 @@ LOITER: Final = 5
 
 
 class Pilot:
-    """Watches one drone, and flies it if the tower lets them. Use `at_the_controls` or `watching` to get one."""
+    """Watches one drone, and flies it if the tower permits. Use `at_the_controls` or `watching` to get one."""
 
     def __init__(self, socket: ClientConnection, visitor: Visitor, drone_id: int) -> None:
         self._socket = socket
@@ -46,21 +46,21 @@ class Pilot:
         self.texts: list[str] = []
 
     async def ask(self, method: str, path: str, body: Any = None) -> Any:
-        """REST, off the loop. Returns the Answer."""
+        """Sends a REST request outside the event loop. Returns the Answer."""
         return await asyncio.to_thread(self._visitor.ask, method, f"/drones/{self._drone_id}{path}", body)
 
     async def say(self, text: str) -> None:
-        """A text message over the live channel."""
+        """Sends a text message over the live channel."""
         await self._socket.send(text)
 
     async def send(self, message: Any) -> None:
-        """One message of the dialect, stamped, to the drone."""
+        """Sends one stamped MAVLink message to the drone."""
         self._sequence += 1
         frame = build(message, system_id=GROUND_STATION, component_id=190, sequence=self._sequence)
         await self._socket.send(stamp(int(time.monotonic() * 1000) % 2**32) + tag(self._drone_id, frame))
 
     async def command(self, number: int, *parameters: float) -> None:
-        """COMMAND_LONG until it is accepted."""
+        """Repeats COMMAND_LONG until it is accepted."""
         filled = [*parameters, *[0.0] * (7 - len(parameters))]
         deadline = time.monotonic() + 30
         while time.monotonic() < deadline:
@@ -77,12 +77,12 @@ class Pilot:
         )
 
     async def set_mode(self, mode: int) -> None:
-        """And wait until a heartbeat shows it."""
+        """Commands a mode and waits until a heartbeat shows it."""
         await self.command(mavlink.MAV_CMD_DO_SET_MODE, 1, mode)
         await self.until(lambda: self.mode == mode, f"mode {mode}")
 
     async def take_off(self, height_m: float) -> None:
-        """In GUIDED, to a height above home. Before it knows where it is, an autopilot is still starting."""
+        """Takes off in GUIDED to a height above home. An autopilot is still starting until it knows its position."""
         await self.until(lambda: self.has_position, "a position")
         await self.set_mode(GUIDED)
         await self.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1)
@@ -90,21 +90,22 @@ class Pilot:
         await self.until(lambda: abs(self.altitude_m - height_m) < 0.5, f"{height_m} m")
 
     def hold_sticks(self, pitch: int = 0, roll: int = 0, throttle: int = 500, yaw: int = 0) -> None:
-        """From now on these go out at 50 Hz (MANUAL_CONTROL units)."""
+        """Sends these sticks at 50 Hz from now on (MANUAL_CONTROL units)."""
         self._sticks = (pitch, roll, throttle, yaw)
 
     async def centre_sticks(self) -> None:
-        """Centred sticks from now on, and some have gone out: a mode can be switched sooner than the next ones go."""
+        """Sends centred sticks from now on. Returns once some were sent, because a mode change could overtake the next
+        ones."""
         self.hold_sticks()
         enough = self._sticks_sent + 2
         await self.until(lambda: self._sticks_sent >= enough, "centred sticks to go out")
 
     def let_go(self) -> None:
-        """Nothing goes out any more."""
+        """Stops sending sticks."""
         self._sticks = None
 
     async def until(self, condition: Callable[[], bool], what: str, timeout_s: float = 40.0) -> None:
-        """Looks often; raises TimeoutError naming what was waited for."""
+        """Polls the condition. Raises TimeoutError naming `what`."""
         deadline = time.monotonic() + timeout_s
         while not condition():
             if time.monotonic() > deadline:
@@ -112,7 +113,7 @@ class Pilot:
             await asyncio.sleep(0.01)
 
     async def until_event(self, kind: str, timeout_s: float = 40.0, **fields: Any) -> dict[str, Any]:
-        """The first event that has these fields, of all that have come so far."""
+        """Returns the first event with these fields, among all received so far."""
 
         def found() -> dict[str, Any] | None:
             for event in self.events:
@@ -165,7 +166,7 @@ class Pilot:
 
 @contextlib.asynccontextmanager
 async def watching(visitor: Visitor, drone_id: int) -> AsyncIterator[Pilot]:
-    """Signed in and focused on the drone."""
+    """A pilot who is signed in and watches the drone."""
     url = visitor.address.replace("http", "ws") + "/api/v1/live"
     headers = {"Cookie": visitor.cookie, "Origin": visitor.address}
     async with connect(url, subprotocols=[Subprotocol("tower.v1")], additional_headers=headers) as socket:
@@ -179,14 +180,14 @@ async def watching(visitor: Visitor, drone_id: int) -> AsyncIterator[Pilot]:
             for task in tasks:
                 task.cancel()
             for ended in await asyncio.gather(*tasks, return_exceptions=True):
-                # A tower that was killed takes the socket along; anything else is a fault of the test.
+                # A killed tower closes the socket; any other error is a fault of the test.
                 if isinstance(ended, Exception) and not isinstance(ended, ConnectionClosed):
                     raise ended
 
 
 @contextlib.asynccontextmanager
 async def at_the_controls(visitor: Visitor, drone_id: int) -> AsyncIterator[Pilot]:
-    """The same, holding the drone."""
+    """As `watching`, and the pilot holds the controls."""
     async with watching(visitor, drone_id) as pilot:
         answer = await pilot.ask("POST", "/control/acquire")
         assert answer.status == 200, answer.body
@@ -194,7 +195,7 @@ async def at_the_controls(visitor: Visitor, drone_id: int) -> AsyncIterator[Pilo
 
 
 async def fly_by_hand(pilot: Pilot, height_m: float = 15.0) -> None:
-    """Up by command, then sticks in hand in LOITER."""
+    """Takes off by command, then flies in LOITER by sticks."""
     await pilot.take_off(height_m)
     pilot.hold_sticks()
     await pilot.set_mode(LOITER)

@@ -1,4 +1,4 @@
-"""A PostgreSQL server of the tests' own: a temporary cluster on a Unix socket's port of loopback, gone afterwards."""
+"""A temporary PostgreSQL cluster for the tests, on a loopback port. It is removed afterwards."""
 
 import os
 import pwd
@@ -16,7 +16,7 @@ START_WITHIN_S = 60.0
 
 
 def postgres_programs() -> Path | None:
-    """The folder with initdb and postgres, newest version first."""
+    """Returns the folder with initdb and postgres, of the newest version."""
     places = sorted(Path("/usr/lib/postgresql").glob("*/bin"), reverse=True)
     found = shutil.which("initdb")
     return next((place for place in places if (place / "initdb").exists()), Path(found).parent if found else None)
@@ -24,10 +24,10 @@ def postgres_programs() -> Path | None:
 
 @contextmanager
 def temporary_postgres(programs: Path) -> Iterator[str]:
-    """A `postgresql://` address at which databases can be created.
+    """Yields a `postgresql://` address at which databases can be created.
 
-    PostgreSQL refuses to run as root, so root lends the cluster to the user `postgres`. It has a folder of its own: all
-    that pytest makes lies below one that each pytest, when it starts, closes for everybody but its owner.
+    PostgreSQL refuses to run as root, so root gives the cluster to the user `postgres`. The cluster has a folder of its
+    own, because each pytest, when it starts, closes the folder above all its own folders to everybody but the owner.
     """
     account = {"user": pwd.getpwnam("postgres").pw_uid} if os.geteuid() == 0 else {}
     with tempfile.TemporaryDirectory(prefix="tower-postgres-") as folder:

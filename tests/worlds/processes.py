@@ -1,7 +1,6 @@
-"""A world of real programs: `tower`, `tower-agent` and `tower-sim` as processes, on ports of its own.
+"""A world of real programs: `tower`, `tower-agent` and `tower-sim` as processes, on their own ports.
 
-Each test brings its own folder, and with it its own database, credentials and logs. Waiting is always for a condition
-with a deadline.
+Each test has its own folder with its own database, credentials and logs. Every wait is for a condition with a deadline.
 """
 
 import atexit
@@ -42,7 +41,7 @@ Found = TypeVar("Found")
 
 
 def wait_for(what: str, look: Callable[[], Found | None], *, timeout_s: float = DEADLINE_S) -> Found:
-    """The first thing that `look` finds which is not None or False. Fails naming `what` after the deadline."""
+    """Polls `look` and returns its first result that is not None or False. Fails naming `what` after the deadline."""
     deadline = time.monotonic() + timeout_s
     while time.monotonic() < deadline:
         found = look()
@@ -54,8 +53,6 @@ def wait_for(what: str, look: Callable[[], Found | None], *, timeout_s: float = 
 
 @dataclass
 class Answer:
-    """An HTTP answer."""
-
     status: int
     headers: dict[str, str]
     body: bytes
@@ -66,7 +63,7 @@ class Answer:
 
 
 class Visitor:
-    """Somebody with a cookie jar who talks to the tower's REST API."""
+    """A client with a cookie jar for the tower's REST API."""
 
     def __init__(self, address: str) -> None:
         self.address = address
@@ -102,17 +99,17 @@ class Visitor:
 
 @dataclass
 class World:
-    """Programs in one folder. Use as a context manager: everything is ended at the end, by its own pid."""
+    """Programs in one folder. A context manager: on exit it ends every program by its own pid."""
 
     folder: Path
     prepared: bool = False
-    """Whether the folder holds a database already."""
+    """Whether the folder already holds a database."""
     port: int = 0
     udp_port: int = 0
     cameras: dict[str, int] = field(default_factory=dict)
-    """The port of each drone's camera."""
+    """The camera port of each drone."""
     tower: subprocess.Popen[bytes] = field(init=False)
-    """The newest one."""
+    """The newest tower process."""
     _running: list[subprocess.Popen[bytes]] = field(default_factory=list)
     _started: dict[str, tuple[subprocess.Popen[bytes], tuple[str, ...]]] = field(default_factory=dict)
     _logs: int = 0
@@ -163,7 +160,7 @@ class World:
         return self.folder / f"{drone}.token"
 
     def enrolled(self, drone: str) -> DroneKey:
-        """Its key, for somebody who plays its agent."""
+        """Returns the drone's key, for a test that plays its agent."""
         path = self.token_file(drone)
         enrol(parse_tower_url(self.address), path.read_text().strip(), path)
         key = read_identity(path).key
@@ -174,13 +171,13 @@ class World:
         return (self.folder / f"{name}.log").read_text(errors="replace")
 
     def start(self, name: str, *command: str) -> subprocess.Popen[bytes]:
-        """A program of this checkout, by its name."""
+        """Starts a program of this checkout by its name."""
         process = self._spawn(name, str(BIN / command[0]), *command[1:], env=self.environment)
         self._started[name] = (process, command)
         return process
 
     def paste(self, name: str, line: str, **environment: str) -> subprocess.Popen[bytes]:
-        """What somebody pastes into a shell that finds our programs, as it is."""
+        """Runs a command line in a shell that finds our programs, as a user pastes it."""
         path = f"{BIN}{os.pathsep}{os.environ['PATH']}"
         return self._spawn(name, "bash", "-c", line, env={**self.environment, "PATH": path, **environment})
 
@@ -193,17 +190,18 @@ class World:
         return process
 
     def running(self, name: str) -> subprocess.Popen[bytes]:
-        """The newest process of this name."""
+        """Returns the newest process of this name."""
         return self._started[name][0]
 
     def restart(self, name: str) -> subprocess.Popen[bytes]:
-        """The same command again, as systemd would."""
+        """Starts the same command again, as systemd would."""
         return self.start(name, *self._started[name][1])
 
     def start_tower(self) -> subprocess.Popen[bytes]:
-        """Until it answers. A second call, after the first one was killed, takes the same port again."""
+        """Starts the tower and waits until it responds. A start after a kill uses the same port again."""
         self._logs += 1
-        # Its own for as long as the world lasts: while it is away, nobody who asks for any port gets it.
+        # The port stays reserved for this world: it is outside the ephemeral range, so nobody gets it while the tower
+        # is down.
         self.port = self.port or free_tcp_port()
         self.udp_port = self.udp_port or free_udp_ports(1)[0]
         name = f"tower-{self._logs}"
@@ -228,8 +226,8 @@ class World:
         return self.start(f"agent-{drone}", "tower-agent", "run", *where, *options)
 
     def start_simulated(self, *drones: str, options: tuple[str, ...] = (), camera: str = "") -> None:
-        """An agent for each drone, and one simulator that flies them all. `camera`: each has one, which is asked for
-        such pictures (`width=320&height=240&rate=15`), at its port in `cameras`."""
+        """Starts an agent for each drone and one simulator that flies them all. `camera`: each drone has a camera at
+        its port in `cameras`, and the agent requests such pictures (`width=320&height=240&rate=15`)."""
         ports = free_udp_ports(len(drones))
         self.cameras = {drone: free_tcp_port() for drone in drones} if camera else {}
         for drone, port in zip(drones, ports, strict=True):
@@ -240,12 +238,12 @@ class World:
         self.start("simulator", "tower-sim", "--count", str(len(drones)), *home, *outs, *options)
 
     def look_through(self, drone: str, camera: str) -> tuple[str, ...]:
-        """Words for the agent of a drone that has a camera."""
+        """Returns the agent's arguments for a drone with a camera."""
         port = self.cameras.get(drone)
         return () if port is None else ("--camera", f"http://127.0.0.1:{port}/camera?{camera}")
 
     def unplug_camera(self, drone: str, seconds: float) -> None:
-        """Now, for so many simulated seconds."""
+        """Unplugs the camera now, for this many simulated seconds."""
         address = f"http://127.0.0.1:{self.cameras[drone]}/unplug?seconds={seconds:g}"
         with urllib.request.urlopen(urllib.request.Request(address, method="POST"), timeout=10) as answer:
             assert answer.status < 300
@@ -262,8 +260,8 @@ class World:
 
 
 def _tower(words: Sequence[str], environment: Mapping[str, str], stdin: str = "") -> str:
-    """What `tower WORDS` says. Without a process of its own, each of which takes more than a second of a processor;
-    `test_server_cli.py` has the real ones. In a thread, for the caller may be in an event loop."""
+    """Returns the output of `tower WORDS`, without a process of its own, which would take over a second of CPU time.
+    `test_server_cli.py` tests the real process. Runs in a thread, because the caller may be in an event loop."""
     from server.app.cli import app
 
     with ThreadPoolExecutor(1) as thread:
@@ -274,7 +272,7 @@ def _tower(words: Sequence[str], environment: Mapping[str, str], stdin: str = ""
 
 @cache
 def _migrated() -> Path:
-    """A database of the newest revision with nothing in it, made once in each process that runs tests."""
+    """Returns an empty database of the newest revision, made once in each process that runs tests."""
     folder = Path(tempfile.mkdtemp(prefix="tower-migrated-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     _tower(["migrate"], {**os.environ, "TOWER_VAR": str(folder)})
@@ -282,6 +280,6 @@ def _migrated() -> Path:
 
 
 def kill_9(process: subprocess.Popen[bytes]) -> None:
-    """As the kernel does when memory runs out: no good-bye."""
+    """Kills a process as the kernel does when memory runs out: without a clean shutdown."""
     process.send_signal(signal.SIGKILL)
     process.wait()

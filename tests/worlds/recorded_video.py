@@ -1,4 +1,4 @@
-"""The relay of video as recordings see it, with a stream that a test sends by hand."""
+"""The video relay as recordings see it, with a stream that a test sends by hand."""
 
 from collections.abc import Iterable
 
@@ -36,7 +36,7 @@ class VideoByHand(VideoStreams):
         return self.watched | {key for one, key in self.sinks if one == drone_id}
 
     def send(self, drone_id: int, messages: Iterable[bytes], *, late_us: int = 40_000) -> None:
-        """To whoever records this stream, as if each had come `late_us` after it was taken."""
+        """Sends the messages to every recorder of this stream, each as if received `late_us` after its capture."""
         for message in messages:
             head = decode_head(message)
             sink = self.sinks.get((DroneId(drone_id), StreamKey(head.quality, head.codec)))

@@ -1,4 +1,4 @@
-"""A serial line between an autopilot that listens on TCP and a program that opens a device: a pseudo-terminal."""
+"""A serial line (pseudo-terminal) between an autopilot that listens on TCP and a program that opens a device."""
 
 import os
 import pty
@@ -13,7 +13,7 @@ CONNECT_WITHIN_S: Final = 20.0
 
 
 class SerialCable:
-    """Plugged in from `device` to the TCP port until `unplug`."""
+    """Connects `device` to the TCP port until `unplug`."""
 
     def __init__(self, tcp_port: int) -> None:
         self._master, self._slave = pty.openpty()
@@ -25,7 +25,7 @@ class SerialCable:
         self._thread.start()
 
     def unplug(self) -> None:
-        """Nothing is carried any more."""
+        """Ends the transfer."""
         os.close(self._stopped)
         self._thread.join()
         for descriptor in (self._master, self._slave, self._stop):
@@ -40,7 +40,7 @@ class SerialCable:
                 if self._master in ready:
                     autopilot.sendall(os.read(self._master, 4096))
                 if autopilot in ready:
-                    data = autopilot.recv(1024)  # less than a terminal holds: nobody may be reading it yet
+                    data = autopilot.recv(1024)  # less than a terminal buffers: there may be no reader yet
                     if not data:
                         return
                     if select.select([], [self._master], [], 0)[1]:

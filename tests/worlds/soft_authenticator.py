@@ -1,7 +1,7 @@
-"""An authenticator in software, and the browser around it: what a telephone and Chromium send, byte by byte.
+"""An authenticator in software, with the browser around it: what a phone and Chromium send, byte by byte.
 
-Written from WebAuthn level 3 and CTAP 2.1 with `cryptography` and `cbor2` alone, so that it shares no code with what
-the tower checks it by. Each fault that a test needs is a keyword.
+Written from WebAuthn level 3 and CTAP 2.1 with `cryptography` and `cbor2` alone, so that it shares no code with the
+tower's checks. Each fault that a test needs is a keyword.
 """
 
 import hashlib
@@ -51,7 +51,7 @@ class Credential:
 
 @dataclass
 class SoftAuthenticator:
-    """`counts`: False for one that does not count, like those of telephones that share their keys."""
+    """`counts`: False for an authenticator without a signature counter, like phones that share their keys."""
 
     origin: str
     counts: bool = True
@@ -72,7 +72,7 @@ class SoftAuthenticator:
         attests_itself: bool = False,
         client_extra: dict[str, Any] | None = None,
     ) -> dict[str, Any]:
-        """As `navigator.credentials.create()`: refuses where it has one of `excludeCredentials`."""
+        """Acts as `navigator.credentials.create()`. Refuses if it holds one of `excludeCredentials`."""
         there = {unb64(one["id"]) for one in options.get("excludeCredentials", [])}
         if any(one.id in there for one in self.credentials):
             raise RuntimeError("InvalidStateError")
@@ -114,7 +114,7 @@ class SoftAuthenticator:
         tamper: bool = False,
         client_extra: dict[str, Any] | None = None,
     ) -> dict[str, Any]:
-        """As `navigator.credentials.get()`: the newest credential of this tower that is allowed."""
+        """Acts as `navigator.credentials.get()`. Uses the newest credential for this tower that is allowed."""
         allowed = {unb64(one["id"]) for one in options.get("allowCredentials", [])}
         used = credential or next(
             one

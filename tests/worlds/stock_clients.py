@@ -1,4 +1,4 @@
-"""Other people's ground stations: where they were installed, and MAVProxy driven by what a person would type."""
+"""Third-party ground stations: where they are installed, and MAVProxy driven by typed commands."""
 
 import os
 import re
@@ -12,16 +12,16 @@ CLIENTS: Final = Path(sys.prefix) / "stock-clients"
 ENVIRONMENT: Final = {**os.environ, "PYTHONPATH": str(CLIENTS), "PYTHONUNBUFFERED": "1", "PYTHONWARNINGS": "ignore"}
 
 MODULES: Final = "cmdlong,arm,mode,param,wp,misc"
-"""Of MAVProxy's; its usual set wants packages for maps and joysticks."""
+"""MAVProxy's modules to load. Its default set needs packages for maps and joysticks."""
 
 
 def installed() -> bool:
-    """Whether deploy/install_test_parts.sh has put them there."""
+    """Whether deploy/install_test_parts.sh has installed them."""
     return (CLIENTS / "installed.txt").exists()
 
 
 class MavProxy:
-    """MAVProxy as it is published, without a screen. What it prints is in `log`."""
+    """The published MAVProxy, without a screen. `log` holds its output."""
 
     def __init__(self, master: str, folder: Path) -> None:
         self._log = folder / "mavproxy.log"
@@ -48,7 +48,7 @@ class MavProxy:
         self._process.stdin.flush()
 
     def until(self, pattern: str, *, again: str = "", timeout_s: float = 60.0) -> None:
-        """Until it has printed this. `again` is typed every second until then."""
+        """Waits until the output matches. Types `again` every second until then."""
         deadline = time.monotonic() + timeout_s
         typed_at = time.monotonic()
         while not re.search(pattern, self.log):

@@ -1,4 +1,4 @@
-"""What becomes of live video, seen from outside: processes, connections to a camera, the tower's own figures."""
+"""Live video seen from outside: processes, connections to a camera, the tower's own metrics."""
 
 import contextlib
 import socket
@@ -15,7 +15,7 @@ _ESTABLISHED: Final = "01"
 
 
 def video_process_of(agent_pid: int) -> int | None:
-    """The video process of an agent, if there is one."""
+    """Returns the video process of an agent, or None."""
     for folder in Path("/proc").iterdir():
         if folder.name.isdigit():
             with contextlib.suppress(OSError):
@@ -33,13 +33,13 @@ def is_running(pid: int) -> bool:
 
 
 def looking_through(camera_port: int) -> int:
-    """How many have a connection to a camera."""
+    """Returns the number of connections to a camera."""
     rows = [row.split() for row in Path("/proc/net/tcp").read_text().splitlines()[1:]]
     return sum(row[3] == _ESTABLISHED and int(row[1].rpartition(":")[2], 16) == camera_port for row in rows)
 
 
 def units_from_agents(admin: Visitor) -> float:
-    """As the tower counts them."""
+    """Returns the tower's count of video units from agents."""
     name = 'tower_video_units_total{direction="in",peer="agent"}'
     request = urllib.request.Request(f"{admin.address}/metrics", headers={"Cookie": admin.cookie})
     with urllib.request.urlopen(request, timeout=10) as answer:
@@ -48,7 +48,7 @@ def units_from_agents(admin: Visitor) -> float:
 
 
 def unplugged_at(camera_port: int) -> Future[float]:
-    """When the camera ends a connection of our own, by the monotonic clock. It must be plugged in now."""
+    """Returns the monotonic time at which the camera ends our own connection. The camera must be plugged in now."""
     found: Future[float] = Future()
     camera = socket.create_connection(("127.0.0.1", camera_port), timeout=30)
     camera.sendall(b"GET /camera?width=64&height=48&rate=2 HTTP/1.1\r\nHost: camera\r\n\r\n")
@@ -61,7 +61,7 @@ def unplugged_at(camera_port: int) -> Future[float]:
                     while camera.recv(65536):
                         pass
                 found.set_result(time.monotonic())
-            except OSError as error:  # nobody unplugs it
+            except OSError as error:  # the camera was never unplugged
                 found.set_exception(error)
 
     threading.Thread(target=look, daemon=True).start()

@@ -1,4 +1,4 @@
-"""The verdict over a flight: what counts as sunk, and what as told before it happened."""
+"""The verdict on a flight: what counts as sinking, and what as announced in advance."""
 
 import math
 from typing import Any
@@ -14,7 +14,7 @@ COUNTING = {"phase": "counting", "action": "return", "after_sticks": "unknown"}
 
 
 def straight(until_s: float, alt_m: float, climb_mps: float = 0.0, since_s: float = 0.0) -> list[Motion]:
-    """At 10 Hz from `since_s`; ends on the ground."""
+    """Motions at 10 Hz from `since_s`; ends on the ground."""
     found = []
     for number in range(round((until_s - since_s) * 10)):
         height = alt_m + climb_mps * number / 10
@@ -25,7 +25,7 @@ def straight(until_s: float, alt_m: float, climb_mps: float = 0.0, since_s: floa
 def flight(
     motions: list[Motion], *modes: tuple[float, int], reported: tuple[Announcement, ...] = (), **more: Any
 ) -> Record:
-    """By hand in LOITER before; the trigger is at 0."""
+    """By hand in LOITER first; the trigger is at 0."""
     seen = [ModeSeen(at, mode, True) for at, mode in ((-1.0, LOITER), *modes)]
     present = frozenset({"admin"})
     sticks, present = more.pop("sticks", ()), more.pop("present", present)

@@ -1,4 +1,4 @@
-"""What is read off the tap: each figure from a log made by hand."""
+"""Figures read from the tap: each one from a handmade log."""
 
 import math
 from types import SimpleNamespace

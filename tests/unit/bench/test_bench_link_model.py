@@ -10,7 +10,7 @@ from bench.link_model import BUFFER_S, LinkModel, Profile
 
 
 def through(count: int = 2000, *, every_s: float = 0.01, seed: int = 1, size: int = 100, **profile: Any) -> list[Any]:
-    """What comes out of a link into which `count` numbered packets go: (number, when sent, when due)."""
+    """Sends `count` numbered packets through a link. Returns what arrives: (number, when sent, when due)."""
     model = LinkModel(Profile(**profile), seed)
     out = []
     for number in range(count):

@@ -1,4 +1,4 @@
-"""The load of the benchmarks is what it says it is: a table that moves in wire/ must not turn its events into state."""
+"""The benchmarks' load keeps its kinds: a table that moves in wire/ must not turn its events into state."""
 
 from bench.load_frames import EVENT_KINDS, STATE_KINDS, stamped_frame
 from wire.state_messages import state_key

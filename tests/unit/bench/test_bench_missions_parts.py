@@ -1,4 +1,4 @@
-"""The plans of `bench missions` are what they should be, and its rows say what was found."""
+"""The plans of `bench missions` are correct, and its rows report the results."""
 
 import json
 from pathlib import Path

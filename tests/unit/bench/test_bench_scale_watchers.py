@@ -1,4 +1,4 @@
-"""What the scale benchmark concludes from what its browsers saw."""
+"""The scale benchmark's conclusions from what its browsers received."""
 
 import time
 

@@ -1,4 +1,4 @@
-"""What the bench of video makes of what was seen."""
+"""The video benchmark's figures from its observations."""
 
 import math
 
@@ -17,7 +17,7 @@ from bench.video.strip import Sight
 
 
 def seen(*pairs: tuple[float, float]) -> list[Sight]:
-    """(when, delay) of each."""
+    """Sights from pairs of (when, delay)."""
     return [Sight(at, at - delay) for at, delay in pairs]
 
 
@@ -57,7 +57,7 @@ def test_recovery_counts_only_when_it_stays() -> None:
     well = seen(*((1500.0 + 40 * n, 55.0) for n in range(40)))
     assert recovered_after_ms([*late, *a_moment, *late_again, *well], 900.0, 50.0) == 600.0
     assert math.isnan(recovered_after_ms([*late, *a_moment, *late_again], 900.0, 50.0))
-    assert math.isnan(recovered_after_ms([*late, *well[:5]], 900.0, 50.0))  # nobody knows whether it stayed
+    assert math.isnan(recovered_after_ms([*late, *well[:5]], 900.0, 50.0))  # it is unknown whether it stayed
 
 
 def packet(stream: int, counter: int, *, payload: bool = True) -> bytes:

@@ -1,4 +1,4 @@
-"""Which cases of the bench of video run, and what it tells of a viewer that was throttled."""
+"""Which cases of the video benchmark run, and its report on a throttled viewer."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The clock strip as the bench of video reads it."""
+"""The clock strip as the video benchmark reads it."""
 
 import pytest
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""The bridge: what goes up, what comes down, who counts as being there."""
+"""The bridge: what goes up, what comes down, and which program counts as present."""
 
 from hypothesis import given
 from hypothesis import strategies as st

@@ -1,4 +1,4 @@
-"""What the terminal says of who flies; and the small rules: which drone, which address, which tower."""
+"""The terminal's report on who flies, and the selection of drone, address and tower."""
 
 import json
 from typing import Any

@@ -1,4 +1,4 @@
-"""What the audit makes of the answers: a list that says nothing is not a list that says "none"."""
+"""The audit's reading of responses: a missing list is not a list that reports none."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""`make run` is taken up where it was interrupted, wherever that was."""
+"""`make run` resumes where it was interrupted, at any point."""
 
 import json
 from pathlib import Path
@@ -9,11 +9,11 @@ import squad
 from supervised import StepFailed
 
 EVERYTHING = 7
-"""Commands that a first run with two drones gives: the database, a look at who is there, three accounts, two drones."""
+"""Number of commands in a first run with two drones: the database, a query of the users, three accounts, two drones."""
 
 
 class Tower:
-    """The `tower` command, as far as it concerns a squad. Somebody may press Ctrl-C before or after what it does."""
+    """The parts of the `tower` command that a squad needs. Ctrl-C may arrive before or after each command."""
 
     def __init__(self) -> None:
         self.passwords: dict[str, str] = {}

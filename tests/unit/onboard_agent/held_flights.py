@@ -19,7 +19,7 @@ def flown(
     height_m: float = 20.0,
     **settings: Any,
 ) -> HeldCopter:
-    """Somebody flies; the agent has read what it wants to know."""
+    """A flight by hand; the agent has read what it needs to know."""
     copter = ModelCopter(50.0, receiver=receiver, parameters=parameters, height_m=height_m, mode=mode)
     world = HeldCopter(copter, step_s=STEP_S, knows_s=0.0, **settings)
     world.hand = hand

@@ -33,9 +33,9 @@ def set_mode(mode: int) -> bytes:
 
 
 class World:
-    """An Onboard that is linked, with an armed copter in LOITER, and a clock that is wound by hand.
+    """A linked Onboard with an armed copter in LOITER, and a clock that the test advances.
 
-    `receiver`: whether a radio receiver is on board; None where the autopilot does not say.
+    `receiver`: whether a radio receiver is on board; None if the autopilot does not report it.
     """
 
     def __init__(
@@ -95,7 +95,7 @@ class World:
         self.collect()
 
     def stream(self, for_s: float, x: int = 300, *, epoch: int = 5) -> None:
-        """Sticks at 40 Hz, as a browser sends them."""
+        """Sends sticks at 40 Hz, as a browser does."""
         end = self.now + for_s
         while self.now < end:
             self.tower_sends(sticks(x), epoch=epoch)

@@ -1,4 +1,4 @@
-"""What the autopilot does when sticks stop: a row for each that was measured on ArduCopter, and PX4's parameters."""
+"""What the autopilot does when sticks stop: a row for each case measured on ArduCopter, and PX4's parameters."""
 
 import pytest
 
@@ -38,7 +38,7 @@ STAYS, SINKS, RETURNS, LANDS, UNKNOWN = (
         (LAND, 1, 29, STAYS),
         (ALT_HOLD, 1, 16, RETURNS),
         (ALT_HOLD, 1, 29, RETURNS),
-        # The last sticks stay in force for ever: whatever those were.
+        # The last sticks stay in force for ever.
         (ALT_HOLD, 0, 16, UNKNOWN),
         (LOITER, 0, 29, UNKNOWN),
         (GUIDED, 3, 16, LANDS),

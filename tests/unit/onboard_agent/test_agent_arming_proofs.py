@@ -1,4 +1,4 @@
-"""Whether it is armed, as far as a hold must know: starts of just now, proofs of the ground, and sticks for arming."""
+"""The armed state that a hold relies on: recent starts, proofs of being on the ground, and arming by sticks."""
 
 from itertools import pairwise
 from typing import Any

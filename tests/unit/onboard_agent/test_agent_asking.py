@@ -1,4 +1,4 @@
-"""Rates, parameters and heartbeats: what is asked of the autopilot, when, and how often."""
+"""Rates, parameters and heartbeats: what the agent requests from the autopilot, when, and how often."""
 
 import struct
 from typing import Any
@@ -50,7 +50,7 @@ class RatesBench:
         return None if frame is None else decode(frame)
 
     def intervals(self, now: float) -> dict[int, float]:
-        """All that is asked for and granted: message id to its interval in seconds."""
+        """Returns all granted requests: message id to its interval in seconds."""
         granted = {}
         while (message := self.ask(now)) is not None:
             granted[int(message.param1)] = message.param2 * 1e-6
@@ -164,7 +164,8 @@ def test_rates_that_were_forgotten_are_asked_for_again_but_not_too_often() -> No
 
 @pytest.mark.parametrize("answered", [True, False])
 def test_one_message_that_does_not_come_is_asked_for_again(answered: bool) -> None:
-    """Answered: its answer was another's. Not answered: the autopilot was too busy for all three requests."""
+    """Answered: the response belonged to another request. Not answered: the autopilot was too busy for all three
+    requests."""
     bench = RatesBench()
     gps = mavlink.MAVLINK_MSG_ID_GPS_RAW_INT
     now = 0.0

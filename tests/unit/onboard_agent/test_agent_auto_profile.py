@@ -1,4 +1,4 @@
-"""The judge of the link: down at once, up slowly, and not up and down for ever."""
+"""The automatic stream profile: fast to reduce, slow to raise, and without oscillation."""
 
 from collections.abc import Callable
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""What the agent understands of its autopilot: found, lost, rebooted, armed, in the air."""
+"""The agent's view of its autopilot: found, lost, rebooted, armed, in the air."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""What of the tower's frames may go to the autopilot: a reason for each refusal."""
+"""Which of the tower's frames may go to the autopilot, and the reason for each refusal."""
 
 import pytest
 

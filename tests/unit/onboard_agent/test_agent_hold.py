@@ -1,4 +1,4 @@
-"""The hold as a state machine: each law of `onboard_agent/failsafe/hold.py`, and the table itself."""
+"""The hold as a state machine: each rule of `onboard_agent/failsafe/hold.py`, and the table itself."""
 
 from typing import Any
 
@@ -44,7 +44,7 @@ def test_a_second_hold_that_takes_as_long_is_told_apart_from_a_copy_of_the_first
 
 
 class Bench:
-    """A hold of stage one alone, with a clock that is wound by hand; keeps what was sent and what was reported."""
+    """A hold of stage one alone, with a clock that the test advances. Keeps what was sent and reported."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""What of an open hold outlasts the agent's process: in memory, and as a file."""
+"""The state of an open hold that survives the agent's process: in memory, and as a file."""
 
 from pathlib import Path
 
@@ -75,7 +75,7 @@ def test_what_cannot_be_read_is_nothing(left: bytes) -> None:
 
 
 def written_by(files: HoldFiles, *records: bytes | None) -> None:
-    """In their order; it has all been carried out when this returns."""
+    """Writes the records in order. Returns once all are written."""
     for one in records:
         files.remove() if one is None else files.save(one)
     files.close()

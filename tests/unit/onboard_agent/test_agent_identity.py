@@ -1,4 +1,4 @@
-"""The drone's key and its file: what is kept at each step signs in, and nobody else can read it."""
+"""The drone's key and its file: the stored state signs in after each step, and only its owner can read it."""
 
 import os
 import stat

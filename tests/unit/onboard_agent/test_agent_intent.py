@@ -1,4 +1,4 @@
-"""What frames want: sticks, centred or not, and commands that need hands or not. And the gate that judges by it."""
+"""The intent of frames: sticks, centred or not, and commands that need sticks or not; and the gate that uses it."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""When the loss of the tower means that nobody's hand is on the sticks any more."""
+"""When the loss of the tower means that no pilot has the sticks any more."""
 
 from onboard_agent.failsafe.link_loss import LinkLoss
 
@@ -7,7 +7,7 @@ LOST_HOLD_S = 2.0
 
 
 def alarm(loss: LinkLoss, begin: float, end: float) -> float | None:
-    """When the alarm is raised, if it is; it must be raised once only."""
+    """Returns the time of the alarm, or None. Asserts that it is raised only once."""
     raised = []
     now = begin
     while now < end:

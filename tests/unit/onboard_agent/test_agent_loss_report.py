@@ -1,4 +1,4 @@
-"""What the tower is told of the parameters and the radio that decide what happens on a loss."""
+"""Reports to the tower on the parameters and the radio that decide what happens on a loss."""
 
 from typing import Any
 
@@ -106,7 +106,7 @@ def test_the_autopilot_is_named() -> None:
 
 
 def test_what_decides_and_was_not_answered_is_not_known_and_asked_for_again() -> None:
-    """A narrow line has lost three requests: the check before flight must not say that there is no danger."""
+    """A narrow line has lost three requests: the check before flight must not report the absence of danger."""
     report, parameters = LossReport(), Parameters(FrameMaker())
     parameters.ask_all(3)
     some = {"FS_GCS_ENABLE": 1.0, "RC_OVERRIDE_TIME": 3.0, "SYSID_MYGCS": 255.0}

@@ -1,4 +1,4 @@
-"""What is done when tower or person stays lost: each law of `onboard_agent/failsafe/lost_action.py`, and its tables."""
+"""The action when tower or person stays lost: each rule of `onboard_agent/failsafe/lost_action.py`, and its tables."""
 
 from typing import Any
 
@@ -27,7 +27,7 @@ ALT_HOLD, AUTO, GUIDED, LOITER, RTL, LAND, SMART_RTL = 2, 3, 4, 5, 6, 9, 21
 
 
 class Bench:
-    """A drone in the air whose tower, or person, is lost at second 0, and a clock that is wound by hand."""
+    """A drone in the air that loses tower or person at second 0, and a clock that the test advances."""
 
     def __init__(
         self,
@@ -43,7 +43,7 @@ class Bench:
         self.lost = lost
         self.stayed = self.drifts = self.battery_due = False
         self.other_lost_at: float | None = None
-        """When the tower is lost as well as the person."""
+        """Time at which the tower is lost as well as the person."""
         self.settings = SafetySettings(lost_action=action, lost_action_s=after_s)
         self.mode, self.modes, self.mission_before = mode, modes, mission_before
         self.ours = True

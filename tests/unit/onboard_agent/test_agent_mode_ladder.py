@@ -1,4 +1,4 @@
-"""Asking for one mode after another: each law of `mode_ladder.py`, and which modes a ladder has."""
+"""Requests for one mode after another: each rule of `mode_ladder.py`, and the modes of a ladder."""
 
 from typing import Any
 
@@ -23,7 +23,7 @@ REFUSALS = [
 
 
 class Bench:
-    """A ladder with a clock that is wound by hand."""
+    """A ladder with a clock that the test advances."""
 
     def __init__(self, *names: str, modes: Any = COPTER) -> None:
         self.now = 10.0

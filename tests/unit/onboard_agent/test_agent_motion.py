@@ -1,4 +1,4 @@
-"""How the machine moves, and what its battery must keep for the way home."""
+"""The motion of the vehicle, and the battery charge that it needs for the way home."""
 
 import pytest
 
@@ -7,7 +7,7 @@ from onboard_agent.failsafe.way_home import RESERVE_PERCENT, WayHome
 from wire.dialect import mavlink
 
 GOOD, LOST, UNAIDED = 0x33F, 0x025, 0x0A7
-"""Flags of EKF_STATUS_REPORT: with satellites, some seconds after they went, and some more seconds later."""
+"""Flags of EKF_STATUS_REPORT: with satellites, some seconds after their loss, and some more seconds later."""
 
 
 def attitude(roll_deg: float, pitch_deg: float) -> mavlink.MAVLink_attitude_message:
@@ -49,7 +49,7 @@ def test_the_estimators_flags_tell_whether_it_knows_its_place(flags: int, knows:
     [
         (3.0, -2.5, True, True),
         (NEAR_GROUND_M + 1, -2.5, True, False),
-        (3.0, -0.5, False, False),  # a landing's last metres
+        (3.0, -0.5, False, False),  # the last metres of a landing
         (3.0, 0.0, False, False),
         (3.0, 2.5, False, False),
     ],

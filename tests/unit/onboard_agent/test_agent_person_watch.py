@@ -1,4 +1,4 @@
-"""For how long nobody has flown: each law of `onboard_agent/failsafe/person_watch.py`."""
+"""How long nobody has flown: each rule of `onboard_agent/failsafe/person_watch.py`."""
 
 from onboard_agent.failsafe.person_watch import PersonWatch
 

@@ -1,4 +1,4 @@
-"""What the agent sees of the pilot: stale sticks, a lost tower, and whose flight it is. And what may not come late."""
+"""The agent's view of the pilot: stale sticks, a lost tower, who flies, and what may not arrive late."""
 
 import pytest
 
@@ -15,7 +15,7 @@ SETTINGS = SafetySettings()
 
 
 class Bench:
-    """A drone that is flown by hand through a tower that is heard, until told otherwise."""
+    """A drone flown by hand through a tower that sends heartbeats, until the test changes this."""
 
     def __init__(self, settings: SafetySettings = SETTINGS) -> None:
         self.now = 10.0

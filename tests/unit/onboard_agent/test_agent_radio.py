@@ -1,4 +1,4 @@
-"""Whether a receiver is on board: a row for each that was measured on ArduCopter, overridden or not."""
+"""Whether a receiver is on board: a row for each case measured on ArduCopter, overridden or not."""
 
 import pytest
 
@@ -28,9 +28,9 @@ LOW, CENTRED, SILENT, OURS = (1500, 1500, 1000, 1500), (1500,) * 4, (0,) * 4, (1
         (8, LOW, True, None, True),
         (16, CENTRED, True, None, True),
         (0, SILENT, False, None, False),
-        (0, OURS, True, NOW, False),  # no receiver, and health is that of our own sticks
+        (0, OURS, True, NOW, False),  # no receiver, and the health bit reflects our own sticks
         (0, OURS, False, NOW - LASTS_S, False),
-        (0, OURS, True, NOW - 60.0, False),  # FS_THR_ENABLE 0: healthy for ever after
+        (0, OURS, True, NOW - 60.0, False),  # FS_THR_ENABLE 0: healthy for ever
         (8, LOW, True, NOW - LASTS_S - LAPSE_S - 0.1, True),
     ],
 )

@@ -1,4 +1,5 @@
-"""A command to fly without sticks counts when the autopilot shows it, not when it is sent: laws of `CommandRequest`."""
+"""A command to fly without sticks counts when the autopilot shows it, not when it is sent: rules of
+`CommandRequest`."""
 
 import pytest
 from onboard_world import (
@@ -29,7 +30,7 @@ def reposition() -> bytes:
 def test_a_refused_command_does_not_end_the_hand_on_the_sticks(
     command_id: int, command: bytes, is_answered: bool
 ) -> None:
-    """The pad is pulled out: the console asks for BRAKE, which an autopilot without a position refuses."""
+    """The gamepad is unplugged: the console requests BRAKE, which an autopilot without a position refuses."""
     world = World(mode=ALT_HOLD)
     world.stream(1.0, x=900)
     world.tower_sends(command)
@@ -60,7 +61,7 @@ def test_a_refused_command_does_not_end_a_hold(is_answered: bool) -> None:
 
 
 def test_targets_in_a_mode_of_sticks_end_neither_the_hand_nor_the_hold() -> None:
-    """A program that sends set-points all the time: in ALT_HOLD nobody listens to them."""
+    """A program that sends set-points continuously: in ALT_HOLD the autopilot ignores them."""
     target = mavlink.MAVLink_set_position_target_local_ned_message(0, 1, 1, 1, 0, 0, 0, -5, 0, 0, 0, 0, 0, 0, 0, 0)
     world = World(mode=ALT_HOLD)
     world.stream(1.0, x=900)
@@ -72,7 +73,7 @@ def test_targets_in_a_mode_of_sticks_end_neither_the_hand_nor_the_hold() -> None
 
 
 def test_a_command_counts_when_the_autopilot_shows_it_which_it_is_asked_to_do() -> None:
-    """PX4 beats once a second: longer than sticks may be stale."""
+    """PX4 sends heartbeats once a second: longer than sticks may be stale."""
     world = World()
     world.stream(1.0)
     world.tower_sends(set_mode(RTL))

@@ -1,4 +1,4 @@
-"""What the agent tells the tower, and what it asks the autopilot for."""
+"""The agent's reports to the tower, and its requests to the autopilot."""
 
 from onboard_world import ALT_HOLD, RTL, STEP_S, World, frame, order, sticks
 
@@ -32,7 +32,7 @@ def test_the_loss_parameters_are_told_when_read_and_to_each_new_link() -> None:
                 value = mavlink.MAVLink_param_value_message(request.param_id.encode(), 1.0, 9, 900, 1)
                 world.onboard.from_autopilot([frame(value)], world.now)
     assert not [m for m in world.reported if isinstance(m, LossParameters)], "one is not answered yet"
-    world.pass_time(6.5)  # two that a real ArduPilot may not have are given up
+    world.pass_time(6.5)  # gives up two that a real ArduPilot may lack
     (reported,) = [m for m in world.reported if isinstance(m, LossParameters)]
     assert set(reported.values) == set(LOSS_NAMES[3]) - {"MAV_GCS_SYSID", "RC_OPTIONS", "SIM_SPEEDUP"}
     assert (reported.autopilot, reported.complete, reported.has_radio) == ("ardupilot", True, None)

@@ -1,4 +1,4 @@
-"""Addresses, token files and autopilot names: what is taken, and the one line that says why not."""
+"""Addresses, token files and autopilot names: what is accepted, and the one-line reason for each refusal."""
 
 from pathlib import Path
 

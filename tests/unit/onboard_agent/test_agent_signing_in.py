@@ -1,4 +1,4 @@
-"""The agent's side of a sign-in: it obeys the tower that enrolled it, and no other."""
+"""The agent's side of a sign-in: it obeys only the tower that enrolled it."""
 
 from typing import Any
 
@@ -36,7 +36,7 @@ def sign_in(challenge: SignInChallenge = CHALLENGE, **other: Any) -> KeySignIn:
 
 
 def transcript(**other: Any) -> Transcript:
-    """As the tower puts it together."""
+    """Returns the transcript that the tower builds."""
     values: dict[str, Any] = {
         "purpose": SignInPurpose.LINK,
         "drone_id": 7,

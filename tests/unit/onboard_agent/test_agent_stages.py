@@ -1,4 +1,4 @@
-"""The two stages of a hold, by what the machine does: laws of `hold.py` and `stay_stage.py` together."""
+"""The two stages of a hold, by the motion of the vehicle: rules of `hold.py` and `stay_stage.py` together."""
 
 from dataclasses import replace
 from typing import Any
@@ -40,7 +40,7 @@ def nothing_stays(custom_mode: int) -> AfterSticks:
 
 
 class Bench:
-    """A hold of a machine in the air, and an autopilot that does what it is asked, but for `refuses`."""
+    """A hold of a vehicle in the air, with an autopilot that obeys everything except `refuses`."""
 
     def __init__(
         self, *, ladder: tuple[str, ...] = (), flying: Flying | None = None, refuses: frozenset[int] = frozenset()
@@ -179,7 +179,7 @@ def test_a_position_that_is_lost_in_stage_two_means_sticks_and_altitude_hold_in_
     bench.sees(has_position=False)
     bench.sticks.clear()
     bench.asked.clear()
-    for _ in range(2):  # whoever watches over the position says so at each tick
+    for _ in range(2):  # the position watch reports it at each tick
         bench.hold.back_to_altitude(copter().altitude_hold, bench.now)
     bench.pass_time(STEP_S)
     assert bench.asked == [ALT_HOLD]

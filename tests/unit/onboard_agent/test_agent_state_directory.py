@@ -1,4 +1,4 @@
-"""Where an agent keeps what must outlast it: one folder for each drone, and clear words where there is none."""
+"""Where an agent keeps its persistent state: one folder for each drone, and a clear message if there is none."""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Centred sticks where somebody's stop and the autopilot would mind: each law of `stick_keeper.py`."""
+"""Centred sticks when the pilot's sticks stop and the autopilot would react: each rule of `stick_keeper.py`."""
 
 from typing import Any
 
@@ -38,7 +38,7 @@ def test_an_assistant_who_only_commands_leaves_the_sticks_centred_and_nothing_go
     assert set(sent) == {0}
     assert 50 <= len(sent) <= 60, "at 20 Hz, from a quarter of a second on"
     assert world.steps() == []
-    # The turn is over: the holder flies on, and has the usual time to come.
+    # The turn is over: the holder flies on, with the usual time to resume.
     turn(world, assistant=False, epoch=7)
     world.pass_time(0.4)
     world.sent.clear()

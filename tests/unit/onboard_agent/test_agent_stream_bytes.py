@@ -1,4 +1,4 @@
-"""What each profile costs, measured on what the simulator sends when the agent has asked it.
+"""The cost of each profile, measured on the simulator's output for the agent's requests.
 
 Bytes a second on the wire, with sealing, UDP and IP headers and the keep-alive.
 """
@@ -21,13 +21,13 @@ UDP_AND_IP_BYTES = 28
 TICK_S = 0.025
 MEASURED_S = 60
 EVERYTHING_HZ = 10
-"""What an eager ground station asks of each stream."""
+"""The rate that an eager ground station requests for each stream."""
 
 FULL, THIN, MINIMAL = StreamProfile.FULL, StreamProfile.THIN, StreamProfile.MINIMAL
 
 
 class Way:
-    """A simulated drone, the thinner, and a sealed link whose datagrams are counted. The tower answers each ping."""
+    """A simulated drone, the thinner, and a sealed link that counts its datagrams. The tower answers each ping."""
 
     def __init__(self, profile: StreamProfile, *, by_hand: bool, eager: bool) -> None:
         self.vehicle = Vehicle(VehicleSettings(FlightSettings(Place(47.39, 8.54, 488.0), boot_s=0.5)))
@@ -50,14 +50,15 @@ class Way:
         self.kinds: set[int] = set()
 
     def run(self, seconds: float) -> float:
-        """Bytes a second, after the first two."""
+        """Returns bytes a second, excluding the first two seconds."""
         ticks = round((seconds + 2) / TICK_S)
         for tick in range(1, ticks + 1):
             now = tick * TICK_S
             if now <= 2:
                 self.bytes_up = 0
             self.vehicle.step(now)
-            # The simulator's frames come tick by tick, and so in fewer datagrams than a real autopilot's would in full.
+            # The simulator sends its frames tick by tick, and so in fewer datagrams than a real autopilot would in
+            # full.
             frames = self.thinner.admit(self.vehicle.datagrams_to_send()) + self.thinner.due(now)
             self.kinds |= {message_id(frame) for frame in frames}
             if frames:
@@ -91,7 +92,7 @@ def _link(send: bytes, receive: bytes) -> SealedLink:
     ],
 )
 def test_what_a_profile_costs(profile: StreamProfile, by_hand: bool, eager: bool, least: int, most: int) -> None:
-    """The figures of docs/agent.md. However much the autopilot is made to send, a thin stream stays thin."""
+    """The figures of docs/agent.md. A thin stream stays thin, whatever the autopilot is made to send."""
     assert least < Way(profile, by_hand=by_hand, eager=eager).run(MEASURED_S) < most
 
 

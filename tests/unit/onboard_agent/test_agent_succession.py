@@ -1,4 +1,4 @@
-"""When a link looks for another control channel, when it ends, and what is told on the new one."""
+"""When a link seeks another control channel, when it ends, and what is reported on the new one."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Who decides the profile, when, and what the tower is told of it."""
+"""Who selects the stream profile, when, and the reports on it to the tower."""
 
 from typing import Any
 

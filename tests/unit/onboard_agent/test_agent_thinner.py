@@ -1,4 +1,4 @@
-"""The thinner: nothing that must arrive is touched, of state the newest goes, and no more often than it may."""
+"""The thinner: passes everything transactional, and the newest state at no more than its rate."""
 
 from collections import defaultdict
 from typing import Any
@@ -16,7 +16,7 @@ from wire.stream_profiles import BEAT_S, StreamProfile, beats_between
 TICK_S = 0.025
 FULL, THIN, MINIMAL = StreamProfile.FULL, StreamProfile.THIN, StreamProfile.MINIMAL
 UNKNOWN = bytes((0xFD, 2, 0, 0, 9, 1, 1, 0x39, 0x30, 0, 1, 2, 0, 0))
-"""Message 12345, which no dialect of ours has."""
+"""Message 12345, which is in none of our dialects."""
 
 
 def frame(message: Any, *, sequence: int = 0, component_id: int = 1) -> bytes:
@@ -44,7 +44,7 @@ def beat(custom_mode: int) -> bytes:
 
 
 class Bench:
-    """A thinner, a clock that ticks, and all that has gone up with the time it did."""
+    """A thinner, a clock that ticks, and all that has gone up, with times."""
 
     def __init__(self, profile: StreamProfile, *, by_hand: bool = False) -> None:
         self.thinner = Thinner()
@@ -183,7 +183,7 @@ STEP = st.one_of(
 @given(st.lists(STEP, max_size=200))
 def test_whatever_happens(steps: list[Any]) -> None:
     """Transactional frames and heartbeats: all of them, at once, in order. State: never an older one after a newer one,
-    and the newest of each kind is out within the slowest interval."""
+    and the newest of each kind is sent within the slowest interval."""
     bench = Bench(FULL)
     given_frames: list[bytes] = []
     for number, step in enumerate(steps):

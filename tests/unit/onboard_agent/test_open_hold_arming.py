@@ -1,4 +1,4 @@
-"""Disarmed is proved and not remembered; and how a drone without a receiver is armed. Flown with a model ArduCopter."""
+"""The disarmed state must be proved, not remembered; and arming without a receiver. Flown with a model ArduCopter."""
 
 import pytest
 from worlds.held_copter import ARM, HeldCopter, mode_command, sticks, takeoff
@@ -14,7 +14,7 @@ def on_the_ground(receiver: Receiver = Receiver.LOW, *, mode: Mode = Mode.GUIDED
 
 
 def held_after_s(world: HeldCopter, since: float) -> float:
-    """From `since` to the first mode that was begun by the agent."""
+    """Returns the time from `since` to the first mode that the agent began."""
     return next(change.at for change in world.copter.changes if change.by == 191 and change.at >= since) - since
 
 
@@ -37,7 +37,7 @@ def test_an_arming_after_the_order_is_held_at_once(offset_ms: int, phase_ms: int
 
 @pytest.mark.parametrize("offset_ms", OFFSETS_MS)
 def test_an_arming_that_was_accepted_before_the_order_counts(offset_ms: int) -> None:
-    """The last heartbeat says disarmed of a drone that takes off."""
+    """The last heartbeat reports a drone as disarmed that is taking off."""
     world = on_the_ground()
     world.pass_time(1.1)
     world.copter.receive([ARM, takeoff(10.0)])

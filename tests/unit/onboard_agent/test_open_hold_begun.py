@@ -1,4 +1,4 @@
-"""Where a hold begins, flown: without sticks, lost browsers and towers, slow links, near the ground."""
+"""Conditions in which a hold begins, flown: no sticks, lost browsers and towers, slow links, near the ground."""
 
 from typing import Any
 
@@ -11,13 +11,13 @@ from wire.control_messages import HoldStep
 from wire.dialect import mavlink
 from wire.open_holds import HoldStage, Lost, LostAction, LostPhase
 
-# Out of what flies without sticks
+# From modes that fly without sticks
 
 
 @pytest.mark.parametrize("parameters", [{}, STAYS_IN_GUIDED, NO_FAILSAFE])
 @pytest.mark.parametrize("receiver", list(Receiver))
 def test_a_hold_of_what_goes_to_a_place_stops_it(receiver: Receiver, parameters: dict[str, float]) -> None:
-    """GUIDED again would be accepted at once, and it would fly on."""
+    """The autopilot would accept GUIDED again at once and fly on."""
     world = flown(receiver, parameters=parameters, mode=Mode.GUIDED, hand=None)
     world.send(go_to())
     world.pass_time(5.0)
@@ -54,7 +54,7 @@ def test_a_hold_of_a_mission_stops_it_and_keeps_the_height(receiver: Receiver) -
     assert not sinks(world, 20.0)
 
 
-# Who is lost
+# Losses
 
 
 @pytest.mark.parametrize("receiver", list(Receiver))
@@ -102,7 +102,7 @@ def test_sticks_that_are_too_old_for_too_long_hold() -> None:
     world = flown(hand=(800, 500))
     world.slow_tower_s = 0.4
     late_at = world.now
-    world.pass_time(0.8)  # of the second 0.15 s were over when they came
+    world.pass_time(0.8)  # 0.15 s of the second had passed on arrival
     assert world.copter.mode is Mode.LOITER
     world.pass_time(0.4)
     assert world.copter.mode is Mode.ALT_HOLD
@@ -139,7 +139,7 @@ def test_near_the_ground_and_sinking_stage_one_climbs_first(receiver: Receiver) 
     assert world.copter.height_m < 6.0, "it climbs no longer than it sinks"
 
 
-# What is told
+# Reports
 
 
 @pytest.mark.parametrize("loses", [True, False])

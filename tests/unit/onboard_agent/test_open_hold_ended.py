@@ -1,4 +1,4 @@
-"""Who ends a hold, flown: pilots, commands, radio switches, disarming; returns and landings go on."""
+"""What ends a hold, flown: pilots, commands, radio switches, disarming; returns and landings go on."""
 
 import pytest
 from held_flights import STAYS_IN_GUIDED, flown, sinks, taken
@@ -7,7 +7,7 @@ from worlds.model_copter import Mode, Receiver
 
 from wire.open_holds import HoldStage, LostPhase
 
-# In a return or a landing
+# During a return or a landing
 
 
 @pytest.mark.parametrize("mode", [Mode.RTL, Mode.LAND])
@@ -32,7 +32,7 @@ def test_a_return_or_landing_goes_on_unless_the_order_interrupts(mode: Mode) -> 
 @pytest.mark.parametrize("mode", [Mode.RTL, Mode.LAND])
 @pytest.mark.parametrize("receiver", list(Receiver))
 def test_a_landing_that_was_just_interrupted_is_none(receiver: Receiver, mode: Mode, slow_s: float) -> None:
-    """The last heartbeat is older than the order, and than what the holder has commanded."""
+    """The last heartbeat is older than the order and the holder's command."""
     world = flown(receiver, hand=None, mode=mode, height_m=30.0)
     world.copter.ack_after_s = slow_s
     height_m = world.copter.height_m
@@ -49,7 +49,7 @@ def test_a_landing_that_was_just_interrupted_is_none(receiver: Receiver, mode: M
 
 @pytest.mark.parametrize("receiver", list(Receiver))
 def test_a_return_that_is_not_interrupted_is_not_begun_anew_by_a_radio_failsafe(receiver: Receiver) -> None:
-    """Somebody's sticks came until just now: without a receiver they must not simply end."""
+    """Sticks arrived until just now: without a receiver they must not simply end."""
     world = flown(receiver)
     world.send(mode_command(Mode.RTL))
     world.hand = None
@@ -60,7 +60,7 @@ def test_a_return_that_is_not_interrupted_is_not_begun_anew_by_a_radio_failsafe(
     assert not world.copter.armed
 
 
-# By whom a hold is ended
+# Ways to end a hold
 
 
 @pytest.mark.parametrize("receiver", list(Receiver))
@@ -123,7 +123,7 @@ def test_who_changes_their_mind_at_once_is_given_sticks(receiver: Receiver) -> N
 
 @pytest.mark.parametrize("mode", [Mode.LOITER, Mode.ALT_HOLD])
 def test_without_a_receiver_a_mode_of_sticks_out_of_one_that_was_kept_is_given_sticks_too(mode: Mode) -> None:
-    """The sticks that were kept for the autopilot are nobody's hand."""
+    """Sticks kept for the autopilot do not count as a pilot's."""
     world = flown(Receiver.NONE)
     world.hand = None
     world.send(mode_command(Mode.GUIDED))

@@ -1,4 +1,4 @@
-"""A hold that nobody takes up, flown: the count, the return, and a lost position."""
+"""An open hold that nobody takes over, flown: the countdown, the return, and a lost position."""
 
 from itertools import pairwise
 
@@ -9,7 +9,7 @@ from worlds.model_copter import Mode, Receiver
 
 from wire.open_holds import AfterSticks, HoldStage, Lost, LostAction, LostPhase
 
-# Who takes and then does nothing
+# An admin takes, then does nothing
 
 
 @pytest.mark.parametrize(
@@ -156,7 +156,7 @@ def test_without_a_position_sticks_keep_the_height_and_it_lands_announced(receiv
 def test_a_position_that_is_lost_in_stage_two_leads_back_to_stage_one_before_the_autopilot_lands(
     receiver: Receiver, after_s: float
 ) -> None:
-    """One second after its estimator has told, ArduCopter lands by itself."""
+    """One second after the report from its estimator, ArduCopter lands by itself."""
     world = taken(receiver)
     reported_at = world.copter.estimator_reported_at
     world.pass_until(lambda: world.copter.estimator_reported_at > reported_at)

@@ -1,4 +1,4 @@
-"""The agent's process dies and begins again while the drone is held, or flown by hand: two Onboards, one store."""
+"""The agent's process dies and restarts while the drone is held, or flown by hand: two Onboards, one store."""
 
 import pytest
 from held_flights import flown, sinks, taken
@@ -56,7 +56,7 @@ def test_who_flew_by_hand_is_held(receiver: Receiver) -> None:
 @pytest.mark.parametrize("dead_s", [1.2, 2.0, 8.0])
 @pytest.mark.parametrize("by_hand", [True, False])
 def test_the_autopilots_own_return_goes_on_and_is_told(dead_s: float, by_hand: bool) -> None:
-    """Without a receiver it has begun one by then."""
+    """Without a receiver the autopilot has begun a return by then."""
     world = flown(Receiver.NONE, hand=(300, 500)) if by_hand else taken(Receiver.NONE)
     world.restart_agent(after_s=dead_s)
     assert world.copter.mode is Mode.RTL

@@ -16,13 +16,13 @@ from wire.sealed_link import SealedLink
 from wire.sealing import read_link_id
 
 OLGA = 6
-"""Her account only watches."""
+"""An observer account."""
 NAMES = {1: "alice", 2: "bob", OLGA: "olga", 9: "admin"}
 LATER = datetime(2100, 1, 1, tzinfo=UTC)
 NOW = datetime(2026, 1, 1, tzinfo=UTC)
-"""The time of day, always."""
+"""The fixed time of day."""
 FIRST_ORDER = int(NOW.timestamp()) + 1
-"""The number of the first order of a hub that was made then."""
+"""The number of the first order from a hub made at that time."""
 
 
 def heartbeat(sequence: int = 0) -> bytes:
@@ -59,7 +59,7 @@ def record(
 
 
 class FakeAgent:
-    """The agent's end of a link, with the address from which its datagrams come."""
+    """The agent's end of a link, with the source address of its datagrams."""
 
     def __init__(self, hub: Hub, drone_id: int, *, link_id: int, now: float = 0.0, takes: Collection[str] = ()) -> None:
         self.hub = hub
@@ -68,7 +68,7 @@ class FakeAgent:
         self.sent_to: list[tuple[bytes, tuple[str, int]]] = []
         self.posted: list[ToAgent] = []
         self.alarms: list[tuple[float, Callable[[float], None]]] = []
-        """What the link asked to be called back for: (after so many seconds, call)."""
+        """Timers that the link requested: (delay in seconds, callback)."""
         self.closed: list[tuple[int, str]] = []
         self.link = AgentLink(
             sealed=_sealed(drone_id, link_id, send=b"t" * 32, receive=b"a" * 32, now=now, leads=False),
@@ -88,13 +88,13 @@ class FakeAgent:
         self.hub.datagram(datagram, read_link_id(datagram), address or self.address, now)
 
     def answer_pings(self, now: float) -> None:
-        """What the sealed link has to say by itself goes to the tower at once."""
+        """Passes the sealed link's own datagrams to the tower at once."""
         self.received(now)
         for datagram in self.sealed.datagrams_to_send(now):
             self.deliver(datagram, now=now)
 
     def received(self, now: float = 0.0) -> list[tuple[int, bytes]]:
-        """(epoch, frame) of everything that was sent to this agent since the last call."""
+        """Returns (epoch, frame) of everything sent to this agent since the last call."""
         sent, self.sent_to = self.sent_to, []
         frames = []
         for datagram, _ in sent:

@@ -1,4 +1,4 @@
-"""A hub with one drone, its agent and an operator who orders work."""
+"""A hub with one drone, its agent and an operator who requests operations."""
 
 from typing import Any
 
@@ -29,7 +29,7 @@ DOWNLOAD = Order("plan_download", Lane.PLANS, [Step(PlanDownloadWork(PlanKind.MI
 
 
 class Scene(HubWorld):
-    """A drone of alice's with an agent that takes transactions, and a browser that watches."""
+    """alice's drone with an agent that accepts transactions, and a browser that watches."""
 
     def __init__(self, *, takes: tuple[str, ...] = (TRANSACTIONS,), process: int = 7) -> None:
         super().__init__()

@@ -25,14 +25,14 @@ HELD = LeaseView(holder=ALICE, taken_from=None, epoch=Epoch(1))
 
 
 class Scene:
-    """alice holds drone 1, which is online; everything the hub notices is kept."""
+    """alice holds drone 1, which is online. Collects all events from the hub."""
 
     def __init__(self) -> None:
         self.world = HubWorld()
         self.hub = self.world.hub
         self.events: list[HubEvent] = []
         self.agent: FakeAgent = self.world.agent(1)
-        self.hub.state.on_event = self.events.append  # that the agent has linked is no news here
+        self.hub.state.on_event = self.events.append  # skips the event of the agent's link
         self.alice: FakeBrowser = self.world.browser(1)
         self.lease(HELD, "acquired")
         self.alice.events()
@@ -41,12 +41,12 @@ class Scene:
         self.hub.apply_lease(ONE, lease, event=event, by=ADMIN, reason="", now=now)
 
     def keep_alive(self, now: float) -> None:
-        """The link is heard, and time passes."""
+        """Receives datagrams on the link while time passes."""
         self.agent.send(heartbeat(), now=now)
         self.hub.tick(now)
 
     def rehearsal_is_over(self, now: float) -> None:
-        """The alarm goes off that the link was given for the end of the rehearsed loss of the tower."""
+        """Fires the timer that the link set for the end of the rehearsed loss of the tower."""
         self.agent.alarms.pop()[1](now)
 
     def fly(self, now: float, browser: FakeBrowser | None = None) -> None:

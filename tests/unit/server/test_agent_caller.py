@@ -1,4 +1,4 @@
-"""Whom the gate lets pass by the line of strangers: agents that say truly whose they are, and nobody else."""
+"""Which callers bypass the queue for strangers: agents that prove which drone is theirs, and nobody else."""
 
 from types import SimpleNamespace
 from typing import Any, cast

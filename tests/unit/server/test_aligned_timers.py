@@ -1,4 +1,4 @@
-"""What comes back again and again wakes the process together."""
+"""Periodic timers wake the process together."""
 
 import asyncio
 from collections.abc import AsyncIterator, Callable
@@ -11,7 +11,7 @@ from server.runtime.aligned_timers import BEAT_S, SharedChecks, rest
 
 
 class Clock:
-    """Time passes only in sleeps, which are remembered."""
+    """Time passes only in sleeps, which are recorded."""
 
     def __init__(self, now: float) -> None:
         self.now = now
@@ -39,7 +39,7 @@ async def test_whoever_asks_when_the_same_beat_is_meant(clock_at: Callable[[floa
     for begun_at in (70.0003, 70.0201, 70.0499):
         clock = clock_at(begun_at)
         due.append(await rest(1.0))
-        assert 0.0 <= clock.now - due[-1] < 0.001  # never before the beat, and within the loop's millisecond
+        assert 0.0 <= clock.now - due[-1] < 0.001  # never before its due time, and within the loop's millisecond
     assert due == [pytest.approx(71.0)] * 3
 
 

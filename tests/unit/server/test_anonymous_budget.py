@@ -1,4 +1,4 @@
-"""What strangers may use before they sign in: the cores, with time passed in, and the table that the docs repeat."""
+"""Limits for strangers before they sign in: the cores, with simulated time, and the table repeated in the docs."""
 
 import re
 from dataclasses import fields, replace
@@ -294,7 +294,7 @@ def test_a_newcomer_need_not_wait_for_the_first_tries_of_many_networks() -> None
 
 
 def test_180_sign_ins_of_one_64_leave_the_line_to_the_others() -> None:
-    """The attack of issue 16: it filled a line of 64 for everybody."""
+    """The attack of issue 16: it filled a queue of 64 for everybody."""
     some = slots()
     taken = [ask(some, "flood", f"2001:db8:1:2::{number:x}", Priority.SUSPECT) for number in range(180)]
     assert sum(taken) == LIMITS.max_waiting_hashes_per_address

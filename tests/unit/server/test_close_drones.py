@@ -1,4 +1,4 @@
-"""Whose datagrams are read at once: drones that somebody holds or has in focus, at every address they come from."""
+"""Which datagrams are read at once: those of drones that are held or in focus, from every one of their addresses."""
 
 import pytest
 from hub_world import FakeAgent, HubWorld, heartbeat

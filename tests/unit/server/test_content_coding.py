@@ -1,4 +1,4 @@
-"""Which compressed copy of a file a browser takes."""
+"""Which compressed copy of a file a browser accepts."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""docs/control.md shows the lease table as it is."""
+"""docs/control.md shows the current lease table."""
 
 from pathlib import Path
 from typing import Final

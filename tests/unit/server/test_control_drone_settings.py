@@ -1,4 +1,4 @@
-"""Which settings of a drone there may be."""
+"""Which settings of a drone are valid."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The lease table: every cell filled, and the laws that must hold whatever happens in whatever order."""
+"""The lease table: every cell is filled, and the invariants hold for every order of events."""
 
 from itertools import product
 
@@ -235,11 +235,11 @@ def test_the_laws_hold_in_any_order(events: list[tuple[Event, Actor]]) -> None:
             assert after.holder not in (None, after.assistant)
             assert after.taken_from is None
         if lease.holder not in (None, actor.user_id) and after.holder != lease.holder:
-            # The controls never leave somebody without an order, and never go to somebody else without a hold.
+            # The controls never leave a person without an order, and never pass to another person without a hold.
             assert outcome.orders in (HOLD, IF_BY_HAND)
             assert Order.HOLD in outcome.orders or after.holder is None
         if after.holder != lease.holder and after.holder is not None and event is not Event.ACQUIRE:
-            assert actor.user_id == after.holder  # nobody is given the controls without asking for them
+            assert actor.user_id == after.holder  # nobody receives the controls without a request
         if actor.is_tower:
             assert after.holder in (None, lease.holder)
         lease = after

@@ -1,4 +1,4 @@
-"""The check before flight: what the parameters of an autopilot mean when somebody is lost."""
+"""The check before flight: what an autopilot's parameters mean when the tower or the pilot is lost."""
 
 import pytest
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""Which parameters make a drone without a radio receiver fly safely, and what is said of them."""
+"""The parameters for safe flight without a radio receiver, and the messages about them."""
 
 import pytest
 

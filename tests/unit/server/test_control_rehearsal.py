@@ -1,4 +1,4 @@
-"""What proves that an autopilot is simulated: a loss may then be rehearsed in flight without further questions."""
+"""Proof that an autopilot is simulated: a loss may then be rehearsed in flight without further confirmation."""
 
 import pytest
 from hub_world import LATER, HubWorld

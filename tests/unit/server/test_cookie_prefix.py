@@ -10,7 +10,7 @@ from server.api.http.over_tls import OverTls
 
 
 def ask(cookies: bytes, sets: list[bytes], *, scheme: str = "https", kind: str = "http") -> tuple[bytes, list[bytes]]:
-    """What the application reads of the cookies, and what the browser is told to keep."""
+    """Returns the cookies that the application reads, and those that the browser is told to store."""
     read: list[bytes] = []
     sent: list[bytes] = []
 

@@ -1,4 +1,4 @@
-"""Routes are given what they use: nothing but the dependencies reads the state of the application."""
+"""Routes receive what they use: only the dependencies read the application's state."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ ROUTES = [route for router in ROUTERS for route in router.routes if isinstance(r
 
 
 def state_reads(source: str) -> list[str]:
-    """Expressions like `app.state` and `request.app.state`."""
+    """Returns expressions like `app.state` and `request.app.state`."""
     return [
         ast.unparse(node)
         for node in ast.walk(ast.parse(source))
@@ -43,6 +43,6 @@ def _calls(dependant: Dependant) -> Iterator[object]:
 
 @pytest.mark.parametrize("route", ROUTES, ids=lambda route: f"{route.path} {route.name}")
 def test_no_dependency_runs_in_a_thread(route: APIRoute | APIWebSocketRoute) -> None:
-    """FastAPI runs plain functions in a thread pool: a hand-over to a thread for each part of each request."""
+    """FastAPI runs plain functions in a thread pool: a hand-over to a thread for each dependency of each request."""
     slow = [one for one in _calls(route.dependant) if not (iscoroutinefunction(one) or isasyncgenfunction(one))]
     assert not slow

@@ -1,4 +1,6 @@
-"""Messages are heard within the call that brings them, however the bytes are cut; all else comes in order, unharmed."""
+"""Short messages are handled within the call that delivers them, however the bytes are split; the rest arrives in
+order.
+"""
 
 import asyncio
 import random
@@ -19,7 +21,7 @@ Sent = list[tuple[str, bytes]]
 
 
 class Wire(asyncio.Transport):
-    """What was written, kept."""
+    """Keeps what was written."""
 
     def __init__(self) -> None:
         super().__init__({"peername": ("127.0.0.1", 5), "sockname": ("127.0.0.1", 6)})
@@ -49,7 +51,8 @@ class Wire(asyncio.Transport):
 
 
 async def heard_from(chunks: list[bytes], early: bytes = b"", *, binaries: bool = False) -> Sent:
-    """What an application gets of these chunks, short texts heard directly marked `short`, binary ones `whole`."""
+    """Returns what an application gets from these chunks: directly handled short texts are marked `short`, binary ones
+    `whole`."""
     heard: Sent = []
     over = asyncio.Event()
 
@@ -109,7 +112,7 @@ messages = st.lists(
 
 
 def bytes_of(reported: list[tuple[str, int]]) -> tuple[bytes, Sent]:
-    """On the wire, and what is to be heard of it."""
+    """Returns the bytes on the wire, and what the application should get from them."""
     wire, expected = b"", []
     for number, (kind, size) in enumerate(reported):
         payload = (b"%d." % number * size)[:size]

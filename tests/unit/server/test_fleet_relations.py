@@ -1,4 +1,4 @@
-"""Who may do what with a drone: the table, written down a second time, and who stands how to it."""
+"""Permissions for a drone: an independent copy of the table, and each person's relation to the drone."""
 
 from itertools import product
 
@@ -8,7 +8,7 @@ from server.domain.people import Role
 from server.domain.relations import RIGHTS, Relation, Right, TeamRole, Ties, may, relation_by_ties, relation_of
 from wire.ids import UserId
 
-# For each relation in turn, from the admin of the tower to the stranger.
+# For each relation in turn, from the tower's admin to the stranger.
 ROWS = {
     Right.SEE: "+ + + + + + -",
     Right.READ: "+ + + + + - -",

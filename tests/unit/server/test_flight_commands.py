@@ -1,4 +1,4 @@
-"""What a command becomes: MAV_CMDs and their numbers, for ArduCopter and for PX4."""
+"""The MAV_CMDs and their parameters for each command, for ArduCopter and for PX4."""
 
 import math
 from dataclasses import replace

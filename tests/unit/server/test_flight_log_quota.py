@@ -1,4 +1,4 @@
-"""The files that the tower keeps: whole or not at all, one of a log, within a budget."""
+"""The files that the tower keeps: complete or not at all, one for each log, within a budget."""
 
 import os
 from pathlib import Path

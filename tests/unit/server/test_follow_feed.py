@@ -1,4 +1,4 @@
-"""What the tower tells a follower's agent of the leader, and when the tower itself ends it."""
+"""The tower's reports on the leader to a follower's agent, and when the tower itself ends them."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -39,7 +39,7 @@ def beat(mode: int = 4) -> bytes:
 
 
 class FollowScene(Scene):
-    """Drone 1, which alice holds, is to follow drone 2. All three are in the air, 100 m apart."""
+    """Drone 1, held by alice, is to follow drone 2. All three are in the air, 100 m apart."""
 
     def __init__(self) -> None:
         super().__init__(takes=(TRANSACTIONS, FOLLOW))
@@ -77,7 +77,7 @@ class FollowScene(Scene):
         self.hub.follows.tick(self.now)
 
     def heard_by(self, number: int = 1) -> list[LeaderPosition]:
-        """What its agent was told over the data channel."""
+        """Returns the leader reports to its agent over the data channel."""
         agent = self.agents[number]
         sent, agent.sent_to = agent.sent_to, []
         urgent = [agent.sealed.receive(datagram, self.now).urgent for datagram, _ in sent]

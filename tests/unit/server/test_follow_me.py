@@ -1,4 +1,4 @@
-"""A drone that follows the person who flies it: what the tower asks first, tells its agent, and when it ends it."""
+"""A drone that follows its pilot: the tower's preconditions, its reports to the agent, and the ends."""
 
 from typing import Any
 
@@ -21,11 +21,11 @@ from wire.lateness import stamp_ms
 from wire.transactions import TRANSACTIONS, CancelTransaction, Outcome
 
 DRONE_LAT = 47.001
-"""Of drone 1, as FollowScene has it: 20 m above home."""
+"""Position of drone 1 in FollowScene: 20 m above home."""
 
 
 class PersonScene(FollowScene):
-    """alice stands 30 m south of drone 1, whose controls she has."""
+    """alice stands 30 m south of drone 1, which she holds."""
 
     def __init__(self) -> None:
         super().__init__()

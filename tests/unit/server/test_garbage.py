@@ -1,4 +1,4 @@
-"""When the whole memory is searched for cycles."""
+"""When a full garbage collection runs."""
 
 import gc
 import mmap
@@ -55,7 +55,7 @@ def test_memory_that_grows_is_looked_through_sooner() -> None:
 
 def test_what_the_process_holds_is_told() -> None:
     before = resident_bytes()
-    # Not from the heap, which may have as much left over from the tests before.
+    # Not from the heap, which may have free space from earlier tests.
     with mmap.mmap(-1, 64_000_000) as kept:
         for page in range(0, len(kept), mmap.PAGESIZE):
             kept[page] = 1

@@ -1,4 +1,4 @@
-"""Viewers in step are sent what each of them would be sent by itself, and no one notices that they are a group."""
+"""Viewers in a lockstep group receive exactly what each would receive alone."""
 
 from collections.abc import Callable
 from typing import Any
@@ -41,7 +41,7 @@ def scene() -> Scene:
 
 
 def watched_by(scene: Scene, count: int) -> list[FakeViewer]:
-    """All have had the first picture, and say that they are calm."""
+    """All viewers have received the first picture and report that they are calm."""
     viewers = [FakeViewer(scene, 9) for _ in range(count)]
     for one in viewers:
         one.draws = False
@@ -93,7 +93,7 @@ def test_who_is_late_is_alone_until_it_is_calm_again(scene: Scene) -> None:
         scene.send(unit(number, key=number % 12 == 0))
         settle(scene)
     assert second.sequences == list(range(60))
-    assert len(first.units) < 20  # it says nothing of what it has drawn
+    assert len(first.units) < 20  # it does not report what it has drawn
     calm(scene, first)
     assert first.viewer.pace.skipped > 0
 
@@ -153,7 +153,7 @@ def test_who_goes_or_may_not_watch_any_more_gets_nothing_more(scene: Scene) -> N
 
 
 def test_a_group_that_is_reached_late_is_no_group_any_more(scene: Scene) -> None:
-    """The process stood still: each one's own laws say what of it is still worth sending."""
+    """The process paused: each viewer's own rules decide what is still worth sending."""
     viewers = watched_by(scene, MAX_MEMBERS + 3)
     scene.now += RATE_S
     scene.send(unit(1))
@@ -191,7 +191,7 @@ def test_each_gets_what_it_would_get_alone(acts: list[Act]) -> None:
 
 
 def sent_events(acts: list[Act]) -> list[Any]:
-    """What each viewer got, and how its account is at the end."""
+    """Returns what each viewer received, and its final state."""
     scene = Scene()
     viewers = [FakeViewer(scene, 9) for _ in range(5)]
     for one in viewers:

@@ -1,4 +1,4 @@
-"""What agents tell of their vehicles' parameters: kept whole, bounded, and no more than what was said of it."""
+"""Agents' metadata about parameters: complete, bounded, and no more than was announced."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def test_pieces_of_another_one_or_out_of_order_say_nothing() -> None:
         store.add_piece(piece)
     for piece in pieces()[:-1]:
         store.add_piece(piece)
-    for piece in pieces():  # another control channel: from the first on
+    for piece in pieces():  # another control channel: restarts from the first piece
         store.add_piece(piece)
     assert store.packed() == PACKED
     store.add_piece(pieces()[0])

@@ -1,4 +1,4 @@
-"""Commands that pass as frames: told once, with their answer, and never more of them than is good."""
+"""Commands that pass as frames: reported once, with their acknowledgement, and at a limited rate."""
 
 from dataclasses import dataclass, field
 from typing import Any

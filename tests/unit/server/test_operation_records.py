@@ -1,4 +1,4 @@
-"""What agents report beside operations: the plan on board, and parameter tables."""
+"""Agents' reports beside operations: the plan on board, and parameter tables."""
 
 from typing import Any
 
@@ -145,7 +145,7 @@ def test_a_change_is_taken_over_where_it_fits_the_table_and_else_the_table_is_as
     assert [event.hash for event in scene.reported()] == [table_hash(changed)]
     scene.announce(ParameterChanged(name="RTL_ALT", value=1.0, kind=9, before="f" * 16, hash="e" * 16))
     assert scene.drone.onboard.parameters.table() is None
-    assert scene.sent() == []  # not at once: an agent may tell a new hash with every message
+    assert scene.sent() == []  # not at once: an agent may report a new hash with every message
     scene.pass_time(TABLES_APART_S)
     assert [one.work for one in scene.sent()] == [ParametersReadWork(again=False)]
 

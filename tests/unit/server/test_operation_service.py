@@ -43,7 +43,7 @@ def test_an_operation_goes_to_the_agent_under_the_epoch_and_back_to_those_who_wa
         work=PlanUploadWork(PlanKind.MISSION, ITEMS),
     )
     scene.announce(TransactionProgress(id=sent.id, phase="writing", done=1, total=2))
-    assert [event.operation.done for event in scene.reported()] == [1]  # the newest of what waited
+    assert [event.operation.done for event in scene.reported()] == [1]  # the newest report in the queue
     ended: list[Operation] = []
     operation.on_end.append(ended.append)
     scene.end(operation, words="It is on board.", item=None, code="MAV_MISSION_ACCEPTED")
@@ -314,5 +314,5 @@ def test_what_is_over_is_forgotten_after_an_hour_or_a_thousand_others() -> None:
 
 
 def test_ids_grow_over_a_restart() -> None:
-    """NOW of the world is 2026: an agent that still works for the tower before must not be taken at its word."""
+    """NOW of the world is 2026: ids from an agent that still works for the previous tower must not match new ones."""
     assert Scene().begin().id > 1_700_000_000

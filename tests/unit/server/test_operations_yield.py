@@ -1,4 +1,4 @@
-"""What ends the steps of an operation that are still to come, and what may not be turned down as one too many."""
+"""What cancels the remaining steps of an operation, and which requests are never refused for the limit."""
 
 from collections.abc import Callable
 

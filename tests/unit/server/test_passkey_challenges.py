@@ -1,4 +1,4 @@
-"""Challenges: random, once, in time, for who asked, and bounded in number."""
+"""Challenges: random, single-use, with a deadline, bound to the requester, and limited in number."""
 
 import itertools
 
@@ -67,7 +67,7 @@ def test_one_that_was_never_given_is_refused() -> None:
 
 def test_one_network_asks_so_often_and_another_is_not_kept_waiting() -> None:
     store = Challenges()
-    # A network of IPv6 is one asker, however many addresses it has.
+    # An IPv6 network counts as one requester, however many addresses it has.
     addresses = itertools.cycle(["2001:db8::1", "2001:db8::ffff:2", "2001:db8:0:0:1::3"])
     for _ in range(ASKED_AT_ONCE):
         give(store, address=next(addresses))

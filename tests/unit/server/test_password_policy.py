@@ -52,7 +52,7 @@ def test_what_is_not(bad: str, why: str) -> None:
 
 
 def test_names_that_an_attacker_tries_first_count_for_nothing() -> None:
-    """The same letters are good for somebody else."""
+    """The same letters are good for another user."""
     password = "brunhildefalkenauge"
     assert judge_password(password).acceptable
     assert not judge_password(password, ["Brunhilde Falkenauge", "falkenauge", "brunhilde"]).acceptable
@@ -60,7 +60,7 @@ def test_names_that_an_attacker_tries_first_count_for_nothing() -> None:
 
 @pytest.mark.parametrize("hostile", ["4@8({[</369&#!1/|0$5+7%2" * 10, "17|1|7" * 40, "a1" * 128, "ab" * 128])
 def test_no_password_costs_much_to_judge(hostile: str) -> None:
-    """Against the same library on the same machine: 72 such signs take it over a hundred times as long."""
+    """Compared with the same library on the same machine: 72 such characters take it over a hundred times as long."""
     judge_password("warmed up by this one")
 
     def cost_s(password: str) -> float:

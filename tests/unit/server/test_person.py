@@ -1,4 +1,4 @@
-"""Which fixes of a person's browser count, and where the person is by them."""
+"""Which position fixes from a person's browser count, and the resulting position."""
 
 import math
 

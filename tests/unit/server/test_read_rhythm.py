@@ -1,4 +1,4 @@
-"""When the data channel's socket is read at once, and when it rests for company."""
+"""When the data channel's socket is read at once, and when reads are batched."""
 
 from server.live.relay.read_rhythm import (
     ENOUGH,

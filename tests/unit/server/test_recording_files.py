@@ -1,4 +1,4 @@
-"""What a recording is on disk, when its pictures are shown, and what is read out of units of both codecs."""
+"""A recording on disk, the times of its pictures, and the values parsed from units of both codecs."""
 
 import itertools
 from io import BytesIO
@@ -83,7 +83,7 @@ def test_one_picture_lasts_as_long_as_its_rate_says() -> None:
 def test_where_the_capture_is_not_known_it_is_guessed_from_the_arrival() -> None:
     first = [Taken(0, 10 * US, 25.0), Taken(0, 10 * US + 40_000, 25.0)]
     later = [Taken(10 * US + 50_000, 10 * US + 80_000, 25.0), Taken(10 * US + 90_000, 10 * US + 220_000, 25.0)]
-    # The least delay, 30 ms, is taken off those whose capture nobody knew.
+    # The minimum delay, 30 ms, is subtracted from pictures without a known capture time.
     assert [at for at, _ in in_ms(first + later)] == [0, 40, 80, 120]
     assert [at for at, _ in in_ms(first)] == [0, 40]
 

@@ -1,4 +1,4 @@
-"""Where an agent is reached: the newest address, its uplinks while they speak, the WebSocket."""
+"""Where the tower sends to an agent: the newest address, uplinks while they send, the WebSocket."""
 
 from server.live.relay.agent_routes import MAX_UPLINKS, OVER_CHANNEL, UPLINK_SILENT_S, AgentRoutes
 

@@ -1,4 +1,4 @@
-"""Text messages that wait for a browser: how something is, is told once; what happened, in full and in order."""
+"""Queued text messages for a browser: states are conflated; events arrive complete and in order."""
 
 from types import SimpleNamespace
 
@@ -53,7 +53,7 @@ def test_it_is_full_of_what_happened_and_never_of_how_something_is() -> None:
 
 
 def test_operations_conflate_and_are_bounded_all_the_same() -> None:
-    """Whoever flies can begin any number of them, and each is told to all who watch."""
+    """A pilot can start any number of operations, and each is reported to all who watch."""
 
     def reported(number: int) -> live.OperationChanged:
         return live.OperationChanged(SimpleNamespace(drone_id=1, id=str(number)))  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""Since when a drone is in the air: a page that is opened in mid-flight shows the flight's time, not its own."""
+"""The start of a flight: a page opened in flight shows the flight's time, not its own."""
 
 from datetime import UTC, datetime, timedelta
 
@@ -17,7 +17,7 @@ UNHEARD = AutopilotState(heard=False, armed=False, airborne=False)
 
 
 def since_after(*reports: AutopilotState | None) -> int | None:
-    """Minutes after noon, with a report a minute; None is the agent's going."""
+    """Returns minutes after noon. There is one report a minute; None: the agent disconnects."""
     start = FlightStart()
     for minute, report in enumerate(reports):
         if report is None:
@@ -62,6 +62,6 @@ def test_everybody_who_sees_the_drone_is_told_while_it_flies() -> None:
     world.hub.reports.receive(agent.link, AIR, at=NOON + MINUTE)
     assert drone().view().airborne_since == NOON + MINUTE
     world.hub.detach_link(agent.link)
-    assert drone().view().airborne_since is None  # not known to be in the air any more
+    assert drone().view().airborne_since is None  # no longer known to be in the air
     world.hub.reports.receive(world.agent(1).link, AIR, at=NOON + 2 * MINUTE)
     assert drone().view().airborne_since == NOON + MINUTE

@@ -1,4 +1,4 @@
-"""Floods: what people and programs need passes, the rest is counted and told, and whoever flies feels nothing of it."""
+"""Floods: legitimate traffic passes, the rest is counted and reported, and pilots are not affected."""
 
 import pytest
 from hub_world import FakeBrowser, HubWorld, command_ack, command_long, heartbeat, sticks

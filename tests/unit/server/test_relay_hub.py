@@ -1,4 +1,4 @@
-"""The hub's laws: who gets which frames, which frames reach a drone, and what becomes of the rest."""
+"""The hub's rules: who receives which frames, which frames reach a drone, and what happens to the rest."""
 
 from unittest.mock import ANY
 
@@ -357,7 +357,7 @@ def test_watchers_are_told_how_the_link_is_seen_from_the_drone(world: HubWorld) 
         now = step / 10
         agent.link.send_keepalives(now)
         agent.answer_pings(now)
-        if step % 5 in (1, 2, 3):  # while no ping would go along
+        if step % 5 in (1, 2, 3):  # while no ping would share its datagram
             agent.sealed.seal_frames(Epoch(0), [heartbeat()], now)  # lost on its way up
         agent.answer_pings(now + 0.04)
     alice.events()

@@ -1,4 +1,4 @@
-"""What people are told of a lease that a snapshot of the database has changed, and when."""
+"""Reports to people of a lease that a database snapshot has changed, and their timing."""
 
 from dataclasses import replace
 from typing import Any
@@ -21,7 +21,7 @@ NO_OWNER = "no longer an owner of this drone"
 
 
 class Scene:
-    """alice and the admin watch drone 1; what snapshots say of its lease is up to the test."""
+    """alice and the admin watch drone 1; the test sets the lease in the snapshots."""
 
     def __init__(self, lease: dict[str, Any] | None = None) -> None:
         self.world = HubWorld()
@@ -40,7 +40,7 @@ class Scene:
         self.world.hub.apply_lease(ONE, lease, event=event, by=ADMIN, reason="gusts", now=now)
 
     def wait(self, since: float) -> None:
-        """So long that the service has nothing more to say."""
+        """Waits until the service has nothing more to report."""
         self.world.hub.tick(since)
         self.world.hub.tick(since + CONTROL_ACTS_WITHIN_S)
 

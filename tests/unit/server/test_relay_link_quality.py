@@ -54,7 +54,7 @@ def test_a_round_trip_that_stays_too_long_while_flying_by_hand_is_reported_once(
 
 def test_while_somebody_has_the_controls_and_for_a_while_after_it_the_tower_pings_by_itself(scene: Scene) -> None:
     def tower_pings(now: float) -> bool:
-        """Whether a ping of its own is set, and goes out when it is due."""
+        """Whether the tower schedules a ping of its own and sends it when due."""
         scene.keep_alive(now)
         keepalive = scene.agent.link.sealed.keepalive
         set_for = keepalive.next_ping_at
@@ -92,7 +92,7 @@ def test_two_windows_of_one_pilot_do_not_fly_by_turns(scene: Scene) -> None:
     assert len(scene.agent.received()) == 2
     assert "other-hands" in scene.notices(other)
     assert scene.notices(scene.alice) == []
-    # Commands of the other one pass: it may hold. And when the first has stopped, it may fly.
+    # Commands from the other one pass, so it may hold; and once the first has stopped, it may fly.
     other.send(tag(ONE, command_long()), now=0.8)
     scene.fly(1.8, other)
     assert len(scene.agent.received()) == 2
@@ -108,7 +108,7 @@ def test_a_window_that_was_closed_does_not_keep_the_next_one_out(scene: Scene) -
 
 
 def test_a_clock_that_stood_still_makes_nothing_late_once_a_ping_is_answered(scene: Scene) -> None:
-    """A laptop that slept for 20 s: its stamps are 20 s behind from now on."""
+    """A laptop slept for 20 s: its stamps are 20 s behind from now on."""
     for now in range(1, 10):
         scene.keep_alive(now)
         scene.alice.send(stamp(now * 1000) + tag(ONE, sticks()), now=now + 0.05)

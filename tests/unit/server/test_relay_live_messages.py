@@ -1,4 +1,4 @@
-"""What a browser may say in text: everything else is told to be malformed, whatever it is made of."""
+"""Valid text messages from a browser: all others are reported as malformed, whatever their content."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The limits of a loan: when a hand has flown too far. What a frame may ask for: test_relay_loan_requests.py."""
+"""The limits of a loan: when a borrower has flown too far by hand. For the requests see test_relay_loan_requests.py."""
 
 from server.live.relay.loan_limits import Home, Limits, LimitWatch, Place, home_in, whole_place_in
 from wire.dialect import build, mavlink

@@ -1,4 +1,4 @@
-"""What a borrower's frame may ask for: the tables, row by row, and every way round a limit that is known."""
+"""Permitted requests in a borrower's frames: the tables, row by row, and every known way around a limit."""
 
 import pytest
 from hypothesis import given
@@ -17,7 +17,7 @@ M = mavlink
 HOME = Home(47.0, 8.0, 500.0)
 IN_SPACE = Limits(max_height_m=50.0, radius_m=200.0)
 NO_ARMING = Limits(may_arm=False)
-NEAR, FAR = (470_010_000, 80_000_000), (470_030_000, 80_000_000)  # 111 m and 334 m to the north
+NEAR, FAR = (470_010_000, 80_000_000), (470_030_000, 80_000_000)  # 111 m and 334 m north
 NOWHERE = (0, 0)
 NAN = float("nan")
 HEIGHT, RADIUS, UNJUDGED, OWNERS, ARMING = (
@@ -69,16 +69,16 @@ def bar(frame: bytes, limits: Limits, *, home: Home | None = HOME, armed: bool =
 @pytest.mark.parametrize(
     ("frame", "expected"),
     [
-        # go-to by a target
+        # go-to by a set-point
         (target(NEAR, 49.0), None),
         (target(NEAR, 51.0), HEIGHT),
         (target(FAR, 10.0), RADIUS),
         (target(NEAR, 549.0, frame=5), None),
         (target(NEAR, 551.0, frame=5), HEIGHT),
         (target(NEAR, 10.0, frame=11), UNJUDGED),  # above the terrain
-        (target(NOWHERE, 10.0), RADIUS),  # for a target that is a place like any other
-        (target(NEAR, 10.0, mask=0xDC7), UNJUDGED),  # a velocity, beside a place that is ignored
-        (target(NEAR, 10.0, mask=0xDC0), UNJUDGED),  # a velocity and a place
+        (target(NOWHERE, 10.0), RADIUS),  # for a set-point, a position like any other
+        (target(NEAR, 10.0, mask=0xDC7), UNJUDGED),  # a velocity, with a position that is ignored
+        (target(NEAR, 10.0, mask=0xDC0), UNJUDGED),  # a velocity and a position
         (sent(M.MAVLink_set_position_target_local_ned_message(0, 1, 1, 1, 0xDF8, *[0] * 11)), UNJUDGED),
         (sent(M.MAVLink_set_attitude_target_message(0, 1, 1, 0, [1, 0, 0, 0], 0, 0, 0, 0.9)), UNJUDGED),
         # go-to by a command
@@ -87,7 +87,7 @@ def bar(frame: bytes, limits: Limits, *, home: Home | None = HOME, armed: bool =
         (command_int(192, NEAR, 60.0), HEIGHT),
         (command_int(192, NEAR, 40.0, circle_m=60.0), None),
         (command_int(192, NEAR, 40.0, circle_m=-100.0), RADIUS),
-        (command_int(192, (2**31 - 1, 2**31 - 1), 40.0), None),  # where it is
+        (command_int(192, (2**31 - 1, 2**31 - 1), 40.0), None),  # its current position
         (command_int(192, (100, 100), 40.0, frame=1), UNJUDGED),  # local coordinates
         (command_long(192, -1, 0, 0, NAN, 47.003, 8.0, 520.0), RADIUS),
         (command_long(192, -1, 0, 0, NAN, 47.001, 8.0, 520.0), None),
@@ -112,10 +112,10 @@ def bar(frame: bytes, limits: Limits, *, home: Home | None = HOME, armed: bool =
         (item(NOWHERE, 49.0, command=17, circle_m=500.0), UNJUDGED),
         (item((1000, 1000), 10.0, frame=1), UNJUDGED),  # local coordinates
         (item(NOWHERE, 0.0, command=20), None),
-        (item(FAR, 900.0, command=178), None),  # changes the speed, whatever its place says
+        (item(FAR, 900.0, command=178), None),  # changes the speed, whatever its position says
         (item(FAR, 900.0, command=179), OWNERS),  # moves home, and with it the limits
         (item(NOWHERE, 0.0, command=180), OWNERS),  # sets a parameter
-        (item(NOWHERE, 0.0, command=92), OWNERS),  # gives the drone to somebody else's guidance
+        (item(NOWHERE, 0.0, command=92), OWNERS),  # gives the drone to another guidance source
         (item(NEAR, 49.0, command=5001, kind=1), OWNERS),  # a corner of the fence
         (item(FAR, 49.0, command=5100, kind=2), OWNERS),  # a rally point
         (sent(M.MAVLink_mission_count_message(1, 1, 3)), None),
@@ -125,7 +125,7 @@ def bar(frame: bytes, limits: Limits, *, home: Home | None = HOME, armed: bool =
         (sent(M.MAVLink_mission_write_partial_list_message(1, 1, 0, 1, mission_type=1)), OWNERS),
         (sent(M.MAVLink_mission_item_message(1, 1, 0, 3, 16, 0, 1, 0, 0, 0, 0, 47.001, 8.0, 10)), OWNERS),
         (command_long(300), None),
-        # modes: a return that climbs is its owner's
+        # modes: a climbing return requires the owner
         (command_long(176, 1, 4), None),
         (command_long(176, 1, 6), None),
         (command_long(20), None),
@@ -146,8 +146,8 @@ def test_limits_in_space(frame: bytes, expected: LoanBar | None) -> None:
         (command_long(400, 0), None, None),
         (command_int(400, NOWHERE, 0.0), None, None),
         (sent(M.MAVLink_command_int_message(1, 1, 0, 400, 0, 0, 1, 21196, 0, 0, 0, 0, 0)), ARMING, ARMING),
-        (command_long(300), ARMING, None),  # a PX4 arms for it
-        (command_long(189), ARMING, None),  # and for this one
+        (command_long(300), ARMING, None),  # which PX4 arms for
+        (command_long(189), ARMING, None),  # which PX4 arms for
         (command_long(42001), ARMING, OWNERS),
         (command_long(42002), ARMING, OWNERS),
         (command_long(218, 153, 2), ARMING, OWNERS),
@@ -224,7 +224,7 @@ def test_a_px4_reads_the_altitude_of_a_command_above_the_sea() -> None:
     takeoff = command_long(22, 0, 0, 0, 0, NAN, NAN, 520.0)
     assert bar(takeoff, IN_SPACE, px4=False) is HEIGHT
     assert bar(takeoff, IN_SPACE, px4=True) is None
-    # Where both readings are possible both must keep the limit.
+    # If both readings are possible, both must be within the limit.
     by_the_dead_sea = Home(47.0, 8.0, -400.0)
     go_to = command_int(192, NEAR, 40.0)
     assert bar(go_to, IN_SPACE, home=by_the_dead_sea, px4=False) is None

@@ -1,4 +1,4 @@
-"""An account that only watches, at the hub: it gets the frames of its drones, and none of its own pass."""
+"""An observer account at the hub: it receives the frames of its drones, and none of its own pass."""
 
 from hub_world import OLGA, HubWorld, command_long, heartbeat, record, sticks
 

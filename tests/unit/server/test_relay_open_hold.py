@@ -1,4 +1,4 @@
-"""What an agent tells of its open hold: who hears of it, what stays of it, and when the hold is ordered again."""
+"""An agent's reports on its open hold: who receives them, what is stored, and when the hold is ordered again."""
 
 from datetime import datetime, timedelta
 
@@ -48,7 +48,7 @@ def view_of(hold: OpenHold) -> HoldView:
     return view
 
 
-# -- by itself -----------------------------------------------------------------------------------------------
+# -- alone ---------------------------------------------------------------------------------------------------
 
 
 def test_where_nothing_is_open_and_nobody_lost_there_is_nothing_to_see() -> None:
@@ -110,7 +110,7 @@ def test_what_is_owed_ends_with_a_step_of_the_newest_order_only() -> None:
 
 
 class Scene:
-    """alice watches drone 1; its agent knows of open holds."""
+    """alice watches drone 1; its agent supports open holds."""
 
     def __init__(self) -> None:
         self.world = HubWorld()

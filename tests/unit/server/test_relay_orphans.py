@@ -1,4 +1,4 @@
-"""A link whose control channel is gone: who still flies, what still reaches the drone, and when it ends."""
+"""A link without a control channel: who still flies, what still reaches the drone, and when the link ends."""
 
 from unittest.mock import ANY
 
@@ -51,7 +51,7 @@ class Scene:
         self.alice.send(tag(ONE, sticks()), now)
 
     def live_until(self, until: float, *, begin: float = 0.1) -> None:
-        """The agent's datagrams go on, and the hub's time."""
+        """Continues the agent's datagrams and the hub's ticks."""
         tenth = round(begin * 10)
         while tenth / 10 <= until:
             self.agent.send(heartbeat(), now=tenth / 10)
@@ -73,7 +73,7 @@ class Scene:
         return [decode_to_agent(text) for text in texts if text]
 
     def adopt(self) -> list[ToAgent]:
-        """Another control channel; what it was told."""
+        """Adds another control channel. Returns the messages sent to it."""
         posted: list[ToAgent] = []
         self.agent.link.adopt(
             send_datagram=lambda datagram, address: self.agent.sent_to.append((datagram, address)),
@@ -262,7 +262,7 @@ def test_what_may_not_be_resumed(scene: Scene) -> None:
     assert scene.hub.links.resumable(link_id, ONE, 0.5) is scene.agent.link
     assert scene.hub.links.resumable(link_id, TWO, 0.5) is None, "another drone's credential"
     assert scene.hub.links.resumable(link_id + 1, ONE, 0.5) is None
-    scene.hub.tick(0.0)  # it is flown: the tower pings by itself, and no silence is a rest
+    scene.hub.tick(0.0)  # it is flown: the tower sends its own pings, so silence is a loss
     assert scene.hub.links.resumable(link_id, ONE, SILENT_S + 0.1) is None, "its datagrams do not come"
     idle = scene.world.agent(2).link
     idle.resume_key = b"r" * 32

@@ -1,4 +1,4 @@
-"""The outbox of one browser: bounded, newest state first served, nothing transactional lost in silence."""
+"""The outbox of one browser: bounded, newest state first, and transactional frames never dropped silently."""
 
 from itertools import pairwise
 

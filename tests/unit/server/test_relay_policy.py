@@ -1,4 +1,4 @@
-"""What a frame may do: the table, row by row."""
+"""Permissions of a frame: the table, row by row."""
 
 import math
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""The hub notices that a holder is gone or back, who flies among several, and who sees the drone."""
+"""The hub notices that a holder has left or returned, which of several people flies, and who sees the drone."""
 
 from dataclasses import replace
 from unittest.mock import ANY
@@ -47,7 +47,7 @@ def test_a_holder_who_flew_by_hand_and_went_is_reported_after_2_s_and_expires_af
 
 
 def test_the_agent_hears_that_the_holder_is_gone_before_it_hears_that_there_is_none(scene: Scene) -> None:
-    """An expiry must not look like somebody who let go of the controls on purpose: the agent counts from the first."""
+    """An expiry must not look like a deliberate release: the agent counts from the holder's absence."""
     scene.agent.posted.clear()
     scene.hub.detach_browser(scene.alice.browser, 1.0)
     for second in range(2, 32):
@@ -108,7 +108,7 @@ def test_no_program_answers_for_sticks_or_for_another_holder(scene: Scene) -> No
 
 
 def test_a_holder_whose_tab_has_frozen_counts_as_gone_and_is_back_with_the_next_answer(scene: Scene) -> None:
-    """The connection stays open: only the pings tell."""
+    """The connection stays open: only the pings show it."""
 
     def pass_time(until: float, *, answers: bool) -> None:
         while scene_now[0] < until:
@@ -153,7 +153,7 @@ def test_assist_changes_turns_by_the_epoch_and_loses_no_command(scene: Scene) ->
     scene.lease(assisted, "assisting")
     scene.fly(1.0)
     assert [epoch for epoch, _ in scene.agent.received()] == [2]
-    # The admin's command asks for the turn and waits for it; meanwhile nobody's frames pass.
+    # The admin's command requests the turn and waits for it; meanwhile all frames are refused.
     admin.send(tag(ONE, command_long(400)), now=1.1)
     scene.fly(1.11)
     assert scene.agent.received() == []

@@ -1,4 +1,4 @@
-"""Commands that the hub refuses: how they are answered, and what needs a confirmation."""
+"""Commands that the hub refuses: the acknowledgements, and what needs a confirmation."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""The stream profile at the tower: what was chosen goes to the agent, what is in force to whoever may see the drone."""
+"""The stream profile at the tower: the choice goes to the agent, the profile in force to all who may see the drone."""
 
 from hub_world import HubWorld
 

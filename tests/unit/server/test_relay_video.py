@@ -1,4 +1,4 @@
-"""Video in the hub: what agents are asked for, tickets, clocks and codecs."""
+"""Video in the hub: requests to agents, tickets, clocks and codecs."""
 
 import pytest
 from video_relay_scene import MEDIUM, ONE, FakeViewer, Scene, streams_of, unit

@@ -1,4 +1,4 @@
-"""Video in the hub: to whom units go, slow viewers, and who is removed when."""
+"""Video in the hub: who receives units, slow viewers, and when viewers are removed."""
 
 from dataclasses import replace
 

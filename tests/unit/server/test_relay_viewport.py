@@ -1,4 +1,4 @@
-"""Which drones a browser's map shows, and what the others cost it."""
+"""Which drones a browser's map shows, and the cost of the others."""
 
 import pytest
 from hub_world import HubWorld, command_ack

@@ -1,4 +1,4 @@
-"""For which address of a tower browsers make passkeys."""
+"""The tower addresses for which browsers make passkeys."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What a role allows stands in `server/domain`: nobody else compares roles."""
+"""`server/domain` alone decides what a role permits: no other code compares roles."""
 
 import re
 from pathlib import Path
@@ -16,9 +16,9 @@ ALLOWED = {
     "store/accounts/views.py": "the role of a new account that names none",
     "app/commands/users.py": "the role of a new account that names none",
 }
-"""Which files name a role all the same, and why."""
+"""Files that may name a role, and the reason."""
 OTHER_ROLES = re.compile(r"TeamRole|member\.role|one\.role|role (is not|!=) [\w.]+\.role:")
-"""Lines about what a member is in a team, and whether a role has changed: other questions."""
+"""Lines about a member's role in a team, or a changed role: other questions."""
 
 
 def _compares(text: str) -> list[str]:

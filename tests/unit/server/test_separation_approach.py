@@ -1,4 +1,4 @@
-"""The closest that two drones come: held against a simulation that flies them on in small steps."""
+"""The closest approach of two drones: compared with a simulation that flies them on in small steps."""
 
 from math import cos, hypot, radians
 
@@ -18,7 +18,7 @@ climbs = st.floats(-4, 4).map(lambda metres_s: metres_s if abs(metres_s) > 0.002
 
 
 def flown_on(seen: Relative, at_s: float) -> tuple[float, float]:
-    """(over ground, in height) after so many seconds."""
+    """Returns the distance (over ground, in height) at that time in seconds."""
     east, north = seen.east_m + seen.east_m_s * at_s, seen.north_m + seen.north_m_s * at_s
     return hypot(east, north), abs(seen.up_m + seen.up_m_s * at_s)
 
@@ -35,7 +35,7 @@ def test_it_finds_what_a_simulation_finds(seen: Relative, horizontal_m: float, v
     if found is None:
         assert not near
         return
-    # What lasts less than a step may be missed by the simulation, and by nothing else.
+    # The simulation may miss what lasts less than a step, but nothing else.
     over, up = flown_on(seen, found.in_s)
     assert over == pytest.approx(found.horizontal_m) and over <= horizontal_m + 1e-6
     assert up == pytest.approx(found.vertical_m) and up <= vertical_m + 1e-6

@@ -1,4 +1,4 @@
-"""Who hears that two drones come near each other, and what of it: the wall between owners holds."""
+"""Who is warned of an approach, and with which details: the separation of owners holds."""
 
 from dataclasses import replace
 from math import cos, radians
@@ -32,11 +32,11 @@ def armed_heartbeat() -> bytes:
 
 
 KNOWN_S = 12.5
-"""After so long a drone is one that others may hear of."""
+"""Time after which others may be told of a drone."""
 
 
 class NearWorld(HubWorld):
-    """alice's drone 1 and bob's drone 2 in the air, 6 m beside each other, bob's 3 m higher; every drone is sysid 1."""
+    """alice's drone 1 and bob's drone 2 in the air, 6 m apart, bob's 3 m higher; every drone is sysid 1."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -83,7 +83,7 @@ def test_who_may_see_one_of_two_is_told_where_the_other_is_and_not_which() -> No
     assert first["admin"].drones == (1, 2)
     assert first["alice"].drones == (1, None)
     assert first["bob"].drones == (2, None)
-    assert len({event.number for event in first.values()}) == 3  # which must not tell that they speak of the same
+    assert len({event.number for event in first.values()}) == 3  # they must not reveal their relation
     assert as_json(first["alice"]) == {
         "type": "separation",
         "number": first["alice"].number,

@@ -1,4 +1,4 @@
-"""Among many drones none that come near each other are missed: every pair is held against the grid."""
+"""Among many drones no approaching pair is missed: the grid is compared with all pairs."""
 
 from math import cos, radians
 from random import Random
@@ -56,7 +56,7 @@ def test_no_pair_that_will_conflict_is_missed(seed: int, across_m: float, lat_de
 
 
 def test_drones_far_apart_are_not_looked_at() -> None:
-    """Or the grid would save nothing: a thousand over ten kilometres, of half a million pairs."""
+    """Otherwise the grid would save nothing: a thousand drones over ten kilometres make half a million pairs."""
     motions = swarm(1, 1000, across_m=5000, lat_deg=47.0, lon_deg=8.0)
     assert 0 < len(found_in(motions)) < 5000
 

@@ -1,4 +1,4 @@
-"""Which motions are a machine's: real flight passes, jumps and impossible figures do not."""
+"""Which motions are plausible: real flight passes, jumps and impossible values do not."""
 
 from math import cos, radians, sin
 
@@ -50,7 +50,7 @@ def test_a_simulator_that_flies_eight_times_as_fast_is_plausible_by_its_own_cloc
 def test_silence_and_what_comes_after_it_at_once_is_plausible() -> None:
     check = MotionCheck()
     path = [motion(at / 2, north_m=20 * at / 2, v=(20, 0, 0)) for at in range(80)]
-    # Ten seconds of positions come in one moment.
+    # Ten seconds of positions arrive at once.
     late = [
         (one._replace(at=max(one.at, 20.0) + 0.001 * one.at) if 10 <= one.at <= 20 else one, one.at) for one in path
     ]
@@ -76,14 +76,14 @@ def test_what_no_machine_does_is_found_and_forgotten_after_a_while(wrong: dict, 
     assert fly(check, [motion(20.0, **wrong)]) == [why]
     assert not check.is_known(20.0)
     stays = {} if why == "speed" else wrong | {"alt_m": min(wrong.get("alt_m", 450.0), 8_000.0)}
-    fly(check, [motion(20.5, **stays)])  # back from where it cannot have been is a jump too
+    fly(check, [motion(20.5, **stays)])  # back from an impossible position is a jump too
     after = [motion(21.0 + at * STEP_S, **stays) for at in range(int(QUARANTINE_S * 2))]
     assert fly(check, after) == [None]
     assert check.is_known(21.0 + QUARANTINE_S)
 
 
 def test_one_that_sweeps_its_speed_and_stays_is_found() -> None:
-    """A search light: it stands still and says that it flies, each time another way."""
+    """It stands still and reports a speed, each time in another direction."""
     check = MotionCheck()
     path = [motion(at, v=(80 * cos(at // 6), 80 * sin(at // 6), 0.0)) for at in range(30)]
     assert fly(check, path)[0] in ("course", "jump")

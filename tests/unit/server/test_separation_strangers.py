@@ -1,4 +1,4 @@
-"""What may be said of another's drone: rounded, begun only of drones that may be spoken of, and not too often."""
+"""What a warning may reveal of another owner's drone: rounded figures, of known drones only, at a limited rate."""
 
 import itertools
 from typing import Final

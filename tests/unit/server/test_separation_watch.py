@@ -1,4 +1,4 @@
-"""What people are told about two drones in the air, and when: nothing too late, nothing that flickers."""
+"""Warnings about two drones in the air: none too late, and none that flickers."""
 
 from dataclasses import dataclass, replace
 from math import cos, radians
@@ -16,7 +16,7 @@ TICK_S = 0.1
 
 @dataclass
 class Flown:
-    """Metres and metres a second from a place; told 5 times a second while it is `heard`."""
+    """Position in metres and speed in metres a second; reported 5 times a second while `heard`."""
 
     north_m: float = 0.0
     east_m: float = 0.0
@@ -30,7 +30,7 @@ class Flown:
 
 
 class SkyWorld:
-    """Flies drones and lets the watch look; `told` is what came of it: (second, pair, level, why)."""
+    """Flies drones and runs the watch; `told` holds the results: (second, pair, level, why)."""
 
     def __init__(self, *drones: Flown, bounds: SeparationBounds = BOUNDS) -> None:
         self.drones = {DroneId(number): drone for number, drone in enumerate(drones, 1)}
@@ -81,7 +81,7 @@ def test_two_that_fly_at_each_other_are_a_caution_then_a_warning_and_clear_when_
     world.fly(60)
     assert world.levels() == ["caution", "warning", "caution", "clear"]
     caution, warning, _, clear = world.reported
-    # They are nearest after 40 s: half a minute before, and as long as it takes to be sure, a quarter of what is left.
+    # They are nearest after 40 s: half a minute before, plus the time to be sure, a quarter of what is left.
     assert 40 - 30 + 5 <= caution[0] <= 40 - 30 + 8
     assert 40 - 10.6 <= warning[0] <= 40 - 10 + 3.5
     assert 43 <= clear[0] <= 48
@@ -96,7 +96,7 @@ def test_what_is_predicted_is_what_happens() -> None:
     assert one.judged is not None and one.seen is not None
     _, in_s, horizontal_m, vertical_m = one.judged.approach
     nearest = min((abs(9 - 0.5 * t) ** 2 + (300 - 8 * t) ** 2, t) for t in (step / 100 for step in range(6000)))
-    assert world.now + in_s == pytest.approx(nearest[1], abs=0.5)  # looked at twice a second
+    assert world.now + in_s == pytest.approx(nearest[1], abs=0.5)  # checked twice a second
     assert horizontal_m == pytest.approx(nearest[0] ** 0.5, abs=0.3)
     assert vertical_m == pytest.approx(4, abs=0.1)
     assert one.seen.distance_m == pytest.approx(140, abs=4.1)
@@ -186,7 +186,7 @@ def test_heard_again_it_goes_on() -> None:
 
 
 def test_an_old_position_makes_the_bound_wider() -> None:
-    """Two on the bound: 21 m apart is none while they are heard, and one while nobody knows what they did for 2.5 s."""
+    """Two drones at the limit: 21 m apart is no warning while they report, and one without reports for 2.5 s."""
     fresh = SkyWorld(Flown(), Flown(east_m=21))
     fresh.fly(30)
     assert fresh.reported == []

@@ -1,4 +1,4 @@
-"""The judgement at the door, origins, names and passwords: the rules without a socket."""
+"""Authorisation, origins, names and passwords: the rules without a socket."""
 
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
@@ -69,7 +69,7 @@ def test_the_matrix(who: Principal, action: Action, relation: Relation | None, r
     assert (type(verdict.refusal) if verdict.refusal else None) is refusal
 
 
-# Of admin, operator and observer in turn: everybody's, one's own, nothing. Written down a second time.
+# For admin, operator and observer in turn: all drones, their own, none. An independent copy.
 REACHES = {
     Action.KNOW_ONESELF: "own own own",
     Action.SEE_SQUAD: "all own own",
@@ -127,7 +127,7 @@ def test_an_observer_counts_as_nobody_at_the_controls() -> None:
         ("watch admin", Action.FLY, ScopeMissing, ScopeMissing),
         ("fly", Action.COMMAND, ScopeMissing, ScopeMissing),
         ("admin", Action.COMMAND, ScopeMissing, ScopeMissing),
-        ("fly admin", Action.COMMAND, None, None),  # the table of control says no to an operator
+        ("fly admin", Action.COMMAND, None, None),  # the control table refuses an operator
         ("admin", Action.ADMINISTER, AdminsOnly, None),
         ("watch fly metrics", Action.ADMINISTER, ScopeMissing, ScopeMissing),
         ("metrics", Action.READ_METRICS, AdminsOnly, None),
@@ -164,7 +164,7 @@ def test_not_yours_and_not_there_have_the_same_words() -> None:
         ("http://[::1]:8000", "http://[::1]:8000", "", True),
         ("https://tower", "http://inner:8000", "https://tower", True),
         ("http://tower", "http://inner:8000", "https://tower", False),
-        # A page that came in the clear is not the one that came over TLS, whatever its name and port.
+        # A page from plain HTTP is not the one from TLS, even with the same name and port.
         ("http://tower", "https://tower", "", False),
         ("https://tower", "http://tower", "", False),
         ("http://tower:443", "https://tower", "", False),

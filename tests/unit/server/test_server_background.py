@@ -1,4 +1,4 @@
-"""Work in the background begins again where it fails."""
+"""Background tasks restart after a failure."""
 
 import asyncio
 

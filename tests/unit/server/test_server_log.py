@@ -1,4 +1,4 @@
-"""What the log shows of an exception: where it was, and nothing of what was in the variables there."""
+"""Exceptions in the log: their location, without the values of variables."""
 
 import subprocess
 import sys

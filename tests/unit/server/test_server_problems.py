@@ -1,4 +1,4 @@
-"""The table of problems: every refusal that the tower knows has its line, and answers what it says."""
+"""The table of problems: every refusal has a row, and its response matches the row."""
 
 import importlib
 import json

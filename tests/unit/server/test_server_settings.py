@@ -1,4 +1,4 @@
-"""Settings: defaults, what is taken, what is turned down and how."""
+"""Settings: defaults, accepted values, and refusals."""
 
 from dataclasses import FrozenInstanceError
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The sign-in throttle, with time passed in."""
+"""The sign-in throttle, with simulated time."""
 
 from server.live.accounts.throttle import (
     FIRST_WAIT_S,
@@ -77,7 +77,7 @@ def test_whoever_has_an_account_does_not_clear_the_address_by_signing_in() -> No
 
 
 def guesses(throttle: SignInThrottle, count: int, now_s: float = 0.0) -> int:
-    """How many of so many tries may go on, each from an address and a network of its own."""
+    """Returns how many of `count` tries pass, each from its own address and network."""
     return sum(
         throttle.begin(name="anna", address=f"10.{n % 250}.{n // 250}.1", now_s=now_s) == 0.0 for n in range(count)
     )
@@ -106,7 +106,7 @@ def test_guessing_does_not_lock_the_owner_out_where_they_are_known() -> None:
     guesses(throttle, 500)
     assert throttle.begin(name="anna", address="192.0.2.1", now_s=0.0) == 0.0
     assert throttle.begin(name="anna", address="192.0.2.77", now_s=0.0) > 0.0
-    # Who has an account of their own is not known as anybody else.
+    # A known address counts only for the account that used it.
     throttle.begin(name="ben", address="192.0.2.9", now_s=0.0)
     throttle.succeeded(name="ben", address="192.0.2.9")
     assert throttle.begin(name="anna", address="192.0.2.9", now_s=0.0) > 0.0

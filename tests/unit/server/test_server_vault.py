@@ -1,4 +1,4 @@
-"""The vault: what it seals opens with its keys, for what it was sealed, and with nothing else."""
+"""The vault: sealed data opens only with its keys and for its purpose."""
 
 from pathlib import Path
 
@@ -64,7 +64,7 @@ def test_the_key_file_is_made_once_and_for_its_owner_only(tmp_path: Path) -> Non
 @pytest.mark.parametrize(
     "text",
     ["", "\n", "not a key\n", f"{new_key()}\nshort\n"],
-    # Names of their own: a new key in one would differ between workers, which must have the same tests.
+    # Explicit ids: a random key in an id would differ between workers, which must collect the same tests.
     ids=["empty", "an empty line", "words", "a key and something else"],
 )
 def test_a_key_file_with_something_else_is_named_and_not_shown(tmp_path: Path, text: str) -> None:

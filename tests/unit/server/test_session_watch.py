@@ -1,4 +1,4 @@
-"""The watch over an open connection's sign-in, where the database does not answer."""
+"""The watch over an open connection's sign-in while the database does not respond."""
 
 import asyncio
 from collections.abc import Callable
@@ -17,7 +17,7 @@ ALICE = Principal(UserId(1), "Alice", Role.OPERATOR, 7, NOW + timedelta(hours=1)
 
 
 class SharedChecks:
-    """Every check comes at once; a watch that asks nothing in 50 of them has forgotten."""
+    """Every check runs at once. A watch that sends no query in 50 of them has forgotten."""
 
     async def until(self, is_due: Callable[[], bool]) -> None:
         for _ in range(50):
@@ -28,7 +28,7 @@ class SharedChecks:
 
 
 class SignIn:
-    """In doubt once. The database fails some times before it says that the sign-in has ended."""
+    """In doubt once. The database fails some times before it reports the end of the sign-in."""
 
     def __init__(self, *, failures: int) -> None:
         self.doubts, self.failures = 1, failures

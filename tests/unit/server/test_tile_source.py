@@ -1,4 +1,4 @@
-"""What `TOWER_TILES` may say, and what is said about what it may not."""
+"""Valid values of `TOWER_TILES`, and the messages for invalid ones."""
 
 from pathlib import Path
 
@@ -12,7 +12,7 @@ GOOD = "https://tiles.example.org/{z}/{x}/{y}.png"
 
 
 def header(tile_type: int, *, magic: bytes = b"PMTiles", version: int = 3) -> bytes:
-    """Of a PMTiles file: only what is looked at."""
+    """Returns the fields of a PMTiles header that are checked."""
     raw = bytearray(127)
     raw[:7], raw[7], raw[99] = magic, version, tile_type
     return bytes(raw)

@@ -1,4 +1,4 @@
-"""At which address agents find the tower: never one that a request made up."""
+"""The tower's address for agents: never one taken from a request."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The rules of the lock: who waits never takes what its owner may still believe in."""
+"""The rules of the lock: a waiting process never takes a lock that its owner may still consider its own."""
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -60,7 +60,7 @@ def test_an_owner_that_was_stopped_may_not_act_before_it_has_looked() -> None:
 def test_an_owner_whose_database_is_away_goes_on_for_as_long_as_it_tries() -> None:
     belief = LockBelief(0.0)
     at = 0.0
-    for _ in range(100):  # each attempt takes as long as it may
+    for _ in range(100):  # each attempt takes the maximum time
         assert belief.may_act(at + RENEW_WITHIN_S)
         belief.unanswered(at)
         at += RENEW_WITHIN_S + RENEW_EVERY_S
@@ -101,10 +101,10 @@ def test_who_does_not_look_any_more_waits_no_more() -> None:
 def test_nobody_takes_a_lock_that_its_owner_may_still_believe_in(
     renewals: list[tuple[float, float]], looks: list[float], offset: float
 ) -> None:
-    """Renewals begin after pauses and reach the row some time later; the watcher's clock is another one."""
+    """Renewals start after pauses and reach the row some time later; the watcher has another clock."""
     commits, at = [(0.0, 0.0)], 0.0
     for pause_s, takes_s in renewals:
-        commits.append((at + pause_s, at + pause_s + takes_s))  # begun, in the row
+        commits.append((at + pause_s, at + pause_s + takes_s))  # (start, arrival in the row)
         at += pause_s + takes_s
     watch, now = LockWatch(), 0.0
     for pause_s in looks:

@@ -1,4 +1,4 @@
-"""deploy/tower.service: the priority that `bench anonymous` runs the tower with, and that it is locked in."""
+"""deploy/tower.service: its priority is the one that `bench anonymous` uses, and its sandboxing is in place."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""A TAKE that is not decided: the fence stays until the database says who has the controls, whatever becomes of the
+"""An undecided TAKE: the fence stays until the database reports who has the controls, whatever happens to the
 request."""
 
 import asyncio
@@ -15,7 +15,7 @@ DRONE = DroneId(1)
 
 
 class Store:
-    """Notes what was settled, and in which order with the commit."""
+    """Records what was settled, and its order relative to the commit."""
 
     def __init__(self) -> None:
         self.happened: list[str] = []

@@ -1,4 +1,4 @@
-"""What the tower's WebSocket and HTTP build on inside uvicorn and websockets. A new version fails here first.
+"""The internals of uvicorn and websockets that the tower relies on. A new version fails here first.
 
 If it does: read server/api/websocket/ against the new sources, run tests/attacks and the hostile clients, then put the
 new versions into pyproject.toml and the new digests here.

@@ -1,4 +1,4 @@
-"""The clock of an agent, estimated from answers that take longer one way than the other."""
+"""The clock of an agent, estimated from round trips with unequal delays."""
 
 import random
 
@@ -8,7 +8,7 @@ AHEAD_US = 7_000_000_000
 
 
 def ask(clock: ClockOffset, now: float, out_s: float, back_s: float, drift: float = 0.0) -> float:
-    """A probe at `now`; returns when its answer came."""
+    """Sends a probe at `now`. Returns the time of its response."""
     number = clock.ask(now)
     there = now + out_s
     assert clock.answered(number, round(there * (1 + drift) * 1e6) + AHEAD_US, there + back_s)

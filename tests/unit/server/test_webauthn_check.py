@@ -1,4 +1,4 @@
-"""What an authenticator sends, checked: the good is taken, and every way in which it can be wrong is refused."""
+"""Checks of an authenticator's response: a valid one passes, and every kind of fault is refused."""
 
 import json
 import secrets

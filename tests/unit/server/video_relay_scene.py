@@ -33,7 +33,7 @@ def unit(sequence: int, *, key: bool = False, **fields: Any) -> bytes:
 
 
 class FakeViewer:
-    """Reads at once and says what it has drawn, unless told not to."""
+    """Reads at once and reports what it has drawn, unless told not to."""
 
     def __init__(self, scene: "Scene", user_id: int, drone_id: DroneId = ONE, key: StreamKey = MEDIUM) -> None:
         self.units: list[Unit] = []

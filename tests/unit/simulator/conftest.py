@@ -1,4 +1,4 @@
-"""A ground station with a fake clock, talking with one vehicle through plain bytes."""
+"""A ground station with a fake clock, connected to one vehicle through plain bytes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Message = Any
 
 
 class Ground:
-    """Sends as sysid 255, component 190 unless told otherwise; keeps everything that it hears."""
+    """Sends as sysid 255, component 190 by default; keeps everything that it receives."""
 
     def __init__(self, *, failures: set[Failure] | None = None, **options: Any) -> None:
         flight = {
@@ -58,7 +58,7 @@ class Ground:
         self.vehicle.receive(codec.encode(message), self.now_s)
 
     def run(self, seconds: float) -> list[Message]:
-        """Let time pass; what was heard meanwhile."""
+        """Advances the time. Returns the messages received meanwhile."""
         first = len(self.heard)
         end_s = self.now_s + seconds
         while self.now_s < end_s - 1e-9:
@@ -73,7 +73,7 @@ class Ground:
         return [message for _, message in self.heard[first:]]
 
     def until(self, condition: Callable[[], bool], timeout_s: float = 60.0) -> float:
-        """How long it took."""
+        """Waits for the condition. Returns the duration."""
         start_s = self.now_s
         while not condition():
             assert self.now_s - start_s < timeout_s, "the condition never came true"
@@ -87,7 +87,7 @@ class Ground:
         return [m for _, m in self.heard if m.get_type() == name]
 
     def command(self, number: int, *params: float, sysid: int = 255, to: tuple[int, int] = (1, 1)) -> int | None:
-        """The result of a COMMAND_LONG, or None where no answer came within a tenth of a second."""
+        """Returns the result of a COMMAND_LONG, or None without an acknowledgement within a tenth of a second."""
         seven = (*params, *([0.0] * (7 - len(params))))
         self.send(mavlink.MAVLink_command_long_message(*to, number, 0, *seven), sysid)
         return self._answer(number)
@@ -109,7 +109,7 @@ class Ground:
         return self.command(mavlink.MAV_CMD_DO_SET_MODE, 1, int(mode))
 
     def override(self, *pwm: int) -> Message:
-        """A stick message for channels 1 to 4 (or more) that leaves the other ones alone."""
+        """Returns a stick message for channels 1 to 4 (or more) that leaves the others unchanged."""
         eight = (*pwm, *([LEAVE] * (8 - len(pwm))))
         return mavlink.MAVLink_rc_channels_override_message(1, 1, *eight)
 
@@ -119,7 +119,7 @@ class Ground:
         return self
 
     def take_off(self, alt_m: float = 10.0) -> Ground:
-        """Ready, in GUIDED, armed, up and settled. Without a receiver sticks are streamed."""
+        """Takes off in GUIDED and waits until settled. Without a receiver it streams sticks."""
         self.ready()
         receiver = self.flight.sticks.receiver
         if receiver is not Receiver.LOW:
@@ -142,5 +142,5 @@ class Ground:
 
 @pytest.fixture
 def ground() -> Callable[..., Ground]:
-    """Makes a ground station with a vehicle of its own."""
+    """Makes a ground station with its own vehicle."""
     return Ground

@@ -1,4 +1,4 @@
-"""Facts measured on ArduCopter: a table of checks whose ids are the lines measured, and what the checks share."""
+"""Facts measured on ArduCopter: a table of checks named after the measured lines, and their helpers."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Fact = Callable[[Make], None]
 
 
 def fact_table() -> tuple[list[Any], Callable[[str], Callable[[Fact], None]]]:
-    """The rows of one file, and the decorator that adds a check to them under the line that was measured."""
+    """Returns the rows of one file, and the decorator that adds a check to them under its measured line."""
     rows: list[Any] = []
 
     def fact(line: str) -> Callable[[Fact], None]:
@@ -31,7 +31,7 @@ def centre(station: Any) -> None:
 
 
 def in_mode(ground: Make, mode: Mode, alt_m: float = 20.0, **options: Any) -> Any:
-    """In the air, centred sticks streaming, in `mode` and settled."""
+    """Returns a vehicle in the air, with centred sticks streaming, in `mode` and settled."""
     station = ground(**options).take_off(alt_m)
     centre(station)
     assert station.set_mode(mode) == ACCEPTED

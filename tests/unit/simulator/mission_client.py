@@ -1,4 +1,4 @@
-"""A ground station that uploads and downloads plans, by the message."""
+"""A ground station that uploads and downloads plans, message by message."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def mission(count: int = 5, kind: int = 0) -> list:
 
 
 def upload(station, items: list, kind: int = 0, *, resend: bool = True) -> int | None:
-    """The result in the acknowledgement, as a careful client gets it: it repeats what gets no answer."""
+    """Uploads and returns the result in the acknowledgement. `resend`: repeats messages that get no response."""
     for _ in range(3):
         station.send(mavlink.MAVLink_mission_count_message(1, 1, len(items), kind))
         for _ in range(200):

@@ -1,4 +1,4 @@
-"""What a mission does beside flying: turns, waits, looks and photographs; and the same by command."""
+"""Mission items other than flight: turns, waits, gimbal and photographs; and the same by command."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def until_complete(station, timeout_s: float = 120) -> None:
 
 
 def heading_to(station, north_m: float, east_m: float) -> float:
-    """How far off the nose is, degrees."""
+    """Returns the error of the heading, degrees."""
     wanted = math.atan2(east_m - station.body.east_m, north_m - station.body.north_m)
     return abs(math.degrees(wrap_pi(station.body.attitude()[2] - wanted)))
 

@@ -1,4 +1,4 @@
-"""Bytes: nothing that comes in may raise, and the same input at the same times gives the same output."""
+"""Bytes: no input may raise, and the same input at the same times gives the same output."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ EVERY_MESSAGE = sorted(mavlink.mavlink_map)
 @given(st.sampled_from(EVERY_MESSAGE), st.data())
 @settings(max_examples=150, deadline=None)
 def test_every_message_with_random_fields_never_raises(number, data):
-    """Well-formed frames, ours to handle or not, with fields from the whole range of their types (NaN too)."""
+    """Well-formed frames, supported or not, with fields from the whole range of their types (NaN too)."""
     message_class = mavlink.mavlink_map[number]
     payload = data.draw(st.binary(min_size=message_class.unpacker.size, max_size=message_class.unpacker.size))
     send(vehicle := make(), number, payload)
@@ -71,7 +71,7 @@ def send(vehicle: Vehicle, number: int, payload: bytes) -> None:
 
 
 def flown(seed: int, step_s: float) -> bytes:
-    """Everything that a short flight in gusts sends, with `step` called at another rhythm."""
+    """Returns all output of a short flight in gusts, with `step` called at another interval."""
     vehicle, codec = make(seed=seed, wind_mps=6.0, wind_from_deg=200.0), Codec(255, 190)
 
     def command(at_s: float, number: int, *params: float) -> None:

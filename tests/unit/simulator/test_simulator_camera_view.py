@@ -1,4 +1,4 @@
-"""What is where in the camera's pictures: the horizon, the pads, and that all moves as the vehicle does."""
+"""Geometry of the camera's pictures: the horizon, the pads, and their motion as the vehicle moves."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def dip_at(view: View, x: float, y: float) -> float:
 
 
 def where_orange(picture: np.ndarray) -> np.ndarray:
-    """Rows and columns of the pads' rings."""
+    """Returns rows and columns of the pads' rings."""
     blue, green, red = picture[..., 0], picture[..., 1], picture[..., 2]
     return np.argwhere((red > 180) & (blue < 110) & (green > 70) & (green < 160))
 

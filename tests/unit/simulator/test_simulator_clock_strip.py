@@ -1,4 +1,4 @@
-"""The clock strip is read back as it was drawn, whatever a codec and a scaler have made of it; or not at all."""
+"""The clock strip is read back as drawn, through any codec and scaler; or not at all."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SIZES = [(640, 480), (320, 240), (352, 288), (800, 600), (1280, 720), (160, 120)
 
 
 def noisy(width: int, height: int, seed: int = 1) -> np.ndarray:
-    """A picture that is hard on codecs: sharp noise moves under the strip."""
+    """Returns a picture that is hard on codecs: sharp noise moves under the strip."""
     random = np.random.default_rng(seed)
     rough = random.integers(0, 256, (height // 4, width // 4, 3), dtype=np.uint8)
     return np.asarray(cv2.resize(rough, (width, height), interpolation=cv2.INTER_LINEAR))
@@ -80,7 +80,7 @@ def test_through_scaling_down(how: int) -> None:
 
 
 def test_through_mpeg_1_at_320_by_240_and_300_kbit_a_second() -> None:
-    """Each picture, as a camera makes them: 640 x 480, JPEG, scaled down, encoded, decoded."""
+    """Each picture goes through the steps of a camera: 640 x 480, JPEG, scaled down, encoded, decoded."""
     encoder = av.CodecContext.create("mpeg1video", "w")
     encoder.width, encoder.height, encoder.pix_fmt = 320, 240, "yuv420p"
     encoder.bit_rate, encoder.gop_size = 300_000, 12

@@ -1,4 +1,4 @@
-"""The camera and the gimbal beside the autopilot: who has a heartbeat, who answers what, and what it says."""
+"""The camera and the gimbal beside the autopilot: heartbeats, responses and their content."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ MANAGER, MANAGER_STATUS, DEVICE, ATTITUDE = 280, 281, 283, 285
 
 
 def answer(ground: Any, component: int, message_id: int) -> Any:
-    """The message that was asked for, from that component, after its acknowledgement."""
+    """Returns the requested message from that component, after its acknowledgement."""
     before = len(ground.heard)
     assert ground.command(ASK, message_id, to=(1, component)) == ACCEPTED
     name = mavlink.mavlink_map[message_id].msgname
@@ -29,7 +29,7 @@ def answer(ground: Any, component: int, message_id: int) -> Any:
 
 
 def heartbeats(ground: Any) -> dict[int, int]:
-    """By component: MAV_TYPE."""
+    """Returns the MAV_TYPE of each component."""
     return {m.get_srcComponent(): m.type for m in ground.of("HEARTBEAT")}
 
 
@@ -138,7 +138,7 @@ def test_it_turns_for_whoever_has_the_control_of_it(ground: Callable[..., Any]) 
 
 
 def pitch_and_yaw(attitude: Any) -> tuple[float, float]:
-    """Degrees, of a quaternion without roll."""
+    """Returns degrees, of a quaternion without roll."""
     w, x, y, z = attitude.q
     assert math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)) == pytest.approx(0.0, abs=1e-6)
     pitch, yaw = math.asin(2 * (w * y - z * x)), math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))

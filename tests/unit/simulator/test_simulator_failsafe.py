@@ -1,4 +1,4 @@
-"""What the autopilot does by itself: radio, ground station, battery, position."""
+"""The autopilot's own reactions: radio, ground station, battery, position."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ def test_without_a_radio_sticks_that_stop_are_a_radio_failsafe_one_second_later(
     took_s = station.until(lambda: station.flight.mode is Mode.RTL, 10)
     assert 0.9 <= took_s <= 1.2
     assert "Radio Failsafe" in station.texts()
-    assert abs(station.body.alt_m - 10) < 1.0  # held, not flown into the ground, until then
-    assert station.flight.sticks.overridden  # the last sticks are still in force, which does not count
+    assert abs(station.body.alt_m - 10) < 1.0  # held until then, not flown into the ground
+    assert station.flight.sticks.overridden  # the last sticks are still in force, but do not count
     assert station.of("HEARTBEAT")[-1].system_status == mavlink.MAV_STATE_CRITICAL
 
 
@@ -159,7 +159,7 @@ def test_losing_the_position_in_a_mode_that_needs_it_lands(ground):
 def test_a_fall_is_noticed_as_a_crash(ground):
     station = ground().take_off(30)
     station.command(ARM, 0, 21196)
-    station.flight.armed = True  # the motors stand still although the vehicle thinks that it flies
+    station.flight.armed = True  # the motors are stopped although the vehicle believes it flies
     station.flight._behaviours[station.flight.mode].run = lambda: None
     station.flight.commands = (0.0, 0.0, 0.0, 0.0)
     station.until(lambda: station.body.on_ground, 10)

@@ -1,4 +1,4 @@
-"""Fences that hold, and rally points to which a return goes."""
+"""Fences that hold, and rally points as return targets."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def fly_to(station, north_m: float, east_m: float, alt_m: float = 10.0) -> int |
 
 
 def fly_on(station, vn: float, ve: float = 0.0, climb: float = 0.0) -> None:
-    """A set-point of velocity, which no fence stops."""
+    """Sends a velocity set-point, which no fence stops."""
     mask = 0b110111000111
     station.send(
         mavlink.MAVLink_set_position_target_local_ned_message(0, 1, 1, 1, mask, 0, 0, 0, vn, ve, -climb, 0, 0, 0, 0, 0)
@@ -68,7 +68,7 @@ def test_a_polygon_contains_what_lies_in_it(point, inside):
 
 
 def test_a_polygon_that_is_not_convex():
-    """A square with a bite out of its east side."""
+    """A square with a notch in its east side."""
     bitten = Area(((0, 0), (0, 10), (4, 10), (5, 2), (6, 10), (10, 10), (10, 0)), inclusion=True)
     assert bitten.contains((5, 1))
     assert not bitten.contains((5, 5))

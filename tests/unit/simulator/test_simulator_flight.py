@@ -1,4 +1,4 @@
-"""How well it flies: each mode, by the figures that the rest of the product relies on."""
+"""Flight performance: each mode, by the figures that the rest of the product relies on."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Logs on board: written while armed, listed and read over the link, and in a format that others can read."""
+"""Logs on board: written while armed, listed and read over the link, and in a standard format."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ARM = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
 
 
 def flown(ground, **options):
-    """Home again after half a minute in the air."""
+    """Flies for half a minute and lands."""
     station = ground(**options).take_off()
     station.run(10)
     station.set_mode(Mode.LAND)

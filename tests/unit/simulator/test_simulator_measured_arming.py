@@ -1,4 +1,4 @@
-"""What was measured on ArduCopter when it is armed and disarmed."""
+"""Facts measured on ArduCopter: arming and disarming."""
 
 from __future__ import annotations
 

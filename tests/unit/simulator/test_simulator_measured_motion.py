@@ -1,4 +1,4 @@
-"""What was measured on ArduCopter of how it moves: coasting, braking, climbing, landing."""
+"""Facts measured on ArduCopter: coasting, braking, climbing, landing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was measured on ArduCopter without GPS, and of what it reports."""
+"""Facts measured on ArduCopter: flight without GPS, and reports."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def asked(station: Any, message_id: int, name: str) -> Any:
 
 
 def receiver_bits(station: Any) -> tuple[bool, bool, bool]:
-    """Present, enabled, healthy."""
+    """Returns present, enabled, healthy."""
     status = asked(station, 1, "SYS_STATUS")
     return (
         bool(status.onboard_control_sensors_present & RECEIVER),
@@ -116,7 +116,7 @@ def _(ground: Make) -> None:
     assert ekf_flags(station) == 831
 
 
-# What it tells.
+# Reports.
 
 
 @fact("no radio, no sticks yet: SYS_STATUS without a receiver, RC_CHANNELS with chancount 0 and zeros")

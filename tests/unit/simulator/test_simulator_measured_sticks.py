@@ -1,4 +1,4 @@
-"""What was measured on ArduCopter when sticks stop. Receiver "radio low": its throttle rests at 1000."""
+"""Facts measured on ArduCopter: sticks stop. Receiver "radio low": its throttle rests at 1000."""
 
 from __future__ import annotations
 

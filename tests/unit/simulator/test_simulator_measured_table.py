@@ -1,4 +1,4 @@
-"""One test for each row of what was measured on ArduCopter 4.6.2 (the last table of AUTOPILOTS.md)."""
+"""One test for each row measured on ArduCopter 4.6.2 (the last table of AUTOPILOTS.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""COMPONENT_METADATA of the simulated vehicle: which flavour offers it, and files that MAVLink FTP gives away."""
+"""COMPONENT_METADATA of the simulated vehicle: which flavour offers it, and files over MAVLink FTP."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SESSION = 3
 
 
 def asked(ground: Any) -> tuple[int | None, list[bytes]]:
-    """The answer to a request for COMPONENT_METADATA, and the payloads that came of it."""
+    """Returns the acknowledgement of a request for COMPONENT_METADATA, and the payloads received."""
     frames: list[bytes] = []
     hand_out = ground.vehicle.datagrams_to_send
 
@@ -37,7 +37,7 @@ def asked(ground: Any) -> tuple[int | None, list[bytes]]:
 
 
 def reported(ground: Any) -> tuple[int, str]:
-    """CRC and address."""
+    """Returns CRC and address."""
     result, payloads = asked(ground)
     assert result == mavlink.MAV_RESULT_ACCEPTED
     ((_, crc, address),) = [struct.unpack("<II100s", one) for one in payloads]

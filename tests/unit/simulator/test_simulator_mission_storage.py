@@ -1,4 +1,4 @@
-"""Plans as they are stored: packing, limits, refusals and what a real ArduCopter did."""
+"""Stored plans: packing, limits, refusals and the behaviour of a real ArduCopter."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_packed_items_come_back_as_ardupilot_keeps_them(ground, sent, back):
 
 
 def test_packing_what_is_packed_changes_heights_by_a_centimetre_at_most_and_nothing_else(ground):
-    """A plan that is read and put back is the same but for that: single precision, and cut instead of rounded."""
+    """A plan that is read and written back differs only by single precision and truncation."""
     station = ground().ready()
     items = [item(0), *(item(i + 1, command, z=0.29 * i) for i, command in enumerate(sorted(PLACED)))]
     assert upload(station, items) == 0
@@ -102,7 +102,7 @@ def test_a_fence_that_is_not_whole_is_refused_at_its_end_and_the_old_one_stays(g
 
 
 def test_a_fence_of_one_circle_after_a_polygon_is_dropped_as_on_a_real_one(ground):
-    """Taken for an old ground station that clears the fence; the second time it stays."""
+    """ArduCopter mistakes it for an old ground station that clears the fence; the second time it stays."""
     station = ground().ready()
     assert upload(station, mission(5, 1), 1) == 0
     station.run(1.0)
@@ -123,7 +123,7 @@ KINDS = {"mission": PlanKind.MISSION, "fence": PlanKind.FENCE, "rally": PlanKind
 
 
 def item_of(row: list, *, jump_by: int) -> Item:
-    """Jumps count home here."""
+    """Returns the item. Jumps count home here."""
     command, frame, params, x, y, z, autocontinue = row
     first, *rest = (math.nan if value is None else value for value in params)
     return Item(command, frame, (first + jump_by * (command == 177), *rest), x, y, z, autocontinue)
@@ -150,7 +150,7 @@ def test_px4_stores_places_in_frame_6_and_takes_each_command_in_one_frame_only(g
     assert (first.param1, first.param2, first.param3) == (1.5, 2, 0)
     assert first.param4 == pytest.approx(270, abs=1e-3)
     assert (second.frame, second.param1) == (2, -45) and math.isnan(second.param2)
-    assert upload(station, [item(0, 16, params=(0, 0, 0, 1e30))]) == 0  # at once, however often that goes round
+    assert upload(station, [item(0, 16, params=(0, 0, 0, 1e30))]) == 0  # at once, however often it loops
     assert upload(station, [item(0, 20)]) == mavlink.MAV_MISSION_UNSUPPORTED
     assert upload(station, [item(0, 16, frame=2)]) == mavlink.MAV_MISSION_UNSUPPORTED
     assert upload(station, [item(0, 16, frame=10)]) == mavlink.MAV_MISSION_UNSUPPORTED_FRAME

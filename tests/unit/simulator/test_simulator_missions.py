@@ -1,4 +1,4 @@
-"""The mission protocol's server half, in fair weather and with named failures."""
+"""The mission protocol's server half, without faults and with named ones."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from simulator.px4.flavour import PX4
 
 
 def stored(message, kind: int = 0) -> tuple:
-    """As an ArduPilot gives back an item of `mission`."""
+    """Returns the item of `mission` as an ArduPilot returns it."""
     frame, command, _, param1, *rest, z = fields(message)
     if kind == 0:
         return fields(message)
@@ -81,7 +81,7 @@ def test_an_upload_that_stops_half_way_times_out_and_leaves_the_old_mission(grou
     station.run(0.1)
     station.send(item(0))
     asked = [m.seq for m in station.run(9) if m.get_type() == "MISSION_REQUEST_INT"]
-    assert asked.count(1) >= 5  # asked again and again before giving up
+    assert asked.count(1) >= 5  # requested repeatedly before giving up
     assert station.of("MISSION_ACK")[-1].type == mavlink.MAV_MISSION_OPERATION_CANCELLED
     assert [fields(m) for m in download(station)] == old
 
@@ -208,7 +208,7 @@ def test_requests_that_come_twice(ground):
     assert upload(station, mission(3)) == 0
     station.run(0.1)
     assert [m.seq for m in station.of("MISSION_REQUEST_INT")] == [0, 0, 1, 1, 2, 2]
-    # The second copy of the last item comes when there is no upload any more: an error, as on a real one.
+    # The second copy of the last item arrives after the upload: an error, as on a real one.
     assert [m.type for m in station.of("MISSION_ACK")] == [0, 0, mavlink.MAV_MISSION_ERROR]
 
 

@@ -42,7 +42,7 @@ def test_it_has_as_many_as_a_real_copter_and_a_list_takes_less_than_a_second(gro
 
 
 def test_the_list_is_written_in_what_can_be_stored():
-    """A default that its type cannot hold would be another value as soon as somebody set it to itself."""
+    """A default that its type cannot hold would change when written back to itself."""
     parameters = Parameters()
     for name, kind, value in TABLE:
         stored = parameters.set(name, value)

@@ -33,7 +33,7 @@ def set_mode(ground: Any, mode: Px4Mode) -> int | None:
 
 @pytest.fixture
 def px4(ground: Make) -> Make:
-    """Without a radio unless told otherwise, heard by any ground station, sticks centred."""
+    """Without a radio by default, receives from any ground station, sticks centred."""
 
     def make(**options: Any) -> Any:
         options.setdefault("receiver", "none")

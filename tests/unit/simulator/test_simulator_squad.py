@@ -1,4 +1,4 @@
-"""What the command line says, and where a squad stands."""
+"""The command line, and the positions of a squad."""
 
 from __future__ import annotations
 

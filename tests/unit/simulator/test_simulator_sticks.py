@@ -1,4 +1,4 @@
-"""Stick semantics channel by channel: 0, 65535, 65534, lapsing, MANUAL_CONTROL, the parameters that bend them."""
+"""Stick semantics channel by channel: 0, 65535, 65534, expiry, MANUAL_CONTROL, the parameters that change them."""
 
 from __future__ import annotations
 

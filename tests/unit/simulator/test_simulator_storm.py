@@ -1,4 +1,4 @@
-"""A flying vehicle in a storm of well-formed nonsense: whatever is set, commanded or uploaded, it goes on answering."""
+"""A flying vehicle under random well-formed messages: whatever is set, commanded or uploaded, it keeps responding."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Units, rates and the small print of what the vehicle tells about itself."""
+"""Units, rates and details of the vehicle's telemetry."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The console's table of autopilots is what the profiles give."""
+"""The console's table of autopilots equals the profiles."""
 
 import importlib.util
 from pathlib import Path

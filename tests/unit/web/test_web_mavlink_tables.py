@@ -1,4 +1,4 @@
-"""The browser's MAVLink tables and golden vectors are what the dialect of the installed pymavlink gives."""
+"""The browser's MAVLink tables and golden vectors match the dialect of the installed pymavlink."""
 
 import importlib.util
 import json
@@ -29,7 +29,7 @@ def test_vectors_are_current(generator: ModuleType) -> None:
 
 
 def test_vectors_are_what_pymavlink_reads(generator: ModuleType) -> None:
-    """The vectors would prove nothing if pymavlink itself did not read them as they say."""
+    """The vectors prove nothing unless pymavlink itself reads them as stated."""
     rows = json.loads(generator.VECTORS.read_text(encoding="utf-8"))
     assert rows
     for row in rows:

@@ -1,4 +1,4 @@
-"""What an autopilot keeps of a plan: against what a real one gave back, and against whatever may go wrong with one."""
+"""What an autopilot keeps of a plan: compared with what a real one returned, and with every possible fault."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_the_table_says_of_each_item_what_a_real_arducopter_gave_back(measured: 
 
 @given(st.integers(-50_000, 1_000_000))
 def test_a_height_of_whole_centimetres_is_what_comes_back_of_an_ardupilot(centimetres: int) -> None:
-    """One in four is cut to the centimetre below where it is sent as it is."""
+    """One height in four is truncated to the centimetre below if sent unchanged."""
     item = but(WAYPOINT, z=centimetres / 100)
     (back,) = as_kept(ArduPilot(), MISSION, [item])
     assert round(back.z, 2) == round(item.z, 2)
@@ -80,7 +80,7 @@ def test_what_a_real_arducopter_refused_is_told_beforehand(measured: Measured) -
     assert min(reported.values()) > 0 and len(reported) > 6
 
 
-# Whatever comes back otherwise than it must is another plan.
+# A plan returned with any other difference is another plan.
 
 number = st.floats(width=32, allow_nan=False, allow_infinity=False)
 usual = st.one_of(st.integers(0, 250).map(float), st.floats(-120, 250, width=32), st.none())
@@ -99,7 +99,7 @@ USED: Final[dict[int, tuple[int, ...]]] = {
     1000: (0, 1),
     2000: (1, 2),
 }
-"""By command some of the parameters that are flown by."""
+"""Maps a command to some of the parameters that affect the flight."""
 PLACED: Final = (16, 17, 19, 21, 22, 31, 84, 85, 195)
 OF_PX4: Final = frozenset({*PLACED, 20, 93, 112, 177, 178, 203, 206, 211, 1000, 2000})
 BYTES: Final = st.integers(1, 120).map(float)
@@ -107,7 +107,7 @@ BYTES: Final = st.integers(1, 120).map(float)
 
 @st.composite
 def plans(draw: st.DrawFn, keeping: KeptFields) -> Plan:
-    """Items that the autopilot takes, no two the same."""
+    """Generates plans that the autopilot accepts, with distinct items."""
     commands = sorted({*USED, *PLACED, 20} if isinstance(keeping, ArduPilot) else OF_PX4)
     items = []
     for at in range(draw(st.integers(2, 8))):
@@ -163,7 +163,7 @@ def test_another_number_in_any_field_of_what_came_back_is_caught(keeping: KeptFi
 @settings(max_examples=600, deadline=None)
 @given(data=st.data())
 def test_another_plan_that_the_autopilot_would_keep_is_caught(keeping: KeptFields, data: st.DataObject) -> None:
-    """A frame, height, place, parameter, jump's target, the order, the count: what was stored is another plan."""
+    """Changes frame, height, place, parameter, jump target, order or count: the stored plan is another one."""
     plan = list(data.draw(plans(keeping)))
     other, at = list(plan), data.draw(st.integers(0, len(plan) - 1))
     item = plan[at]
@@ -222,7 +222,7 @@ def test_of_any_item_it_is_known_what_becomes_of_it(
         assert all(change_words(keeping, one) for one in changed.values())
 
 
-# What is told, in particular.
+# The reported changes, in particular.
 
 WAYPOINT = PlanItem(16, 3, (0.0, 0.0, 0.0, None), 473977419, 85455939, 20.0)
 
@@ -312,7 +312,7 @@ OFFERED: Final = MEASURED.with_name("offered_items.json")
 
 
 def test_a_new_item_of_each_kind_that_the_console_offers_is_flown_as_it_is_drawn() -> None:
-    """The console's tests hold the file to its catalogue."""
+    """The console's tests compare the file with its catalogue."""
     offered = msgspec.json.decode(OFFERED.read_bytes(), type=dict[str, list[PlanItem]])
     assert {name: len(items) for name, items in offered.items()} == {"ardupilot": 33, "px4": 25}
     for keeping, items in ((ArduPilot(), offered["ardupilot"]), (Px4(), offered["px4"])):
@@ -324,7 +324,7 @@ ROOM: Final = MEASURED.with_name("plan_room.json")
 
 
 def test_more_items_than_an_autopilot_has_room_for_are_told_before_they_are_sent() -> None:
-    """The console's tests hold the file to its own table."""
+    """The console's tests compare the file with its own table."""
     rooms = msgspec.json.decode(ROOM.read_bytes(), type=dict[str, dict[PlanKind, int]])
     assert rooms == {"ardupilot": dict(ArduPilot().room), "px4": dict(Px4().room)}
     for keeping, kind in ((ArduPilot(), MISSION), (Px4(), PlanKind.RALLY)):

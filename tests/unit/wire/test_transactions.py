@@ -1,4 +1,4 @@
-"""The messages about work at the drone survive JSON, keep their bounds, and are told apart from all others."""
+"""The messages about transactions survive JSON, keep their limits, and are distinct from all others."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""The unit of video: what goes in comes out, and nothing else is taken."""
+"""The video unit: encoding and decoding are inverse, and nothing else is accepted."""
 
 import struct
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Frames that share a datagram: which leave at once, which wait and how long, and that nothing is lost or reordered."""
+"""Frames that share a datagram: which leave at once, which wait and how long, without loss or reordering."""
 
 import pytest
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""What waits for a stream: in order, bounded in bytes and in time, the newest first kept."""
+"""The queue for a stream: in order, bounded in bytes and in time, evicts the oldest."""
 
 from hypothesis import given
 from hypothesis import strategies as st

@@ -1,4 +1,4 @@
-"""Frames are found in bytes that are cut anywhere, with noise between them, and are never changed."""
+"""Frames are found in a byte stream with arbitrary splits and noise, and are never changed."""
 
 from itertools import pairwise
 

@@ -1,4 +1,4 @@
-"""The formats, byte by byte, against committed hexadecimal and against the layout written out a second time here."""
+"""The formats, byte by byte, against committed hexadecimal and against an independent copy of the layout."""
 
 import hashlib
 import hmac

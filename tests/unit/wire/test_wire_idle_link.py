@@ -1,4 +1,4 @@
-"""A link by which nothing goes but its keep-alives, both ends, tenth by tenth of a second: what it costs and shows."""
+"""A link with keep-alives alone, both ends, in steps of a tenth of a second: its cost and its measurements."""
 
 import pytest
 
@@ -9,12 +9,12 @@ from wire.sealed_link import SealedLink
 from wire.transport_choice import Transport, TransportChoice
 
 OFFLINE_AFTER_S = 3.0
-"""server.live.relay.agent_link.SILENT_AFTER_S, the least that must not be reached by chance."""
+"""server.live.relay.agent_link.SILENT_AFTER_S, which chance losses must not reach."""
 WAY_S = 0.02
 
 
 class IdleLink:
-    """`closely`: the tower pings too. Numbers of datagrams (of the agent's, from 0 on) in `lost` do not arrive."""
+    """`closely`: the tower pings too. The agent's datagrams with the numbers in `lost` (from 0) do not arrive."""
 
     def __init__(self, *, closely: bool = False) -> None:
         keys = b"a" * 32, b"b" * 32

@@ -1,4 +1,4 @@
-"""Keep-alive: when pings are due, what the round trip and the loss are."""
+"""Keep-alive: when pings are due, and the measured round trip and loss."""
 
 import pytest
 

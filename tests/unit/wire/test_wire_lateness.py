@@ -1,4 +1,4 @@
-"""Lateness: what was held up shows, the length of the way and differing clocks do not."""
+"""Lateness: detects delays beyond the minimum, independent of the one-way delay and of clock differences."""
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -15,7 +15,7 @@ def test_what_was_held_up_is_late_by_as_much() -> None:
     meter = Lateness()
     for n in range(50):
         meter.late_by(1000 + n * 20, n * 0.02)
-    # A stall of 1 s: the backlog comes at once, the oldest latest.
+    # A stall of 1 s: the backlog arrives at once, the oldest latest.
     late = [meter.late_by(2000 + n * 20, 2.0) for n in range(50)]
     assert abs(late[0] - 1.0) < 0.001
     assert abs(late[-1] - 0.02) < 0.001
@@ -41,7 +41,7 @@ def test_what_is_held_up_after_a_long_pause_is_late_all_the_same() -> None:
     meter = Lateness()
     meter.late_by(0, 0.0)
     pause_s = 4 * WINDOW_S
-    # Three sent a second apart that come together, five seconds after the first was sent.
+    # Three sent a second apart that arrive together, five seconds after the first was sent.
     late = [meter.late_by(int((pause_s + n) * 1000), pause_s + 5.0) for n in range(3)]
     assert [round(late_s, 3) for late_s in late] == [5.0, 4.0, 3.0]
 

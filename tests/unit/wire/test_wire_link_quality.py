@@ -86,7 +86,7 @@ def test_both_ends_know_both_directions() -> None:
 
 
 def test_what_is_older_than_the_long_window_is_forgotten_but_for_where_the_window_begins() -> None:
-    """A thousand links would otherwise keep a hundred megabytes of points that nobody asks for."""
+    """Otherwise a thousand links would keep a hundred megabytes of unused points."""
     quality = LinkQuality(0.0)
     for step in range(2000):
         now = step / 5

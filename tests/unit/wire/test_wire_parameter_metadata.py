@@ -1,4 +1,4 @@
-"""What a vehicle says of its parameters: packed, bounded, and told only to those that know of it."""
+"""A vehicle's metadata about its parameters: packed, bounded, and sent only to sides that support it."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def test_its_messages_fit_the_channel_and_come_through() -> None:
 
 
 def test_the_seed_of_the_message_that_the_dialect_lacks_is_that_of_its_fields() -> None:
-    """As the MAVLink serialization guide makes it."""
+    """Computed as the MAVLink serialization guide specifies."""
     crc = 0xFFFF
     for byte in b"COMPONENT_METADATA uint32_t time_boot_ms uint32_t file_crc char uri " + bytes([100]):
         low = byte ^ (crc & 0xFF)

@@ -1,4 +1,4 @@
-"""Tables of parameters: bytes, hash, and what is refused."""
+"""Parameter tables: bytes, hash, and refusals."""
 
 import zlib
 

@@ -20,7 +20,7 @@ from wire.sealing import MAX_DATAGRAM_BYTES
 
 
 def run(search: PathMtu, passes: int, *, since: float, for_s: float) -> list[int]:
-    """Ticks each 0.1 s over a path with 50 ms of round trip. Returns the sizes that were tried."""
+    """Ticks every 0.1 s over a path with 50 ms round trip. Returns the sizes that were tried."""
     tried = []
     for tenths in range(int(for_s * 10)):
         now = since + tenths / 10
@@ -91,7 +91,8 @@ def test_the_other_side_fills_its_datagrams_as_far_as_it_saw_probes_arrive() -> 
 
 
 def run_several(search: PathMtus, passes: dict[int, int], *, since: float, for_s: float) -> set[int]:
-    """As `run`, over several uplinks: the number of each that works and what it carries. Returns which were probed."""
+    """As `run`, over several uplinks: the number of each working one and its largest datagram. Returns which were
+    probed."""
     probed = set()
     for tenths in range(int(for_s * 10)):
         now = since + tenths / 10

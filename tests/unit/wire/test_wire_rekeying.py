@@ -1,4 +1,4 @@
-"""The keys of a link change: when, how, and what an old key is still good for."""
+"""Key changes on a link: when, how, and what an old key still opens."""
 
 import hashlib
 import hmac
@@ -131,7 +131,7 @@ def test_the_last_key_is_given_up_a_while_after_the_change() -> None:
 
 @given(st.integers(0, 1 << 30), st.floats(0, 0.6))
 def test_a_link_that_loses_much_never_falls_out_of_step(seed: int, loss: float) -> None:
-    """Keys are changed at every chance there is, datagrams are lost and reordered: what arrives is opened."""
+    """Changes keys at every opportunity, with lost and reordered datagrams: every datagram that arrives opens."""
     chance = random.Random(seed)
     agent, tower = links()
     now = 0.0

@@ -1,4 +1,4 @@
-"""The proof that a link is one's own: good for one sign-in, one side and one try."""
+"""The proof of ownership of a link: valid for one sign-in, one side and one try."""
 
 import hmac
 from hashlib import sha256

@@ -1,4 +1,4 @@
-"""Sealed datagrams: what opens, what is refused, and under which name."""
+"""Sealed datagrams: what opens, what is refused, and with which reason."""
 
 from itertools import pairwise
 
@@ -130,7 +130,7 @@ def test_content_raises_nothing_but_dropped(data: bytes) -> None:
         elif isinstance(decoded, Urgent):
             assert encode_urgent(decoded.text) == content
         else:
-            assert encode_keepalive(decoded) == content  # a ping and a pong mean every byte they have
+            assert encode_keepalive(decoded) == content  # every byte of a ping and a pong has a meaning
 
 
 CONTENTS = {
@@ -228,7 +228,7 @@ def test_the_side_that_does_not_lead_is_told_what_the_other_measured_and_pings_o
     agent, tower = links()
 
     def turn(now: float) -> None:
-        """The agent's ping goes up and is answered, 10 ms each way."""
+        """The agent sends a ping and receives the response, 10 ms each way."""
         for datagram in agent.datagrams_to_send(now):
             tower.receive(datagram, now + 0.01)
         for datagram in tower.datagrams_to_send(now + 0.01):
@@ -239,7 +239,7 @@ def test_the_side_that_does_not_lead_is_told_what_the_other_measured_and_pings_o
     turn(0.5)
     assert tower.keepalive.rtt_s == pytest.approx(0.02)
     assert tower.quality.over(1.0, 0.6).rtt_s == pytest.approx(0.02)
-    agent.datagrams_to_send(1.0)  # is lost
+    agent.datagrams_to_send(1.0)  # lost
     turn(1.5)
     turn(4.0)
     assert tower.keepalive.loss == pytest.approx(0.25, abs=0.01), "of the four that are decided"

@@ -1,4 +1,4 @@
-"""What a drone and its tower sign: every byte of it, and that no byte can be another."""
+"""What a drone and its tower sign: every byte of it, and that no other byte passes."""
 
 import datetime
 import struct
@@ -42,7 +42,7 @@ SAID = Transcript(
     binding=b"b" * 32,
     resume=0x01020304,
 )
-# Worked out by hand from docs/wire-protocol.md, not by the code that is tested.
+# Computed by hand from docs/wire-protocol.md, not by the code under test.
 GOLDEN_SIGNATURE = (
     "6dee586cbd9ef4b1717071db997fb09c28da9e6b9f7751219644dce8d2dc0dfd"
     "4e9974759bae4368a899f78c47431be378bedf639a489daf02c6a05da1dd6d02"
@@ -85,7 +85,7 @@ def test_the_transcript_is_as_written() -> None:
     )
     assert SAID.for_agent() == b"control-tower agent signs hello\0" + SAID.encode()
     assert KEY.public.hex() == "03a107bff3ce10be1d70dd18e74bc09967e4d6309ba50d5f1ddc8664125531b8"
-    # Ed25519 is deterministic: these are the signature and the salt of this very transcript, whoever makes them.
+    # Ed25519 is deterministic: every implementation gives this signature and salt for this transcript.
     assert KEY.sign(SAID.for_agent()).hex() == GOLDEN_SIGNATURE
     assert SAID.salt().hex() == GOLDEN_SALT
     assert SAID.for_tower(LinkId(5)).hex() == GOLDEN_FOR_TOWER

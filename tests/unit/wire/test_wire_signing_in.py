@@ -202,7 +202,7 @@ def test_the_final_steps_of_a_hold() -> None:
     ids=["nested as deep as a datagram allows", "nested deeper", "no UTF-8 type", "cut UTF-8", "cut UTF-8 down", "nul"],
 )
 def test_what_no_json_reader_takes_is_a_malformed_message(text: bytes) -> None:
-    """Urgent messages come as bytes out of a datagram: nothing has looked at them before."""
+    """Urgent messages arrive as unchecked bytes in a datagram."""
     for decode in (decode_to_tower, decode_to_agent):
         with pytest.raises(MalformedMessage):
             decode(text)

@@ -1,4 +1,4 @@
-"""Which messages are state, and what tells two of a kind apart."""
+"""Which messages are state, and what distinguishes two of a kind."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The table of stream profiles: each rate can be kept, each profile is thinner than the one before."""
+"""The table of stream profiles: each rate is achievable, and each profile is thinner than the previous one."""
 
 import pytest
 

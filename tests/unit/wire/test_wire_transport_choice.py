@@ -1,4 +1,4 @@
-"""When an agent leaves UDP for the WebSocket, and when it goes back."""
+"""When an agent switches from UDP to the WebSocket, and when it goes back."""
 
 import pytest
 
@@ -96,7 +96,7 @@ def test_until_the_websocket_is_proven_datagrams_go_both_ways_and_one_answer_lea
 
 
 def relapse(choice: TransportChoice, now: float) -> float:
-    """Back to UDP, and away from it again at once. Returns the time."""
+    """Goes back to UDP, and away from it at once. Returns the time."""
     while choice.transport is WEBSOCKET:
         now += 0.5
         choice.proven(WEBSOCKET, now)

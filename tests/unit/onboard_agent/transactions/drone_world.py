@@ -1,4 +1,4 @@
-"""The agent's core before a whole simulated vehicle, on one fake clock: what the tower says, hears and flies."""
+"""The agent's core with a whole simulated vehicle, on one fake clock, and the tower's messages and frames."""
 
 from __future__ import annotations
 
@@ -55,14 +55,14 @@ class DroneWorld:
         self.sent: list[bytes] = []
         """Frames that went to the autopilot."""
         self.deaf = False
-        """The autopilot hears nothing of us."""
+        """True: the autopilot receives nothing from the agent."""
         self.tower_there = True
         self._steps = 0
         self._id = 100
         self.start_agent()
 
     def start_agent(self) -> None:
-        """Also after it was killed: nothing is left but the journal."""
+        """Starts the agent, also after a kill: only the journal is left."""
         self.onboard = Onboard(
             now=self.now,
             speaks_first=True,
@@ -131,7 +131,7 @@ class DroneWorld:
     # The tower.
 
     def tower_sends(self, message: Any, *, system_id: int = 255, component_id: int = 190) -> None:
-        """A frame of a ground station that flies through the tower."""
+        """Sends a frame of a ground station that flies through the tower."""
         frame = build(message, system_id=system_id, component_id=component_id, sequence=0)
         content = Frames(DroneId(7), Epoch(self.epoch), stamp_ms(self.now), [frame])
         self.onboard.from_tower(content, self.now)
@@ -167,13 +167,13 @@ class DroneWorld:
     # The drone.
 
     def ready(self) -> DroneWorld:
-        """Until its plans were read and it can be armed."""
+        """Waits until its plans were read and it can be armed."""
         self.until(lambda: all(self.on_board(kind) for kind in PlanKind), what="plans are read")
         self.until(lambda: self.vehicle.flight.estimator_was_ready, what="ready to arm")
         return self
 
     def flies(self, mode: int = GUIDED) -> DroneWorld:
-        """In the air at 10 m, in this mode."""
+        """Puts it in the air at 10 m, in this mode."""
         assert self.command(SET_MODE, 1, GUIDED).outcome == "done"
         assert self.command(ARM, 1).outcome == "done"
         assert self.command(TAKEOFF, 0, 0, 0, 0, 0, 0, 10).outcome == "done"
@@ -183,7 +183,7 @@ class DroneWorld:
         return self
 
     def on_board(self, kind: PlanKind = PlanKind.MISSION) -> str | None:
-        """The hash that the tower was told last."""
+        """Returns the last hash reported to the tower."""
         reported = [one for one in self.reported if isinstance(one, PlanOnBoard) and one.kind == kind]
         return reported[-1].hash if reported else None
 

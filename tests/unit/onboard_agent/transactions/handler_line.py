@@ -1,4 +1,4 @@
-"""A line with a fake clock between one of the agent's handlers and an autopilot's server half, and ways to break it."""
+"""A line between one of the agent's handlers and an autopilot's server half, with a fake clock and injected faults."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from wire.transactions import Transaction, TransactionResult
 STEP_S = 0.005
 ARDUPILOT, PX4 = 3, 12
 Fault = Callable[[int, Message], tuple[float, ...]]
-"""Given how many frames went that way before, and the message: after how many seconds each copy arrives."""
+"""Takes the number of earlier frames in that direction and the message. Returns the delay of each copy in seconds."""
 
 
 class Server(Protocol):
-    """An autopilot's half. It says things with the `send` that it was made with."""
+    """The autopilot's half. It sends with the `send` that it was made with."""
 
     def receive(self, message: Message) -> None: ...
     def tick(self) -> None: ...
@@ -29,7 +29,7 @@ def arrives(_number: int, _message: Message) -> tuple[float, ...]:
 
 
 class HandlerLine:
-    """`around`: keywords of Around that differ from a drone on the ground that is heard."""
+    """`around`: keywords of Around that differ from a drone on the ground that sends heartbeats."""
 
     def __init__(self, handler: TransactionHandler, kind: int = ARDUPILOT, **around: Any) -> None:
         self.now = 100.0
@@ -41,9 +41,9 @@ class HandlerLine:
         self.to_agent: Fault = arrives
         self.news: list[Any] = []
         self.sent: list[Message] = []
-        """To the autopilot, whether it arrived or not."""
+        """Messages to the autopilot, whether they arrived or not."""
         self.passed_up: list[Message] = []
-        """What the handler did not keep for itself."""
+        """Messages that the handler did not consume."""
         self.step_s = STEP_S
         self._codecs = {"up": Codec(1, 1), "down": Codec(1, 191)}
         self._gimbal = Codec(1, 154)
@@ -57,15 +57,15 @@ class HandlerLine:
         return Around(**(common | {"system_id": 1, "autopilot_kind": self.kind} | self.around_options))
 
     def comes(self) -> None:
-        """The autopilot is heard."""
+        """The autopilot starts to send heartbeats."""
         self.handler.autopilot_came(self.around(), self.now)
 
     def say(self, message: Message) -> None:
-        """The autopilot does."""
+        """The autopilot sends a message."""
         self._put("up", message, self.to_agent)
 
     def gimbal_says(self, message: Message) -> None:
-        """Another component of the vehicle, straight to the handler."""
+        """Sends a message from another component of the vehicle, straight to the handler."""
         assert not self.handler.receive(self._gimbal.encode(message), self.now)
 
     def _put(self, way: str, message: Message, fault: Fault, frame: bytes = b"") -> None:
@@ -79,7 +79,7 @@ class HandlerLine:
         self.now += self.step_s
         while self._on_the_way and self._on_the_way[0][0] < self.now:
             _, _, way, frame = heapq.heappop(self._on_the_way)
-            messages = self._codecs[way].decode(frame)  # none of a message that the dialect lacks
+            messages = self._codecs[way].decode(frame)  # no message that the dialect lacks
             if way == "down":
                 assert self.server is not None
                 for message in messages:
@@ -107,7 +107,7 @@ class HandlerLine:
         return self._id
 
     def result(self, number: int | None = None, limit_s: float = 120.0) -> TransactionResult:
-        """Of the transaction that was begun last, unless told."""
+        """Returns the result of the latest transaction, unless `number` is given."""
         number = number or self._id
         self.until(lambda: any(isinstance(one, TransactionResult) and one.id == number for one in self.news), limit_s)
         (result,) = (one for one in self.news if isinstance(one, TransactionResult) and one.id == number)
@@ -117,7 +117,7 @@ class HandlerLine:
         return self.result(self.begin(work, **options))
 
     def until(self, condition: Callable[[], Any], limit_s: float = 60.0) -> float:
-        """How long it took."""
+        """Returns the duration."""
         began = self.now
         while not condition():
             assert self.now - began < limit_s, "it never came true"

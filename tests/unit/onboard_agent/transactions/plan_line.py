@@ -1,4 +1,4 @@
-"""A line with a fake clock between the agent's plan handler and an autopilot's server half, and ways to break it."""
+"""A line between the agent's plan handler and an autopilot's server half, with a fake clock and injected faults."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ SERVER_KINDS = {
     PlanKind.RALLY: ServerKind.RALLY,
 }
 Fault = Callable[[int, Message], int]
-"""Given how many frames went that way before and the message: how many copies arrive."""
+"""Takes the number of earlier frames in that direction and the message. Returns how many copies arrive."""
 
 
 def waypoints(count: int, *, alt_m: float = 20.0) -> Plan:
@@ -53,11 +53,11 @@ OLD, NEW = waypoints(3), waypoints(5, alt_m=40.0)
 
 
 class Killed(BaseException):
-    """The agent's process ended here."""
+    """Raised where the agent's process is killed."""
 
 
 class MemoryJournal:
-    """A disk. `dies_at`: the process is killed at that call, before (0, 2, ...) or after (1, 3, ...) it was done."""
+    """A disk. `dies_at`: kills the process at that call, before (0, 2, ...) or after (1, 3, ...) it took effect."""
 
     def __init__(self) -> None:
         self.records: dict[PlanKind, bytes] = {}
@@ -87,7 +87,7 @@ class MemoryJournal:
 
 
 class Server(Protocol):
-    """An autopilot's half."""
+    """The autopilot's half."""
 
     now_s: float
 
@@ -99,7 +99,7 @@ class Server(Protocol):
 
 
 class SimulatorServer:
-    """The simulator's own: an upload is collected beside the plan."""
+    """The simulator's own: collects an upload beside the plan."""
 
     def __init__(
         self, send: Callable[[Message], None], failures: Iterable[Failure] = (), flavour: Flavour = ARDUPILOT
@@ -113,7 +113,7 @@ class SimulatorServer:
         self.on_reset: Callable[[], None] = lambda: None
 
     def reset(self) -> None:
-        """It has booted: what is stored is still there."""
+        """Reboots: stored plans stay."""
         self._half = MissionServer(self._flight, self._flavour, self._send, self.reset)
         self.on_reset()
 
@@ -133,8 +133,8 @@ class SimulatorServer:
 
 
 class InPlaceServer:
-    """As ArduPilot does it: MISSION_COUNT cuts off what is too much, each item goes into its place as it comes, and
-    while an upload is open everything else is denied, for 8 s after the last word."""
+    """Behaves as ArduPilot: MISSION_COUNT truncates the plan, each item goes into its place as it arrives, and while an
+    upload is open everything else is denied, for 8 s after the last message."""
 
     def __init__(self, send: Callable[[Message], None]) -> None:
         self._send = send
@@ -200,7 +200,7 @@ class InPlaceServer:
             self._ask()
 
     def reset(self) -> None:
-        """It has booted: what is stored is still there."""
+        """Reboots: stored plans stay."""
         self._receiving = None
 
     def plan(self, kind: PlanKind) -> list[Item]:
@@ -220,7 +220,7 @@ class InPlaceServer:
 
 
 class Line:
-    """Agent and autopilot, one step of 10 ms apart. `to_server`, `to_agent`: what the line does to frames."""
+    """Agent and autopilot, in steps of 10 ms. `to_server`, `to_agent`: the line's faults."""
 
     def __init__(self, server: Callable[[Callable[[Message], None]], Any], *, home_slot: bool = True) -> None:
         self.now = 100.0
@@ -240,7 +240,7 @@ class Line:
         self.start_agent()
 
     def start_agent(self) -> None:
-        """Also after it was killed: nothing is left but the journal."""
+        """Starts the agent, also after a kill: only the journal is left."""
         self._down.clear()
         self.handler = PlanHandler(FrameMaker(), self.journal, RetryPolicy())
         keeping = ArduPilot() if self.home_slot else Px4()
@@ -278,7 +278,7 @@ class Line:
         return self._id
 
     def result(self, limit_s: float = 120.0) -> TransactionResult:
-        """Of the transaction that was begun last."""
+        """Returns the result of the latest transaction."""
         until = self.now + limit_s
         while self.now < until:
             for reported in self.news:
@@ -299,14 +299,14 @@ class Line:
         return self.do(PlanUploadWork(kind, plan))
 
     def load(self, plan: Plan, kind: PlanKind = PlanKind.MISSION) -> None:
-        """Straight into the autopilot."""
+        """Loads a plan straight into the autopilot."""
         items = [Item(i.command, i.frame, tuple(p or 0.0 for p in i.params), i.x, i.y, i.z, 1) for i in plan]
         if self.home_slot and kind is PlanKind.MISSION:
             items.insert(0, Item(16, 0, x=473977420, y=85455940, z=488.0))
         self.server.load(kind, items)
 
     def on_board(self, kind: PlanKind = PlanKind.MISSION) -> Plan:
-        """What the autopilot would fly."""
+        """Returns the plan that the autopilot would fly."""
         items = self.server.plan(kind)
         if self.home_slot and kind is PlanKind.MISSION:
             items = items[1:]

@@ -1,4 +1,4 @@
-"""A drone whose plans are watched, in the air and with uploads under way."""
+"""A drone whose plans are watched, in the air and during uploads."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ PLAN, OTHER = waypoints(12), waypoints(9, alt_m=40.0)
 
 
 def uploading(world: DroneWorld, count: int = 200) -> int:
-    """An upload that is under way: some of it is on board."""
+    """Starts an upload and stops when some of it is on board."""
     before = len(world.asked_of_autopilot("MISSION_ITEM_INT"))
     number = world.begin(PlanUploadWork(MISSION, waypoints(count)))
     world.until(lambda: len(world.asked_of_autopilot("MISSION_ITEM_INT")) > before, what="the upload begins")

@@ -1,4 +1,4 @@
-"""The tower's work goes to its handler, and what comes of it to a tower that takes it: laws of `Transactions`."""
+"""The tower's work goes to its handler, and its result to a tower that supports it: rules of `Transactions`."""
 
 from typing import Any
 
@@ -39,7 +39,7 @@ AROUND = Around(
 
 
 class RecordingHandler:
-    """A handler that does what the test says, and notes what it is told."""
+    """A handler that does what the test says, and records its calls."""
 
     def __init__(self, *works: type, hears: tuple[int, ...] = ()) -> None:
         self.works = works
@@ -123,7 +123,7 @@ def test_whoever_cancels_what_is_not_here_is_told_so() -> None:
     handler.to_send = [result(1)]
     transactions.cancel(1, 0.0)  # it ends at this moment
     transactions.news()
-    transactions.cancel(1, 0.0)  # and has been told
+    transactions.cancel(1, 0.0)  # and has been reported
     assert transactions.news() == []
 
 

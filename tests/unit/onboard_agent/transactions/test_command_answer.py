@@ -1,4 +1,4 @@
-"""A command is repeated until it is answered, unless a second one would do it twice; a deadline ends it."""
+"""A command is repeated until acknowledged, unless a repetition would execute it twice; a deadline ends it."""
 
 import pytest
 
@@ -24,7 +24,7 @@ def ack(result: int, number: int = MODE, progress: int = 0) -> object:
 
 
 def sent_until(answer: CommandAnswer, until: float) -> list[tuple[float, int]]:
-    """(when, confirmation) of all that is sent, looked at each 0.1 s."""
+    """Returns (when, confirmation) of all commands sent, polled every 0.1 s."""
     times = [step / 10 for step in range(round(until * 10))]
     return [(now, decode(frame).confirmation) for now in times for frame in answer.due(now)]
 

@@ -1,4 +1,6 @@
-"""Commands with answers go the way of the holder's frames: laws of `CommandHandler`, before a simulated vehicle."""
+"""Commands with acknowledgements take the path of the holder's frames: rules of `CommandHandler`, with a simulated
+vehicle.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +37,7 @@ def sticks(x: int) -> Any:
 
 
 def says(world: DroneWorld, message: Any) -> None:
-    """The autopilot does, once."""
+    """The autopilot sends a message, once."""
     frame = build(message, system_id=1, component_id=1, sequence=0)
     world._up(world.onboard.from_autopilot([frame], world.now))
 
@@ -119,7 +121,7 @@ def returns_sent(world: DroneWorld) -> int:
 
 
 def wait_for_an_answer(world: DroneWorld) -> int:
-    """A return is commanded, and the autopilot does not hear it."""
+    """Commands a return, which the autopilot does not receive."""
     world.deaf = True
     sent = returns_sent(world)
     number = world.begin(command_work(SET_MODE, 1, RTL), deadline_s=20.0)
@@ -247,7 +249,7 @@ def test_an_autopilot_that_is_not_heard_gets_no_command() -> None:
 
 
 def test_it_takes_over_from_a_hold_as_a_frame_does() -> None:
-    """A hold in a mode of sticks: a command to fly without them ends the centred sticks when the autopilot obeys."""
+    """A hold in a stick mode: a command to fly without sticks ends the centred sticks when the autopilot obeys."""
     world = DroneWorld().ready().flies(LOITER)
     world.tower_sends(sticks(0))
     world.onboard.message(HoldOrder(order_id=1, epoch=world.epoch, reason="a test"), world.now)
@@ -274,7 +276,7 @@ CHANGE_SPEED, SET_HOME, SET_ITEM = 178, 179, 224
 
 
 def change_speed(world: DroneWorld, *speeds_m_s: float) -> TransactionResult:
-    """To 2 m/s: it is accepted, and then the autopilot says one of these speeds after the other until it is over."""
+    """Commands 2 m/s. The autopilot accepts, then reports these speeds one after the other until the end."""
     world.vehicle.failures.add(Failure.SILENT)
     number = world.begin(command_work(CHANGE_SPEED, 1, 2, -1))
     world.step()
@@ -320,7 +322,7 @@ def test_home_is_done_when_the_autopilot_tells_it_there() -> None:
 
 def test_a_home_that_stays_where_it_was_is_not_seen() -> None:
     world = DroneWorld().ready()
-    world.vehicle.flight.set_home = lambda *_: None  # accepted, and nothing comes of it
+    world.vehicle.flight.set_home = lambda *_: None  # accepted, but without effect
     place = CommandWork(
         command=SET_HOME, params=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 490.0), x=473990000, y=85460000, frame=0
     )

@@ -1,4 +1,4 @@
-"""Following a leader: where a follower is sent, when it holds instead, and who wins over it."""
+"""Following a leader: where a follower is sent, when it holds instead, and what takes precedence."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def test_who_comes_near_within_a_second_is_stopped_before() -> None:
 
 
 class FollowWorld(DroneWorld):
-    """A drone in the air, and a leader that the test flies. Five times a second it is told where that is."""
+    """A drone in the air, and a leader that the test flies. Its position is reported five times a second."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(takes=("transactions",), **options)
@@ -117,7 +117,7 @@ class FollowWorld(DroneWorld):
         return number
 
     def follows_person(self) -> FollowWorld:
-        """Of whom a fix comes once a second, at the follower's height."""
+        """Follows a person whose position arrives once a second, at the follower's height."""
         self.ready().flies()
         self.alt_m = self.vehicle.flight.alt_over_home_m()
         self.reports_every_s = 1.0
@@ -138,7 +138,7 @@ class FollowWorld(DroneWorld):
         return [one for one in self.asked_of_autopilot(SET_TARGET) if one.type_mask == 0b1101_1100_0000]
 
     def off_m(self, north_m: float, east_m: float, up_m: float) -> float:
-        """How far the follower is from there, seen from the leader."""
+        """Returns the follower's distance from this position relative to the leader."""
         body = self.vehicle.flight.body
         gaps = (self.north_m + north_m - body.north_m, self.east_m + east_m - body.east_m)
         return max(abs(gaps[0]), abs(gaps[1]), abs(self.alt_m + up_m - self.vehicle.flight.alt_over_home_m()))
@@ -153,7 +153,7 @@ def ended(world: FollowWorld, outcome: Outcome, *words: str) -> TransactionResul
 
 
 def holds(world: FollowWorld) -> None:
-    """It stands, in BRAKE, and is told nothing more."""
+    """Asserts that it stands in BRAKE and receives no more commands."""
     reported = len(world.targets())
     world.run(5.0)
     assert world.vehicle.flight.mode == BRAKE
@@ -317,7 +317,7 @@ def test_a_pilot_who_switches_the_mode_has_it() -> None:
 
 
 def pilot_switches(mode: int) -> bytes:
-    """Past the agent."""
+    """A mode switch by the pilot's radio, past the agent."""
     message = mavlink.MAVLink_command_long_message(1, 1, SET_MODE, 0, 1, mode, 0, 0, 0, 0, 0)
     return build(message, system_id=254, component_id=190, sequence=0)
 
@@ -352,7 +352,7 @@ def test_what_is_older_or_held_up_does_not_count() -> None:
     world.run(0.5)
     assert not world.results(world.following)
     world._report_at = float("inf")
-    for _ in range(20):  # a queue on the way: each comes, and three seconds late
+    for _ in range(20):  # a queue in transit: each arrives, three seconds late
         world.announce(sent_ms=stamp_ms(world.now - 3.0))
         world.run(0.2)
     ended(world, Outcome.FAILED, "nothing new was heard of falcon")

@@ -1,4 +1,4 @@
-"""A hold wins over every command that was given before it, in whichever order the two are carried out."""
+"""A hold wins over every earlier command, in whichever order the two are executed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def hold(world: DroneWorld, order_id: int = 1) -> None:
 
 
 def order_of_sending(world: DroneWorld) -> list[str]:
-    """What was said about the flight, oldest first."""
+    """Returns the flight commands in the order sent."""
     said = []
     for one in world.asked_of_autopilot("COMMAND_LONG", "COMMAND_INT"):
         if one.command == REPOSITION:
@@ -49,9 +49,9 @@ def test_a_frame_that_comes_before_the_next_tick_is_after_the_command() -> None:
 
 @pytest.mark.parametrize(("late_s", "carried_out"), [(0.4, False), (0.0, True)])
 def test_a_command_that_a_hold_has_overtaken_is_not_carried_out(late_s: float, carried_out: bool) -> None:
-    """The hold comes by two ways, and the command by the slower one of them."""
+    """The hold takes two paths, and the command the slower one of them."""
     world = DroneWorld().ready().flies()
-    world.command(178, 1, 5.0)  # by which the agent knows what "not late" is
+    world.command(178, 1, 5.0)  # from which the agent knows what "not late" is
     hold(world)
     world.run(0.2)
     number = world.begin(GOTO, late_s=late_s)

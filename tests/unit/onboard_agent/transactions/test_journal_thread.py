@@ -1,4 +1,4 @@
-"""A journal that takes its time: nothing is written to the autopilot before it lasts, and nobody waits for the disk."""
+"""A slow journal: nothing is written to the autopilot before its record is durable, and nothing blocks on the disk."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ASKED_MOST = 5
 
 
 class SlowJournal(MemoryJournal):
-    """What is to be done is done when it is asked for the fifth time; then and not before it is seen."""
+    """Completes each write at the fifth query, and not before."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -99,7 +99,7 @@ def test_a_disk_that_is_full_is_told_and_nothing_is_written() -> None:
 
 
 class StuckFiles(JournalFiles):
-    """A disk that does nothing until it is let."""
+    """A disk that blocks until released."""
 
     def __init__(self, directory: Path) -> None:
         super().__init__(directory)

@@ -1,4 +1,4 @@
-"""Logs are listed, read and sent, with the simulator's own server half, whatever is lost on the way."""
+"""Logs are listed, read and sent, with the simulator's own server half, whatever is lost in transit."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ BEGAN = 1_767_225_600
 
 
 class Half:
-    """The simulator's server half, with logs of its own."""
+    """The simulator's server half, with its own logs."""
 
     def __init__(self, line: HandlerLine, logs: list[bytes], failures: tuple[Failure, ...]) -> None:
         home = Place(47.397742, 8.545594, 488.0)
@@ -165,7 +165,7 @@ def test_a_log_is_read_and_sent_and_not_kept(logs: Any, tmp_path: Path, size: in
     assert asked == [(at, min(window, size - at)) for at in range(0, size, window)]
     assert line.sent[-1].get_type() == "LOG_REQUEST_END"
     took_s = line.now - 100.0
-    assert took_s < size / 180_000 + 0.3  # the simulator gives 180 kB a second
+    assert took_s < size / 180_000 + 0.3  # the simulator sends 180 kB a second
 
 
 def test_every_seventh_piece_is_lost(logs: Any) -> None:
@@ -187,7 +187,7 @@ def test_whatever_is_lost_doubled_and_overtaken_it_is_the_log(logs: Any, seed: i
         nonlocal lost_in_a_row
         copies = random.choice((0, 1, 1, 1, 1, 1, 2))
         lost_in_a_row = 0 if copies else lost_in_a_row + 1
-        # Of some hundred questions one would be asked in vain for all of its tries.
+        # Of some hundred requests one would fail in all of its tries.
         return tuple(random.random() * 0.05 for _ in range(max(copies, lost_in_a_row > LOGS_FAST.tries // 2)))
 
     line.to_agent = line.to_server = fault

@@ -1,4 +1,4 @@
-"""Component metadata is asked for, read and sent on; refusals, losses and damaged files."""
+"""Component metadata is requested, read and forwarded; refusals, losses and damaged files."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ ACCEPTED, DENIED, UNSUPPORTED = 0, 2, 3
 
 
 class Offering:
-    """An autopilot's half: it answers REQUEST_MESSAGE with `result`, and gives files away."""
+    """The autopilot's half: answers REQUEST_MESSAGE with `result`, and serves files."""
 
     def __init__(self, line: HandlerLine, file: Callable[[bytes], bytes | None] | None = None) -> None:
         self.parameters = Parameters()
@@ -62,7 +62,7 @@ class Offering:
 
 
 class MetadataLine(HandlerLine):
-    """`parameters_busy`: what the parameters are at."""
+    """`parameters_busy`: the current work of the parameter handler."""
 
     def __init__(self, file: Callable[[bytes], bytes | None] | None = None, **around: Any) -> None:
         self.parameters_busy = False
@@ -88,7 +88,7 @@ class MetadataLine(HandlerLine):
         return self.sent_count("COMMAND_LONG")
 
     def opened(self) -> list[bytes]:
-        """Names of files, in order."""
+        """Returns the names of opened files, in order."""
         ours = [bytes(one.payload) for one in self.sent if one.get_type() == FTP]
         return [one[12 : 12 + one[4]] for one in ours if one[3] == OPEN_TO_READ]
 
@@ -104,7 +104,7 @@ def come(file: Callable[[bytes], bytes | None] | None = None, **around: Any) -> 
 
 
 def whole(line: MetadataLine) -> MetadataDocument:
-    """What the tower makes of the pieces."""
+    """Returns what the tower assembles from the pieces."""
     hash_ = line.known().hash
     assert hash_ is not None
     line.service.wanted(hash_)
@@ -331,7 +331,7 @@ def test_a_message_that_others_asked_for_begins_nothing() -> None:
 
 
 def offered(entries: list[Any], *, pack: bool = True) -> dict[bytes, bytes]:
-    """A general file `g` and one of parameters `p`."""
+    """Returns a general file `g` and one of parameters `p`."""
     text = json.dumps({"version": 1, "parameters": entries}).encode()
     data = lzma.compress(text, preset=1) if pack else text
     types = [{"type": 1, "uri": "mftp://[;comp=1]p", "fileCrc": mavlink_crc32(data)}]
@@ -343,5 +343,5 @@ def named(files: dict[bytes, bytes]) -> ComponentMetadata:
 
 
 def wordy(count: int) -> list[dict[str, str]]:
-    """Entries that do not pack well."""
+    """Returns entries that compress badly."""
     return [{"name": f"P{i}", "longDesc": f"{i * 2654435761 % 2**64:x} {i * 40503:x}"} for i in range(count)]

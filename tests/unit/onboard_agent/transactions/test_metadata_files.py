@@ -40,7 +40,7 @@ def entries_of(text: bytes) -> MetadataDocument:
 
 
 def test_the_crc_is_that_of_mavlink() -> None:
-    # Made with the table of PX4's generate_crc.py.
+    # Computed with the table of PX4's generate_crc.py.
     assert mavlink_crc32(b"") == 0
     assert mavlink_crc32(b"123456789") == 0x2DFD2D88
     assert mavlink_crc32(b"\0\0\0") == 0

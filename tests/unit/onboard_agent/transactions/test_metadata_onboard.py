@@ -25,7 +25,7 @@ TAKES = ("transactions", "parameter_metadata")
 
 
 def services(maker: Any) -> list[Any]:
-    """As the agent makes them."""
+    """Returns the services as the agent makes them."""
     parameters = ParameterHandler(maker, ParameterFiles(None))
     return [MetadataService(maker, parameters_busy=parameters.busy), parameters]
 
@@ -45,7 +45,7 @@ def is_known(world: DroneWorld) -> bool:
 
 
 def ftp_sent(world: DroneWorld) -> list[tuple[int, int]]:
-    """Component and opcode of what went to the autopilot."""
+    """Returns component and opcode of the messages to the autopilot."""
     sent = [decode(frame) for frame in world.sent]
     return [
         (one.get_srcComponent(), one.payload[3])
@@ -86,7 +86,7 @@ def test_an_arducopter_refuses_and_is_asked_once() -> None:
 
 @pytest.mark.parametrize("takes", [("transactions",), ()], ids=["older", "oldest"])
 def test_an_older_tower_is_told_nothing_that_it_does_not_know(takes: tuple[str, ...]) -> None:
-    """An unknown type would end its channel."""
+    """An unknown message type would end its channel."""
     world = drone(takes=takes, metadata=True)
     world.run(20.0)
     assert not [one for one in world.reported if isinstance(one, MetadataKnown | MetadataPiece)]

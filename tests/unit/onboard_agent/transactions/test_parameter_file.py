@@ -1,4 +1,4 @@
-"""All parameters by the autopilot's file: whole or not at all, whatever is lost; the list where there is none."""
+"""All parameters by the autopilot's file: complete or not at all, whatever is lost; by the list if there is no file."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ BLOCK = 239
 
 
 class FilingHalf(Half):
-    """Also with its server of files, and `at_file` between the two."""
+    """Adds its file server, with `at_file` between the two."""
 
     def __init__(self, line: HandlerLine, parameters: Parameters) -> None:
         super().__init__(line, parameters)
@@ -49,7 +49,7 @@ class FilingHalf(Half):
 
 
 def filing_line(*, total: int = 1400, **options: Any) -> HandlerLine:
-    """An autopilot that comes and says that it has files."""
+    """An autopilot that starts to send and offers files."""
     line = HandlerLine(ParameterHandler(FrameMaker(), MemoryStore()), **options)
     line.server = FilingHalf(line, Parameters(total_count=total))
     line.comes()
@@ -63,7 +63,7 @@ def asked(line: HandlerLine, op: int) -> int:
 
 
 def read_again(line: HandlerLine) -> float:
-    """How long it takes, and it is the table of the autopilot."""
+    """Returns the duration, and asserts that the table equals the autopilot's."""
     began = line.now
     assert line.do(ParametersReadWork(again=True)).outcome is Outcome.DONE
     assert tables(line)[-1] == table_of(line)
@@ -181,7 +181,7 @@ def test_a_value_that_is_told_meanwhile_is_newer_than_the_file() -> None:
     line.run(0.1)
     old = line.server.parameters["RTL_ALT"]
     line.server.server.set("RTL_ALT", old + 70, 6)
-    line.server.parameters._by_name["RTL_ALT"].value = old  # as where its block had gone out before
+    line.server.parameters._by_name["RTL_ALT"].value = old  # as if its block had been sent before
     line.result(number)
     assert {one.name: one.value for one in tables(line)[-1]}["RTL_ALT"] == old + 70
 

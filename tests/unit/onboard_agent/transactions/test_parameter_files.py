@@ -1,4 +1,4 @@
-"""Remembered tables on disk: one file for each autopilot, a few at the most, and no trouble where there is no disk."""
+"""Stored tables on disk: one file for each autopilot, a maximum number, and no error without a disk."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""PX4 tells a hash of all parameters: when it saves a reading and when it is not believed."""
+"""PX4 reports a hash of all parameters: when it saves a read, and when it is not trusted."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from wire.transactions import (
     ParametersWriteWork,
 )
 
-# PX4 tells a hash of them all.
+# PX4 reports a hash of all parameters.
 
 
 def test_px4_with_the_hash_that_it_had_is_not_read_again() -> None:
@@ -43,7 +43,7 @@ def test_px4_with_a_change_unheard_while_it_was_read_has_no_hash_for_another_tim
     store = MemoryStore()
     line = parameter_line(PX4, store=store)
     line.until(lambda: line.reported(ParameterCache))
-    line.server.parameters.set("MAV_TYPE", 13.0)  # told already, and nobody says that it is another now
+    line.server.parameters.set("MAV_TYPE", 13.0)  # reported already, and no report of a change follows
     line.until(lambda: store.records)
     again = parameter_line(PX4, store=store)
     again.server.parameters.set("MAV_TYPE", 13.0)
@@ -87,7 +87,7 @@ def test_after_a_write_the_hash_is_not_believed() -> None:
 
 
 def test_where_single_values_are_slow_and_many_are_missing_the_list_is_asked_for_again() -> None:
-    """As an agent finds it that was not run for a moment while a thousand came at once."""
+    """Simulates an agent that was not scheduled for a moment while a thousand arrived at once."""
     line = parameter_line(total_count=1400)
     line.server.server.is_slow = True
     burst = range(200, 900)

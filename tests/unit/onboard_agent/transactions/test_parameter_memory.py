@@ -1,4 +1,4 @@
-"""A remembered parameter table: by chip, verified, saved while disarmed."""
+"""A stored parameter table: by chip, verified, saved while disarmed."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from wire.transactions import (
     ParameterTable,
 )
 
-# What is remembered.
+# The stored table.
 
 
 def version(capabilities: int = 0, uid: int = 0, uid2: tuple[int, ...] = (0,) * 18) -> Message:

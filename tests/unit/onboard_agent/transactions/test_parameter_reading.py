@@ -294,7 +294,7 @@ def test_a_tower_that_has_the_table_by_its_changes_is_not_sent_it_again() -> Non
     line.do(ParametersReadWork())
     assert tables(line) == [table_of(line)]
     line.run(1.0)
-    line.server.parameters.set("RTL_ALT", 2500.0)  # by itself, as a flight counter does: nobody is told
+    line.server.parameters.set("RTL_ALT", 2500.0)  # changed by itself, as a flight counter does: not reported
     assert line.do(ParametersReadWork(again=True)).outcome is Outcome.DONE
     assert [one.name for one in line.reported(ParameterChanged)] == ["RTL_ALT"]
     assert line.reported(ParameterChanged)[-1].hash == table_hash(table_of(line))

@@ -1,4 +1,4 @@
-"""Which parameter values go up to the tower as frames while the agent reads all of them for itself."""
+"""Which parameter values go up to the tower as frames while the agent reads them all."""
 
 from drone_world import DroneWorld
 

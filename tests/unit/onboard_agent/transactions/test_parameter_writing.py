@@ -1,4 +1,4 @@
-"""Parameters are written one by one to the simulator's own server half, and each refusal is told by name, in words."""
+"""Parameters are written one by one to the simulator's own server half. Each refusal has the name and a message."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def test_values_are_written_in_order_and_read_back(kind: int, values: list[tuple
     assert asked == [(what, name) for name, _ in values for what in ("PARAM_SET", "PARAM_REQUEST_READ")]
     assert line.now - before < 0.1
     changed = [type(one) for one in line.news]
-    assert changed.index(ParameterChanged) < len(changed) - 1  # the new table is told before that it is done
+    assert changed.index(ParameterChanged) < len(changed) - 1  # the new table is reported before completion
     assert [one.name for one in line.reported(ParameterChanged)] == [name for name, _ in values]
 
 
@@ -175,7 +175,7 @@ def test_an_autopilot_that_says_what_is_wrong_is_quoted(error: int, words: str) 
 
     def refuses(message: Message) -> None:
         if message.get_type() == "PARAM_SET":
-            line.say(mavlink.MAVLink_param_error_message(1, 190, b"RTL_ALT", -1, 1))  # to somebody else
+            line.say(mavlink.MAVLink_param_error_message(1, 190, b"RTL_ALT", -1, 1))  # to another ground station
             line.say(mavlink.MAVLink_param_error_message(1, 191, b"RTL_ALT", -1, error))
         else:
             receive(message)
@@ -337,7 +337,7 @@ def test_a_new_tower_is_told_the_table_while_parameters_are_written() -> None:
     assert [one.count for one in line.reported(ParameterCache)] == [1390]
 
 
-# How a value travels.
+# Encoding of a value in transit.
 
 
 @given(st.sampled_from(sorted(KINDS)), st.data())

@@ -1,7 +1,7 @@
-"""Whatever dies, and when: the plan on board is the old one or the new one, whole, or flying it is refused.
+"""Whatever crashes, and when: the plan on board is the old or the new one, complete, or the agent refuses to fly it.
 
-The agent is killed at every step of an upload, at every call of its journal, and again in the middle of its recovery;
-the autopilot is one that writes in place and cuts off at MISSION_COUNT, as ArduPilot does, or the simulator's own.
+The agent is killed at every step of an upload, at every call of its journal, and again during its recovery. The
+autopilot writes in place and truncates at MISSION_COUNT, as ArduPilot does, or is the simulator's own.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ QUIET_S = 60.0
 
 
 def watched_line(server: Any, old: Plan, new: Plan) -> Line:
-    """Each step is held against the law."""
+    """Checks the invariant at each step."""
     line = Line(server)
     line.load(old)
 
@@ -85,7 +85,7 @@ def test_the_agent_killed_at_every_step_of_an_upload(server: Any, old: Plan, new
     assert ends == {old, new}
     assert steps > (8 if new else 4)
     if server is not SERVERS["beside"] and old and new:
-        assert halves  # the walk went through half plans, or it shows nothing
+        assert halves  # without half plans the test would prove nothing
 
 
 @pytest.mark.parametrize("server", SERVERS.values(), ids=SERVERS)
@@ -141,7 +141,7 @@ def test_any_story_of_kills_resets_silences_and_losses(
 
 @pytest.mark.parametrize("server", SERVERS.values(), ids=SERVERS)
 def test_a_plan_that_differs_only_in_what_autopilots_drop_is_not_taken_for_the_new_one(server: Any) -> None:
-    """Half of it would pass a comparison that forgives: after a crash every bit counts."""
+    """Half of it would pass a tolerant comparison: after a crash every bit counts."""
     new = tuple(PlanItem(16, 3, (5.0, 0.0, 0.0, 0.0), item.x, item.y, item.z) for item in OLD)
     for steps in range(24):
         line = watched_line(server, OLD, new)
@@ -154,7 +154,7 @@ def test_a_plan_that_differs_only_in_what_autopilots_drop_is_not_taken_for_the_n
 
 
 def broken_off(server: Any) -> Line:
-    """The agent was killed when half of a plan was on board, and has just been started again."""
+    """The agent was killed with half a plan on board, and has just restarted."""
     line = Line(server)
     line.load(OLD)
     line.begin(work_for(NEW))
@@ -188,7 +188,7 @@ def test_a_journal_that_nobody_can_read_refuses_flight_until_a_plan_was_proved(r
     assert read_intent(line.journal, MISSION) is UNREADABLE
     line.start_agent()
     line.run(30.0)
-    assert line.on_board() == OLD  # nobody knows better: it is left alone
+    assert line.on_board() == OLD  # nothing is known, so it is left alone
     assert line.handler.why_no_start is not None
     assert line.upload(NEW).outcome is Outcome.DONE
     assert line.handler.why_no_start is None and line.journal.records == {}

@@ -1,4 +1,4 @@
-"""Plans go up and come down through the simulator's own server half, in fair weather and with each named failure."""
+"""Plans are uploaded and downloaded with the simulator's own server half, without faults and with each named fault."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Plans on board are watched: reads, uploads by others, and starts while a plan is written."""
+"""Plans on board are watched: reads, uploads by others, and starts during an upload."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from wire.transactions import (
 
 
 def ground_station_writes(world: DroneWorld, count: int = 3, answer_each_s: float = 0.05) -> None:
-    """A ground station that came through the tower puts a plan of its own on board."""
+    """A ground station connected through the tower uploads its own plan."""
     world.tower_sends(mavlink.MAVLink_mission_count_message(1, 1, count, 0))
     for seq in range(count):
         world.run(answer_each_s)
@@ -42,7 +42,7 @@ def test_the_plans_are_read_when_the_autopilot_comes_and_after_its_reboot(flavou
     assert world.do(PlanUploadWork(MISSION, PLAN)).outcome is Outcome.DONE
     assert world.on_board() == plan_hash(MISSION, kept)
     assert world.on_board(PlanKind.FENCE) == plan_hash(PlanKind.FENCE, ())
-    world.run(40.0)  # its clock must go back for a reboot of no time at all to be seen
+    world.run(40.0)  # its clock must go back, so that an instantaneous reboot is detected
     reported = len(world.reported)
     assert world.command(mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, 1).outcome is Outcome.DONE
     world.until(
@@ -98,14 +98,14 @@ def test_an_upload_beside_the_drone_is_noticed_by_its_acknowledgement_or_by_the_
 
 
 def _store(world: DroneWorld, plan: Any) -> None:
-    """Somebody with a radio of their own writes a plan past us."""
+    """A third party with its own radio writes a plan, unseen by the agent."""
     items = [Item(16, 0, x=473977420, y=85455940, z=488.0)]
     items += [Item(i.command, i.frame, i.params, i.x, i.y, i.z, 1) for i in plan]
     world.vehicle.flight.plans.store(ServerKind.MISSION, items, world.vehicle.flight.home)
 
 
 def test_our_own_upload_is_nobody_elses() -> None:
-    """Written in place and read back, both for longer than it takes until MISSION_CURRENT comes."""
+    """Written in place and read back, each for longer than the interval of MISSION_CURRENT."""
     world = DroneWorld(Failure.MISSION_WRITTEN_IN_PLACE).ready()
     world.run(2.0)
     for plan in (waypoints(400), OTHER, ()):

@@ -1,4 +1,4 @@
-"""A plan that is flown, or in doubt, while it is written: holds, starts and pilots."""
+"""A plan that is flown, or in doubt, during its upload: holds, starts and pilots."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def test_a_mission_that_may_be_half_of_one_is_not_gone_on_with_when_the_tower_st
 
 
 def switched_to_the_mission(world: DroneWorld) -> None:
-    """By the pilot's own switch, past us."""
+    """By the pilot's own switch, unseen by the agent."""
     world.vehicle.flight.set_mode(Mode.AUTO)
     world.until(lambda: world.onboard.autopilot.custom_mode == AUTO)
 
@@ -110,7 +110,7 @@ def test_a_mission_that_is_started_past_us_while_it_may_be_half_of_one_is_brough
 
 
 def test_whoever_commands_has_time_until_a_heartbeat_shows_it_before_a_mission_in_doubt_is_stopped_again() -> None:
-    """PX4 beats once a second: its heartbeats go on showing the mission for a while."""
+    """PX4 sends heartbeats once a second, so they show the mission for a while longer."""
     journal = MemoryJournal()
     journal.records[MISSION] = b"nobody can read this"
     line = HandlerLine(PlanWatch(FrameMaker(), journal), armed=True, custom_mode=AUTO)
@@ -127,7 +127,7 @@ def test_whoever_commands_has_time_until_a_heartbeat_shows_it_before_a_mission_i
 
 
 class Deaf:
-    """An autopilot that hears nothing."""
+    """An autopilot that receives nothing."""
 
     def receive(self, message: Any) -> None: ...
 

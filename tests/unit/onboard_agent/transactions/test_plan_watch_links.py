@@ -1,4 +1,4 @@
-"""Writing a plan across lost links, epochs, older towers and agent restarts."""
+"""An upload across lost links, epochs, older towers and agent restarts."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ def test_an_agent_killed_in_a_write_refuses_the_start_until_the_old_plan_is_back
 
 
 def in_the_air(*failures: Failure) -> DroneWorld:
-    """With PLAN on board, of an autopilot that writes in place, and not flying it."""
+    """With PLAN on board, on an autopilot that writes in place, and not flying the plan."""
     world = DroneWorld(Failure.MISSION_WRITTEN_IN_PLACE, *failures).ready()
     assert world.do(PlanUploadWork(MISSION, PLAN)).outcome is Outcome.DONE
     return world.flies()

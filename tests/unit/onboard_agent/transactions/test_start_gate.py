@@ -1,4 +1,4 @@
-"""What would have the mission flown, on each kind of vehicle, and nothing else."""
+"""Every message that would start the mission, on each kind of vehicle, and nothing else."""
 
 from typing import Any
 

@@ -1,7 +1,7 @@
-"""A model of the way from the agent to the tower, and of what encodes for it: fake clock, seeded, no sleeping.
+"""A model of the path from the agent to the tower, and of its encoder: fake clock, seeded, no sleeping.
 
-What is sent leaves in paced pieces; the bottleneck is a queue served at a rate; a lost packet holds up its unit and all
-behind it until TCP has sent it again; the answers come back unhindered.
+Units are sent in paced pieces. The bottleneck is a queue served at a rate. A lost packet delays its unit and all
+following ones until TCP resends it. Acknowledgements return without loss.
 """
 
 from __future__ import annotations
@@ -18,43 +18,44 @@ from wire.video import LIMITS, Codec, Got, Quality, StreamRequest
 TICK_S = 0.001
 SHAPED_EVERY_S = 0.1
 HEADERS_BYTES = 250
-"""Of a picture's unit besides what the encoder was asked for."""
+"""Size of a unit beyond the encoder's target."""
 
 
 @dataclass
 class Conditions:
-    """Of the link, from some time on."""
+    """Conditions of the link, from some time on."""
 
     rate_bps: float
     rtt_s: float = 0.05
     loss: float = 0.0
     time_outs: float = 0.0
-    """The share of the lost packets that TCP sends again only after a time-out, some of them twice that."""
+    """The share of the lost packets that TCP resends only after a time-out, some of them after twice that."""
     jitter_s: float = 0.0
     other_bps: float = 0.0
-    """Traffic of others in the same queue."""
+    """Cross traffic in the same queue."""
     stalls_s: float = 0.0
-    """A busy computer: twice a second, on average, nothing is heard for up to this time, and then all at once."""
+    """A busy computer: twice a second, on average, it processes nothing for up to this time, then everything at
+    once."""
 
 
 @dataclass
 class Second:
-    """What was seen in one second."""
+    """Measurements of one second."""
 
     got_bps: float = 0.0
     pictures: int = 0
     worst_queue_s: float = 0.0
-    """In the network: what a packet of telemetry would have waited behind pictures."""
+    """In the network: how long a telemetry packet would wait behind pictures."""
     worst_age_s: float = 0.0
-    """From when a picture was taken until the tower had it."""
+    """From the capture of a picture until the tower has it."""
     budget_bps: float = 0.0
     pacing_bps: float = 0.0
     ages_s: list[float] = field(default_factory=list)
 
 
 class ModelUplink:
-    """Runs a LinkRate against changing conditions; `seconds` has what was seen. `shaped`: that quality's pictures are
-    as few as ShapeForBits says."""
+    """Runs a LinkRate against changing conditions; `seconds` holds the measurements. `shaped`: pictures of that quality
+    are as few as ShapeForBits allows."""
 
     def __init__(
         self,
@@ -88,7 +89,7 @@ class ModelUplink:
         """When a shaped stream first had all pictures of its quality."""
 
     def run(self, conditions: Conditions, seconds: int) -> list[Second]:
-        """Returns what was seen in these."""
+        """Returns the measurements of these seconds."""
         first = len(self.seconds)
         for _ in range(seconds):
             second = Second()
@@ -101,7 +102,7 @@ class ModelUplink:
         return self.seconds[first:]
 
     def another_stream(self, hoped: Known | None, *, after_s: float = 10.0) -> None:
-        """Nobody watched for a while, and the network has emptied."""
+        """Starts another stream after a pause without viewers, in which the network has emptied."""
         self.now += after_s
         self._next_picture, self._since_key = self.now, 0
         self._answers.clear()
@@ -138,7 +139,7 @@ class ModelUplink:
 
     def _picture(self, conditions: Conditions, second: Second) -> None:
         bits = min(self._ceiling_bps, self.rate.budget_bps) / self._rate_hz
-        # So that a group is what was asked for: one key picture, `key` times as large as the others.
+        # Makes a group the requested size: one key picture, `key` times as large as the others.
         plain = bits * self._gop / (self._gop - 1 + self._key)
         is_key = self._since_key == 0
         self._since_key = (self._since_key + 1) % self._gop
@@ -155,7 +156,7 @@ class ModelUplink:
         heapq.heappush(self._answers, (arrives + conditions.rtt_s / 2, wire_bits(size), got))
 
     def _carry(self, size: int, conditions: Conditions, second: Second) -> float:
-        """When the last of it arrives."""
+        """Returns the arrival time of its last packet."""
         arrives = 0.0
         left = size
         while left > 0:

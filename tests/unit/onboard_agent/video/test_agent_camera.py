@@ -1,4 +1,4 @@
-"""The camera's thread: the newest picture only, lost and found again, and let go of."""
+"""The camera's thread: the newest picture only, lost and found again, and released."""
 
 import queue
 import threading
@@ -17,7 +17,7 @@ LIVE, LOST, IDLE = CameraState.LIVE, CameraState.LOST, CameraState.IDLE
 
 
 class Scripted(Source):
-    """Gives what the test puts in."""
+    """Returns what the test puts in."""
 
     def __init__(self) -> None:
         super().__init__("scripted")
@@ -53,7 +53,7 @@ class World:
         self.camera = Camera(self.source, PictureRequest(), self.changes.release)
 
     def until(self, there: Callable[[], bool]) -> None:
-        """Looks whenever the camera says that something has changed, as the video process does."""
+        """Polls whenever the camera reports a change, as the video process does."""
         deadline = time.monotonic() + DEADLINE_S
         while not there():
             assert self.changes.acquire(timeout=max(deadline - time.monotonic(), 0.01)), "nothing changes any more"
@@ -84,7 +84,7 @@ def test_the_newest_picture_only_and_that_once(world: World) -> None:
     for at_us in range(2, 8):
         world.source.gives(at_us)
     world.until(lambda: world.camera._newest is not None and world.camera._newest.capture_us == 7)
-    assert world.picture()[1:] == (7, 7, False)  # the number tells how many nobody came for
+    assert world.picture()[1:] == (7, 7, False)  # the number shows how many pictures were skipped
     assert world.camera.newest() is None
     assert (world.camera.state, world.camera.words) == (LIVE, "")
 

@@ -1,4 +1,4 @@
-"""How a camera is named, what is wrong with a name, and that checking it loads nothing."""
+"""Camera addresses: their forms, the faults of a bad one, and a check that loads nothing."""
 
 import subprocess
 import sys
@@ -111,7 +111,7 @@ def test_no_password_is_told_with_what_is_wrong(text: str) -> None:
 
 
 def test_checking_loads_no_picture_library() -> None:
-    """The flight process does it: they take a second and 60 MB."""
+    """The flight process checks them: the libraries take a second and 60 MB."""
     check = "import onboard_agent.video.sources.schemes as s, sys; s.check_spec('pi:0'); s.help_text(); "
     check += "sys.exit(bool({'av', 'cv2', 'numpy'} & set(sys.modules)))"
     assert subprocess.run([sys.executable, "-c", check], timeout=30, check=False).returncode == 0

@@ -1,4 +1,4 @@
-"""What the camera's silence means, how its stamps become our clock, and the pictures in a row of parts."""
+"""A camera's silence, its stamps converted to our clock, and pictures in a multipart stream."""
 
 import random
 
@@ -67,7 +67,7 @@ def test_stamps_take_away_what_the_network_added() -> None:
         found_us = clock.taken_us(taken_us + ahead_us, taken_us + late_us)
         assert found_us <= taken_us + late_us
         if number > 60:
-            assert 0 <= found_us - taken_us <= 8_000  # the quickest way is what remains unknown
+            assert 0 <= found_us - taken_us <= 8_000  # the shortest delay remains unknown
 
 
 def test_stamps_of_a_clock_that_goes_wrong_by_a_hundred_parts_in_a_million() -> None:

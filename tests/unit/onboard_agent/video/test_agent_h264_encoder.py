@@ -1,4 +1,4 @@
-"""H.264: an encoder is used only when what it makes is what it was given; parameter sets at each key picture."""
+"""H.264: an encoder is used only if its output matches its input; parameter sets at each key picture."""
 
 from types import SimpleNamespace
 
@@ -128,13 +128,13 @@ def test_an_encoder_that_is_deaf_to_wishes_is_not_used(monkeypatch: pytest.Monke
 
 def test_an_encoder_that_is_not_there_is_not_used() -> None:
     assert choice.what_is_wrong(H264Kind("h264_of_nobody")) != ""
-    for kind in BY_HARDWARE:  # whatever this machine has: an answer, not an exception
+    for kind in BY_HARDWARE:  # whatever this machine has: a result, not an exception
         assert isinstance(choice.what_is_wrong(kind), str)
 
 
 def test_an_encoder_whose_pictures_look_otherwise_is_not_used(monkeypatch: pytest.MonkeyPatch) -> None:
     given = choice._test_picture()
-    # Not `VideoFrame(width, height)`: that shows whatever its memory held before, the test picture at times.
+    # Not `VideoFrame(width, height)`: that shows earlier memory contents, at times the test picture.
     dark = av.VideoFrame.from_ndarray(np.full((given.height, given.width), 16, np.uint8), format="gray")
     asked = []
 

@@ -1,4 +1,4 @@
-"""MPEG-1: the unit of each picture when it is fed, shown without the next one, at the bit rate that was asked for."""
+"""MPEG-1: each picture fed returns its unit, decodable without the next one, at the requested bit rate."""
 
 import io
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ from wire.video import LIMITS, Quality, QualityLimits
 RATE_HZ = 24.0
 LOW, MEDIUM, HIGH = (LIMITS[quality] for quality in Quality)
 CLEARLY_OTHER = 8.0
-"""By so much of 255 do neighbouring pictures of the flight differ at least; a coded one is nearer to its own."""
+"""Minimum difference, of 255, between neighbouring pictures of the flight; a coded one is nearer to its own."""
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +24,7 @@ def frames() -> list[av.VideoFrame]:
 
 
 def elementary(units: list[bytes]) -> list[bytes]:
-    """What a demuxer takes out of each unit by itself, by the length in the PES header, without looking on."""
+    """Returns what a demuxer extracts from each unit alone, by the length in the PES header, without look-ahead."""
     pictures_found = []
     for unit in units:
         pes = b""
@@ -34,13 +34,13 @@ def elementary(units: list[bytes]) -> list[bytes]:
             if (packet[1] & 0x1F) << 8 | packet[2] == 0x100:
                 pes += packet[5 + packet[4] :] if packet[3] & 0x20 else packet[4:]
         assert pes[:4] == b"\x00\x00\x01\xe0"
-        assert int.from_bytes(pes[4:6]) == len(pes) - 6  # whole: nothing is missing, nothing is too much
+        assert int.from_bytes(pes[4:6]) == len(pes) - 6  # complete: nothing is missing, nothing is extra
         pictures_found.append(pes[9 + pes[8] :])
     return pictures_found
 
 
 def decoded(units: list[bytes]) -> Iterator[list[av.VideoFrame]]:
-    """What a player that does not wait shows after each unit."""
+    """Returns what a player that does not wait shows after each unit."""
     decoder = av.VideoCodecContext.create("mpeg1video", "r")
     decoder.options = {"flags": "+low_delay"}
     for picture in elementary(units):
@@ -128,7 +128,7 @@ def test_a_key_picture_comes_when_it_is_wanted_and_after_a_break(frames: list[av
     coded = [encoder.encode(picture, force_key=number == 5)[0] for number, picture in enumerate(given)]
     assert [number for number, unit in enumerate(coded) if unit.key] == [0, 5, 8]
     assert [number for number, unit in enumerate(coded) if unit.is_break] == [0, 8]
-    for begin in (5, 8):  # who comes in there sees something
+    for begin in (5, 8):  # a viewer who joins there sees a picture
         shown = list(decoded([unit.payload for unit in coded[begin:]]))
         assert [len(frames_shown) for frames_shown in shown] == [1] * (12 - begin)
 
@@ -178,7 +178,7 @@ def test_any_rate(frames: list[av.VideoFrame], rate_hz: float) -> None:
 
 
 def test_the_cameras_picture_is_left_as_it_is(frames: list[av.VideoFrame]) -> None:
-    frame = frames[0].reformat(format="yuv420p", dst_colorspace=5, dst_color_range=1)  # nothing is to be changed
+    frame = frames[0].reformat(format="yuv420p", dst_colorspace=5, dst_color_range=1)  # needs no conversion
     frame.pts = 77
     before = frame.to_ndarray().tobytes()
     Mpeg1Encoder(MEDIUM).encode(Picture(frame, 1, 1, True))

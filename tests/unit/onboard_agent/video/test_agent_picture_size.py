@@ -1,4 +1,4 @@
-"""How large a picture is, by its head alone, and which are too large to be decoded."""
+"""The size of a picture from its header alone, and which are too large to decode."""
 
 import cv2
 import numpy as np

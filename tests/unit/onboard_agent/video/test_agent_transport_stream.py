@@ -86,7 +86,7 @@ def test_room_is_what_is_left_on_average() -> None:
 
 
 def flown(begin: int) -> bytes:
-    """Units from a key picture on, as a late viewer gets them."""
+    """Returns units from a key picture on, as a late viewer receives them."""
     encoder = Mpeg1Encoder(LIMITS[Quality.MEDIUM])
     given_pictures = pictures(flight(320, 240, 60), 24.0)
     coded = [unit for picture in given_pictures for unit in encoder.encode(picture)]

@@ -1,4 +1,4 @@
-"""V4L2 with an OpenCV of our own: pixels of each kind, the driver's stamps, and a camera that is pulled out."""
+"""V4L2 with a fake OpenCV: pixels of each kind, the driver's stamps, and a camera that is unplugged."""
 
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ PLANAR = np.vstack([np.full((HEIGHT, WIDTH), GREY, np.uint8), np.full((HEIGHT //
 
 
 class FakeCapture:
-    """cv2.VideoCapture of a camera that gives `pixels`, whatever it is asked for."""
+    """A cv2.VideoCapture of a camera that returns `pixels`, whatever the request."""
 
     def __init__(self, pixels: Any, fourcc: str, opened: bool = True) -> None:
         self.pixels, self.opened, self.plugged = pixels, opened, True
@@ -87,7 +87,7 @@ def test_pixels_of_each_kind(tmp_path: Path, fourcc: str, pixels: np.ndarray) ->
     assert taken is not None
     assert (taken.frame.width, taken.frame.height) == (WIDTH, HEIGHT)
     grey = taken.frame.to_ndarray(format="rgb24")
-    assert abs(grey.astype(int) - GREY).max() <= 22  # limited range or full, but neither another plane nor a colour
+    assert abs(grey.astype(int) - GREY).max() <= 22  # limited or full range, but neither another plane nor a colour
     assert grey.std() < 3
 
 
@@ -149,7 +149,7 @@ def test_pictures_that_are_too_large_are_refused_before_the_first_is_fetched(tmp
     ):
         opened(tmp_path, capture)
     large = cv2.imencode(".jpg", np.zeros((4096, 4096, 3), np.uint8))[1].reshape(1, -1)
-    with pytest.raises(CameraLost, match="4096 x 4096"):  # the driver did not say so
+    with pytest.raises(CameraLost, match="4096 x 4096"):  # the driver did not announce it
         opened(tmp_path, FakeCapture(large, "MJPG")).read()
 
 

@@ -1,4 +1,4 @@
-"""A video process that cannot be killed holds nobody up: neither the next one nor the end of the agent."""
+"""A video process that cannot be killed delays neither the next one nor the end of the agent."""
 
 import asyncio
 from asyncio.subprocess import Process
@@ -21,7 +21,7 @@ class Pipe:
 
 
 class Hung:
-    """In a driver, where no signal reaches it."""
+    """Hangs in a driver, where no signal reaches it."""
 
     returncode = None
     stdin = Pipe()

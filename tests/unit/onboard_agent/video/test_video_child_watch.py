@@ -1,4 +1,4 @@
-"""When a video process that is silent is said to be so, and when it is given up."""
+"""When a silent video process is reported, and when it is given up."""
 
 import pytest
 
@@ -6,11 +6,11 @@ from onboard_agent.video.core.child_watch import CHECK_EVERY_S, FIRST_WORD_WITHI
 from onboard_agent.video.core.lines import REPORT_EVERY_S
 
 TICK_S = 0.1
-"""Of the video process: reports are late by this at most."""
+"""Tick of the video process: the maximum delay of a report."""
 
 
 class Scene:
-    """A child that has spoken; the clock is the test's."""
+    """A child process that has reported once; the test sets the clock."""
 
     def __init__(self) -> None:
         self.now = 100.0
@@ -18,7 +18,8 @@ class Scene:
         self.watch.heard()
 
     def silent_for(self, states: str, most_s: float) -> tuple[float | None, float | None]:
-        """After how long it was said to be silent, and given up. `states`: as the system has its threads."""
+        """Returns the times until it was reported silent, and given up. `states`: thread states as the system shows
+        them."""
         began, said_s, hung_s = self.now, None, None
         while hung_s is None and self.now < began + most_s:
             self.now += CHECK_EVERY_S
@@ -35,8 +36,8 @@ class Scene:
     [
         ("TTTT", (1.0, 1.6)),
         ("SSSS", (2.0, 3.3)),
-        ("RSSS", (5.9, 6.6)),  # waits for its turn, or turns in circles
-        ("SSSR", (5.9, 6.6)),  # another thread has Python's lock, and waits for its turn
+        ("RSSS", (5.9, 6.6)),  # waits for the CPU, or loops
+        ("SSSR", (5.9, 6.6)),  # another thread has Python's lock, and waits for the CPU
         ("SDSS", (5.9, 6.6)),  # reads from a slow memory card
         ("TSSS", (5.9, 6.6)),
         ("", (5.9, 6.6)),

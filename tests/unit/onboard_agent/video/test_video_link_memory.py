@@ -1,4 +1,4 @@
-"""What a link carried is kept for the next stream over it, and for no other link."""
+"""The rate that a link carried is kept for its next stream, and for no other link."""
 
 from onboard_agent.video.core.link_memory import REMEMBERED_S, LinkMemory
 from onboard_agent.video.core.link_rate import Known

@@ -1,4 +1,4 @@
-"""The rate control over modelled links: delays bounded, rates that settle, and a way back after a drop."""
+"""The rate control over modelled links: bounded delays, rates that settle, and recovery after a drop."""
 
 from statistics import quantiles
 
@@ -80,7 +80,7 @@ def test_a_sudden_drop_to_a_tenth_and_the_way_back(seed: int) -> None:
     model = ModelUplink(ceiling_bps=HIGH_BPS, rate_hz=30, seed=seed)
     model.run(Conditions(2e6), 20)
     dropped = model.run(Conditions(200e3), 20)
-    # What is in the network by then cannot be taken back: it is away after two seconds.
+    # What is in the network by then cannot be recalled: it has drained after two seconds.
     assert max(second.worst_age_s for second in dropped) < 2.5
     assert p95(dropped[4:]) < 0.45
     assert mean_bps(dropped[4:]) > 100e3
@@ -100,7 +100,7 @@ def test_a_link_without_bounds_is_used_at_once(seed: int) -> None:
     assert model.rate.queues == 0
 
 
-STARTS = [  # the worst age, the worst queue, and when all pictures are to come
+STARTS = [  # the worst age, the worst queue, and when all pictures must arrive
     pytest.param(Conditions(300e3, rtt_s=0.15), Quality.LOW, 0.35, 0.2, 0.1, id="300k-low"),
     pytest.param(Conditions(300e3, rtt_s=0.15), Quality.HIGH, 0.75, 0.65, None, id="300k-high"),
     pytest.param(Conditions(1e6, rtt_s=0.15), Quality.MEDIUM, 0.18, 0.07, 0.1, id="3G-medium"),

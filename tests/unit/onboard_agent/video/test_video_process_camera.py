@@ -1,4 +1,4 @@
-"""The video process opens a camera only when the one before has let go of the device, however quickly wishes change."""
+"""The video process opens a camera only when the previous one has released the device, however fast requests change."""
 
 import asyncio
 import threading
@@ -13,7 +13,7 @@ RATE_REQUESTS = (StreamRequest(Quality.LOW, Codec.MPEG1),)
 
 
 class SlowCamera:
-    """Lets go of its device when the test says so."""
+    """Releases its device when the test says so."""
 
     state, words = CameraState.OPENING, ""
 
@@ -40,7 +40,7 @@ class SlowCamera:
 
 
 class TransactionHandler:
-    """Says what is watched, and lets time pass."""
+    """Reports what is watched, and advances the time."""
 
     def __init__(self) -> None:
         self.cameras: list[SlowCamera] = []
@@ -65,7 +65,7 @@ class TransactionHandler:
 
 
 async def settled() -> None:
-    """What runs in threads has come back, as far as it can."""
+    """Waits for threads to return, as far as they can."""
     await asyncio.get_running_loop().run_in_executor(None, lambda: None)
     for _ in range(5):
         await asyncio.sleep(0.01)

@@ -1,4 +1,4 @@
-"""An encoder that hangs: viewers are told before the process ends of it."""
+"""An encoder that hangs: viewers are notified before the process ends because of it."""
 
 import asyncio
 import threading

@@ -1,4 +1,4 @@
-"""The flight process's side of video: when the video process runs, and what the tower is told."""
+"""The flight process's side of video: when the video process runs, and the reports to the tower."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Which pictures are encoded for whom: shares, shapes, cadence, keys, breaks, and what is left out."""
+"""Which pictures are encoded for which viewers: shares, shapes, cadence, keys, breaks, and skipped pictures."""
 
 from itertools import pairwise
 
@@ -123,7 +123,7 @@ def encoded(*, key: bool, size: int = 500, is_break: bool = False, at_us: int = 
 
 
 def flow(streaming: Streaming, capture_us: int, *, is_break: bool = False) -> list[bytes]:
-    """As an encoder that makes a key when it must."""
+    """Acts as an encoder that makes a key when it must."""
     now = capture_us / 1e6 + 0.01
     units = []
     for order in streaming.orders(capture_us, now, is_break=is_break):
@@ -195,7 +195,7 @@ def test_no_picture_is_encoded_that_would_come_late() -> None:
     for number in range(72):
         now = number / 24
         for order in streaming.orders(round(now * 1e6), now):
-            streaming.unit(order, encoded(key=order.force_key, size=2_000), now)  # and no answer comes
+            streaming.unit(order, encoded(key=order.force_key, size=2_000), now)  # and no acknowledgement arrives
     assert streaming.left_out > 50
     assert streaming.rate.way.bits < 20 * 8 * 2_200
 

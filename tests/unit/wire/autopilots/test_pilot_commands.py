@@ -1,4 +1,4 @@
-"""Every profile and every pilot command: the MAVLink commands, written by hand, or a reason."""
+"""Every profile and every pilot command: the handwritten MAVLink commands, or a reason for their absence."""
 
 import math
 from dataclasses import fields, replace
@@ -111,7 +111,7 @@ GOLDEN: dict[str, dict[str, list[CommandWork]]] = {
     "ardurover": {},
     "ardusub": {},
 }
-"""What is missing has a reason."""
+"""A missing command has a reason."""
 
 
 def flying_mission(profile: AutopilotProfile) -> VehicleState:

@@ -1,4 +1,4 @@
-"""The profiles: modes by name and number, the registry, and that the simulator numbers modes alike."""
+"""The profiles: modes by name and number, the registry, and the simulator's mode numbers."""
 
 import math
 import re
@@ -97,7 +97,7 @@ COMPARES = re.compile(r"MAV_AUTOPILOT_(PX4|ARDUPILOTMEGA)|(COPTER|PLANE|ROVER|SU
 
 
 def test_nobody_else_asks_which_autopilot_it_is() -> None:
-    """Facts hang on profiles. Whoever asks for the autopilot by name begins a second place for them."""
+    """Facts belong to profiles. Code that compares the autopilot's name would duplicate them."""
     found = [
         f"{path.relative_to(CHECKOUT)}: {line.strip()}"
         for package in SOURCES
