@@ -124,7 +124,7 @@ class Hub:
     ) -> None:
         """Takes over a lease that has been committed. From this call on the old holder's frames are refused."""
         self._leases.apply(drone_id, lease, event=event, by=by, reason=reason, now=now)
-        self.fleet.check_former_holder(drone_id)
+        self.fleet.check_lease(drone_id)
         self.video.recheck(drone_id)
 
     # -- browsers --------------------------------------------------------------------------------------------

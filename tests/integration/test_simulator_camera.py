@@ -131,8 +131,9 @@ def test_pictures_come_with_their_time_in_header_and_strip(simulator: Simulator)
     viewer.close()
     gaps = np.diff(times[1:])
     assert (gaps > 0).all()
-    # A picture may be late, and the next one is drawn on time: 19 gaps can lack one, never two.
-    assert times[-1] - times[1] >= 18 * 50_000, "faster than asked for"
+    # On a busy machine any picture may be late, the one that is counted from too; one of ten is not.
+    ahead_us = [(len(times) - 1 - first) * 50_000 - (times[-1] - times[first]) for first in range(1, 11)]
+    assert min(ahead_us) < 25_000, "faster than asked for"
 
 
 def test_pyav_reads_it_as_the_agent_will(simulator: Simulator) -> None:

@@ -352,3 +352,14 @@ def test_who_loses_the_right_while_the_turn_changes_loses_the_controls() -> None
     model.event_handler_works()
     model.rights_change(user_id=ALICE, drone_id=ONE, what="no owner")
     model.teardown()
+
+
+def test_who_leaves_the_team_while_their_take_is_decided_does_not_keep_the_controls() -> None:
+    """Found by the model: the TAKE had been allowed, and the right ended before it was written."""
+    model = ControlModel()
+    ControlModel.everybody_comes(model, asked=())
+    model.team_admin_asks(drone_id=ONE, event=Event.TAKE, watch=False, at_once=False)
+    model.team_changes(user_id=CHIEF, drone_id=ONE, role=None)
+    model.everything_settles()
+    assert model.store.leases[ONE].holder is None
+    model.teardown()

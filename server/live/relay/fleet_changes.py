@@ -171,12 +171,12 @@ class FleetChanges:
             drone.watchers.pop(browser.number, None)
         browser.close(SESSION_ENDED, why)
 
-    def check_former_holder(self, drone_id: DroneId) -> None:
-        """The lease has changed. Who lost their right as its holder a moment before may now be whom it was taken from:
-        what was reported of the holder then comes too late."""
+    def check_lease(self, drone_id: DroneId) -> None:
+        """The lease has changed. A right may have ended between the decision and now: when it ended, the person had
+        another part in the lease or none, so nothing was reported of the part that they have now."""
         drone = self._state.drones.get(drone_id)
         if drone is not None:
-            self._report_if_lost(drone, drone.lease.taken_from, "taken_from", admin_only=False)
+            self._report_lost_rights(drone)
 
     def _report_lost_rights(self, drone: LiveDrone) -> None:
         lease = drone.lease

@@ -220,10 +220,16 @@ export class VideoPlayer {
     if ('close' in picture) screen.frame(picture);
     else screen.planes(picture);
     this.#keep(null);
+    const isFirst = !this.#isDrawn;
     this.#isDrawn = true;
     const nowMs = clock.monotonicMs();
     const delayMs = unit.captureUs === null ? null : this.#link.clock.ageMs(unit.captureUs, nowMs);
     this.#stats.drawn(nowMs, delayMs, unit.width, unit.height);
+    if (isFirst) {
+      // The page shows its age, and lets it be saved, from now on.
+      this.#cancelReport();
+      this.#report();
+    }
   }
 
   // --- state ---

@@ -179,6 +179,15 @@ describe('a picture', () => {
     expect(stats()).toMatchObject({ delayMs: 70, stillMs: 500, width: 120, height: 68, lost: 0 });
   });
 
+  it('is reported when the first one is drawn, not half a second later', () => {
+    open();
+    last().says(state());
+    send('mpeg1', 0);
+    expect(stats().stillMs).toBeNull();
+    takeTurns();
+    expect(stats().stillMs).toBe(0);
+  });
+
   it('can be drawn again to be saved, once there is one', () => {
     open();
     expect(player.drawAgain()).toBe(false);
