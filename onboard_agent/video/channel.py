@@ -38,7 +38,7 @@ OPEN_WITHIN_S: Final = 5.0
 CLOSE_WITHIN_S: Final = 0.2
 MAX_ANSWER_BYTES: Final = 1024
 WRITE_BUFFER_BYTES: Final = 16 * 1024
-STIR_EVERY_S: Final = 0.025
+LOSS_PROBE_EVERY_S: Final = 0.025
 """Three pings let TCP detect a loss. On a lossy 4G line the longest standstill was 0.9 s without pings, and 0.13 s with
 them."""
 REFUSED_PAUSE_S: Final = 2.0
@@ -155,15 +155,15 @@ class VideoChannel:
         _log.info("video: the channel to the tower is open")
         self._opened()
         writing = asyncio.create_task(self._write(connection))
-        stirring = asyncio.create_task(self._stir(connection))
+        probing = asyncio.create_task(self._probe_for_loss(connection))
         try:
             await self._read(connection)
             self._memory.forget()  # the connection broke; a close for lack of viewers does not get here
         finally:
             self._connection = None
-            for task in (writing, stirring):
+            for task in (writing, probing):
                 task.cancel()
-            await asyncio.gather(writing, stirring, return_exceptions=True)
+            await asyncio.gather(writing, probing, return_exceptions=True)
             await connection.close()
             self._failed(f"the video channel has ended ({connection.close_code} {connection.close_reason or ''})")
 
@@ -175,11 +175,11 @@ class VideoChannel:
             self._rate.begin(now, self._memory.recall(local, now))
         self._local = local
 
-    async def _stir(self, connection: ClientConnection) -> None:
+    async def _probe_for_loss(self, connection: ClientConnection) -> None:
         """Sends small pings while an answer is overdue (LinkRate.is_overdue)."""
         with contextlib.suppress(ConnectionClosed):
             while True:
-                await asyncio.sleep(STIR_EVERY_S)
+                await asyncio.sleep(LOSS_PROBE_EVERY_S)
                 if self._rate.is_overdue(time.monotonic()):
                     await connection.ping()
 

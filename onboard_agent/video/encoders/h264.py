@@ -11,6 +11,7 @@ import av
 from av.codec.hwaccel import HWAccel
 from av.video.codeccontext import VideoCodecContext
 
+from onboard_agent.video.core.allotment import SHARE_OF_MPEG1
 from onboard_agent.video.encoders.annex_b import IDR, nal_types, with_parameter_sets
 from onboard_agent.video.encoders.picture_shape import Shape
 from onboard_agent.video.encoders.pyav_encoder import Aim, PyavEncoder, new_context
@@ -83,10 +84,7 @@ BY_HARDWARE: Final = (
 """In the order of the attempts."""
 
 MAX_PICTURE_S: Final = 0.15
-"""As for MPEG-1; libx264 uses it fully."""
-
-SHARE_OF_MPEG1: Final = 0.6
-"""The share of MPEG-1's bit rate at which H.264 looks the same."""
+"""No picture is larger than what the bit rate yields in this time. Less than for MPEG-1, because libx264 fills it."""
 
 
 class H264Encoder(PyavEncoder):
@@ -95,7 +93,7 @@ class H264Encoder(PyavEncoder):
     codec = Codec.H264
 
     def __init__(self, kind: H264Kind, limits: QualityLimits) -> None:
-        super().__init__(limits, round(limits.bits_per_s * SHARE_OF_MPEG1))
+        super().__init__(limits, round(limits.bits_per_s * SHARE_OF_MPEG1[Codec.H264]))
         self._kind = kind
         self.name = kind.name
         self.pixel_format = kind.pixel_format

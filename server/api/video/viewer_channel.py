@@ -33,7 +33,7 @@ from wire.drops import DropReason
 from wire.ids import DroneId
 
 BAD_REQUEST: Final = 4400
-STIR_EVERY_S: Final = 0.025
+LOSS_PROBE_EVERY_S: Final = 0.025
 MAX_WAKEUPS: Final = 20
 """In a row: a unit that has not arrived by then is not delayed by a lost packet."""
 
@@ -61,8 +61,8 @@ class ViewerChannel:
         self._ending = Ending()
         now = time.monotonic()
         self._patience = TokenBucket(PATIENCE_PER_S, PATIENCE, now)
-        self._stirring: asyncio.TimerHandle | None = None
-        self._stirs = 0
+        self._probing: asyncio.TimerHandle | None = None
+        self._probes = 0
         self._writer = writer = direct_writer(websocket)
         self._viewer = VideoViewer(
             hub.video.next_number(),
@@ -100,8 +100,8 @@ class ViewerChannel:
             finally:
                 writer.on_room = writer.on_full = _nothing
                 viewer.ended = True
-                if self._stirring is not None:
-                    self._stirring.cancel()
+                if self._probing is not None:
+                    self._probing.cancel()
                 hub.video.leave(viewer)
         if self._ending.requested:
             hub.video.traffic.closes[self._ending.code] += 1
@@ -114,15 +114,15 @@ class ViewerChannel:
         self._hub.video.is_full(self._viewer)
 
     def _held_up(self) -> None:
-        if self._stirring is None and self._stirs < MAX_WAKEUPS:
-            self._stirring = asyncio.get_running_loop().call_later(STIR_EVERY_S, self._stir)
+        if self._probing is None and self._probes < MAX_WAKEUPS:
+            self._probing = asyncio.get_running_loop().call_later(LOSS_PROBE_EVERY_S, self._probe_for_loss)
 
-    def _stir(self) -> None:
+    def _probe_for_loss(self) -> None:
         """Sends small pings while a picture is overdue, so that TCP detects lost packets sooner."""
-        self._stirring, viewer = None, self._viewer
+        self._probing, viewer = None, self._viewer
         self._hub.video.has_room(viewer, time.monotonic())
         if not viewer.ended and viewer.lockstep is None and viewer.pace.is_held_up:
-            self._stirs += 1
+            self._probes += 1
             self._writer.write_ping()
 
     async def _receive(self) -> None:
@@ -155,7 +155,7 @@ class ViewerChannel:
             self._not_understood(str(error))
             return
         if isinstance(request, Drawn):
-            self._stirs = 0
+            self._probes = 0
             self._hub.video.got(viewer, request, now)
         elif isinstance(request, AskClock):
             viewer.notify(ClockMessage(request.sent, round(now * 1e6)))

@@ -38,7 +38,7 @@ const DIRECTIONS: readonly (readonly [number, number])[] = [
   [-1, -1],
 ];
 const FAR_PX = 22;
-const BREATH_PX = 2;
+const LABEL_GAP_PX = 2;
 
 function place({ x, y, width, height }: LabelWanted, slot: number, radiusPx: number): LabelPlace {
   const [east, south] = DIRECTIONS[slot % DIRECTIONS.length]!;
@@ -50,8 +50,8 @@ function place({ x, y, width, height }: LabelWanted, slot: number, radiusPx: num
 }
 
 const boxOf = (at: LabelPlace, { width, height }: LabelWanted): Box => ({
-  left: at.x - BREATH_PX,
-  right: at.x + width + BREATH_PX,
+  left: at.x - LABEL_GAP_PX,
+  right: at.x + width + LABEL_GAP_PX,
   top: at.y - height / 2,
   bottom: at.y + height / 2,
 });

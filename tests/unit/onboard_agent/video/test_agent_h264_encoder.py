@@ -13,7 +13,8 @@ from onboard_agent.video.encoders import choice, pyav_encoder
 from onboard_agent.video.encoders.annex_b import IDR, PICTURE_PARAMETERS, SEQUENCE_PARAMETERS, nal_types
 from onboard_agent.video.encoders.annex_b import with_parameter_sets as complete
 from onboard_agent.video.encoders.encoder import EncodedPicture, EncoderBroken
-from onboard_agent.video.encoders.h264 import BY_HARDWARE, BY_PROCESSOR, SHARE_OF_MPEG1, H264Encoder, H264Kind
+from onboard_agent.video.core.allotment import SHARE_OF_MPEG1
+from onboard_agent.video.encoders.h264 import BY_HARDWARE, BY_PROCESSOR, H264Encoder, H264Kind
 from onboard_agent.video.encoders.picture_shape import Shape, coded_shape
 from onboard_agent.video.encoders.pyav_encoder import SMPTE170M_MATRIX
 from wire.video import LIMITS, Codec, Quality
@@ -160,7 +161,7 @@ def test_the_choice(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_it_starts_at_its_share_of_the_bit_rate(frames: list[av.VideoFrame]) -> None:
     coded = encode_all(H264Encoder(BY_PROCESSOR, MEDIUM), frames)
-    assert 8 * sum(len(unit.payload) for unit in coded) / 3 < MEDIUM.bits_per_s * SHARE_OF_MPEG1 * 1.1
+    assert 8 * sum(len(unit.payload) for unit in coded) / 3 < MEDIUM.bits_per_s * SHARE_OF_MPEG1[Codec.H264] * 1.1
 
 
 @pytest.mark.parametrize(
