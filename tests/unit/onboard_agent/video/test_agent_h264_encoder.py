@@ -9,11 +9,11 @@ from av.video.frame import PictureType
 from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTrc
 from worlds.moving_pictures import flight, off_by, pictures
 
+from onboard_agent.video.core.allotment import SHARE_OF_MPEG1
 from onboard_agent.video.encoders import choice, pyav_encoder
 from onboard_agent.video.encoders.annex_b import IDR, PICTURE_PARAMETERS, SEQUENCE_PARAMETERS, nal_types
 from onboard_agent.video.encoders.annex_b import with_parameter_sets as complete
 from onboard_agent.video.encoders.encoder import EncodedPicture, EncoderBroken
-from onboard_agent.video.core.allotment import SHARE_OF_MPEG1
 from onboard_agent.video.encoders.h264 import BY_HARDWARE, BY_PROCESSOR, H264Encoder, H264Kind
 from onboard_agent.video.encoders.picture_shape import Shape, coded_shape
 from onboard_agent.video.encoders.pyav_encoder import SMPTE170M_MATRIX
