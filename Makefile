@@ -8,6 +8,8 @@ PYTHON ?= python3
 BIN := .venv/bin
 TEST_WORKERS ?= 3
 SAY := printf '\033[1m==>\033[0m %s\n'
+# mkdocs-material announces its successor at every run.
+MKDOCS := NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs
 PIP := $(BIN)/python -m pip --disable-pip-version-check -qq
 
 RUN_READY := .venv/.ready-to-run
@@ -29,8 +31,8 @@ run: $(RUN_READY) $(CONSOLE) ## build what is missing, then start the tower with
 .PHONY: setup
 setup: $(DEV_READY) $(WEB_READY) $(CONSOLE) ## install everything into .venv and web/, start nothing
 
-.PHONY: check check-python check-console check-generated
-check: check-python check-console check-generated ## format, lint, types and import rules; generated files are current
+.PHONY: check check-python check-console check-generated check-docs
+check: check-python check-console check-generated check-docs ## format, lint, types, import rules, links of documents
 
 check-python: $(DEV_READY)
 	@$(SAY) "Python: format, lint, types, import rules, structure"
@@ -48,6 +50,15 @@ check-generated: $(DEV_READY) $(WEB_READY)
 	@$(SAY) "Generated files: the console's REST types and autopilots"
 	@$(BIN)/python web/scripts/generate_autopilots.py --check
 	@cd web && PYTHON=$(CURDIR)/$(BIN)/python npm run --silent generate:check
+
+check-docs: $(DEV_READY)
+	@$(SAY) "Documentation: every link and anchor"
+	@$(MKDOCS) build --quiet --site-dir $(CURDIR)/.venv/site
+
+.PHONY: docs
+docs: $(DEV_READY) ## build the documentation site into site/
+	@$(MKDOCS) build --quiet
+	@$(SAY) "Open site/index.html"
 
 .PHONY: generate
 generate: $(DEV_READY) $(WEB_READY) ## write the files that are made from the dialect, the profiles and the OpenAPI document
