@@ -13,7 +13,7 @@ from collections.abc import AsyncIterator, Callable
 from typing import Final
 
 HOST: Final = "127.0.0.2"
-LARGEST: Final = 65_536
+MAX_DATAGRAM_BYTES: Final = 65_536
 
 Address = tuple[str, int]
 
@@ -59,7 +59,7 @@ class DelayedLine:
         assert self._front is not None
         while True:
             try:
-                data, agent = self._front.recvfrom(LARGEST)
+                data, agent = self._front.recvfrom(MAX_DATAGRAM_BYTES)
             except (BlockingIOError, ConnectionError):
                 return
             back = self._backs.get(agent) or self._new_back(agent)
@@ -77,7 +77,7 @@ class DelayedLine:
         assert front is not None
         while True:
             try:
-                data = back.recv(LARGEST)
+                data = back.recv(MAX_DATAGRAM_BYTES)
             except (BlockingIOError, ConnectionError):
                 return
             self._later(-back.fileno(), lambda data=data: _send(front, data, agent))  # type: ignore[misc]
@@ -92,7 +92,7 @@ class DelayedLine:
     async def _carry(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         way = id(writer)
         with contextlib.suppress(ConnectionError):
-            while data := await reader.read(LARGEST):
+            while data := await reader.read(MAX_DATAGRAM_BYTES):
                 self._later(way, lambda data=data: None if writer.is_closing() else writer.write(data))  # type: ignore[misc]
         self._later(way, writer.close)
 

@@ -15,7 +15,7 @@ STEP: Final = 1.3
 LIMIT_S: Final = 1.5
 TRIES: Final = 3
 """Before a rate counts as too high: a machine that stalls for a moment loses frames too."""
-LEAST: Final = 50.0
+MIN_RATE_HZ: Final = 50.0
 """Frames per second: below this the machine is stalled, whatever the system."""
 LOAD_WAS_LATE: Final = "the load could not make more"
 LOAD_KEPT_UP: Final = 0.9
@@ -58,7 +58,7 @@ async def _find_most(report: Report, name: str, running: Running, drones: int, f
         why = refused
         report.say(f"{name}: {rate:,.0f} frames/s: {why}")
         rate /= STEP
-        if best or rate < LEAST:
+        if best or rate < MIN_RATE_HZ:
             break
         lowered = True
     report.add("most without loss", "frames_per_s", best, "1/s")

@@ -130,7 +130,7 @@ class Session:
         """Handles a sign-out. A new password or role causes one, and the token is still valid; otherwise raises."""
         answer = await self._rest.ask("GET", "/drones")
         if not answer.done:
-            raise Unusable(f"{self._options.tower.origin} has shut the door: {why}")
+            raise Unusable(f"{self._options.tower.origin} ended the connection: {why}")
 
     # The controls
 

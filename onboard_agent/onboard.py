@@ -19,14 +19,14 @@ from onboard_agent.failsafe.after_restart import AfterRestart
 from onboard_agent.failsafe.failsafe import Failsafe
 from onboard_agent.failsafe.hold import Hold
 from onboard_agent.failsafe.hold_memory import HoldMemory, HoldStore, NoHoldStore
-from onboard_agent.failsafe.hold_news import HoldNews
+from onboard_agent.failsafe.hold_state_reporter import HoldStateReporter
 from onboard_agent.failsafe.holder import Holder
 from onboard_agent.failsafe.late_frames import STICKS, too_late
 from onboard_agent.failsafe.person_watch import PersonWatch
 from onboard_agent.failsafe.pilot_watch import PilotWatch
 from onboard_agent.failsafe.safety import within_limits
 from onboard_agent.link.downlink import SETUP_SIGNING, Downlink
-from onboard_agent.link.tower_news import ROOM, TowerNews
+from onboard_agent.link.tower_outbox import ROOM, TowerOutbox
 from onboard_agent.telemetry.telemetry_stream import TelemetryStream
 from onboard_agent.transactions.journal import JournalStore, NoJournal
 from onboard_agent.work import MakeHandlers, WorkAtDrone
@@ -136,10 +136,10 @@ class Onboard:
             journal=journal or NoJournal(),
             make_handlers=make_handlers,
         )
-        self._news = TowerNews(
+        self._outbox = TowerOutbox(
             autopilot=self.autopilot,
             hold=self.hold,
-            hold_news=HoldNews(
+            hold_reporter=HoldStateReporter(
                 autopilot=self.autopilot, hold=self.hold, failsafe=self._failsafe, inquiry=self._inquiry
             ),
             inquiry=self._inquiry,
@@ -235,7 +235,7 @@ class Onboard:
             self._accept_epoch(welcome.epoch, now)
         self.downlink.new_link(DroneId(welcome.drone_id), Epoch(welcome.epoch))
         self._holder_present = welcome.holder_present
-        self._holder.keeper.end_turn()
+        self._holder.stick_fallback.end_turn()
         self._person.holder(held=welcome.holder is not None, present=welcome.holder_present, now=now)
         self._least_rtt_s = 0.0
         self._newest_order = self._newest_control = 0
@@ -243,21 +243,21 @@ class Onboard:
         self._lateness = Lateness()
         self._watch.loss.link_up(now)
         self.stream.link_up(now)
-        self._news.link_up(welcome.takes)
+        self._outbox.link_up(welcome.takes)
         self._work.link_up(welcome.takes)
         self._work.epoch(self.downlink.epoch, now)
 
     def resumed(self) -> None:
         """The link continues on another control channel. Messages sent on the old one may be lost."""
-        self._news.resumed()
+        self._outbox.resumed()
         self._work.resumed()
 
     def link_broken(self, now: float) -> None:
         """The link is down, no matter which side ended it."""
-        self._news.link_down()
+        self._outbox.link_down()
         self._work.link_down()
         self._holder_present = False
-        self._holder.keeper.end_turn()
+        self._holder.stick_fallback.end_turn()
         self._watch.loss.link_down(now)
         self.stream.link_down()
 
@@ -276,7 +276,7 @@ class Onboard:
                 return  # sent on two channels, and repeatedly
             self._newest_control = message.number
             if message.epoch >= self.downlink.epoch:
-                self._holder.keeper.turn(assistant_flies=message.assistant_flies)
+                self._holder.stick_fallback.turn(assistant_flies=message.assistant_flies)
                 held = message.holder is not None
                 self._person.holder(held=held, present=message.holder_present, now=now)
             self._accept_epoch(message.epoch, now)
@@ -354,7 +354,7 @@ class Onboard:
     def hands_on(self) -> bool:
         """Whether the holder is present, a hand was on the sticks, or the agent's centred sticks replace theirs. Only
         then must silence of the tower be detected at once."""
-        ours = self.hold.sticks_on or self._holder.keeper.on
+        ours = self.hold.sticks_on or self._holder.stick_fallback.on
         return self._holder_present or ours or self._watch.hand_on_sticks
 
     # Time and output
@@ -396,4 +396,4 @@ class Onboard:
 
         `room`: maximum number of messages that can wait for a later call.
         """
-        return self._news.take(now, room)
+        return self._outbox.take(now, room)

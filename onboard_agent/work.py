@@ -153,9 +153,9 @@ class WorkAtDrone:
         """Reports the current epoch to the transactions, whether it has changed or not."""
         self._transactions.epoch_changed(epoch, now)
 
-    def news(self, *, room: int) -> list[TransactionToTower]:
+    def reports(self, *, room: int) -> list[TransactionToTower]:
         """Returns messages for the control channel, at most `room`."""
-        return self._transactions.news(room=room)
+        return self._transactions.reports(room=room)
 
     # The autopilot.
 

@@ -167,7 +167,7 @@ def half_float(sent: float | None) -> Kept:
     return becomes(sent, value)._replace(within=abs(sent) * 2**-10)
 
 
-TURNS_MOST_DEG: Final = 3600.0
+MAX_TURN_DEG: Final = 3600.0
 """Beyond ten turns, single precision in radians loses thousandths of a degree."""
 
 
@@ -175,7 +175,7 @@ def heading_or_open(sent: float | None) -> Kept:
     """Degrees, converted to radians from 0 to 2 pi and back: the same direction, but not exactly the same number."""
     if sent is None:
         return Kept(None, Effect.SAME)
-    if abs(sent) > TURNS_MOST_DEG:
+    if abs(sent) > MAX_TURN_DEG:
         return refused(sent)
     effect = Effect.SAME if 0.0 <= sent < 360.0 else Effect.QUIET
     return Kept(sent % 360.0, effect, within=1e-3, is_angle=True)

@@ -118,7 +118,7 @@ class Failsafe:
     @property
     def keeps_sticks(self) -> bool:
         """Whether the agent's centred sticks replace missing ones, outside a hold."""
-        return self._holder.keeper.on
+        return self._holder.stick_fallback.on
 
     def hold_now(
         self,
@@ -184,7 +184,7 @@ class Failsafe:
         return (
             self._autopilot.heard
             and not self._holder.by_hand
-            and not self._holder.keeper.in_force(now, lasts_s=self._inquiry.overrides_last_s)
+            and not self._holder.stick_fallback.in_force(now, lasts_s=self._inquiry.overrides_last_s)
             and self._autopilot.airborne(now)
             and self._motion.alt_rel_m > DIRECT_ABOVE_M
             and not self._motion.sinking(now)
@@ -238,7 +238,7 @@ class Failsafe:
             return
         if self._holder.mode_request.open:
             return
-        kept_centred = self._holder.keeper.for_assistant or (self._hold.sticks_on and not self._hold.holds)
+        kept_centred = self._holder.stick_fallback.for_assistant or (self._hold.sticks_on and not self._hold.holds)
         alarm = self._watch.alarm(now, settings=self.settings, flown_by_hand=by_hand, kept_centred=kept_centred)
         if alarm is not None:
             _log.warning("%s: holding", alarm.why)
@@ -280,7 +280,7 @@ class Failsafe:
         frames = self._hold.tick(now, self._flying(now))
         if self._hold.sticks_on:
             self._inquiry.sticks_sent(now)
-            self._holder.keeper.others_sent(now)
+            self._holder.stick_fallback.others_sent(now)
         frames += self.lost.due(now, vehicle_system_id=system_id)
         self._lost_action_done(now)
         frames += self._holder.mode_request.due(now, vehicle_system_id=system_id)
@@ -301,7 +301,7 @@ class Failsafe:
             fast=motion.speed_m_s > FAST_M_S,
             sinking=motion.sinking(now),
             low_and_sinking=obeys and view.airborne(now) and motion.low_and_sinking(now),
-            pilot_fresh=self._holder.keeper.person_fresh(now),
+            pilot_fresh=self._holder.stick_fallback.person_fresh(now),
             after_sticks=lambda custom_mode: self._inquiry.after_sticks(view.kind, custom_mode),
         )
 

@@ -1,7 +1,7 @@
 """Checks the holder's sticks and commands, and reports them to the hold and the watches. No I/O.
 
 Each frame from the holder that controls the flight passes through here, on any channel. Connects `StickGate`,
-`CommandRequest` and `StickKeeper`; takes `now`.
+`CommandRequest` and `StickFallback`; takes `now`.
 """
 
 from typing import Any, Final
@@ -16,8 +16,8 @@ from onboard_agent.failsafe.hold import Hold
 from onboard_agent.failsafe.person_watch import PersonWatch
 from onboard_agent.failsafe.pilot_watch import PilotWatch
 from onboard_agent.sticks.arming_sticks import ArmingSticks
+from onboard_agent.sticks.stick_fallback import StickFallback
 from onboard_agent.sticks.stick_gate import StickGate
-from onboard_agent.sticks.stick_keeper import StickKeeper
 from onboard_agent.telemetry.telemetry_stream import TelemetryStream
 from wire.autopilots.profile import FlightMode
 from wire.open_holds import AfterSticks
@@ -42,7 +42,7 @@ class Holder:
     ) -> None:
         self.gate = StickGate()
         self.mode_request = CommandRequest(maker)
-        self.keeper = StickKeeper(maker)
+        self.stick_fallback = StickFallback(maker)
         self.arming = ArmingSticks(maker)
         self.mission_before_hold = False
         """A trigger, not a hand-over, has stopped a mission, and nobody has flown since."""
@@ -92,7 +92,7 @@ class Holder:
         self._hold.sticks_come(self._hand_modes(), now)
         self._person.flown()
         self._watch.sticks_passed(now)
-        self.keeper.sticks_passed(now)
+        self.stick_fallback.sticks_passed(now)
         self._stream.sticks_passed(now)
         self._inquiry.sticks_sent(now)
 
@@ -129,7 +129,7 @@ class Holder:
         self._hold.go_on()
         self._hold.overruled(needs_sticks=True, now=now)
         view = self._autopilot
-        nobodys = not self.keeper.person_fresh(now) and not self._hold.sticks_on
+        nobodys = not self.stick_fallback.person_fresh(now) and not self._hold.sticks_on
         known = modes_of(view.kind, view.vehicle_type) is not None
         if nobodys and (not view.heard or (known and view.airborne(now))):
             # Otherwise the radio's sticks would fly the drone, perhaps with the throttle at the bottom.
@@ -179,7 +179,7 @@ class Holder:
         self.commanded += 1
         if needed:
             self.gate.close()
-        self.keeper.end_turn()
+        self.stick_fallback.end_turn()
         self.mode_request.over()
         self._watch.nobody_needed()
 
@@ -193,15 +193,15 @@ class Holder:
         needs_rest = view.heard and not view.armed and self._inquiry.arms_with_sticks_at_rest(view.kind)
         frames = self.arming.due(now, wanted=needs_rest and somebody_may_arm, **ids)
         if frames:
-            self.keeper.others_sent(now)
-        kept = self.keeper.due(
+            self.stick_fallback.others_sent(now)
+        kept = self.stick_fallback.due(
             now,
             for_assistant=view.armed and self._watch.hand_on_sticks and holds_when_centred(view.kind, view.custom_mode),
             for_autopilot=self._minds_end_of_sticks(now) or self._release_for_request,
             lasts_s=self._inquiry.overrides_last_s,
             **ids,
         )
-        if self.keeper.for_assistant:
+        if self.stick_fallback.for_assistant:
             self._watch.stood_in(now)
         if frames or kept:
             self._inquiry.sticks_sent(now)

@@ -18,7 +18,7 @@ from onboard_agent.link.tower_url import TowerUrl
 from onboard_agent.sockets.control_channel import CredentialRefused, NoLink, OpenedChannel, open_channel
 from onboard_agent.sockets.data_channel import DataChannel
 from onboard_agent.sockets.data_socket import ANY_UPLINK
-from onboard_agent.sockets.successor import successor
+from onboard_agent.sockets.replacement_channel import successor
 from onboard_agent.telemetry.auto_profile import LOSS_NOW_OVER_S, LOSS_OVER_S, Measured
 from wire.content import MAX_URGENT_BYTES, Frames
 from wire.control_messages import (

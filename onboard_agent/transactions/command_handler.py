@@ -97,7 +97,7 @@ class CommandHandler:
         self._system: int | None = None
         self._waiting: list[_Waiting] = []
         self._spoken = StatusTexts()
-        self._news: list[TransactionToTower] = []
+        self._reports: list[TransactionToTower] = []
 
     def autopilot_came(self, around: Around, now: float) -> None:
         """The autopilot may have rebooted: ends the retries of earlier commands."""
@@ -185,10 +185,10 @@ class CommandHandler:
             out += self._settle(waiting, around, now)
         return out
 
-    def news(self) -> list[TransactionToTower]:
+    def reports(self) -> list[TransactionToTower]:
         """Returns the messages for the tower once, in order."""
-        news, self._news = self._news, []
-        return news
+        reports, self._reports = self._reports, []
+        return reports
 
     def resend(self) -> None:
         """Does nothing: commands have no state to report."""
@@ -287,12 +287,12 @@ class CommandHandler:
             return
         waiting.reported_percent, waiting.reported_at = percent, now
         progress = TransactionProgress(id=waiting.transaction.id, phase="carrying out", done=percent, total=100)
-        self._news.append(progress)
+        self._reports.append(progress)
 
     def _report(
         self, transaction_id: int, outcome: Outcome, words: str, code: str = "", seen: bool | None = None
     ) -> None:
-        self._news.append(
+        self._reports.append(
             TransactionResult(id=transaction_id, outcome=outcome, words=words[:600], code=code, seen=seen)
         )
 

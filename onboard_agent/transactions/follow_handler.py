@@ -108,7 +108,7 @@ class FollowHandler:
         self._moved = moved
         self._system: int | None = None
         self._one: _Following | None = None
-        self._news: list[TransactionToTower] = []
+        self._reports: list[TransactionToTower] = []
 
     def autopilot_came(self, around: Around, now: float) -> None:
         """The autopilot has lost what it was sent before it rebooted: ends the following."""
@@ -204,10 +204,10 @@ class FollowHandler:
         self._report_progress(one, now)
         return self._on(one, around, now)
 
-    def news(self) -> list[TransactionToTower]:
+    def reports(self) -> list[TransactionToTower]:
         """Returns the messages for the tower once, in order."""
-        news, self._news = self._news, []
-        return news
+        reports, self._reports = self._reports, []
+        return reports
 
     def resend(self) -> None:
         """Does nothing: following has no state to report."""
@@ -322,7 +322,7 @@ class FollowHandler:
         phase = (
             f"following {one.work.leader_name}: {apart.over_ground_m:.0f} m away, {apart.in_height_m:.0f} m in height"
         )
-        self._news.append(
+        self._reports.append(
             TransactionProgress(
                 id=one.transaction.id,
                 phase=phase,
@@ -354,7 +354,9 @@ class FollowHandler:
                 end.stands = True
                 return self._stand_still(one, around, now)
             end.pause = PlanPause(self._maker, around, now)
-            self._news.append(TransactionProgress(id=one.transaction.id, phase="being made to hold", done=0, total=0))
+            self._reports.append(
+                TransactionProgress(id=one.transaction.id, phase="being made to hold", done=0, total=0)
+            )
         out += end.pause.due(around, now)
         if end.pause.mode:
             self._over(end.outcome, f"{end.why}. It holds in {end.pause.mode}.")
@@ -376,4 +378,4 @@ class FollowHandler:
         self._one = None
 
     def _report(self, transaction_id: int, outcome: Outcome, words: str) -> None:
-        self._news.append(TransactionResult(id=transaction_id, outcome=outcome, words=words[:600]))
+        self._reports.append(TransactionResult(id=transaction_id, outcome=outcome, words=words[:600]))

@@ -75,7 +75,7 @@ class TransactionHandler(Protocol):
     def due(self, around: Around, now: float) -> list[bytes]:
         """Returns the frames to send to the autopilot now. Called at each tick and after each `receive` and `begin`."""
 
-    def news(self) -> list[TransactionToTower]:
+    def reports(self) -> list[TransactionToTower]:
         """Returns the messages for the tower once, in order. Messages that do not fit wait in Transactions."""
 
     def resend(self) -> None:

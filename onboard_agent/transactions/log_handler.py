@@ -11,13 +11,13 @@ from enum import StrEnum
 from typing import Final
 
 from onboard_agent.autopilot.own_frames import FrameMaker
-from onboard_agent.transactions.asked import Asked
 from onboard_agent.transactions.file_sending import FileSender, NotSent, Sending
 from onboard_agent.transactions.handler import Around
 from onboard_agent.transactions.log_download import LogDownload, LogNotRead
 from onboard_agent.transactions.log_frames import LOGS_FAST, LOGS_NARROW, LogFrames, LogPace
 from onboard_agent.transactions.log_listing import LogListing, LogsListed, LogsNotListed
 from onboard_agent.transactions.log_store import LogStore
+from onboard_agent.transactions.transaction_run import TransactionRun
 from wire.dialect import decode, mavlink
 from wire.frames import message_id, source
 from wire.transactions import (
@@ -51,7 +51,7 @@ class LogHandler:
         self._maker = maker
         self._store = store
         self._sender = sender
-        self._asked: Asked | None = None
+        self._run: TransactionRun | None = None
         self._wanted: int | None = None
         """The log to read; None: only list the logs."""
         self._system = 0
@@ -61,7 +61,7 @@ class LogHandler:
         """None while the file is sent to the tower."""
         self._sending_bytes = 0
         self._out: list[bytes] = []
-        self._news: list[TransactionToTower] = []
+        self._reports: list[TransactionToTower] = []
 
     # TransactionHandler.
 
@@ -72,16 +72,16 @@ class LogHandler:
 
     def begin(self, transaction: Transaction, around: Around | None, now: float) -> None:
         """Starts a listing or a download."""
-        asked = Asked(transaction, now)
+        run = TransactionRun(transaction, now)
         if around is None or not around.heard:
-            self._news.append(asked.result(Outcome.REFUSED, "No heartbeat from the autopilot."))
-        elif self._asked is not None:
-            self._news.append(asked.result(Outcome.REFUSED, "Busy: a log is being read, or the list of them."))
+            self._reports.append(run.result(Outcome.REFUSED, "No heartbeat from the autopilot."))
+        elif self._run is not None:
+            self._reports.append(run.result(Outcome.REFUSED, "Busy: a log is being read, or the list of them."))
         elif around.armed:
-            self._news.append(asked.result(Outcome.REFUSED, ARMED))
+            self._reports.append(run.result(Outcome.REFUSED, ARMED))
         else:
             work = transaction.work
-            self._asked = asked
+            self._run = run
             self._wanted = work.log_id if isinstance(work, LogDownloadWork) else None
             self._system = around.system_id
             self._talk = LogFrames(self._maker, vehicle_system_id=around.system_id)
@@ -90,7 +90,7 @@ class LogHandler:
 
     def cancel(self, transaction_id: int, now: float) -> None:
         """Ends it at once."""
-        if self._asked is not None and self._asked.id == transaction_id:
+        if self._run is not None and self._run.id == transaction_id:
             self._end(Outcome.CANCELLED, f"It was cancelled. {self._what_is_left}")
 
     def epoch_changed(self, epoch: int, now: float) -> None:
@@ -109,35 +109,35 @@ class LogHandler:
 
     def due(self, around: Around, now: float) -> list[bytes]:
         """Frames to send to the autopilot now."""
-        if self._asked is not None:
+        if self._run is not None:
             if around.armed:
                 self._end(Outcome.FAILED, f"{ARMED} {self._what_is_left}")
-            elif now >= self._asked.deadline:
+            elif now >= self._run.deadline:
                 self._end(Outcome.TIMED_OUT, f"It timed out. {self._what_is_left}")
             else:
-                self._go_on(self._asked, now)
+                self._go_on(self._run, now)
         out, self._out = self._out, []
         return out
 
-    def news(self) -> list[TransactionToTower]:
+    def reports(self) -> list[TransactionToTower]:
         """Returns the messages for the tower once, in order."""
-        news, self._news = self._news, []
-        return news
+        reports, self._reports = self._reports, []
+        return reports
 
     def resend(self) -> None:
         """Does nothing: logs have no state to report."""
 
     # Internals.
 
-    def _go_on(self, asked: Asked, now: float) -> None:
+    def _go_on(self, run: TransactionRun, now: float) -> None:
         at = self._at
         if at is None:
-            self._check_sending(asked, now)
+            self._check_sending(run, now)
             return
         self._out += at.due(now)
         if at.end is None:
             phase = Phase.LISTING if isinstance(at, LogListing) else Phase.READING
-            self._news += asked.progress(phase, *at.progress, now)
+            self._reports += run.progress(phase, *at.progress, now)
         elif isinstance(at.end, LogsNotListed):
             self._end(Outcome.FAILED, f"The logs cannot be listed: {at.end.why}.")
         elif isinstance(at.end, LogsListed):
@@ -145,7 +145,7 @@ class LogHandler:
         elif isinstance(at.end, LogNotRead):
             self._end(Outcome.FAILED, f"The log was not read to its end: {at.end.why}. {self._what_is_left}")
         else:
-            self._read(asked, at.end.size)
+            self._read(run, at.end.size)
 
     def _listed(self, end: LogsListed) -> None:
         if self._wanted is not None:
@@ -172,17 +172,17 @@ class LogHandler:
             return
         self._at = LogDownload(self._talk, self._pace, self._store, log_id=log.log_id, size=log.size_bytes, have=have)
 
-    def _read(self, asked: Asked, size: int) -> None:
+    def _read(self, run: TransactionRun, size: int) -> None:
         assert self._talk is not None
         self._out.append(self._talk.enough())
         self._at = None
         self._sending_bytes = size
-        self._sender.begin(asked.id, self._store.path)
+        self._sender.begin(run.id, self._store.path)
 
-    def _check_sending(self, asked: Asked, now: float) -> None:
+    def _check_sending(self, run: TransactionRun, now: float) -> None:
         state = self._sender.state
         if isinstance(state, Sending):
-            self._news += asked.progress(Phase.SENDING, state.done, self._sending_bytes, now)
+            self._reports += run.progress(Phase.SENDING, state.done, self._sending_bytes, now)
         elif isinstance(state, NotSent):
             words = f"The log was read, but the tower refuses it: {state.why}. {self._what_is_left}"
             self._end(Outcome.FAILED, words)
@@ -197,10 +197,10 @@ class LogHandler:
         return "The drone keeps what was read. Fetch the log again to continue from there."
 
     def _end(self, outcome: Outcome, words: str, *, logs: tuple[LogEntry, ...] | None = None) -> None:
-        assert self._asked is not None and self._talk is not None
+        assert self._run is not None and self._talk is not None
         if self._at is None:
             self._sender.stop()
         else:
             self._out.append(self._talk.enough())
-        self._news.append(self._asked.result(outcome, words, logs=logs))
-        self._asked = self._at = None
+        self._reports.append(self._run.result(outcome, words, logs=logs))
+        self._run = self._at = None

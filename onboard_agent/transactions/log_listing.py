@@ -59,14 +59,14 @@ class LogListing:
         if self._only is not None and entry.id != self._only and entry.num_logs:
             return False
         self._count, self._last = entry.num_logs, entry.last_log_num
-        news = bool(entry.num_logs) and entry.id not in self._logs
-        if news:
+        reports = bool(entry.num_logs) and entry.id not in self._logs
+        if reports:
             self._logs[entry.id] = LogEntry(entry.id, entry.size, entry.time_utc or None)
             self._asked = 1
             self._again_at = now + self._pace.quiet_s
         if len(self._logs) >= (self._count if self._only is None else min(1, self._count)):
             self._finish()
-        return news
+        return reports
 
     def due(self, now: float) -> list[bytes]:
         """Frames to send now."""

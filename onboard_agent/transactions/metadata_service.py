@@ -87,7 +87,7 @@ class MetadataService:
         self._known = MetadataKnown(hash=None, words=_NOT_YET)
         self._pieces: Iterator[MetadataPiece] = iter(())
         self._piece_at = float("-inf")
-        self._news: list[TransactionToTower] = [self._known]
+        self._reports: list[TransactionToTower] = [self._known]
 
     # TransactionHandler.
 
@@ -151,15 +151,15 @@ class MetadataService:
             out += self._ask(around, now)
         return out
 
-    def news(self) -> list[TransactionToTower]:
+    def reports(self) -> list[TransactionToTower]:
         """Returns the messages for the tower once, in order."""
-        news, self._news = self._news, []
-        return news
+        reports, self._reports = self._reports, []
+        return reports
 
     def resend(self) -> None:
         """The tower may know nothing: sends the hash again, and the tower then requests what it lacks."""
         self._pieces = iter(())
-        self._news = [self._known]
+        self._reports = [self._known]
 
     # The tower.
 
@@ -297,7 +297,7 @@ class MetadataService:
         if known != self._known:
             self._packed, self._known = data, known
             self._pieces = iter(())
-            self._news.append(known)
+            self._reports.append(known)
 
     def _send_piece(self, around: Around, now: float) -> None:
         if around.armed or now < self._piece_at:
@@ -305,7 +305,7 @@ class MetadataService:
         piece = next(self._pieces, None)
         if piece is not None:
             self._piece_at = now + PIECE_EVERY_S
-            self._news.append(piece)
+            self._reports.append(piece)
 
 
 def _next(steps: Steps) -> bytes | None:

@@ -14,7 +14,6 @@ Rules, each tested:
 from typing import Final
 
 from onboard_agent.autopilot.own_frames import AGENT_COMPONENT, FrameMaker
-from onboard_agent.transactions.asked import Asked
 from onboard_agent.transactions.file_frames import FileFrames, read_answer
 from onboard_agent.transactions.handler import Around
 from onboard_agent.transactions.parameter_encoding import HASH_NAME, Encoding, ParamValue, encoding_of, read_param_value
@@ -28,9 +27,10 @@ from onboard_agent.transactions.parameter_memory import (
     recall,
     remember,
 )
-from onboard_agent.transactions.parameter_news import ParameterNews
 from onboard_agent.transactions.parameter_reading import ParameterReading
+from onboard_agent.transactions.parameter_reports import ParameterReports
 from onboard_agent.transactions.parameter_write import ParameterWrite
+from onboard_agent.transactions.transaction_run import TransactionRun
 from wire.autopilots.registry import FAMILIES
 from wire.dialect import decode, mavlink
 from wire.frames import message_id, source
@@ -80,7 +80,7 @@ class ParameterHandler:
         """Key of the remembered table."""
         self._recall_at: float | None = None
         self._pace: Pace = FAST
-        self._table = ParameterNews()
+        self._table = ParameterReports()
         self._count = 0
         self._autopilot_hash: bytes | None = None
         self._list_at: float | None = None
@@ -88,14 +88,14 @@ class ParameterHandler:
         self._listing: ParameterReading | None = None
         self._has_files = False
         """Whether the autopilot announces FTP, and is a kind whose parameter file we know."""
-        self._readers: list[Asked] = []
+        self._readers: list[TransactionRun] = []
         self._write: ParameterWrite | None = None
-        self._writer: Asked | None = None
+        self._writer: TransactionRun | None = None
         self._sent_hash: str | None = None
         """Hash of the table last sent to this tower, as a whole or through changes."""
         self._save_at: float | None = None
         self._now = 0.0
-        self._news: list[TransactionToTower] = []
+        self._reports: list[TransactionToTower] = []
 
     # TransactionHandler.
 
@@ -118,23 +118,23 @@ class ParameterHandler:
 
     def begin(self, transaction: Transaction, around: Around | None, now: float) -> None:
         """Starts a read or a write."""
-        asked = Asked(transaction, now)
+        run = TransactionRun(transaction, now)
         work = transaction.work
         if around is None or self._system is None:
-            self._report(asked, Outcome.REFUSED, _NOT_HEARD)
+            self._report(run, Outcome.REFUSED, _NOT_HEARD)
         elif isinstance(work, ParametersWriteWork):
-            self._begin_write(asked, work, around)
+            self._begin_write(run, work, around)
         elif isinstance(work, ParametersReadWork):
-            self._begin_read(asked, work, around, now)
+            self._begin_read(run, work, around, now)
 
     def cancel(self, transaction_id: int, now: float) -> None:
         """A write ends before its next parameter; a reading continues without the request."""
         if self._writer is not None and self._writer.id == transaction_id:
             self._stop_write(Outcome.CANCELLED, "it was cancelled")
-        for asked in self._readers:
-            if asked.id == transaction_id:
-                self._report(asked, Outcome.CANCELLED, "It was cancelled.")
-        self._readers = [asked for asked in self._readers if asked.id != transaction_id]
+        for run in self._readers:
+            if run.id == transaction_id:
+                self._report(run, Outcome.CANCELLED, "It was cancelled.")
+        self._readers = [run for run in self._readers if run.id != transaction_id]
 
     def epoch_changed(self, epoch: int, now: float) -> None:
         """A write of the previous holder ends before its next parameter."""
@@ -177,12 +177,12 @@ class ParameterHandler:
             self._save()
         return out
 
-    def news(self) -> list[TransactionToTower]:
+    def reports(self) -> list[TransactionToTower]:
         """Holds changes back during a write, so that a tower that knows the table receives them together."""
         if self._write is None or not self._table.is_sent:
-            self._send_news(self._now)
-        news, self._news = self._news, []
-        return news
+            self._send_reports(self._now)
+        reports, self._reports = self._reports, []
+        return reports
 
     def resend(self) -> None:
         """The tower may know nothing: sends the state again."""
@@ -248,21 +248,21 @@ class ParameterHandler:
 
     # Reading.
 
-    def _begin_read(self, asked: Asked, work: ParametersReadWork, around: Around, now: float) -> None:
+    def _begin_read(self, run: TransactionRun, work: ParametersReadWork, around: Around, now: float) -> None:
         if self._table.values and not work.again:
             self._sent_hash = None
-            self._send_table(asked)
+            self._send_table(run)
         elif not around.heard:
-            self._report(asked, Outcome.REFUSED, _NOT_HEARD)
+            self._report(run, Outcome.REFUSED, _NOT_HEARD)
         elif self._held_back(around):
             words = "The line to the autopilot is narrow and it is flown by hand: parameters are read after that."
-            self._report(asked, Outcome.REFUSED, words)
+            self._report(run, Outcome.REFUSED, words)
         elif work.again and self._write is not None:
-            self._report(asked, Outcome.REFUSED, "Busy: parameters are being written.")
+            self._report(run, Outcome.REFUSED, "Busy: parameters are being written.")
         elif len(self._readers) >= MAX_READERS:
-            self._report(asked, Outcome.REFUSED, "Busy: the parameters are being read.")
+            self._report(run, Outcome.REFUSED, "Busy: the parameters are being read.")
         else:
-            self._readers.append(asked)
+            self._readers.append(run)
             if self._listing is None:
                 self._list_at = now
             if work.again:
@@ -298,8 +298,8 @@ class ParameterHandler:
         readers, self._readers = self._readers, []
         if isinstance(end, ListingFailed):
             self._list_at = now + AGAIN_AFTER_S
-            for asked in readers:
-                self._report(asked, Outcome.FAILED, f"The parameters could not be read: {end.why}.")
+            for run in readers:
+                self._report(run, Outcome.FAILED, f"The parameters could not be read: {end.why}.")
             return
         if isinstance(end, Listed):
             self._table.learnt(end.table, verified=True)
@@ -307,39 +307,39 @@ class ParameterHandler:
             self._save_at = now
         else:
             self._table.learnt(self._table.table, verified=True)
-        self._send_news(now, at_once=True)
-        for asked in readers:
-            self._send_table(asked)
+        self._send_reports(now, at_once=True)
+        for run in readers:
+            self._send_table(run)
 
     def _check_readers(self, now: float) -> None:
-        for asked in self._readers:
-            if now >= asked.deadline:
-                self._report(asked, Outcome.TIMED_OUT, "Reading all parameters timed out.")
+        for run in self._readers:
+            if now >= run.deadline:
+                self._report(run, Outcome.TIMED_OUT, "Reading all parameters timed out.")
             elif self._listing is not None:
-                self._news += asked.progress("reading", *self._listing.progress, now)
-        self._readers = [asked for asked in self._readers if now < asked.deadline]
+                self._reports += run.progress("reading", *self._listing.progress, now)
+        self._readers = [run for run in self._readers if now < run.deadline]
 
-    def _send_table(self, asked: Asked) -> None:
+    def _send_table(self, run: TransactionRun) -> None:
         table, received = self._table.table, self._table.hash
         if received is None or received != self._sent_hash:
             packed = pack_table(table)
             if received is None or len(packed) > MAX_PACKED_TABLE_BYTES:
-                self._report(asked, Outcome.FAILED, "There are more parameters than can be sent.")
+                self._report(run, Outcome.FAILED, "There are more parameters than can be sent.")
                 return
             self._sent_hash = received
-            self._news.append(ParameterTable(hash=received, packed=packed))
+            self._reports.append(ParameterTable(hash=received, packed=packed))
         how = "known" if self._table.verified else "remembered from the last time"
-        self._report(asked, Outcome.DONE, f"{len(table)} parameters are {how}.")
+        self._report(run, Outcome.DONE, f"{len(table)} parameters are {how}.")
 
     # Writing.
 
-    def _begin_write(self, asked: Asked, work: ParametersWriteWork, around: Around) -> None:
+    def _begin_write(self, run: TransactionRun, work: ParametersWriteWork, around: Around) -> None:
         if self._write is not None:
-            self._report(asked, Outcome.REFUSED, "Busy: parameters are being written.")
+            self._report(run, Outcome.REFUSED, "Busy: parameters are being written.")
         elif not around.heard:
-            self._report(asked, Outcome.REFUSED, _NOT_HEARD)
+            self._report(run, Outcome.REFUSED, _NOT_HEARD)
         else:
-            self._writer = asked
+            self._writer = run
             self._write = ParameterWrite(self._talk(), work.values, self._table.values, self._pace)
 
     def _stop_write(self, outcome: Outcome, why: str, *, at_once: bool = False) -> None:
@@ -354,11 +354,11 @@ class ParameterHandler:
         out = self._write.due(now)
         end = self._write.end
         if end is None:
-            self._news += self._writer.progress("writing", *self._write.progress, now)
+            self._reports += self._writer.progress("writing", *self._write.progress, now)
             return out
-        asked, self._write, self._writer = self._writer, None, None
-        self._send_news(now, at_once=True)
-        self._news.append(asked.result(end.outcome, end.words, refusals=end.refusals, refused=end.refused))
+        run, self._write, self._writer = self._writer, None, None
+        self._send_reports(now, at_once=True)
+        self._reports.append(run.result(end.outcome, end.words, refusals=end.refusals, refused=end.refused))
         return out
 
     # Reports.
@@ -367,13 +367,13 @@ class ParameterHandler:
         assert self._system is not None
         return ParameterFrames(self._maker, vehicle_system_id=self._system, encoding=self._encoding)
 
-    def _send_news(self, now: float, *, at_once: bool = False) -> None:
+    def _send_reports(self, now: float, *, at_once: bool = False) -> None:
         """Sends the changes. A tower that had the table before a change has the one after it too."""
-        news = self._table.due(now, at_once=at_once)
-        for one in news:
+        reports = self._table.due(now, at_once=at_once)
+        for one in reports:
             if isinstance(one, ParameterChanged) and one.before == self._sent_hash:
                 self._sent_hash = one.hash
-        self._news += news
+        self._reports += reports
 
-    def _report(self, asked: Asked, outcome: Outcome, words: str) -> None:
-        self._news.append(asked.result(outcome, words))
+    def _report(self, run: TransactionRun, outcome: Outcome, words: str) -> None:
+        self._reports.append(run.result(outcome, words))

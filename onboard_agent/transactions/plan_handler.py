@@ -61,7 +61,7 @@ class _Running:
 
 
 class PlanHandler:
-    """Call `autopilot_came` first; `due` at each tick and after each `receive`; forward the messages of `news`."""
+    """Call `autopilot_came` first; `due` at each tick and after each `receive`; forward the messages of `reports`."""
 
     def __init__(self, maker: FrameMaker, journal: JournalStore, patience: RetryPolicy | None = None) -> None:
         self._maker = maker
@@ -72,7 +72,7 @@ class PlanHandler:
         self._keeping: KeptFields = Verbatim()
         self._epoch = 0
         self._running: _Running | None = None
-        self._news: list[TransactionToTower] = []
+        self._reports: list[TransactionToTower] = []
         self._open: dict[PlanKind, Intent] = {}
         self.read_failed: dict[PlanKind, str] = {}
         """Kinds that `read` could not read, with the name of the MAV_MISSION_RESULT or an empty string."""
@@ -120,10 +120,10 @@ class PlanHandler:
         """Whether a ground station's message would write a plan during our own write."""
         return self.writes and ground_station_message_id in KEPT_OUT
 
-    def news(self) -> list[TransactionToTower]:
+    def reports(self) -> list[TransactionToTower]:
         """Returns the messages for the tower once."""
-        news, self._news = self._news, []
-        return news
+        reports, self._reports = self._reports, []
+        return reports
 
     # Events.
 
@@ -281,7 +281,7 @@ class PlanHandler:
             sent = end.is_new and running.transaction is not None
             self._know(running.kind, end.on_board, self._plan_sent(running) if sent else None)
         elif intent is not None:
-            self._news.append(PlanOnBoard(kind=running.kind, hash=None, fit_to_fly=False))
+            self._reports.append(PlanOnBoard(kind=running.kind, hash=None, fit_to_fly=False))
         if running.transaction is not None:
             self._report(running.transaction.id, end.outcome, end.words, code=end.code, item=end.item)
 
@@ -302,7 +302,7 @@ class PlanHandler:
         self._report(running.transaction.id, outcome, words, item=item)
 
     def _know(self, kind: PlanKind, plan: Plan, sent: Plan | None) -> None:
-        self._news.append(
+        self._reports.append(
             PlanOnBoard(
                 kind=kind,
                 hash=plan_hash(kind, plan),
@@ -321,7 +321,7 @@ class PlanHandler:
         phase, done, total = (
             machine.progress if isinstance(machine, PlanReplacement) else ("reading", *machine.progress)
         )
-        self._news.append(TransactionProgress(id=running.transaction.id, phase=str(phase), done=done, total=total))
+        self._reports.append(TransactionProgress(id=running.transaction.id, phase=str(phase), done=done, total=total))
 
     def _report(
         self,
@@ -333,7 +333,7 @@ class PlanHandler:
         item: int | None = None,
         plan: bytes | None = None,
     ) -> None:
-        self._news.append(
+        self._reports.append(
             TransactionResult(id=transaction_id, outcome=outcome, words=words, item=item, code=code, plan=plan)
         )
 

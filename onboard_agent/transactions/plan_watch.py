@@ -81,7 +81,7 @@ class PlanWatch:
         self._failures: dict[PlanKind, int] = {}
         self._start_stopped = False
         """The pending start came before a pause, which has ended its effect."""
-        self._news: list[TransactionToTower] = []
+        self._reports: list[TransactionToTower] = []
 
     # For forwarding of frames.
 
@@ -192,27 +192,27 @@ class PlanWatch:
         self._read_next(around, now)
         return out
 
-    def news(self) -> list[TransactionToTower]:
+    def reports(self) -> list[TransactionToTower]:
         """Returns the messages for the tower once, in order."""
         self._hear_handler()
-        news, self._news = self._news, []
-        return news
+        reports, self._reports = self._reports, []
+        return reports
 
     def resend(self) -> None:
         """The tower may know nothing of the plans: queues them again."""
-        reported = [one for one in self._news if not isinstance(one, PlanOnBoard)]
-        self._news = [*self._known.values(), *reported]
+        reported = [one for one in self._reports if not isinstance(one, PlanOnBoard)]
+        self._reports = [*self._known.values(), *reported]
 
     # Internals.
 
     def _hear_handler(self) -> None:
-        for one in self._handler.news():
+        for one in self._handler.reports():
             if isinstance(one, PlanOnBoard):
                 self._learnt(one)
             elif isinstance(one, TransactionResult):
-                self._news.append(self._with_pause(one))
+                self._reports.append(self._with_pause(one))
             else:
-                self._news.append(one)
+                self._reports.append(one)
 
     def _not_known(self, kind: PlanKind, now: float) -> None:
         self._to_read.add(kind)
@@ -228,7 +228,7 @@ class PlanWatch:
     def _know(self, reported: PlanOnBoard) -> None:
         if self._known.get(reported.kind) != reported:
             self._known[reported.kind] = reported
-            self._news.append(reported)
+            self._reports.append(reported)
 
     def _learnt(self, reported: PlanOnBoard) -> None:
         if reported.hash is not None:
@@ -300,7 +300,7 @@ class PlanWatch:
     def _no_pause(self, outcome: Outcome, why: str) -> None:
         assert self._pause is not None
         words = f"{why}. Nothing was written."
-        self._news.append(TransactionResult(id=self._pause[0].id, outcome=outcome, words=words[:600]))
+        self._reports.append(TransactionResult(id=self._pause[0].id, outcome=outcome, words=words[:600]))
         self._pause = None
 
     def _heard_in_pause(self, pause: PlanPause, message: Any, now: float) -> None:
@@ -327,7 +327,7 @@ class PlanWatch:
         return _shows_mission(around) or (around.starting and not self._start_stopped)
 
     def _refuse(self, transaction: Transaction, words: str) -> None:
-        self._news.append(TransactionResult(id=transaction.id, outcome=Outcome.REFUSED, words=words))
+        self._reports.append(TransactionResult(id=transaction.id, outcome=Outcome.REFUSED, words=words))
 
 
 def _shows_mission(around: Around) -> bool:

@@ -47,8 +47,8 @@ MAX_WAITING: Final = 128
 
 
 class Transactions:
-    """Call `due` at each tick and after each `receive`; send the messages of `news`. Pass the autopilot's frames of the
-    types in `hears` to `receive`."""
+    """Call `due` at each tick and after each `receive`; send the messages of `reports`. Pass the autopilot's frames of
+    the types in `hears` to `receive`."""
 
     def __init__(self, handlers: Sequence[TransactionHandler]) -> None:
         self._handlers = tuple(handlers)
@@ -150,10 +150,10 @@ class Transactions:
 
     # Messages to the tower.
 
-    def news(self, *, room: int = MAX_WAITING) -> list[TransactionToTower]:
+    def reports(self, *, room: int = MAX_WAITING) -> list[TransactionToTower]:
         """Returns messages for the control channel, in order, at most `room`; none without a tower that takes them."""
         for handler in self._handlers:
-            for one in handler.news():
+            for one in handler.reports():
                 self._wait(one)
         if len(self._waiting) > MAX_WAITING:
             self._throw_state_away()
@@ -163,15 +163,15 @@ class Transactions:
         self._sent.extend((self._now, one) for one in sending if isinstance(one, TransactionResult))
         return sending
 
-    def _wait(self, news: TransactionToTower) -> None:
-        if isinstance(news, TransactionResult):
-            self._going_on.discard(news.id)
-        for one in [one for one in self._waiting if _says_more(news, one)]:
+    def _wait(self, reports: TransactionToTower) -> None:
+        if isinstance(reports, TransactionResult):
+            self._going_on.discard(reports.id)
+        for one in [one for one in self._waiting if _says_more(reports, one)]:
             self._waiting.remove(one)
-        if isinstance(news, MetadataToTower) and PARAMETER_METADATA not in self._takes:
+        if isinstance(reports, MetadataToTower) and PARAMETER_METADATA not in self._takes:
             return
-        if self._taken or isinstance(news, TransactionResult):
-            self._waiting.append(news)
+        if self._taken or isinstance(reports, TransactionResult):
+            self._waiting.append(reports)
 
     def _throw_state_away(self) -> None:
         results = [one for one in self._waiting if isinstance(one, TransactionResult)]
@@ -185,8 +185,8 @@ class Transactions:
         self._waiting = deque(one for one in self._waiting if getattr(one, "id", None) != transaction_id)
 
 
-def _says_more(news: TransactionToTower, waiting: TransactionToTower) -> bool:
-    """Whether `news` makes a queued message obsolete."""
+def _says_more(reports: TransactionToTower, waiting: TransactionToTower) -> bool:
+    """Whether `reports` makes a queued message obsolete."""
     if isinstance(waiting, TransactionProgress):
-        return isinstance(news, TransactionProgress | TransactionResult) and news.id == waiting.id
-    return isinstance(waiting, PlanOnBoard) and isinstance(news, PlanOnBoard) and news.kind == waiting.kind
+        return isinstance(reports, TransactionProgress | TransactionResult) and reports.id == waiting.id
+    return isinstance(waiting, PlanOnBoard) and isinstance(reports, PlanOnBoard) and reports.kind == waiting.kind

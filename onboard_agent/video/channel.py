@@ -28,8 +28,8 @@ from onboard_agent.sockets.data_socket import ANY_UPLINK
 from onboard_agent.sockets.priorities import waits_for_others
 from onboard_agent.video.core.link_memory import LinkMemory
 from onboard_agent.video.core.link_rate import LinkRate
-from onboard_agent.video.core.on_the_way import piece_bytes, wire_bits
 from onboard_agent.video.core.streaming import Departure
+from onboard_agent.video.core.units_in_transit import piece_bytes, wire_bits
 from wire.video import AGENT_VIDEO_SUBPROTOCOL, KeyWanted, MalformedUnit, StreamRequest, decode_got
 
 _log = logging.getLogger(__name__)

@@ -21,7 +21,7 @@ from onboard_agent.video.core.lines import REPORT_EVERY_S, Report, Watched
 from onboard_agent.video.core.link_memory import LinkMemory, Remembered
 from onboard_agent.video.core.streaming import Encoded, Order, Streaming
 from onboard_agent.video.sources.source import Picture, PictureRequest
-from onboard_agent.video.workbench import MakeEncoder, Workbench
+from onboard_agent.video.stream_encoders import MakeEncoder, StreamEncoders
 from wire.video import LIMITS, CameraState, Codec, StreamRequest
 
 _log = logging.getLogger(__name__)
@@ -88,7 +88,7 @@ class VideoProcess:
         self._say = say
         self._streaming = Streaming(time.monotonic())
         self._memory = LinkMemory(link)
-        self._workbench = Workbench(parts.make_encoder, self._done_in_thread, self._broken_in_thread)
+        self._workbench = StreamEncoders(parts.make_encoder, self._done_in_thread, self._broken_in_thread)
         self._worker: Executor = ThreadPoolExecutor(1, thread_name_prefix="encoders")
         self._busy_until: float | None = None
         """Deadline of the encoder thread's current work. None: it is idle."""

@@ -13,7 +13,7 @@ from typing import Final
 from starlette.datastructures import Headers
 from starlette.requests import HTTPConnection
 
-from server.api.anonymous.visit_scope import admitted
+from server.api.anonymous.anonymous_scope import admitted
 from server.api.http.peer_address import address_of
 from server.api.remembered import RememberedSignIns
 from server.domain.access import AccessRequest, Action, BadToken, NotSignedIn, SessionExpired, judge

@@ -40,7 +40,7 @@ from server.store.control.hub_event_handler import HubEventHandler
 from server.store.control.loss_checks import LossChecks
 from server.store.control.rehearsal import Rehearsals
 from server.store.control.service import ControlService
-from server.store.control.stays import Stays
+from server.store.control.stay_service import StayService
 from server.store.database import Database
 from server.store.fleet.enrolment_notifier import EnrolmentNotifier
 from server.store.fleet.roster import Roster
@@ -73,7 +73,7 @@ class Parts:
     event_handler: HubEventHandler
     loss_checks: LossChecks
     rehearsals: Rehearsals
-    stays: Stays
+    stay_service: StayService
     enrolment_notifier: EnrolmentNotifier
     sign_in_rules: SignInRules
     flight_log_quota: FlightLogQuota
@@ -152,7 +152,7 @@ ControlDep = Annotated[ControlService, _part(lambda parts: parts.control)]
 EventHandlerDep = Annotated[HubEventHandler, _part(lambda parts: parts.event_handler)]
 LossChecksDep = Annotated[LossChecks, _part(lambda parts: parts.loss_checks)]
 RehearsalsDep = Annotated[Rehearsals, _part(lambda parts: parts.rehearsals)]
-StaysDep = Annotated[Stays, _part(lambda parts: parts.stays)]
+StayServiceDep = Annotated[StayService, _part(lambda parts: parts.stay_service)]
 EnrolmentNotifierDep = Annotated[EnrolmentNotifier, _part(lambda parts: parts.enrolment_notifier)]
 SignInRulesDep = Annotated[SignInRules, _part(lambda parts: parts.sign_in_rules)]
 FlightLogQuotaDep = Annotated[FlightLogQuota, _part(lambda parts: parts.flight_log_quota)]

@@ -94,7 +94,7 @@ from server.store.control.open_hold_store import load_open_holds
 from server.store.control.rehearsal import Rehearsals
 from server.store.control.service import ControlService
 from server.store.control.settings_store import load_into
-from server.store.control.stays import Stays
+from server.store.control.stay_service import StayService
 from server.store.database import open_database
 from server.store.file_accounts import file_accounts
 from server.store.fleet.drones import deleted_among
@@ -284,7 +284,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         loan_expiry=LoanExpiry(database, hub, roster, clock),
         loss_checks=loss_checks,
         rehearsals=rehearsals,
-        stays=Stays(hub=hub, database=database, clock=clock),
+        stay_service=StayService(hub=hub, database=database, clock=clock),
         event_handler=HubEventHandler(
             service=control,
             hub=hub,

@@ -125,14 +125,14 @@ class TowerServer(uvicorn.Server):
         self._acceptors = [Acceptor(one, self._budget, self._connection) for one in sockets or ()]
         self._on_listening()
 
-    def _connection(self, guest: AnonymousConnection) -> UpgradingHttp:
+    def _connection(self, anonymous: AnonymousConnection) -> UpgradingHttp:
         return UpgradingHttp(
             config=self.config,
             server_state=self.server_state,
             app_state=self.lifespan.state,
             budget=self._budget,
             turns=self._turns,
-            guest=guest,
+            anonymous=anonymous,
         )
 
     async def main_loop(self) -> None:

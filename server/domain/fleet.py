@@ -56,7 +56,7 @@ class DroneRecord:
     offered: bool = False
     """Offered back to `taken_from`, who has not accepted yet."""
     assistant: UserRef | None = None
-    blind: bool = False
+    view_taken: bool = False
     """`taken_from` may not watch the drone either."""
     video_moved: bool = False
     """`taken_from` may not watch the video."""

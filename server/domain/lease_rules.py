@@ -119,7 +119,7 @@ def take_held(lease: Lease, actor: Actor) -> Outcome:
     if refused is not None:
         return refused
     taken = lease.next(
-        holder=actor.user_id, taken_from=lease.holder, blind=not actor.watch, video_moved=actor.moves_video
+        holder=actor.user_id, taken_from=lease.holder, view_taken=not actor.watch, video_moved=actor.moves_video
     )
     return Changed(taken, (Order.HOLD,))
 
@@ -135,7 +135,7 @@ def take_taken(lease: Lease, actor: Actor) -> Outcome:
     if lease.taken_from == actor.user_id:
         return Changed(lease.next(holder=actor.user_id), (Order.HOLD,))
     taken = lease.next(
-        holder=actor.user_id, taken_from=lease.taken_from, blind=not actor.watch, video_moved=actor.moves_video
+        holder=actor.user_id, taken_from=lease.taken_from, view_taken=not actor.watch, video_moved=actor.moves_video
     )
     return Changed(taken, (Order.HOLD,))
 
@@ -152,7 +152,7 @@ def _still_taken(lease: Lease, *, offered: bool = False) -> Lease:
         holder=lease.holder,
         taken_from=lease.taken_from,
         offered=offered,
-        blind=lease.blind,
+        view_taken=lease.view_taken,
         video_moved=lease.video_moved,
     )
 

@@ -93,15 +93,15 @@ TOWER: Final = Actor(None, is_tower=True)
 class Lease:
     """`taken_from` is set only while an admin holds what they took; that user is shut out until it is given back.
 
-    `blind`: that user gets no frames either, except while the drone is offered; `video_moved`: no video. `assistant`:
-    an admin whose frames take precedence while they arrive.
+    `view_taken`: that user gets no frames either, except while the drone is offered; `video_moved`: no video.
+    `assistant`: an admin whose frames take precedence while they arrive.
     """
 
     holder: UserId | None = None
     taken_from: UserId | None = None
     offered: bool = False
     assistant: UserId | None = None
-    blind: bool = False
+    view_taken: bool = False
     video_moved: bool = False
     epoch: Epoch = NO_EPOCH
 
@@ -120,7 +120,7 @@ class Lease:
         taken_from: UserId | None = None,
         offered: bool = False,
         assistant: UserId | None = None,
-        blind: bool = False,
+        view_taken: bool = False,
         video_moved: bool = False,
     ) -> "Lease":
         """Returns the next lease; fields that are not given are reset."""
@@ -130,7 +130,7 @@ class Lease:
             taken_from=taken_from,
             offered=offered,
             assistant=assistant,
-            blind=blind,
+            view_taken=view_taken,
             video_moved=video_moved,
             epoch=Epoch(self.epoch + 1),
         )

@@ -39,7 +39,7 @@ class RightLost:
 
 
 @dataclass(frozen=True)
-class TurnWanted:
+class TurnRequested:
     """While an admin assists: whose frames are to pass from now on."""
 
     drone_id: DroneId
@@ -134,7 +134,7 @@ HubEvent = (
     | HolderGone
     | HolderExpired
     | RightLost
-    | TurnWanted
+    | TurnRequested
     | OfferLapsed
     | RttTooLong
     | HoldStepReported

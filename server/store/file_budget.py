@@ -17,7 +17,7 @@ MIN_FREE_BYTES: Final = 256 * 1024 * 1024
 _FOLDER: Final = re.compile(r"drone-(\d{1,10})")
 
 
-class NoRoom(Exception):
+class StorageFull(Exception):
     """The file is larger than allowed, or the disk is full. The message is for people."""
 
 

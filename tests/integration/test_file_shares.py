@@ -11,7 +11,7 @@ import pytest
 from sqlalchemy import func, select
 from tower_world import NewDrone, TowerWorld, start_tower
 
-from server.store.file_budget import NOBODY, Account, NoRoom, to_shrink
+from server.store.file_budget import NOBODY, Account, StorageFull, to_shrink
 from server.store.flight_logs.quota import ArrivingLog, FlightLogQuota
 from server.store.recordings.tables import RecordingRow
 from wire.ids import DroneId
@@ -74,7 +74,7 @@ def test_many_files_at_one_time_take_nothing_either_and_are_refused(tmp_path: Pa
         for one in arriving:
             try:
                 on.write(one, b"x" * 100)
-            except NoRoom:
+            except StorageFull:
                 refused += 1
                 one.arrived_bytes -= 100  # it is not on the disk
     assert refused == 35
@@ -91,7 +91,7 @@ def test_who_is_within_their_share_may_go_on_sending_while_somebody_else_takes_t
     on.write(his, b"x" * BUDGET)
     put(on, HERS, 1, 300, at=1000)
     assert kept(on, HERS) == [1]
-    with pytest.raises(NoRoom):
+    with pytest.raises(StorageFull):
         on.write(his, b"x")
     on.discard(his)
 

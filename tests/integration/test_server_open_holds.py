@@ -166,7 +166,7 @@ async def test_stay_needs_no_database(scene: Scene, monkeypatch: pytest.MonkeyPa
     def broken(*_: object, **__: object) -> None:
         raise OperationalError("INSERT", None, OSError("disk full"))
 
-    monkeypatch.setattr("server.store.control.stays.record", broken)
+    monkeypatch.setattr("server.store.control.stay_service.record", broken)
     assert (await ask(scene.anna, scene.drone.id, "stay")).status_code == 200
     assert len(scene.stays) == 1
 

@@ -10,7 +10,7 @@ from sqlalchemy.exc import OperationalError
 from tower_world import Person, TowerWorld, assert_problem, start_tower
 
 from server.domain.people import Role
-from server.live.hub_events import HolderExpired, HolderGone, OfferLapsed, RightLost, RttTooLong, TurnWanted
+from server.live.hub_events import HolderExpired, HolderGone, OfferLapsed, RightLost, RttTooLong, TurnRequested
 from server.store.accounts.users import UserChange, change_user
 from server.store.audit.action import AuditAction
 from server.store.audit.trail import COMMAND_LINE
@@ -221,7 +221,7 @@ async def test_events_of_the_hub_change_the_lease_and_are_recorded(
     assert (await seen(root, hawk.id))["epoch"] == 1
     await ask(root, hawk.id, "assist")
     async with live(world, operator) as screen:
-        await notice(world, TurnWanted(drone_id, "assistant"))
+        await notice(world, TurnRequested(drone_id, "assistant"))
         await screen.event("turn", drone_id=hawk.id)
     assert (await seen(root, hawk.id))["epoch"] == 3
     await ask(root, hawk.id, "take")
@@ -274,7 +274,7 @@ async def test_what_comes_too_late_changes_nothing(world: TowerWorld, anna: Pers
         HolderExpired(drone_id, user_id),
         RightLost(drone_id, user_id, "assistant", "gone"),
         OfferLapsed(drone_id),
-        TurnWanted(drone_id, "holder"),
+        TurnRequested(drone_id, "holder"),
         RightLost(DroneId(77), user_id, "holder", "there is no such drone"),
     ):
         await notice(world, late)
@@ -315,7 +315,7 @@ async def test_a_flood_of_events_is_bounded_and_holds(
     event_handler, drone = world.tower.event_handler, world.tower.hub.state.drones[DroneId(hawk.id)]
     monkeypatch.setattr("server.store.control.hub_event_handler.MAX_WAITING", 4)
     for number in range(20):
-        event_handler.noticed(TurnWanted(drone.drone_id, "holder"))
+        event_handler.noticed(TurnRequested(drone.drone_id, "holder"))
         event_handler.noticed(RightLost(drone.drone_id, UserId(anna.id), "taken_from", f"reason {number}"))
     for number in range(20):
         event_handler.noticed(RightLost(drone.drone_id, UserId(anna.id), "holder", f"reason {number}"))

@@ -46,7 +46,7 @@ async def test_no_team_learns_of_another(world: TowerWorld, red: Team, root: htt
     assert (await blue.clients[OPERATOR].post("/api/v1/missions", json=plan)).status_code == 201
     same = {"name": "Rowan-plan", "document": document, "shared": True}
     assert (await red.clients[ADMIN].post("/api/v1/missions", json=same)).status_code == 201
-    await blue.clients[ADMIN].post(f"{blue.path}/invitations", json={"name": "Zinnia-guest", "role": "operator"})
+    await blue.clients[ADMIN].post(f"{blue.path}/invitations", json={"name": "Zinnia-anonymous", "role": "operator"})
     await _fly_a_drone_of_the_past(world, red, blue)
 
     for role in TeamRole:

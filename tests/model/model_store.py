@@ -103,7 +103,7 @@ class MemoryStore:
                     taken_from=view.taken_from,
                     offered=view.offered,
                     assistant=view.assistant,
-                    blind=view.blind,
+                    view_taken=view.view_taken,
                     team=TeamRecord(1, "team", dict(self._ties(drone_id).crew), SINCE),
                 )
             )
@@ -120,7 +120,7 @@ class MemoryStore:
             epoch=lease.epoch,
             offered=lease.offered,
             assistant=ref(lease.assistant),
-            blind=lease.blind,
+            view_taken=lease.view_taken,
         )
 
     def _write(self, drone_id: DroneId, lease: Lease) -> None:

@@ -1,13 +1,13 @@
 /** The pilot's input devices on this page: the settings of their sticks, and the connected pads. */
 
 import { usablePads, type PadLike } from './link/pad_source';
-import { StickSettingsKeeper } from './link/stick_settings_keeper';
+import { StickSettingsStore } from './link/stick_settings_store';
 import { tower } from './tower.svelte';
 
 export const pads = (): readonly (PadLike | null)[] => navigator.getGamepads();
 export const pluggedIn = (): PadLike[] => usablePads(pads);
 
-export const sticks = new StickSettingsKeeper(tower.clock, tower.rest);
+export const sticks = new StickSettingsStore(tower.clock, tower.rest);
 let whose: number | null = null;
 tower.user.subscribe((user) => {
   // Called with each welcome; for the same user it asks again only if the tower has not answered yet.

@@ -17,7 +17,7 @@ from collections import deque
 from itertools import pairwise
 from typing import Final, NamedTuple
 
-from onboard_agent.video.core.on_the_way import Arrival, OnTheWay, Sent
+from onboard_agent.video.core.units_in_transit import Arrival, Sent, UnitsInTransit
 from wire.video import Got
 
 FIRST_PACING_BPS: Final = 1_000_000.0
@@ -98,7 +98,7 @@ class LinkRate:
     """Report to it what is sent and acknowledged; query it before each picture."""
 
     def __init__(self, now: float) -> None:
-        self.way = OnTheWay()
+        self.way = UnitsInTransit()
         self.pacing_bps = FIRST_PACING_BPS
         self.queues = 0
         """Number of queues detected."""

@@ -10,9 +10,9 @@ from typing import Final, NamedTuple
 from onboard_agent.video.core.allotment import Thinness, allot
 from onboard_agent.video.core.cadence import Cadence
 from onboard_agent.video.core.link_rate import LinkRate
-from onboard_agent.video.core.on_the_way import Sent, wire_bits
 from onboard_agent.video.core.overshoot import Overshoot
 from onboard_agent.video.core.shape_for_bits import Shape, ShapeForBits
+from onboard_agent.video.core.units_in_transit import Sent, wire_bits
 from wire.video import HEADER_BYTES, MAX_UNIT_BYTES, Got, StreamRequest, Unit, encode_unit
 
 MAX_HELD_MS: Final = 0xFFFF

@@ -18,7 +18,7 @@ from server.domain.people import Principal
 from server.live.accounts.challenges import LIFETIME_S, ChallengeOver, Challenges, Purpose
 from server.live.accounts.relying_party import RelyingParty, relying_party
 from server.runtime.settings import Settings
-from server.store.accounts.passkey_sign_in import Asked
+from server.store.accounts.passkey_sign_in import PasskeyCeremony
 
 BROWSER_COOKIE: Final = "tower_passkey"
 """Identifies the browser that asked for a challenge, not its user."""
@@ -34,7 +34,7 @@ class PasskeyRequest:
     challenges: Challenges
     clock: Clock
 
-    def begin_sign_in(self, response: Response) -> Asked:
+    def begin_sign_in(self, response: Response) -> PasskeyCeremony:
         """Sets the browser's cookie, or keeps the one it has because another tab may be waiting for an answer.
 
         Raises PasskeysUnavailable.
@@ -52,23 +52,23 @@ class PasskeyRequest:
             samesite="strict",
             secure=self.request.url.scheme == "https",
         )
-        return Asked(Purpose.SIGN_IN, _asker(browser), party)
+        return PasskeyCeremony(Purpose.SIGN_IN, _asker(browser), party)
 
-    def of_sign_in(self) -> Asked:
+    def of_sign_in(self) -> PasskeyCeremony:
         """Returns the challenge that this browser must have been given. Raises PasskeysUnavailable, ChallengeOver."""
         browser = self.request.cookies.get(BROWSER_COOKIE, "")
         if not _BROWSER.fullmatch(browser):
             raise ChallengeOver
-        return Asked(Purpose.SIGN_IN, _asker(browser), self._relying_party())
+        return PasskeyCeremony(Purpose.SIGN_IN, _asker(browser), self._relying_party())
 
-    def of_session(self, principal: Principal, purpose: Purpose) -> Asked:
-        """Returns what this session is or was asked. Raises PasskeysUnavailable."""
-        return Asked(purpose, f"session {principal.session_id}", self._relying_party())
+    def of_session(self, principal: Principal, purpose: Purpose) -> PasskeyCeremony:
+        """Returns the ceremony of this session. Raises PasskeysUnavailable."""
+        return PasskeyCeremony(purpose, f"session {principal.session_id}", self._relying_party())
 
-    def challenge_for(self, asked: Asked) -> bytes:
+    def challenge_for(self, ceremony: PasskeyCeremony) -> bytes:
         """Raises TooManyChallenges."""
         address, now_s = address_of(self.request), self.clock().timestamp()
-        return self.challenges.give(purpose=asked.purpose, asker=asked.asker, address=address, now_s=now_s)
+        return self.challenges.give(purpose=ceremony.purpose, asker=ceremony.asker, address=address, now_s=now_s)
 
     def _relying_party(self) -> RelyingParty:
         _, port = self.request.scope.get("server") or ("", self.settings.port)

@@ -52,9 +52,9 @@ _OWN: Final = (NotSignedIn, SessionExpired, InPersonOnly)
 @router.post("/session/passkey/options", responses=answers(PasskeysUnavailable, TooManyChallenges))
 async def ask_for_passkey(response: Response, passkey_request: PasskeyRequestDep) -> PasskeyOptions:
     """Begins a sign-in with a passkey. The response does not depend on the user."""
-    asked = passkey_request.begin_sign_in(response)
-    challenge = passkey_request.challenge_for(asked)
-    return PasskeyOptions(public_key=webauthn_check.request_options(asked.party, challenge=challenge))
+    ceremony = passkey_request.begin_sign_in(response)
+    challenge = passkey_request.challenge_for(ceremony)
+    return PasskeyOptions(public_key=webauthn_check.request_options(ceremony.party, challenge=challenge))
 
 
 @router.post(
@@ -77,7 +77,7 @@ async def sign_in_with_passkey(
     request already had, if any."""
     done = await passkey_sign_in.sign_in(
         body.credential.model_dump(),
-        asked=passkey_request.of_sign_in(),
+        ceremony=passkey_request.of_sign_in(),
         old_token=request.cookies.get(COOKIE),
         address=address,
         user_agent=request.headers.get("user-agent", ""),
@@ -101,12 +101,12 @@ async def begin_passkey(
     principal: FactorSetter, database: DatabaseDep, passkey_request: PasskeyRequestDep
 ) -> PasskeyOptions:
     """Begins adding a passkey. Nothing changes until `POST /me/passkeys`."""
-    asked = passkey_request.of_session(principal, Purpose.ADD)
+    ceremony = passkey_request.of_session(principal, Purpose.ADD)
     async with database.writing() as session:
         user, there = await passkeys.begin_adding(session, principal.user_id)
     options = webauthn_check.creation_options(
-        asked.party,
-        challenge=passkey_request.challenge_for(asked),
+        ceremony.party,
+        challenge=passkey_request.challenge_for(ceremony),
         user_handle=user.passkey_handle or b"",
         name=user.name,
         there=there,
@@ -134,10 +134,12 @@ async def add_passkey(
     Your other sessions must prove your identity again before they can change credentials.
     """
     clean_name(body.name)  # before the challenge is used up
-    asked = passkey_request.of_session(principal, Purpose.ADD)
+    ceremony = passkey_request.of_session(principal, Purpose.ADD)
     try:
-        challenge = passkey_sign_in.use_challenge(body.credential.response.clientDataJSON, asked=asked, now=clock())
-        new = webauthn_check.check_new(body.credential.model_dump(), challenge=challenge, party=asked.party)
+        challenge = passkey_sign_in.use_challenge(
+            body.credential.response.clientDataJSON, ceremony=ceremony, now=clock()
+        )
+        new = webauthn_check.check_new(body.credential.model_dump(), challenge=challenge, party=ceremony.party)
     except PasskeyFault:
         raise WrongPasskey from None
     async with database.writing() as session:
@@ -146,7 +148,7 @@ async def add_passkey(
             user_id=principal.user_id,
             new=new,
             name=body.name,
-            party_id=asked.party.id,
+            party_id=ceremony.party.id,
             action=audit.action(principal),
         )
         await void_proofs(session, principal.user_id, but=principal.session_id)

@@ -97,7 +97,7 @@ async def _by_passkey(checks: _Checks, principal: Principal, proof: PasskeyProof
     """A passkey verifies its user, so it replaces the password and the code."""
     await checks.passkey_sign_in.accept(
         proof.credential.model_dump(),
-        asked=checks.passkey_request.of_session(principal, Purpose.PROVE),
+        ceremony=checks.passkey_request.of_session(principal, Purpose.PROVE),
         user_id=principal.user_id,
         address=action.address,
         now=action.at,
@@ -171,11 +171,11 @@ async def ask_for_proof_by_passkey(
     principal: Prover, database: DatabaseDep, passkey_request: PasskeyRequestDep
 ) -> PasskeyOptions:
     """Begins a proof by one of the account's passkeys. Send its answer to `POST /session/proof`."""
-    asked = passkey_request.of_session(principal, Purpose.PROVE)
+    ceremony = passkey_request.of_session(principal, Purpose.PROVE)
     async with database.reading() as session:
         own = await passkeys.list_passkeys(session, principal.user_id)
-    allowed = [passkeys.known(one) for one in own if one.party_id == asked.party.id]
+    allowed = [passkeys.known(one) for one in own if one.party_id == ceremony.party.id]
     options = webauthn_check.request_options(
-        asked.party, challenge=passkey_request.challenge_for(asked), allowed=allowed
+        ceremony.party, challenge=passkey_request.challenge_for(ceremony), allowed=allowed
     )
     return PasskeyOptions(public_key=options)

@@ -106,7 +106,7 @@ async def sign_in(
         assert body.passkey is not None and asked is not None
         try:
             await passkey_sign_in.accept(
-                body.passkey.model_dump(), asked=asked, user_id=user_id, address=address, now=clock()
+                body.passkey.model_dump(), ceremony=asked, user_id=user_id, address=address, now=clock()
             )
         except WrongPasskey:
             raise PasskeyRefused from None

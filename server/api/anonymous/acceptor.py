@@ -15,7 +15,7 @@ import time
 from collections.abc import Callable
 from typing import Any, Final
 
-from server.live.anonymous.budget import AnonymousBudget, Over, origin_of_guest
+from server.live.anonymous.budget import AnonymousBudget, Over, origin_of_anonymous
 from server.live.anonymous.connections import AnonymousConnection
 from server.live.anonymous.slices import Slices
 
@@ -77,9 +77,9 @@ class Acceptor:
     def _came(self, opened: socket.socket, address: tuple[Any, ...]) -> None:
         host = str(address[0])
         is_proxy = self._budget.is_proxy(host)
-        origin = origin_of_guest(host, int(address[1]), is_proxy=is_proxy)
-        guest = self._budget.connections.come(origin, is_proxy=is_proxy, cut=_nothing)
-        if guest is None:
+        origin = origin_of_anonymous(host, int(address[1]), is_proxy=is_proxy)
+        anonymous = self._budget.connections.come(origin, is_proxy=is_proxy, cut=_nothing)
+        if anonymous is None:
             self._budget.refused[Over.CONNECTIONS] += 1
             with contextlib.suppress(OSError):
                 opened.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _RESET)
@@ -88,15 +88,15 @@ class Acceptor:
         opened.setblocking(False)
         with contextlib.suppress(OSError):
             opened.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        task = self._loop.create_task(self._open(opened, guest))
+        task = self._loop.create_task(self._open(opened, anonymous))
         self._opening.add(task)
         task.add_done_callback(self._opening.discard)
 
-    async def _open(self, opened: socket.socket, guest: AnonymousConnection) -> None:
+    async def _open(self, opened: socket.socket, anonymous: AnonymousConnection) -> None:
         try:
-            await self._loop.connect_accepted_socket(lambda: self._make(guest), opened)
+            await self._loop.connect_accepted_socket(lambda: self._make(anonymous), opened)
         except Exception:  # the connection closed before it was set up
-            self._budget.connections.gone(guest)
+            self._budget.connections.gone(anonymous)
             opened.close()
 
 

@@ -12,7 +12,7 @@ from typing import Protocol
 
 from server.live.anonymous.budget import AnonymousBudget, Over
 from server.live.anonymous.connections import AnonymousConnection
-from server.live.anonymous.fair_line import Bounds, FairLine, Priority
+from server.live.anonymous.fair_queue import Bounds, FairQueue, Priority
 from server.live.anonymous.slices import Slices
 
 _AS_MANY_AS_CONNECTIONS = Bounds(per_address=1_000_000, per_network=1_000_000, total=1_000_000)
@@ -21,7 +21,7 @@ _AS_MANY_AS_CONNECTIONS = Bounds(per_address=1_000_000, per_network=1_000_000, t
 class AnonymousReader(Protocol):
     """A connection that has not signed in."""
 
-    guest: AnonymousConnection | None
+    anonymous: AnonymousConnection | None
     unread: bytes
     """Received bytes that wait for their turn."""
 
@@ -41,7 +41,7 @@ class ReadTurns:
     def __init__(self, budget: AnonymousBudget) -> None:
         limits = budget.limits
         self._budget = budget
-        self._line = FairLine[AnonymousReader](_AS_MANY_AS_CONNECTIONS)
+        self._line = FairQueue[AnonymousReader](_AS_MANY_AS_CONNECTIONS)
         self._slices = Slices(limits.read_slice_s, limits.read_rest_s)
         self._unread = 0
         self._timer: asyncio.TimerHandle | None = None
@@ -54,12 +54,12 @@ class ReadTurns:
             reader.unread = data
             self._serve(reader)
         else:
-            guest = reader.guest
-            assert guest is not None
-            standing = Priority.KNOWN if guest.is_known else Priority.FRESH
+            anonymous = reader.anonymous
+            assert anonymous is not None
+            standing = Priority.KNOWN if anonymous.is_known else Priority.FRESH
             if self._keep(reader, data):
                 reader.hold_reading()
-                self._line.join(reader, guest.origin, standing)
+                self._line.join(reader, anonymous.origin, standing)
                 self._plan()
 
     def close(self) -> None:

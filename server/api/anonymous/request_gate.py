@@ -15,10 +15,10 @@ from typing import Final
 
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from server.api.anonymous.visit_scope import GUEST, VISIT
-from server.live.anonymous.budget import AnonymousBudget, AnonymousVisit, Over
+from server.api.anonymous.anonymous_scope import ANONYMOUS_CONNECTION, ANONYMOUS_REQUEST
+from server.live.anonymous.budget import AnonymousBudget, AnonymousRequest, Over
 from server.live.anonymous.connections import AnonymousConnection
-from server.live.anonymous.fair_line import Bounds, FairLine, Priority
+from server.live.anonymous.fair_queue import Bounds, FairQueue, Priority
 from server.live.anonymous.networks import Origin, origin_of
 from server.live.relay.token_bucket import TokenBucket
 
@@ -46,7 +46,7 @@ class RequestGate:
         self._app = app
         self._budget = budget
         self._is_vouched = is_vouched
-        self._line = FairLine[asyncio.Future[None]](
+        self._line = FairQueue[asyncio.Future[None]](
             Bounds(
                 limits.max_waiting_requests_per_address,
                 limits.max_waiting_requests_per_network,
@@ -62,9 +62,11 @@ class RequestGate:
         if scope["type"] == "lifespan":
             await self._app(scope, receive, send)
             return
-        guest: AnonymousConnection | None = scope.get(GUEST)
-        forwarded = guest is None or (guest.is_proxy and any(name == _FORWARDED for name, _ in scope["headers"]))
-        if guest is not None and guest.is_admitted and not forwarded:
+        anonymous: AnonymousConnection | None = scope.get(ANONYMOUS_CONNECTION)
+        forwarded = anonymous is None or (
+            anonymous.is_proxy and any(name == _FORWARDED for name, _ in scope["headers"])
+        )
+        if anonymous is not None and anonymous.is_admitted and not forwarded:
             await self._app(scope, receive, send)
             return
         client = scope.get("client")
@@ -83,15 +85,15 @@ class RequestGate:
         except _TooManyRequests:
             await _refuse(scope, send)
             return
-        visit = AnonymousVisit(
-            self._budget, origin, None if forwarded else guest, is_handshake=is_handshake and not is_vouched
+        request = AnonymousRequest(
+            self._budget, origin, None if forwarded else anonymous, is_handshake=is_handshake and not is_vouched
         )
-        scope[VISIT] = visit
+        scope[ANONYMOUS_REQUEST] = request
         try:
             await self._app(scope, receive, send)
         finally:
-            visit.end()
-            del scope[VISIT]
+            request.end()
+            del scope[ANONYMOUS_REQUEST]
 
     async def _turn(self, origin: Origin) -> None:
         """Returns when this request may begin. Raises _TooManyRequests."""

@@ -10,7 +10,7 @@ from fastapi import APIRouter, Body, Depends, Path, Request
 from pydantic import BaseModel, Field
 
 from server.api.access import Commander, Pilot
-from server.api.dependencies import AddressDep, AuthenticatorDep, ClockDep, ControlDep, HubDep, StaysDep
+from server.api.dependencies import AddressDep, AuthenticatorDep, ClockDep, ControlDep, HubDep, StayServiceDep
 from server.api.http.problem_docs import answers
 from server.domain.access import AccessRequest, Action, UnknownDrone, judge
 from server.domain.lease import Event, Refused
@@ -166,12 +166,12 @@ async def accept(
 
 @router.post("/stay", operation_id="stay_in_hold")
 async def stay(
-    principal: Pilot, stays: StaysDep, address: AddressDep, drone_id: DronePath, body: Reason = None
+    principal: Pilot, stay_service: StayServiceDep, address: AddressDep, drone_id: DronePath, body: Reason = None
 ) -> DroneView:
     """Holder, owner, borrower or admin: keeps the drone where it is. What it would do by itself because a person is
     away is postponed until the battery is needed for the way home. 409 `nothing-to-stay` if no countdown is running."""
     reason = body.reason.strip() if body else ""
-    return await stays.stay(principal, DroneId(drone_id), reason=reason, address=address)
+    return await stay_service.stay(principal, DroneId(drone_id), reason=reason, address=address)
 
 
 @router.post("/assist", operation_id="assist_control")

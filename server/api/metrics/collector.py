@@ -16,7 +16,7 @@ from prometheus_client.core import (
 from prometheus_client.registry import Collector
 
 from server.live.hub import Hub
-from server.live.relay.census import take_census
+from server.live.relay.live_counts import count_live
 from server.live.relay.traffic import LATENCY_BOUNDS_S, Histogram, Traffic
 from server.store.database import Database
 
@@ -128,23 +128,23 @@ class RelayCollector(Collector):
         yield GaugeMetricFamily("tower_video_streams", "Streams that agents are asked for", value=streams)
 
     def _present(self) -> Iterator[Metric]:
-        census = take_census(self._hub.state)
+        counts = count_live(self._hub.state)
         for name, words, value in (
-            ("tower_browsers", "Live connections of browsers and programs", census.browsers),
-            ("tower_users", "Users who have one", census.users),
-            ("tower_agents", "Agents signed in", census.agents),
-            ("tower_drones", "Drones there are", census.drones),
-            ("tower_drones_online", "Drones whose data channel works", census.online),
-            ("tower_drones_held", "Drones whose controls somebody has", census.held),
+            ("tower_browsers", "Live connections of browsers and programs", counts.browsers),
+            ("tower_users", "Users who have one", counts.users),
+            ("tower_agents", "Agents signed in", counts.agents),
+            ("tower_drones", "Drones there are", counts.drones),
+            ("tower_drones_online", "Drones whose data channel works", counts.online),
+            ("tower_drones_held", "Drones whose controls somebody has", counts.held),
         ):
             yield GaugeMetricFamily(name, words, value=value)
         queues = ("text", "transactional", "state")
-        yield _depths("tower_queue_depth", "What waits for all browsers together", queues, census.waiting)
-        yield _depths("tower_queue_deepest", "What waits for the slowest of them", queues, census.deepest)
+        yield _depths("tower_queue_depth", "What waits for all browsers together", queues, counts.waiting)
+        yield _depths("tower_queue_deepest", "What waits for the slowest of them", queues, counts.deepest)
         of_agents = ("message", "datagram")
-        yield _depths("tower_agent_queue_depth", "What waits for all agents together", of_agents, census.agents_waiting)
+        yield _depths("tower_agent_queue_depth", "What waits for all agents together", of_agents, counts.agents_waiting)
         yield _depths(
-            "tower_agent_queue_deepest", "What waits for the slowest of them", of_agents, census.agents_deepest
+            "tower_agent_queue_deepest", "What waits for the slowest of them", of_agents, counts.agents_deepest
         )
 
     def _database(self) -> Iterator[Metric]:

@@ -14,7 +14,7 @@ from server.domain.relations import Right
 from server.live.hub import Hub
 from server.live.operations.operation import Operation, Order
 from server.live.operations.permissions import refuse_others, require_view
-from server.live.operations.refusals import Assisted, OnlyWatches, TooManyOperations, TurnNotCome
+from server.live.operations.refusals import Assisted, OnlyWatches, TooManyOperations, TurnTimeout
 from server.live.operations.views import OperationView
 from server.live.relay.live_drone import LiveDrone
 from wire.ids import DroneId
@@ -49,7 +49,7 @@ def refuse_observers(drone: LiveDrone, principal: Principal) -> None:
 async def flown_drone(hub: Hub, principal: Principal, drone_id: int) -> LiveDrone:
     """Returns a drone whose controls and turn this user has. No await may come between this and `begin`.
 
-    Raises UnknownDrone, ViewTaken, NotInControl, Assisted, TurnNotCome.
+    Raises UnknownDrone, ViewTaken, NotInControl, Assisted, TurnTimeout.
     """
     drone = watched_drone(hub, principal, drone_id)
     refuse_others(drone, principal, time.monotonic())
@@ -58,7 +58,7 @@ async def flown_drone(hub: Hub, principal: Principal, drone_id: int) -> LiveDron
         if drone.lease.assistant is None or drone.lease.assistant.id != principal.user_id:
             raise Assisted(drone.record.name)
         if time.monotonic() > until:
-            raise TurnNotCome(drone.record.name)
+            raise TurnTimeout(drone.record.name)
         await asyncio.sleep(CHECK_EVERY_S)
         drone = watched_drone(hub, principal, drone_id)
     refuse_others(drone, principal, time.monotonic())

@@ -24,7 +24,7 @@ OperationPath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
 def _find(hub: Hub, principal: Principal, operation_id: int) -> Operation:
     operation = hub.operations.find(operation_id)
     drone = hub.squads.drone(operation.drone_id, principal.user_id, principal.role) if operation else None
-    if operation is None or drone is None or principal.user_id == drone.blind_user_id:
+    if operation is None or drone is None or principal.user_id == drone.user_without_view:
         raise UnknownOperation
     if not drone.knows_of(principal.user_id, principal.role, operation.began_at):
         raise UnknownOperation

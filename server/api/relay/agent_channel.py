@@ -11,8 +11,8 @@ import structlog
 from starlette.responses import PlainTextResponse
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from server.api.anonymous.anonymous_scope import admitted
 from server.api.anonymous.refusal_log import log_refusal
-from server.api.anonymous.visit_scope import admitted
 from server.api.http.peer_address import address_of
 from server.api.http.private_path import is_private_path
 from server.api.relay.agent_sign_in import (

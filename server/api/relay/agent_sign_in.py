@@ -19,7 +19,7 @@ from starlette.datastructures import Headers
 from starlette.requests import HTTPConnection
 from starlette.types import Scope
 
-from server.api.anonymous.visit_scope import admitted
+from server.api.anonymous.anonymous_scope import admitted
 from server.api.http.private_path import is_private_path
 from server.api.relay.tls_binding import TlsBinding
 from server.live.hub import Hub

@@ -2,7 +2,7 @@
 
 A plain socket: with 50 drones at 500 to 2,500 datagrams a second it costs a quarter to a third less than uvloop's own
 datagram transport, and the same on a loop that has none. A single datagram is read at once. Datagrams that arrive in
-quick succession are read in rounds (`read_rhythm`), because waking the process costs more than ten datagrams in a
+quick succession are read in rounds (`read_pacer`), because waking the process costs more than ten datagrams in a
 process that is awake. Drones that are flown by hand or watched closely are in no round: each has a socket of its own
 (`connected_sockets`).
 """
@@ -21,7 +21,7 @@ from server.api.relay.read_gate import ReadGate
 from server.api.relay.write_round import WriteRound
 from server.live.anonymous.budget import AnonymousBudget, Over
 from server.live.hub import Hub
-from server.live.relay.read_rhythm import ReadRhythm
+from server.live.relay.read_pacer import ReadPacer
 from wire.drops import Dropped, DropReason
 from wire.ids import LinkId
 
@@ -56,7 +56,7 @@ class DataEndpoint:
         self.may_act: Callable[[], bool] = lambda: True
         """Called before anything is sent to an agent: false in a process that may no longer be the tower."""
         self._socket: socket.socket | None = None
-        self._rhythm = ReadRhythm()
+        self._rhythm = ReadPacer()
         self._resting: asyncio.TimerHandle | None = None
         self._gate: ReadGate | None = None
         self._connected: ConnectedSockets | None = None

@@ -10,7 +10,7 @@ from typing import Final
 
 from starlette.requests import HTTPConnection
 
-from server.api.anonymous.visit_scope import admitted
+from server.api.anonymous.anonymous_scope import admitted
 from server.api.http.private_path import is_private_path
 from server.api.relay.agent_sign_in import AgentRefused, read_credential
 from server.live.hub import Hub

@@ -1,6 +1,6 @@
 """Watches a socket until it is readable, then fires once and waits for the next call of `watch`.
 
-An event loop needs about ten system calls to start and stop watching, many times a second with rounds (`read_rhythm`).
+An event loop needs about ten system calls to start and stop watching, many times a second with rounds (`read_pacer`).
 Linux can do it with one: an epoll inside the loop's, which disarms itself when it has fired.
 """
 

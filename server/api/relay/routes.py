@@ -15,7 +15,7 @@ from server.api.dependencies import (
 )
 from server.api.relay.agent_channel import AgentChannel
 from server.api.relay.live_channel import BROWSER_SUBPROTOCOL, LiveChannel
-from server.api.relay.viewer_sign_in import ViewerSignInDep, turn_away
+from server.api.relay.viewer_sign_in import ViewerSignInDep, refuse_connection
 from server.domain.access import AccessRequest, Action, judge
 
 NOT_FOR_WATCHING: Final = 4403
@@ -42,7 +42,7 @@ async def live(
         return
     verdict = judge(AccessRequest(viewer, Action.SEE_SQUAD))
     if verdict.refusal is not None:
-        await turn_away(websocket, subprotocol, NOT_FOR_WATCHING, verdict.refusal.message)
+        await refuse_connection(websocket, subprotocol, NOT_FOR_WATCHING, verdict.refusal.message)
         return
     channel = LiveChannel(
         websocket,

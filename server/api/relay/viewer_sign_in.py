@@ -47,15 +47,15 @@ class ViewerSignIn:
         `?scopes=watch` requests less than the sign-in allows.
         """
         if token_in(websocket.headers) is None and not origin_allowed(websocket, self.settings):
-            await turn_away(websocket, subprotocol, WRONG_ORIGIN, "this page may not talk to this tower")
+            await refuse_connection(websocket, subprotocol, WRONG_ORIGIN, "this page may not talk to this tower")
             return None
         try:
             viewer = await self.authenticator.authenticate(websocket)
         except DatabaseUnavailable:
-            await turn_away(websocket, subprotocol, TRY_AGAIN, "the database does not answer: try again")
+            await refuse_connection(websocket, subprotocol, TRY_AGAIN, "the database does not answer: try again")
             return None
         if isinstance(viewer, Refusal):
-            await turn_away(websocket, subprotocol, NOT_SIGNED_IN, viewer.message)
+            await refuse_connection(websocket, subprotocol, NOT_SIGNED_IN, viewer.message)
             return None
         return viewer.narrowed(_scopes_wanted(websocket))
 
@@ -77,7 +77,7 @@ async def _viewer_sign_in(
 ViewerSignInDep = Annotated[ViewerSignIn, Depends(_viewer_sign_in)]
 
 
-async def turn_away(websocket: WebSocket, subprotocol: str | None, code: int, why: str) -> None:
+async def refuse_connection(websocket: WebSocket, subprotocol: str | None, code: int, why: str) -> None:
     """Refuses after the upgrade: for a refused upgrade, a browser shows a script only that it failed, without a
     code."""
     await websocket.accept(subprotocol=subprotocol)

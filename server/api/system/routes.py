@@ -17,7 +17,7 @@ from server.api.dependencies import ClockDep, DatabaseDep, HubDep, LoopLagDep, S
 from server.api.http.problem_docs import answers
 from server.domain.access import AdminsOnly, NotSignedIn, SessionExpired
 from server.live.fleet.views import UserRefView
-from server.live.relay.census import online_users, take_census
+from server.live.relay.live_counts import count_live, online_users
 from server.store.database_facts import database_facts
 
 router = APIRouter(prefix="/api/v1", tags=["system"])
@@ -91,7 +91,7 @@ async def system(
     """Returns the present state of database, disk, agents, clients and event loop, and the versions."""
     now = clock()
     disk = await asyncio.to_thread(shutil.disk_usage, settings.var)
-    census = take_census(hub.state)
+    counts = count_live(hub.state)
     return SystemView(
         version=request.app.version,
         python=platform.python_version(),
@@ -100,7 +100,7 @@ async def system(
         loop_lag_ms=LagView(now=loop_lag.now_ms, worst_60s=loop_lag.worst_ms),
         database=DatabaseView.model_validate(await database_facts(database), from_attributes=True),
         disk=DiskView(free_bytes=disk.free, total_bytes=disk.total),
-        agents=AgentsView(known=census.drones, online=census.online),
-        clients=ClientsView(live=census.browsers, users=census.users),
+        agents=AgentsView(known=counts.drones, online=counts.online),
+        clients=ClientsView(live=counts.browsers, users=counts.users),
         memory_bytes=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,
     )

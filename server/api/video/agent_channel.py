@@ -8,8 +8,8 @@ import structlog
 from starlette.responses import PlainTextResponse
 from starlette.websockets import WebSocket
 
+from server.api.anonymous.anonymous_scope import admitted
 from server.api.anonymous.refusal_log import log_refusal
-from server.api.anonymous.visit_scope import admitted
 from server.api.http.private_path import is_private_path
 from server.api.relay.side_by_side import Ending, close_quietly, is_breach, until_one_ends
 from server.api.websocket.direct_websocket import direct_writer

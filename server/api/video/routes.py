@@ -11,7 +11,7 @@ from starlette.websockets import WebSocket
 from server.api.access import Viewer
 from server.api.dependencies import AnonymousBudgetDep, ClockDep, HubDep, SharedChecksDep
 from server.api.http.problem_docs import answers
-from server.api.relay.viewer_sign_in import ViewerSignInDep, turn_away
+from server.api.relay.viewer_sign_in import ViewerSignInDep, refuse_connection
 from server.api.video.agent_channel import AgentVideoSocket
 from server.api.video.viewer_channel import BAD_REQUEST, ViewerChannel
 from server.domain.access import UnknownDrone
@@ -53,12 +53,12 @@ async def watch_video(
     number = DroneId(int(drone_id)) if drone_id.isascii() and drone_id.isdigit() and len(drone_id) < 11 else _NO_DRONE
     refusal = why_not_watch(hub.state.drones.get(number), viewer)
     if refusal is not None:
-        await turn_away(websocket, subprotocol, refusal.code, refusal.words)
+        await refuse_connection(websocket, subprotocol, refusal.code, refusal.words)
         return
     try:
         keys = streams_named(_said(websocket, "quality", "medium"), _said(websocket, "codec", "mpeg1"))
     except MalformedVideoRequest as error:
-        await turn_away(websocket, subprotocol, BAD_REQUEST, str(error))
+        await refuse_connection(websocket, subprotocol, BAD_REQUEST, str(error))
         return
     key = hub.video.first_offered(number, keys)
     channel = ViewerChannel(

@@ -36,7 +36,7 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 from websockets.frames import CloseCode, Frame
 from websockets.http11 import Request
 
-from server.api.anonymous.visit_scope import GUEST
+from server.api.anonymous.anonymous_scope import ANONYMOUS_CONNECTION
 from server.live.anonymous.connections import AnonymousConnection, ConnectionBudget
 from server.live.video.websocket_bytes import BINARY, PING, PONG, TEXT, whole_message
 
@@ -111,7 +111,7 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
         self._since_close = 0
         self._stalled: asyncio.TimerHandle | None = None
         self._lingering: asyncio.TimerHandle | None = None
-        self._guest: tuple[AnonymousConnection, ConnectionBudget] | None = None
+        self._anonymous: tuple[AnonymousConnection, ConnectionBudget] | None = None
         self._on_text: Listener | None = None
         self._on_binary: Listener | None = None
         self.on_room: Callable[[], None] = _nothing
@@ -123,13 +123,13 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
         if hasattr(self, "scope"):  # the handshake succeeded; the application's task has not begun yet
             cast("dict[str, Any]", self.scope["extensions"])[EXTENSION] = self
 
-    def is_guest(self, guest: AnonymousConnection, connections: ConnectionBudget) -> None:
+    def count_as_anonymous(self, anonymous: AnonymousConnection, connections: ConnectionBudget) -> None:
         """Counts the connection as not signed in until it signs in or ends."""
-        self._guest = guest, connections
+        self._anonymous = anonymous, connections
         if hasattr(self, "scope"):  # the handshake succeeded; the application's task has not begun yet
-            cast("dict[str, Any]", self.scope)[GUEST] = guest
+            cast("dict[str, Any]", self.scope)[ANONYMOUS_CONNECTION] = anonymous
         if self.transport.is_closing():
-            connections.gone(guest)
+            connections.gone(anonymous)
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
@@ -145,9 +145,9 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
         for timer in (self._stalled, self._lingering):
             if timer is not None:
                 timer.cancel()
-        if self._guest is not None:
-            guest, connections = self._guest
-            connections.gone(guest)
+        if self._anonymous is not None:
+            anonymous, connections = self._anonymous
+            connections.gone(anonymous)
         super().connection_lost(exc)
         # The parser is a generator that refers to `conn`, and `conn` refers to it and to the error that ended it.
         self.conn.parser.close()

@@ -15,8 +15,8 @@ from typing import Any, Final, cast
 
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 
+from server.api.anonymous.anonymous_scope import ANONYMOUS_CONNECTION
 from server.api.anonymous.read_turns import ReadTurns
-from server.api.anonymous.visit_scope import GUEST
 from server.api.websocket.direct_websocket import DirectWebSocket
 from server.live.anonymous.budget import AnonymousBudget, Over
 from server.live.anonymous.connections import AnonymousConnection
@@ -43,12 +43,12 @@ class UpgradingHttp(HttpToolsProtocol):
         *args: Any,
         budget: AnonymousBudget | None = None,
         turns: ReadTurns | None = None,
-        guest: AnonymousConnection | None = None,
+        anonymous: AnonymousConnection | None = None,
         **options: Any,
     ) -> None:
-        """`guest`: what the connection counts as until it signs in; without one nothing is counted."""
+        """`anonymous`: what the connection counts as until it signs in; without one nothing is counted."""
         super().__init__(*args, **options)
-        self.guest = guest
+        self.anonymous = anonymous
         self.unread = b""
         self._budget = budget
         self._turns = turns
@@ -60,18 +60,18 @@ class UpgradingHttp(HttpToolsProtocol):
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
-        if self.guest is not None:
-            self.guest.cut = transport.abort
+        if self.anonymous is not None:
+            self.anonymous.cut = transport.abort
         self._wait_for_head()
 
     def connection_lost(self, exc: Exception | None) -> None:
         self._head_is_there()
-        if self.guest is not None and self._budget is not None:
-            self._budget.connections.gone(self.guest)
+        if self.anonymous is not None and self._budget is not None:
+            self._budget.connections.gone(self.anonymous)
         super().connection_lost(exc)
 
     def data_received(self, data: bytes) -> None:
-        if self.guest is None or self._turns is None or (self.guest.is_admitted and not self.unread):
+        if self.anonymous is None or self._turns is None or (self.anonymous.is_admitted and not self.unread):
             self._parse(data)
         else:
             self._turns.came(self, data)
@@ -130,7 +130,7 @@ class UpgradingHttp(HttpToolsProtocol):
 
     def on_message_begin(self) -> None:
         super().on_message_begin()
-        cast("dict[str, Any]", self.scope)[GUEST] = self.guest
+        cast("dict[str, Any]", self.scope)[ANONYMOUS_CONNECTION] = self.anonymous
         self._around_body = self._body = 0
         if self._no_head is None:
             self._wait_for_head()
@@ -155,8 +155,8 @@ class UpgradingHttp(HttpToolsProtocol):
         # From here on the WebSocket receives everything.
         self.parser = None  # type: ignore[assignment]
         taker = self.transport.get_protocol()
-        if self.guest is not None and self._budget is not None and isinstance(taker, DirectWebSocket):
-            taker.is_guest(self.guest, self._budget.connections)
+        if self.anonymous is not None and self._budget is not None and isinstance(taker, DirectWebSocket):
+            taker.count_as_anonymous(self.anonymous, self._budget.connections)
 
     def _wait_for_head(self) -> None:
         self._no_head = self.loop.call_later(HEAD_WITHIN_S, self._no_head_came)

@@ -16,7 +16,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from server.live.anonymous.fair_line import Priority
+from server.live.anonymous.fair_queue import Priority
 from server.live.anonymous.hashing import Caller
 from server.live.anonymous.known_addresses import KnownAddresses
 from server.live.anonymous.limits import LIMITS, AnonymousLimits

@@ -8,7 +8,7 @@ from collections import Counter
 from enum import StrEnum
 
 from server.live.anonymous.connections import AnonymousConnection, ConnectionBudget
-from server.live.anonymous.fair_line import Priority
+from server.live.anonymous.fair_queue import Priority
 from server.live.anonymous.known_addresses import KnownAddresses
 from server.live.anonymous.limits import LIMITS, AnonymousLimits
 from server.live.anonymous.log_lines import LogBudget
@@ -88,22 +88,22 @@ class AnonymousBudget:
             del self.handshakes[origin.address]
 
 
-class AnonymousVisit:
+class AnonymousRequest:
     """One request or WebSocket, from its beginning until it has signed in or ended."""
 
     def __init__(
-        self, budget: AnonymousBudget, origin: Origin, guest: AnonymousConnection | None, *, is_handshake: bool
+        self, budget: AnonymousBudget, origin: Origin, anonymous: AnonymousConnection | None, *, is_handshake: bool
     ) -> None:
         self._budget = budget
         self._origin = origin
-        self._guest = guest
+        self._anonymous = anonymous
         """None where the connection carries requests of others too, as a proxy's does."""
         self._is_handshake = is_handshake
 
     def admit(self) -> None:
         """It has signed in; and so has its connection, unless that is a proxy's."""
-        if self._guest is not None and not self._guest.is_admitted:
-            self._budget.connections.admit(self._guest)
+        if self._anonymous is not None and not self._anonymous.is_admitted:
+            self._budget.connections.admit(self._anonymous)
         self._budget.known.remember(self._origin)
         self.end()
 
@@ -114,6 +114,6 @@ class AnonymousVisit:
             self._budget.end_handshake(self._origin)
 
 
-def origin_of_guest(address: str, port: int, *, is_proxy: bool) -> Origin:
+def origin_of_anonymous(address: str, port: int, *, is_proxy: bool) -> Origin:
     """A proxy's connections take turns with each other: their clients are not known yet."""
     return Origin(f"{address}:{port}", f"{address}:{port}") if is_proxy else origin_of(address)

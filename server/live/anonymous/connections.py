@@ -52,34 +52,34 @@ class ConnectionBudget:
             return None
         if not is_known and self._strangers >= limits.max_connections and not self._make_space(origin):
             return None
-        guest = AnonymousConnection(origin, is_known=is_known, is_proxy=False, cut=cut)
+        anonymous = AnonymousConnection(origin, is_known=is_known, is_proxy=False, cut=cut)
         self._of_address[origin.address] += 1
         if not is_known:
             self._strangers += 1
-            self._of_network.setdefault(origin.network, OrderedDict())[guest] = None
-        return guest
+            self._of_network.setdefault(origin.network, OrderedDict())[anonymous] = None
+        return anonymous
 
-    def admit(self, guest: AnonymousConnection) -> None:
+    def admit(self, anonymous: AnonymousConnection) -> None:
         """It has signed in."""
-        self.gone(guest)
-        guest.is_admitted = True
+        self.gone(anonymous)
+        anonymous.is_admitted = True
 
-    def gone(self, guest: AnonymousConnection) -> None:
+    def gone(self, anonymous: AnonymousConnection) -> None:
         """It has ended. Harmless for one that was admitted, and a second time."""
-        if not guest.is_counted:
+        if not anonymous.is_counted:
             return
-        guest.is_counted = False
-        guest.cut = _nothing
-        address = guest.origin.address
+        anonymous.is_counted = False
+        anonymous.cut = _nothing
+        address = anonymous.origin.address
         self._of_address[address] -= 1
         if not self._of_address[address]:
             del self._of_address[address]
-        if not guest.is_known:
+        if not anonymous.is_known:
             self._strangers -= 1
-            of_network = self._of_network[guest.origin.network]
-            del of_network[guest]
+            of_network = self._of_network[anonymous.origin.network]
+            del of_network[anonymous]
             if not of_network:
-                del self._of_network[guest.origin.network]
+                del self._of_network[anonymous.origin.network]
 
     def _make_space(self, origin: Origin) -> bool:
         """Ends the oldest connection of the network that has most, unless that is the newcomer's own."""

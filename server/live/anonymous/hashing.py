@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-from server.live.anonymous.fair_line import Bounds, FairLine, Priority, Ticket
+from server.live.anonymous.fair_queue import Bounds, FairQueue, Priority, Ticket
 from server.live.anonymous.limits import AnonymousLimits
 from server.live.anonymous.networks import Origin
 
@@ -40,7 +40,7 @@ class HashingSlots(Generic[T]):
         bounds = Bounds(
             limits.max_waiting_hashes_per_address, limits.max_waiting_hashes_per_network, limits.max_waiting_hashes
         )
-        self._line = FairLine[T](bounds, newest_first=Priority.FRESH)
+        self._line = FairQueue[T](bounds, newest_first=Priority.FRESH)
         self._slots = slots
         self._for_strangers = max(1, slots - limits.known_hash_slots)
         self._busy = 0

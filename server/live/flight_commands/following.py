@@ -39,7 +39,7 @@ def follow_order(
     """Raises NoSuchLeader, CannotFollow, DroneBusy, LoanForbids, and what Vehicle raises."""
     name = drone.record.name
     leader = hub.squads.drone(DroneId(request.leader), principal.user_id, principal.role)
-    if leader is None or leader.blind_user_id == principal.user_id:
+    if leader is None or leader.user_without_view == principal.user_id:
         raise NoSuchLeader
     leads = leader.record.name
     work = FollowWork(leads[:80], request.north_m, request.east_m, request.up_m)

@@ -158,7 +158,7 @@ def why_not_seen(leader: LiveDrone | None, following: Following) -> str | None:
     """Why the requester may not know the leader's position, or None."""
     viewer = following.asked_by
     seen = leader is not None and leader.may(viewer.user_id, viewer.role, Right.SEE)
-    if leader is None or not seen or leader.blind_user_id == viewer.user_id:
+    if leader is None or not seen or leader.user_without_view == viewer.user_id:
         return f"{following.work.leader_name} is not yours to see any more"
     return None
 

@@ -29,7 +29,7 @@ _NAN: Final = float("nan")
 
 def require_view(drone: LiveDrone, viewer: Principal) -> None:
     """Raises ViewTaken for whom no frames of the drone come either."""
-    if viewer.user_id == drone.blind_user_id:
+    if viewer.user_id == drone.user_without_view:
         raise ViewTaken(drone.record.name)
 
 

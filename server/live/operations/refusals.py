@@ -50,7 +50,7 @@ class Assisted(Refusal):
         super().__init__(f"an admin is assisting {name}: wait until they have finished")
 
 
-class TurnNotCome(Refusal):
+class TurnTimeout(Refusal):
     """The assistant's own."""
 
     def __init__(self, name: str) -> None:

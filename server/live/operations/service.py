@@ -19,7 +19,7 @@ from typing import Final
 
 from server.domain.clock import Clock
 from server.domain.people import UserRef
-from server.live.hub_events import TurnWanted
+from server.live.hub_events import TurnRequested
 from server.live.operations.end_words import moved_words, overruled_words, unknown_words
 from server.live.operations.kept_operations import KeptOperations
 from server.live.operations.onboard_reports import OnboardReport, OnboardReports
@@ -93,7 +93,7 @@ class OperationService:
         before = turn.wanted
         may = turn.asks(now)
         if before != turn.wanted:
-            self._state.on_event(TurnWanted(drone.drone_id, "assistant"))
+            self._state.on_event(TurnRequested(drone.drone_id, "assistant"))
         return may
 
     def cancel(self, operation: Operation) -> None:

@@ -12,7 +12,7 @@ BACK_AFTER_S: Final = 1.0
 """The holder's frames pass again this long after the assistant's last frame."""
 
 MAX_WAITING: Final = 16
-WAIT_AT_MOST_S: Final = 1.0
+MAX_WAIT_S: Final = 1.0
 """A command that could not pass by then is not executed late."""
 
 
@@ -60,4 +60,4 @@ class AssistTurn:
         waiting, self._waiting = self._waiting, []
         if self.whose != "assistant":
             return []
-        return [frame for since, frame in waiting if now - since <= WAIT_AT_MOST_S]
+        return [frame for since, frame in waiting if now - since <= MAX_WAIT_S]

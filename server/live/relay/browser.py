@@ -8,7 +8,7 @@ from server.live.relay.event_queue import EventQueue
 from server.live.relay.flood_gate import PATIENCE, PATIENCE_PER_S, REQUESTS_BURST, REQUESTS_PER_S
 from server.live.relay.live_messages import Lost, Notice, ToBrowser
 from server.live.relay.outbox import Outbox
-from server.live.relay.policy import AskTwice
+from server.live.relay.policy import RepeatConfirmation
 from server.live.relay.refusals import RefusalNotices
 from server.live.relay.rtt_meter import RttMeter
 from server.live.relay.token_bucket import TokenBucket
@@ -40,7 +40,7 @@ class Browser:
         self.viewport: Viewport | None = None
         """The part of the map that it shows."""
         self.refusals = RefusalNotices()
-        self.ask_twice = AskTwice()
+        self.repeat_confirmation = RepeatConfirmation()
         self.lateness = Lateness()
         """How late its messages come."""
         self.trip = RttMeter()

@@ -3,7 +3,7 @@
 from typing import Final
 
 from server.domain.people import UserRef
-from server.live.hub_events import TurnWanted
+from server.live.hub_events import TurnRequested
 from server.live.operations.observed_commands import ObservedCommands
 from server.live.operations.observed_table import ANSWERS
 from server.live.relay.browser import Browser
@@ -61,7 +61,7 @@ class FramePaths:
             raise Dropped(DropReason.FOREIGN_TAG)
         drone_id, frames = content.drone_id, content.frames
         self._state.traffic.frames_from_agents += len(frames)
-        watchers = drone.watchers.values() if not drone.lease.blind else drone.frame_watchers()
+        watchers = drone.watchers.values() if not drone.lease.view_taken else drone.frame_watchers()
         if not self._flood.admits_all(drone_id, len(frames), now):
             frames, state_dropped, lost = self._flood.admitted(drone_id, frames, now)
             self._state.drops[DropReason.FLOOD] += state_dropped + lost
@@ -147,7 +147,7 @@ class FramePaths:
             if drone.fenced or drone.ignores_holder(user_id, now):
                 raise Dropped(DropReason.NOT_IN_CONTROL)
             if command is not None and ends_the_flight(command, standing):
-                self._ask_twice(browser, drone_id, command, now)
+                self._require_repeat(browser, drone_id, command, now)
             if drone.lease.assistant is not None and not self._turn_allows(drone, user_id, frame, now):
                 self._observe(browser, drone_id, frame, kind, now)  # it waits, and goes when the turn has come
                 return
@@ -170,8 +170,8 @@ class FramePaths:
             self._observed.sent(drone_id, by, browser.address, frame, now)
 
     @staticmethod
-    def _ask_twice(browser: Browser, drone_id: DroneId, command: CommandSeen, now: float) -> None:
-        if not browser.ask_twice.confirms(drone_id, command, now):
+    def _require_repeat(browser: Browser, drone_id: DroneId, command: CommandSeen, now: float) -> None:
+        if not browser.repeat_confirmation.confirms(drone_id, command, now):
             raise Dropped(DropReason.ASK_TWICE)
 
     def _turn_allows(self, drone: LiveDrone, user_id: int, frame: bytes, now: float) -> bool:
@@ -183,7 +183,7 @@ class FramePaths:
             if turn.assistant_frame(frame, now):
                 return True
             if before != turn.wanted:
-                self._state.on_event(TurnWanted(drone.drone_id, "assistant"))
+                self._state.on_event(TurnRequested(drone.drone_id, "assistant"))
             return False
         if turn.whose != "holder" or turn.wanted != "holder":
             raise Dropped(DropReason.ASSISTED)

@@ -50,7 +50,7 @@ class LeaseView:
     """Given back to `taken_from`, who has not accepted yet."""
     assistant: UserRef | None = None
     """An admin whose commands win for as long as they come."""
-    blind: bool = False
+    view_taken: bool = False
     """`taken_from` may not watch either, but while the controls are offered to them."""
     video_moved: bool = False
     """`taken_from` may not watch the video, but while the controls are offered to them."""
@@ -68,7 +68,7 @@ def lease_of(record: DroneRecord) -> LeaseView:
         epoch=record.epoch,
         offered=record.offered,
         assistant=record.assistant,
-        blind=record.blind,
+        view_taken=record.view_taken,
         video_moved=record.video_moved,
     )
 
@@ -93,7 +93,7 @@ class Viewpoint(NamedTuple):
     """The standpoint from which a user sees a drone."""
 
     relation: Relation
-    blind: bool
+    view_taken: bool
     no_video: bool
     knows_team: bool
 
@@ -200,10 +200,10 @@ class LiveDrone:
 
     def frame_watchers(self) -> list[Browser]:
         """Browsers that get its frames: all who may see it, except those barred from watching."""
-        blind_id = self.blind_user_id
-        if blind_id is None:
+        without_view = self.user_without_view
+        if without_view is None:
             return list(self.watchers.values())
-        return [browser for browser in self.watchers.values() if browser.viewer.user_id != blind_id]
+        return [browser for browser in self.watchers.values() if browser.viewer.user_id != without_view]
 
     def notify_frame_watchers(self, event: ToBrowser, of: datetime | None = None) -> None:
         """To those who get its frames; of something that began at `of`, to those who may know of it."""
@@ -212,16 +212,16 @@ class LiveDrone:
                 browser.notify(event)
 
     @property
-    def blind_user_id(self) -> UserId | None:
+    def user_without_view(self) -> UserId | None:
         """Who gets no frames though it is their drone. Whoever is offered the controls must see what they accept."""
         lease = self.lease
-        return lease.taken_from.id if lease.blind and not lease.offered and lease.taken_from else None
+        return lease.taken_from.id if lease.view_taken and not lease.offered and lease.taken_from else None
 
     @property
     def no_video_user_id(self) -> UserId | None:
         """Who may not watch its video though it is their drone."""
         lease = self.lease
-        shut_out = (lease.blind or lease.video_moved) and not lease.offered
+        shut_out = (lease.view_taken or lease.video_moved) and not lease.offered
         return lease.taken_from.id if shut_out and lease.taken_from else None
 
     def may_arm(self, user_id: UserId) -> bool:
@@ -340,7 +340,7 @@ class LiveDrone:
         relation = self.relation_of(user_id, role)
         return Viewpoint(
             relation=relation,
-            blind=user_id == self.blind_user_id,
+            view_taken=user_id == self.user_without_view,
             no_video=user_id == self.no_video_user_id,
             # A borrower sees the drone but not its team.
             knows_team=relation is not Relation.BORROWER or user_id in self.record.ties.crew,
@@ -352,9 +352,9 @@ class LiveDrone:
         team = self.record.team
         if team is not None and standpoint.knows_team:
             update["team"] = TeamRefView(id=team.id, name=team.name)
-        if standpoint.no_video or standpoint.blind:
+        if standpoint.no_video or standpoint.view_taken:
             update["may_watch_video"] = False
-        if standpoint.blind:
+        if standpoint.view_taken:
             update |= {"may_watch": False, "plans": NO_PLANS, "parameters": NO_PARAMETERS, "suspicious_motion": None}
         return self.view().model_copy(update=update)
 

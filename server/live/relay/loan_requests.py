@@ -31,7 +31,7 @@ from wire.frames import message_id, payload
 _M: Final = mavlink
 
 
-class LoanBar(StrEnum):
+class LoanBlock(StrEnum):
     """Why a borrower's frame may not pass."""
 
     ARMING = "arming"
@@ -79,7 +79,7 @@ def bar_of(
     *,
     armed: bool | None,
     family: AutopilotFamily | None,
-) -> LoanBar | None:
+) -> LoanBlock | None:
     """Why a whole frame may not pass, or None. Only for what is the holder's, not for what every watcher may send.
 
     `armed` None: not known, which counts as disarmed: what could start motors is barred. `family`: how it
@@ -88,25 +88,25 @@ def bar_of(
     if not limits.any:
         return None
     if message_id(frame) not in MESSAGES or _changes_more_than_the_mission(frame):
-        return LoanBar.OWNERS
+        return LoanBlock.OWNERS
     if not limits.may_arm and (_is_to_arm(command) or (not armed and _may_start_motors(frame, command))):
-        return LoanBar.ARMING
+        return LoanBlock.ARMING
     if command is not None and command.command not in COMMANDS:
-        return LoanBar.ARMING if spins_motors(command) and not limits.may_arm else LoanBar.OWNERS
+        return LoanBlock.ARMING if spins_motors(command) and not limits.may_arm else LoanBlock.OWNERS
     item = _item_in(frame)
     if item is not None and item not in ITEMS:
-        return LoanBar.OWNERS
+        return LoanBlock.OWNERS
     return _bar_in_space(frame, command, limits, home, family=family) if limits.in_space else None
 
 
-def words_of(bar: LoanBar, limits: Limits) -> str:
+def words_of(bar: LoanBlock, limits: Limits) -> str:
     """The end of a sentence that begins with whose drone is lent."""
     return {
-        LoanBar.ARMING: "without the right to arm it, and this could start its motors.",
-        LoanBar.HEIGHT: f"up to {limits.max_height_m or 0:.0f} m above home, and this goes higher.",
-        LoanBar.RADIUS: f"within {limits.radius_m or 0:.0f} m of home, and this goes further.",
-        LoanBar.UNJUDGED: "within limits, and it is not known whether this keeps them.",
-        LoanBar.OWNERS: "within limits: its parameters, fences, home and the like are its owner's to change.",
+        LoanBlock.ARMING: "without the right to arm it, and this could start its motors.",
+        LoanBlock.HEIGHT: f"up to {limits.max_height_m or 0:.0f} m above home, and this goes higher.",
+        LoanBlock.RADIUS: f"within {limits.radius_m or 0:.0f} m of home, and this goes further.",
+        LoanBlock.UNJUDGED: "within limits, and it is not known whether this keeps them.",
+        LoanBlock.OWNERS: "within limits: its parameters, fences, home and the like are its owner's to change.",
     }[bar]
 
 
@@ -161,16 +161,16 @@ def _corner_or_switch(body: bytes) -> bool:
 
 def _bar_in_space(
     frame: bytes, command: CommandSeen | None, limits: Limits, home: Home | None, *, family: AutopilotFamily | None
-) -> LoanBar | None:
+) -> LoanBlock | None:
     if message_id(frame) in MOTION and message_id(frame) != _M.MAVLINK_MSG_ID_SET_POSITION_TARGET_GLOBAL_INT:
-        return LoanBar.UNJUDGED
+        return LoanBlock.UNJUDGED
     found = _target_in(frame, command, family=family)
-    if found is None or isinstance(found, LoanBar):
+    if found is None or isinstance(found, LoanBlock):
         return found
     return _too_high(found, limits, home) or _too_far(found, limits, home)
 
 
-def _too_high(target: _Target, limits: Limits, home: Home | None) -> LoanBar | None:
+def _too_high(target: _Target, limits: Limits, home: Home | None) -> LoanBlock | None:
     if limits.max_height_m is None or target.alt_m is None:
         return None
     for frame in target.frames:
@@ -179,32 +179,32 @@ def _too_high(target: _Target, limits: Limits, home: Home | None) -> LoanBar | N
         elif frame in _ABOVE_SEA and home is not None:
             height_m = target.alt_m - home.alt_amsl_m
         else:
-            return LoanBar.UNJUDGED
+            return LoanBlock.UNJUDGED
         if height_m > limits.max_height_m:
-            return LoanBar.HEIGHT
+            return LoanBlock.HEIGHT
     return None
 
 
-def _too_far(target: _Target, limits: Limits, home: Home | None) -> LoanBar | None:
+def _too_far(target: _Target, limits: Limits, home: Home | None) -> LoanBlock | None:
     if limits.radius_m is None:
         return None
     if target.lat_deg is None or target.lon_deg is None:
-        return LoanBar.UNJUDGED if target.circle_m else None
+        return LoanBlock.UNJUDGED if target.circle_m else None
     known = _RELATIVE | _ABOVE_SEA | _ABOVE_TERRAIN
     if home is None or not known.issuperset(target.frames):
-        return LoanBar.UNJUDGED
+        return LoanBlock.UNJUDGED
     reach_m = home.distance_m(target.lat_deg, target.lon_deg) + target.circle_m
-    return LoanBar.RADIUS if reach_m > limits.radius_m else None
+    return LoanBlock.RADIUS if reach_m > limits.radius_m else None
 
 
 def _target_in(
     frame: bytes, command: CommandSeen | None, *, family: AutopilotFamily | None
-) -> _Target | LoanBar | None:
+) -> _Target | LoanBlock | None:
     msgid, body = message_id(frame), payload(frame)
     if msgid == _M.MAVLINK_MSG_ID_SET_POSITION_TARGET_GLOBAL_INT:
         fields = _SET_TARGET.unpack(body.ljust(_SET_TARGET.size, b"\0")[: _SET_TARGET.size])
         if fields[12] & _MASK_BITS != _POSITION_ONLY:
-            return LoanBar.UNJUDGED  # a velocity leads anywhere
+            return LoanBlock.UNJUDGED  # a velocity leads anywhere
         return _Target(fields[1] / 1e7, fields[2] / 1e7, _or_here(fields[3]), (fields[15],))
     if msgid == _M.MAVLINK_MSG_ID_MISSION_ITEM_INT:
         fields = _IN_INT.unpack_from(body.ljust(_IN_INT.size, b"\0"))

@@ -194,7 +194,7 @@ def spins_motors(command: CommandSeen) -> bool:
 
 
 def refusal_of(frame: bytes, command: CommandSeen | None, standing: Authorization) -> DropReason | None:
-    """Why a frame may not pass, or None. `AskTwice` decides about requests that need confirmation."""
+    """Why a frame may not pass, or None. `RepeatConfirmation` decides about requests that need confirmation."""
     leave = permission_for(frame, command)
     if leave is Permission.NOBODY:
         return DropReason.NOT_ALLOWED
@@ -207,7 +207,7 @@ def refusal_of(frame: bytes, command: CommandSeen | None, standing: Authorizatio
     return None
 
 
-class AskTwice:
+class RepeatConfirmation:
     """Remembers the first request of a command that needs a second one. One for each browser."""
 
     def __init__(self) -> None:

@@ -5,7 +5,7 @@ It decides nothing about the lease: it reports events (hub_events).
 
 from typing import Final
 
-from server.live.hub_events import HolderExpired, HolderGone, LoanLimitPassed, OfferLapsed, RttTooLong, TurnWanted
+from server.live.hub_events import HolderExpired, HolderGone, LoanLimitPassed, OfferLapsed, RttTooLong, TurnRequested
 from server.live.relay import live_messages as live
 from server.live.relay.live_drone import LiveDrone
 from server.live.relay.live_state import LiveState
@@ -136,7 +136,7 @@ class SafetyWatch:
 
     def _watch_turn_and_offer(self, drone: LiveDrone, now: float) -> None:
         if drone.lease.assistant is not None and drone.turn.over(now):
-            self._state.on_event(TurnWanted(drone.drone_id, "holder"))
+            self._state.on_event(TurnRequested(drone.drone_id, "holder"))
         if not drone.lease.offered:
             drone.offered_since = None
         elif drone.offered_since is None:

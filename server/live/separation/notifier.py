@@ -17,8 +17,8 @@ from server.live.separation.bounds import STALE_S, Level, SeparationBounds
 from server.live.separation.credible import is_credible
 from server.live.separation.encounter import Encounter
 from server.live.separation.motion import Motion, Relative, boot_s_in, motion_in
-from server.live.separation.strangers import Rounded, Said, StrangerAlerts, rounded
-from server.live.separation.watch import SeparationWatch, Sky
+from server.live.separation.strangers import Rounded, StrangerAlert, StrangerAlerts, rounded
+from server.live.separation.watch import AirPicture, SeparationWatch
 from wire.ids import DroneId
 
 AGAIN_S: Final = 2.0
@@ -56,7 +56,7 @@ class SeparationNotifier:
         self, state: LiveState, bounds: SeparationBounds, new_number: Callable[[], int] = random_number
     ) -> None:
         self._state = state
-        self._watch = SeparationWatch(Sky(self._flying, self._motion), bounds, new_number)
+        self._watch = SeparationWatch(AirPicture(self._flying, self._motion), bounds, new_number)
         self._strangers = StrangerAlerts(new_number)
         self._heard: dict[int, set[int]] = {}
         """Browsers that got everything about an encounter, by its number."""
@@ -79,7 +79,7 @@ class SeparationNotifier:
             for one in encounters[:MAX_REPEATED]:
                 self._notify(one, now)
             for one in encounters[MAX_REPEATED:]:
-                self._notify_strangers(one, now)  # one that is disarmed ends what was said
+                self._notify_strangers(one, now)  # one that is disarmed ends its alert
             self._strangers.forget_all_but(one.number for one in encounters)
 
     def send_all(self, browser: Browser) -> None:
@@ -91,9 +91,9 @@ class SeparationNotifier:
                 browser.notify(_event(one))
             elif first or second:
                 own = one.pair[0 if first else 1]
-                said = self._strangers.last(one.number, own)
-                if said is not None:
-                    browser.notify(_event_of_stranger(own, said))
+                alert = self._strangers.last(one.number, own)
+                if alert is not None:
+                    browser.notify(_event_of_stranger(own, alert))
 
     def counts(self) -> Counts:
         """A snapshot of this moment."""
@@ -171,11 +171,11 @@ class SeparationNotifier:
             def about(seen: Relative | None = seen) -> Rounded:
                 return rounded(one.level, approach, seen)
 
-            said = self._strangers.check(one.number, (own, other), one.level, about, fit=fit, now=now)
-            if said is not None:
-                event = _event_of_stranger(own, said)
+            alert = self._strangers.check(one.number, (own, other), one.level, about, fit=fit, now=now)
+            if alert is not None:
+                event = _event_of_stranger(own, alert)
                 # A viewer who may now see the other drone knows more; the alert for strangers still needs its end.
-                knowing = self._watchers(other) if said.about.level is not Level.CLEAR else {}
+                knowing = self._watchers(other) if alert.about.level is not Level.CLEAR else {}
                 for number, browser in self._watchers(own).items():
                     if number not in knowing:
                         browser.notify(event)
@@ -208,10 +208,10 @@ def _event_over(one: Encounter) -> Separation:
     return Separation(one.number, "clear", one.pair, None, None, None, None, None, None, "")
 
 
-def _event_of_stranger(own: DroneId, said: Said) -> Separation:
-    level, in_s, bearing_deg, distance_m, above_m = said.about
+def _event_of_stranger(own: DroneId, alert: StrangerAlert) -> Separation:
+    level, in_s, bearing_deg, distance_m, above_m = alert.about
     return Separation(
-        number=said.number,
+        number=alert.number,
         level=_WORDS[level],
         drones=(own, None),
         in_s=in_s,

@@ -55,7 +55,7 @@ def rounded(level: Level, approach: Approach | None, seen: Relative | None) -> R
     )
 
 
-class Said(NamedTuple):
+class StrangerAlert(NamedTuple):
     """For all who see one drone and not the other. `number` identifies the alert from its first message to its last."""
 
     number: int
@@ -65,7 +65,7 @@ class Said(NamedTuple):
 @dataclass
 class _Alert:
     pair: Pair
-    said: Said
+    sent: StrangerAlert
     at: float
 
 
@@ -81,7 +81,7 @@ class StrangerAlerts:
 
     def check(
         self, encounter: int, pair: Pair, level: Level, about: Callable[[], Rounded], *, fit: bool | None, now: float
-    ) -> Said | None:
+    ) -> StrangerAlert | None:
         """The message due now; None: nothing. `pair`: one's own drone, then the other. `fit`: whether both qualify for
         an alert; None: one is silent, which begins nothing and ends nothing."""
         key = encounter, pair[0]
@@ -91,17 +91,17 @@ class StrangerAlerts:
         if alert is None:
             if fit is None or not self._may_begin(pair, now):
                 return None
-            alert = self._alerts[key] = _Alert(pair, Said(self._new_number(), about()), now)
-            return alert.said
-        if level <= alert.said.about.level and now - alert.at < FIGURES_EVERY_S:
+            alert = self._alerts[key] = _Alert(pair, StrangerAlert(self._new_number(), about()), now)
+            return alert.sent
+        if level <= alert.sent.about.level and now - alert.at < FIGURES_EVERY_S:
             return None
-        alert.said, alert.at = Said(alert.said.number, about()), now
-        return alert.said
+        alert.sent, alert.at = StrangerAlert(alert.sent.number, about()), now
+        return alert.sent
 
-    def last(self, encounter: int, own: int) -> Said | None:
+    def last(self, encounter: int, own: int) -> StrangerAlert | None:
         """The last message, while it is valid."""
         alert = self._alerts.get((encounter, own))
-        return alert.said if alert is not None else None
+        return alert.sent if alert is not None else None
 
     def forget_all_but(self, encounters: Iterable[int]) -> None:
         """Those that ended without a word."""
@@ -109,9 +109,9 @@ class StrangerAlerts:
         for key in [key for key in self._alerts if key[0] not in going_on]:
             del self._alerts[key]
 
-    def _end(self, key: tuple[int, int]) -> Said | None:
+    def _end(self, key: tuple[int, int]) -> StrangerAlert | None:
         alert = self._alerts.pop(key, None)
-        return None if alert is None else Said(alert.said.number, Rounded(Level.CLEAR))
+        return None if alert is None else StrangerAlert(alert.sent.number, Rounded(Level.CLEAR))
 
     def _may_begin(self, pair: Pair, now: float) -> bool:
         if len(self._begun) >= _MAX_BUCKETS:

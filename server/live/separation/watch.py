@@ -22,7 +22,7 @@ MAX_ENCOUNTERS: Final = 300
 """The others wait until one of these is over."""
 
 
-class Sky(NamedTuple):
+class AirPicture(NamedTuple):
     """The watch's view of the world. `flying`: drones in the air with a fresh position. `motion`: the newest motion of
     one drone, however old; None if it is on the ground or gone."""
 
@@ -36,7 +36,7 @@ class SeparationWatch:
     `new_number`: identifies an encounter to people. Consecutive numbers, the default, reveal how many others there are.
     """
 
-    def __init__(self, sky: Sky, bounds: SeparationBounds, new_number: Callable[[], int] | None = None) -> None:
+    def __init__(self, sky: AirPicture, bounds: SeparationBounds, new_number: Callable[[], int] | None = None) -> None:
         self.bounds = bounds
         self._sky = sky
         self._encounters: dict[Pair, Encounter] = {}

@@ -38,7 +38,7 @@ class Drawn(msgspec.Struct, frozen=True, tag="got", tag_field="type"):
     held_ms: Annotated[float, msgspec.Meta(ge=0, le=10_000)] = 0.0
 
 
-class Want(msgspec.Struct, frozen=True, tag="want", tag_field="type"):
+class ChangeStream(msgspec.Struct, frozen=True, tag="want", tag_field="type"):
     """Another stream, from now on."""
 
     quality: QualityName
@@ -68,7 +68,7 @@ class SkippedMessage(msgspec.Struct, frozen=True, tag="skipped", tag_field="type
     count: int
 
 
-VideoRequest = AskClock | Drawn | Want
+VideoRequest = AskClock | Drawn | ChangeStream
 ToViewer = StateMessage | ClockMessage | SkippedMessage
 
 _decoder: Final[msgspec.json.Decoder[VideoRequest]] = msgspec.json.Decoder(VideoRequest)

@@ -52,8 +52,8 @@ class PasswordNeeded(Refusal):
 
 
 @dataclass(frozen=True)
-class Asked:
-    """What the tower asked a browser for; the response must match it."""
+class PasskeyCeremony:
+    """A request of the tower to a browser for a passkey; the response must match it."""
 
     purpose: Purpose
     asker: str
@@ -77,14 +77,14 @@ class PasskeySignInService:
         self,
         credential: dict[str, Any],
         *,
-        asked: Asked,
+        ceremony: PasskeyCeremony,
         old_token: str | None,
         address: str,
         user_agent: str,
         now: datetime,
     ) -> SignedIn:
         """Always begins a new session with a new token. Raises ChallengeOver, PasskeyRefused or PasswordNeeded."""
-        checked = await self._check(credential, asked=asked, user_id=None, address=address, now=now)
+        checked = await self._check(credential, ceremony=ceremony, user_id=None, address=address, now=now)
         user = checked.user
         if user.must_change_password:
             raise PasswordNeeded
@@ -112,12 +112,12 @@ class PasskeySignInService:
         return SignedIn(fresh, begun, ended.id if ended else None)
 
     async def accept(
-        self, credential: dict[str, Any], *, asked: Asked, user_id: int, address: str, now: datetime
+        self, credential: dict[str, Any], *, ceremony: PasskeyCeremony, user_id: int, address: str, now: datetime
     ) -> PasskeyRow:
         """Accepts a passkey of this user only, beside a password or as a fresh proof. Raises ChallengeOver or
         WrongPasskey."""
         try:
-            checked = await self._check(credential, asked=asked, user_id=user_id, address=address, now=now)
+            checked = await self._check(credential, ceremony=ceremony, user_id=user_id, address=address, now=now)
         except PasskeyRefused:
             raise WrongPasskey from None
         try:
@@ -127,18 +127,18 @@ class PasskeySignInService:
             await self._refused(checked.user, checked.passkey, fault.why, address, now)
             raise WrongPasskey from None
 
-    def use_challenge(self, client_data: str, *, asked: Asked, now: datetime) -> bytes:
+    def use_challenge(self, client_data: str, *, ceremony: PasskeyCeremony, now: datetime) -> bytes:
         """Uses up the challenge. Raises ChallengeOver or PasskeyFault."""
         challenge = challenge_in(client_data)
-        self.challenges.take(challenge, purpose=asked.purpose, asker=asked.asker, now_s=now.timestamp())
+        self.challenges.take(challenge, purpose=ceremony.purpose, asker=ceremony.asker, now_s=now.timestamp())
         return challenge
 
     async def _check(
-        self, credential: dict[str, Any], *, asked: Asked, user_id: int | None, address: str, now: datetime
+        self, credential: dict[str, Any], *, ceremony: PasskeyCeremony, user_id: int | None, address: str, now: datetime
     ) -> _Checked:
         response = credential["response"]
         try:
-            challenge = self.use_challenge(response["clientDataJSON"], asked=asked, now=now)
+            challenge = self.use_challenge(response["clientDataJSON"], ceremony=ceremony, now=now)
             credential_id = base64url_to_bytes(credential["rawId"])
         except (PasskeyFault, ValueError):
             raise PasskeyRefused from None
@@ -149,7 +149,7 @@ class PasskeySignInService:
         passkey, user = found
         try:
             assertion = check_assertion(
-                credential, challenge=challenge, party=asked.party, public_key=passkey.public_key
+                credential, challenge=challenge, party=ceremony.party, public_key=passkey.public_key
             )
             if user.disabled:
                 raise PasskeyFault("disabled")

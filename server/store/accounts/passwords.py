@@ -14,7 +14,7 @@ from passlib.hash import argon2
 
 from server.domain.refusal import RetryLater
 from server.live.anonymous.budget import AnonymousBudget, Over
-from server.live.anonymous.fair_line import Priority, Ticket
+from server.live.anonymous.fair_queue import Priority, Ticket
 from server.live.anonymous.hashing import Caller, HashingSlots
 from server.live.anonymous.limits import LIMITS
 from server.live.anonymous.networks import Origin

@@ -34,16 +34,16 @@ from server.live.hub_events import (
     RightLost,
     RttTooLong,
     SeparationLost,
-    TurnWanted,
+    TurnRequested,
 )
 from server.store.audit.trail import TOWER, Actor, record
 from server.store.control.lease_store import MOVED
 from server.store.control.loss_checks import LossChecks
 from server.store.control.open_hold_store import write_open_hold
+from server.store.control.pending_revocations import PendingRevocations
 from server.store.control.rehearsal import Rehearsals
 from server.store.control.service import ControlRefused, ControlService
 from server.store.control.who_withdrew import who_withdrew
-from server.store.control.withdrawals import Withdrawals
 from server.store.database import Database
 from wire.ids import DroneId
 
@@ -85,7 +85,7 @@ class HubEventHandler:
         self._clock = clock
         self._loss_checks = loss_checks
         self._rehearsals = rehearsals
-        self._withdrawals = Withdrawals(service, hub)
+        self._withdrawals = PendingRevocations(service, hub)
         self._agent_linked = agent_linked
         self._try_again_after_s = try_again_after_s
         self._monotonic = monotonic
@@ -184,7 +184,7 @@ class HubEventHandler:
                 await self._expire(event, now)
             case RightLost():
                 await self._withdraw(event, now)
-            case TurnWanted():
+            case TurnRequested():
                 reason = "the assistant flies" if event.whose == "assistant" else "the assistant has stopped"
                 await change(event.drone_id, Event.TURN, reason=reason, turn_of=event.whose, now=now)
             case OfferLapsed():

@@ -126,7 +126,7 @@ class DatabaseLeaseStore:
             "taken_from_id": after.taken_from,
             "offered": after.offered,
             "assistant_id": after.assistant,
-            "blind": after.blind,
+            "view_taken": after.view_taken,
             "video_moved": after.video_moved,
             "epoch": after.epoch,
             "changed_at": self._clock(),
@@ -156,7 +156,7 @@ class DatabaseLeaseStore:
             detail |= {"result": "done", "epoch": view.epoch}
             detail |= {part: ref.name if ref else None for part, ref in people.items()}
             if ask.event is Event.TAKE:
-                detail |= {"view_taken": view.blind, "video_taken": view.blind or view.video_moved}
+                detail |= {"view_taken": view.view_taken, "video_taken": view.view_taken or view.video_moved}
                 detail |= {"interrupt": ask.interrupts}
         detail["took_ms"] = round((time.perf_counter() - ask.began_at) * 1000.0, 1)
         record(
@@ -177,7 +177,7 @@ def _view_of(lease: Lease, users: dict[int, UserRow]) -> LeaseView:
         epoch=lease.epoch,
         offered=lease.offered,
         assistant=_ref(users, lease.assistant),
-        blind=lease.blind,
+        view_taken=lease.view_taken,
         video_moved=lease.video_moved,
     )
 
@@ -189,7 +189,7 @@ def lease_of_row(row: ControlLeaseRow) -> Lease:
         taken_from=_user_id(row.taken_from_id),
         offered=row.offered,
         assistant=_user_id(row.assistant_id),
-        blind=row.blind,
+        view_taken=row.view_taken,
         video_moved=row.video_moved,
         epoch=Epoch(row.epoch),
     )

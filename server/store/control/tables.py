@@ -25,7 +25,7 @@ class ControlLeaseRow(Base):
     taken_from_id: Mapped[int | None] = mapped_column(ForeignKey("users.id", ondelete="SET NULL"))
     offered: Mapped[bool] = mapped_column(default=False)
     assistant_id: Mapped[int | None] = mapped_column(ForeignKey("users.id", ondelete="SET NULL"))
-    blind: Mapped[bool] = mapped_column(default=False)
+    view_taken: Mapped[bool] = mapped_column("blind", default=False)
     video_moved: Mapped[bool] = mapped_column(default=False)
     hold_open: Mapped[bool] = mapped_column(default=False)
     """A hold is open, or is due for a drone that was offline: it is ordered again on the next link."""

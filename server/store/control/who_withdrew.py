@@ -26,7 +26,7 @@ _ACTIONS: Final = (
     "user.deleted",
 )
 _OF_ALL: Final = "team.drone_removed"
-_MOST: Final = 50
+_MAX_ROWS: Final = 50
 
 
 async def who_withdrew(session: AsyncSession, event: RightLost, now: datetime) -> UserRef | None:
@@ -35,7 +35,7 @@ async def who_withdrew(session: AsyncSession, event: RightLost, now: datetime) -
         select(AuditEventRow)
         .where(AuditEventRow.action.in_(_ACTIONS), AuditEventRow.at >= now - timedelta(seconds=RECENTLY_S))
         .order_by(AuditEventRow.id.desc())
-        .limit(_MOST)
+        .limit(_MAX_ROWS)
     )
     for row in await session.scalars(recent):
         if row.drone_id not in (None, event.drone_id):

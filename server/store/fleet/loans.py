@@ -32,7 +32,7 @@ from server.store.fleet.tables import LoanRow
 from server.store.teams.tables import TeamDroneRow
 from wire.ids import UserId
 
-LONGEST: Final = timedelta(days=366)
+MAX_LOAN: Final = timedelta(days=366)
 CHECK_EVERY_S: Final = 0.25
 NO_LIMITS: Final = (Relation.TEAM_ADMIN, Relation.OWNER, Relation.TEAM_OPERATOR)
 """Users with these relations fly the drone without a loan."""
@@ -66,7 +66,7 @@ async def lend(
     await begin_fleet_change(session)
     drone = await get_drone(session, drone_id)
     team_id = await _lends_for(session, drone_id=drone_id, user_id=user_id, lender=lender, action=action)
-    if not action.at < terms.until <= action.at + LONGEST:
+    if not action.at < terms.until <= action.at + MAX_LOAN:
         raise BadLoan("a loan ends in the future, within a year")
     user = await get_user(session, user_id)
     ties = await ties_of(session, drone_id, action.at)

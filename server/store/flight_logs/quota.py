@@ -19,7 +19,7 @@ from typing import IO, Final
 from server.store.file_budget import (
     NOBODY,
     Account,
-    NoRoom,
+    StorageFull,
     disk_takes,
     drone_folders,
     drones_with_files,
@@ -94,26 +94,26 @@ class FlightLogQuota:
         attempt: int,
         accounts: Mapping[int, Account] = MappingProxyType({}),
     ) -> ArrivingLog:
-        """Opens a file of that size. `write` to it, then `keep` it; `discard` it in any case. Raises NoRoom,
+        """Opens a file of that size. `write` to it, then `keep` it; `discard` it in any case. Raises StorageFull,
         OSError."""
         if size_bytes > self.largest_bytes:
-            raise NoRoom(f"the tower accepts files of at most {self.largest_bytes // 1_000_000} MB")
+            raise StorageFull(f"the tower accepts files of at most {self.largest_bytes // 1_000_000} MB")
         folder = self._folder(drone_id)
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         if not disk_takes(folder, size_bytes):
-            raise NoRoom(DISK_FULL)
+            raise StorageFull(DISK_FULL)
         arriving = ArrivingLog(drone_id, (folder / f"{transaction_id}-{attempt}{_PART}").open("wb"), accounts)
         with self._lock:
             self._arriving.add(arriving)
         return arriving
 
     def write(self, arriving: ArrivingLog, piece: bytes) -> None:
-        """Writes received bytes after making space. Raises NoRoom, OSError."""
+        """Writes received bytes after making space. Raises StorageFull, OSError."""
         with self._lock:
             arriving.arrived_bytes += len(piece)
             self._make_space(arriving)
         if not disk_takes(self._root, len(piece)):
-            raise NoRoom(DISK_FULL)
+            raise StorageFull(DISK_FULL)
         arriving.file.write(piece)
 
     def keep(self, arriving: ArrivingLog, log_id: int, began_unix_s: int | None) -> None:
@@ -152,7 +152,7 @@ class FlightLogQuota:
         return folder_of(self._root, drone_id)
 
     def _make_space(self, coming: ArrivingLog) -> None:
-        """Raises NoRoom if the sender's account exceeds its share."""
+        """Raises StorageFull if the sender's account exceeds its share."""
         arriving = sum(one.arrived_bytes for one in self._arriving)
         if self._kept_at_most is not None and self._kept_at_most + arriving <= self._budget_bytes:
             return
@@ -170,7 +170,7 @@ class FlightLogQuota:
             account = to_shrink(used, removable, coming=coming.account, budget_bytes=self._budget_bytes)
             if account is None:
                 if used[coming.account] > share_bytes(used, budget_bytes=self._budget_bytes):
-                    raise NoRoom("the file quota of this drone's owner is used up")
+                    raise StorageFull("the file quota of this drone's owner is used up")
                 break  # other senders exceed their share: their next write is refused
             oldest = kept[account].pop()
             oldest.path.unlink(missing_ok=True)

@@ -11,7 +11,7 @@ from server.live.flight_logs.refusals import FileIncomplete, FileNotTaken, NotAs
 from server.live.operations.operation import Operation
 from server.live.relay.live_drone import LiveDrone
 from server.store.file_accounts import FileAccounts
-from server.store.file_budget import NoRoom
+from server.store.file_budget import StorageFull
 from server.store.flight_logs.quota import FlightLogQuota
 from wire.transactions import LogDownloadWork
 
@@ -50,7 +50,7 @@ class LogReceiver:
         quota, whose = self._quota, self._accounts()
         try:
             arriving = await asyncio.to_thread(quota.begin, drone.drone_id, transaction_id, size_bytes, attempt, whose)
-        except NoRoom as error:
+        except StorageFull as error:
             raise FileNotTaken(str(error)) from None
         except OSError as error:
             raise FileNotTaken(f"the tower cannot keep files: {error.strerror or error}") from None
@@ -73,7 +73,7 @@ class LogReceiver:
                 raise NotAskedFor
             began = next((one.began_unix_s for one in drone.onboard.logs or () if one.log_id == work.log_id), None)
             await asyncio.to_thread(quota.keep, arriving, work.log_id, began)
-        except NoRoom as error:
+        except StorageFull as error:
             raise FileNotTaken(str(error)) from None
         except OSError as error:
             raise FileNotTaken(f"the tower cannot keep it: {error.strerror or error}") from None

@@ -3,7 +3,7 @@
 from onboard_world import ALT_HOLD, RTL, STEP_S, World, frame, order, sticks
 
 from onboard_agent.autopilot.parameters import LOSS_NAMES
-from onboard_agent.link.tower_news import PROGRESS_KEPT
+from onboard_agent.link.tower_outbox import PROGRESS_KEPT
 from wire.control_messages import (
     AutopilotState,
     ControlChanged,

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from server.live.anonymous.budget import AnonymousBudget, Over, origin_of_guest
+from server.live.anonymous.budget import AnonymousBudget, Over, origin_of_anonymous
 from server.live.anonymous.connections import AnonymousConnection, ConnectionBudget
-from server.live.anonymous.fair_line import Bounds, FairLine, Priority, Ticket
+from server.live.anonymous.fair_queue import Bounds, FairQueue, Priority, Ticket
 from server.live.anonymous.hashing import Caller, HashingSlots
 from server.live.anonymous.known_addresses import KnownAddresses
 from server.live.anonymous.limits import LIMITS
@@ -79,15 +79,15 @@ def test_what_is_remembered_of_an_address_does_not_contain_it() -> None:
 # -- turns ---------------------------------------------------------------------------------------------------------
 
 
-def line(per_address: int = 100, per_network: int = 100, total: int = 1000) -> FairLine[str]:
-    return FairLine(Bounds(per_address, per_network, total))
+def line(per_address: int = 100, per_network: int = 100, total: int = 1000) -> FairQueue[str]:
+    return FairQueue(Bounds(per_address, per_network, total))
 
 
-def join(where: FairLine[str], item: str, address: str, standing: Priority = Priority.FRESH) -> Ticket[str] | None:
+def join(where: FairQueue[str], item: str, address: str, standing: Priority = Priority.FRESH) -> Ticket[str] | None:
     return where.join(item, origin_of(address), standing)[0]
 
 
-def called(where: FairLine[str]) -> list[str]:
+def called(where: FairQueue[str]) -> list[str]:
     found = []
     while (ticket := where.call()) is not None:
         found.append(ticket.item)
@@ -138,7 +138,7 @@ def test_a_line_is_bounded_by_address_network_and_in_all() -> None:
 
 
 def test_a_known_address_has_more_places_where_the_line_says_so() -> None:
-    some = FairLine[str](Bounds(per_address=2, per_network=100, total=100, known_factor=3))
+    some = FairQueue[str](Bounds(per_address=2, per_network=100, total=100, known_factor=3))
     assert sum(join(some, "x", "203.0.113.1") is not None for _ in range(9)) == 2
     assert sum(join(some, "x", "198.51.100.1", Priority.KNOWN) is not None for _ in range(9)) == 6
 
@@ -192,12 +192,12 @@ def test_connections_are_bounded_by_address_and_by_network() -> None:
 
 def test_one_that_has_signed_in_or_ended_makes_room() -> None:
     some = Connections(max_connections_per_address=1)
-    guest = some.come("203.0.113.1")
-    assert guest is not None
-    some.budget.admit(guest)
-    some.budget.gone(guest)
+    anonymous = some.come("203.0.113.1")
+    assert anonymous is not None
+    some.budget.admit(anonymous)
+    some.budget.gone(anonymous)
     second = some.come("203.0.113.1")
-    assert second is not None and guest.is_admitted and not second.is_admitted
+    assert second is not None and anonymous.is_admitted and not second.is_admitted
     some.budget.gone(second)
     some.budget.gone(second)
     assert some.come("203.0.113.1") is not None
@@ -230,7 +230,7 @@ def test_a_trusted_proxy_is_not_counted_as_one_address() -> None:
     assert budget.is_proxy("10.1.2.3")
     assert not budget.is_proxy("127.0.0.2")
     assert not budget.is_proxy("unix")
-    assert origin_of_guest("10.1.2.3", 5, is_proxy=True) != origin_of_guest("10.1.2.3", 6, is_proxy=True)
+    assert origin_of_anonymous("10.1.2.3", 5, is_proxy=True) != origin_of_anonymous("10.1.2.3", 6, is_proxy=True)
 
 
 def test_handshakes_are_bounded_and_end_once() -> None:

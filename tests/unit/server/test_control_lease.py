@@ -17,9 +17,9 @@ FREE = Lease(epoch=FIVE)
 HELD = Lease(holder=OPERATOR, epoch=FIVE)
 ASSISTED = Lease(holder=OPERATOR, assistant=ADMIN, epoch=FIVE)
 TAKEN = Lease(holder=ADMIN, taken_from=OPERATOR, epoch=FIVE)
-BLIND = Lease(holder=ADMIN, taken_from=OPERATOR, blind=True, epoch=FIVE)
+VIEW_TAKEN = Lease(holder=ADMIN, taken_from=OPERATOR, view_taken=True, epoch=FIVE)
 OFFERED = Lease(holder=ADMIN, taken_from=OPERATOR, offered=True, epoch=FIVE)
-OFFERED_BLIND = Lease(holder=ADMIN, taken_from=OPERATOR, offered=True, blind=True, epoch=FIVE)
+OFFERED_VIEW_TAKEN = Lease(holder=ADMIN, taken_from=OPERATOR, offered=True, view_taken=True, epoch=FIVE)
 HOLD = (Order.HOLD,)
 IF_BY_HAND = (Order.HOLD_IF_FLOWN_BY_HAND,)
 
@@ -48,8 +48,8 @@ def held(holder: UserId, assistant: UserId | None = None) -> Lease:
     return Lease(holder=holder, assistant=assistant, epoch=SIX)
 
 
-def taken(holder: UserId = ADMIN, *, offered: bool = False, blind: bool = False) -> Lease:
-    return Lease(holder=holder, taken_from=OPERATOR, offered=offered, blind=blind, epoch=SIX)
+def taken(holder: UserId = ADMIN, *, offered: bool = False, view_taken: bool = False) -> Lease:
+    return Lease(holder=holder, taken_from=OPERATOR, offered=offered, view_taken=view_taken, epoch=SIX)
 
 
 def test_every_cell_of_the_table_is_filled() -> None:
@@ -64,10 +64,10 @@ def test_every_cell_of_the_table_is_filled() -> None:
         (FREE, Event.TAKE, admin(), held(ADMIN), HOLD),
         (HELD, Event.RELEASE, owner(), free(), IF_BY_HAND),
         (HELD, Event.TAKE, admin(), taken(), HOLD),
-        (HELD, Event.TAKE, admin(watch=False), taken(blind=True), HOLD),
+        (HELD, Event.TAKE, admin(watch=False), taken(view_taken=True), HOLD),
         (FREE, Event.TAKE, team_admin(), held(ADMIN), HOLD),
         (HELD, Event.TAKE, team_admin(), taken(), HOLD),
-        (HELD, Event.TAKE, team_admin(watch=False), taken(blind=True), HOLD),
+        (HELD, Event.TAKE, team_admin(watch=False), taken(view_taken=True), HOLD),
         (HELD, Event.ASSIST, team_admin(), held(OPERATOR, ADMIN), ()),
         (ASSISTED, Event.ASSIST_END, team_admin(SECOND_ADMIN), held(OPERATOR), ()),
         (TAKEN, Event.TAKE, team_admin(SECOND_ADMIN), taken(SECOND_ADMIN), HOLD),
@@ -86,21 +86,21 @@ def test_every_cell_of_the_table_is_filled() -> None:
         (ASSISTED, Event.TAKE, admin(), taken(), HOLD),
         (ASSISTED, Event.EXPIRE, tower(OPERATOR), free(), IF_BY_HAND),
         (TAKEN, Event.TAKE, admin(SECOND_ADMIN), taken(SECOND_ADMIN), HOLD),
-        (BLIND, Event.TAKE, admin(SECOND_ADMIN, watch=False), taken(SECOND_ADMIN, blind=True), HOLD),
+        (VIEW_TAKEN, Event.TAKE, admin(SECOND_ADMIN, watch=False), taken(SECOND_ADMIN, view_taken=True), HOLD),
         (TAKEN, Event.TAKE, admin(OPERATOR), held(OPERATOR), HOLD),
         (TAKEN, Event.GIVE, admin(), taken(offered=True), HOLD),
-        (BLIND, Event.GIVE, admin(), taken(offered=True, blind=True), HOLD),
+        (VIEW_TAKEN, Event.GIVE, admin(), taken(offered=True, view_taken=True), HOLD),
         (TAKEN, Event.RELEASE, admin(), free(), IF_BY_HAND),
         (TAKEN, Event.REVOKE, tower(ADMIN), free(), HOLD),
         (TAKEN, Event.FORGET, tower(OPERATOR), held(ADMIN), ()),
         (TAKEN, Event.EXPIRE, tower(ADMIN), free(), IF_BY_HAND),
         (OFFERED, Event.ACCEPT, owner(sticks_centred=True), held(OPERATOR), HOLD),
-        (OFFERED_BLIND, Event.ACCEPT, owner(sticks_centred=True), held(OPERATOR), HOLD),
+        (OFFERED_VIEW_TAKEN, Event.ACCEPT, owner(sticks_centred=True), held(OPERATOR), HOLD),
         (OFFERED, Event.TAKE, admin(), taken(), ()),
-        (OFFERED_BLIND, Event.TAKE, admin(), taken(blind=True), ()),
+        (OFFERED_VIEW_TAKEN, Event.TAKE, admin(), taken(view_taken=True), ()),
         (OFFERED, Event.TAKE, admin(SECOND_ADMIN), taken(SECOND_ADMIN), HOLD),
         (OFFERED, Event.OFFER_LAPSED, tower(), taken(), ()),
-        (OFFERED_BLIND, Event.OFFER_LAPSED, tower(), taken(blind=True), ()),
+        (OFFERED_VIEW_TAKEN, Event.OFFER_LAPSED, tower(), taken(view_taken=True), ()),
         (OFFERED, Event.RELEASE, admin(), free(), IF_BY_HAND),
         (OFFERED, Event.REVOKE, tower(ADMIN), free(), HOLD),
         (OFFERED, Event.FORGET, tower(OPERATOR), held(ADMIN), ()),
@@ -229,7 +229,7 @@ def test_the_laws_hold_in_any_order(events: list[tuple[Event, Actor]]) -> None:
         assert after.epoch == lease.epoch + 1
         if after.taken_from is not None:
             assert after.holder not in (None, after.taken_from)
-        if after.offered or after.blind:
+        if after.offered or after.view_taken:
             assert after.taken_from is not None
         if after.assistant is not None:
             assert after.holder not in (None, after.assistant)
@@ -245,7 +245,11 @@ def test_the_laws_hold_in_any_order(events: list[tuple[Event, Actor]]) -> None:
         lease = after
 
 
-@given(st.sampled_from([FREE, HELD, ASSISTED, TAKEN, BLIND, OFFERED, OFFERED_BLIND]), st.sampled_from(Event), people)
+@given(
+    st.sampled_from([FREE, HELD, ASSISTED, TAKEN, VIEW_TAKEN, OFFERED, OFFERED_VIEW_TAKEN]),
+    st.sampled_from(Event),
+    people,
+)
 def test_nobody_but_admins_touches_what_is_somebody_elses(lease: Lease, event: Event, actor: Actor) -> None:
     outcome = decide(lease, event, actor)
     part_of_it = actor.user_id in (lease.holder, lease.taken_from, lease.assistant)

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from server.store import file_budget
-from server.store.file_budget import NoRoom
+from server.store.file_budget import StorageFull
 from server.store.flight_logs.quota import FlightLogQuota
 from wire.ids import DroneId
 
@@ -56,10 +56,10 @@ def test_the_oldest_go_when_the_budget_is_used_up(tmp_path: Path) -> None:
 def test_what_is_too_large_or_would_fill_the_disk_is_not_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     on = quota(tmp_path)
     put(on, 1, 40)
-    with pytest.raises(NoRoom):
+    with pytest.raises(StorageFull):
         on.begin(HAWK, 2, 61, 1)
     monkeypatch.setattr(file_budget, "MIN_FREE_BYTES", 1 << 62)
-    with pytest.raises(NoRoom, match="disk"):
+    with pytest.raises(StorageFull, match="disk"):
         on.begin(HAWK, 2, 10, 1)
     assert kept(on) == [(1, 5, 40)]
 

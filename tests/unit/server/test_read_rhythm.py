@@ -1,18 +1,18 @@
 """When the data channel's socket is read at once, and when reads are batched."""
 
-from server.live.relay.read_rhythm import (
+from server.live.relay.read_pacer import (
     ENOUGH,
     HURRIED_REST_S,
     MAX_REST_S,
     MIN_REST_S,
     PATIENCE,
     SEVERAL,
-    ReadRhythm,
+    ReadPacer,
 )
 
 
-def in_company() -> ReadRhythm:
-    rhythm = ReadRhythm()
+def in_company() -> ReadPacer:
+    rhythm = ReadPacer()
     assert rhythm.came(1.0) is None
     assert rhythm.came(1.001) is None
     assert rhythm.came(1.002) is None
@@ -20,12 +20,12 @@ def in_company() -> ReadRhythm:
 
 
 def test_datagrams_far_apart_are_read_at_once() -> None:
-    rhythm = ReadRhythm()
+    rhythm = ReadPacer()
     assert [rhythm.came(second / 10) for second in range(20)] == [None] * 20
 
 
 def test_one_agent_that_sends_at_every_deadline_is_never_delayed() -> None:
-    rhythm = ReadRhythm()
+    rhythm = ReadPacer()
     assert [rhythm.came(number * 0.010) for number in range(100)] == [None] * 100
 
 
@@ -34,7 +34,7 @@ def test_after_three_close_together_the_next_one_begins_a_rest() -> None:
 
 
 def test_pairs_are_no_company() -> None:
-    rhythm = ReadRhythm()
+    rhythm = ReadPacer()
     moments = [second / 10 + late for second in range(100) for late in (0.0, 0.001)]
     assert [rhythm.came(moment) for moment in moments] == [None] * 200
 

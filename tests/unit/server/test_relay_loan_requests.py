@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from server.live.relay.loan_limits import Home, Limits
-from server.live.relay.loan_requests import LoanBar, bar_of, words_of
+from server.live.relay.loan_requests import LoanBlock, bar_of, words_of
 from server.live.relay.loan_tables import COMMANDS, ITEMS, MESSAGES
 from server.live.relay.policy import command_in
 from wire.autopilots.ardupilot import ARDUPILOT
@@ -21,11 +21,11 @@ NEAR, FAR = (470_010_000, 80_000_000), (470_030_000, 80_000_000)  # 111 m and 33
 NOWHERE = (0, 0)
 NAN = float("nan")
 HEIGHT, RADIUS, UNJUDGED, OWNERS, ARMING = (
-    LoanBar.HEIGHT,
-    LoanBar.RADIUS,
-    LoanBar.UNJUDGED,
-    LoanBar.OWNERS,
-    LoanBar.ARMING,
+    LoanBlock.HEIGHT,
+    LoanBlock.RADIUS,
+    LoanBlock.UNJUDGED,
+    LoanBlock.OWNERS,
+    LoanBlock.ARMING,
 )
 NEW_MESSAGE = b"\xfd\x03\x00\x00\x07\x01\x01\xf0\xff\x7f" + b"abc" + b"\x12\x34"
 
@@ -133,7 +133,7 @@ def bar(frame: bytes, limits: Limits, *, home: Home | None = HOME, armed: bool =
         (sent(M.MAVLink_manual_control_message(1, 1000, 0, 1000, 0, 0)), None),
     ],
 )
-def test_limits_in_space(frame: bytes, expected: LoanBar | None) -> None:
+def test_limits_in_space(frame: bytes, expected: LoanBlock | None) -> None:
     assert bar(frame, IN_SPACE, armed=True) is expected
     assert bar(frame, Limits(), armed=True) is None, "a loan without limits"
 
@@ -174,7 +174,7 @@ def test_limits_in_space(frame: bytes, expected: LoanBar | None) -> None:
         (target(FAR, 900.0), None, None),
     ],
 )
-def test_a_loan_without_arming(frame: bytes, while_disarmed: LoanBar | None, while_armed: LoanBar | None) -> None:
+def test_a_loan_without_arming(frame: bytes, while_disarmed: LoanBlock | None, while_armed: LoanBlock | None) -> None:
     assert bar(frame, NO_ARMING, armed=False) is while_disarmed
     assert bar(frame, NO_ARMING, armed=True) is while_armed
 
@@ -241,10 +241,10 @@ def test_to_a_px4_zero_is_a_place(px4: bool | None) -> None:
 
 def test_every_bar_says_which_limit() -> None:
     limits = Limits(False, 50.0, 200.0)
-    reported = {one: words_of(one, limits) for one in LoanBar}
+    reported = {one: words_of(one, limits) for one in LoanBlock}
     assert reported[HEIGHT] == "up to 50 m above home, and this goes higher."
     assert reported[RADIUS] == "within 200 m of home, and this goes further."
-    assert len(set(reported.values())) == len(LoanBar)
+    assert len(set(reported.values())) == len(LoanBlock)
 
 
 def test_the_tables_hold_nothing_that_moves_a_limit() -> None:

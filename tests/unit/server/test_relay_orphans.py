@@ -8,7 +8,7 @@ from hub_world import FIRST_ORDER, NOW, FakeAgent, FakeBrowser, HubWorld, comman
 from server.domain.people import UserRef
 from server.live.relay import live_messages as live
 from server.live.relay.agent_routes import OVER_CHANNEL
-from server.live.relay.census import take_census
+from server.live.relay.live_counts import count_live
 from server.live.relay.live_drone import LeaseView
 from server.live.relay.orphans import ORPHAN_S, SILENT_S
 from wire.control_messages import (
@@ -205,7 +205,7 @@ def test_resumed_it_is_the_same_link_and_all_is_told_anew(scene: Scene) -> None:
     ]
     scene.live_until(ORPHAN_S + 3.0, begin=3.1)
     assert scene.has_link, "it is an orphan no more"
-    assert take_census(scene.hub.state).agents_waiting == take_census(scene.hub.state).agents_deepest == (1, 2), (
+    assert count_live(scene.hub.state).agents_waiting == count_live(scene.hub.state).agents_deepest == (1, 2), (
         "of the new control channel"
     )
     assert scene.hub.state.traffic.holds_ordered == 0

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from server.live.relay.policy import (
     ASK_AGAIN_WITHIN_S,
-    AskTwice,
     Authorization,
     Kind,
+    RepeatConfirmation,
     command_in,
     ends_the_flight,
     kind_of,
@@ -136,7 +136,7 @@ def test_asking_twice_is_asking_anew_and_not_repeating() -> None:
     repeat = command_in(command(M.MAV_CMD_COMPONENT_ARM_DISARM, 0, confirmation=1))
     assert first is not None
     assert repeat is not None
-    asked = AskTwice()
+    asked = RepeatConfirmation()
     assert not asked.confirms(1, first, 0.0)
     assert not asked.confirms(1, repeat, 0.5)
     assert not asked.confirms(2, first, 0.6), "another drone"

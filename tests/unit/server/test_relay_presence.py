@@ -15,7 +15,7 @@ from server.live.hub_events import (
     HolderGone,
     OfferLapsed,
     RightLost,
-    TurnWanted,
+    TurnRequested,
 )
 from server.live.relay import live_messages as live
 from server.live.relay.holder_watch import GRACE_S, KEPT_FOR_S
@@ -157,7 +157,7 @@ def test_assist_changes_turns_by_the_epoch_and_loses_no_command(scene: Scene) ->
     admin.send(tag(ONE, command_long(400)), now=1.1)
     scene.fly(1.11)
     assert scene.agent.received() == []
-    assert scene.events == [TurnWanted(ONE, "assistant")]
+    assert scene.events == [TurnRequested(ONE, "assistant")]
     scene.lease(replace(assisted, epoch=Epoch(3)), "turn", now=1.12)
     assert scene.agent.received() == [(3, command_long(400))]
     reported = scene.agent.posted[-1]
@@ -169,7 +169,7 @@ def test_assist_changes_turns_by_the_epoch_and_loses_no_command(scene: Scene) ->
     scene.keep_alive(2.0)
     assert len(scene.events) == 1
     scene.keep_alive(2.1)
-    assert scene.events[1:] == [TurnWanted(ONE, "holder")]
+    assert scene.events[1:] == [TurnRequested(ONE, "holder")]
     scene.lease(replace(assisted, epoch=Epoch(4)), "turn", now=2.11)
     assert scene.agent.posted[-1] == ControlChanged(number=ANY, epoch=4, holder="alice", holder_present=True)
     scene.fly(2.2)
@@ -196,7 +196,7 @@ def test_a_command_that_waited_too_long_for_its_turn_is_not_executed(scene: Scen
 
 def test_an_operator_without_the_view_gets_no_frames_but_knows_the_drone(scene: Scene) -> None:
     scene.alice.frames()
-    taken = LeaseView(holder=ADMIN, taken_from=ALICE, epoch=Epoch(2), blind=True)
+    taken = LeaseView(holder=ADMIN, taken_from=ALICE, epoch=Epoch(2), view_taken=True)
     scene.lease(taken, "taken")
     (view,) = [event.drone for event in scene.alice.events() if isinstance(event, live.DroneChanged)]
     assert not view.may_watch
@@ -214,7 +214,7 @@ def test_the_view_comes_back_with_the_offer_and_goes_with_it(scene: Scene) -> No
         assert bool(scene.alice.frames()) is view.may_watch
         return view.may_watch
 
-    taken = LeaseView(holder=ADMIN, taken_from=ALICE, epoch=Epoch(2), blind=True)
+    taken = LeaseView(holder=ADMIN, taken_from=ALICE, epoch=Epoch(2), view_taken=True)
     assert not sees(taken, "taken")
     assert sees(replace(taken, offered=True, epoch=Epoch(3)), "given")
     assert not sees(replace(taken, epoch=Epoch(4)), "taken"), "the offer is over"

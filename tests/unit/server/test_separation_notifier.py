@@ -125,7 +125,7 @@ def test_from_whom_the_view_was_taken_hears_nothing_of_where_their_drone_is() ->
     world = NearWorld()
     drone = world.hub.state.drones.get(DroneId(1))
     assert drone is not None
-    drone.lease = replace(drone.lease, taken_from=UserRef(UserId(1), "alice"), blind=True)
+    drone.lease = replace(drone.lease, taken_from=UserRef(UserId(1), "alice"), view_taken=True)
     alice, bob = world.browser(1), world.browser(2)
     world.fly(KNOWN_S)
     assert heard(alice) == []

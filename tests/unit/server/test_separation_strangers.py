@@ -13,7 +13,7 @@ from server.live.separation.strangers import (
     BEGUN_EVERY_S,
     FIGURES_EVERY_S,
     Rounded,
-    Said,
+    StrangerAlert,
     StrangerAlerts,
     rounded,
 )
@@ -29,7 +29,7 @@ def alerts() -> StrangerAlerts:
 
 def look(
     of: StrangerAlerts, now: float, *, level: Level = Level.CAUTION, fit: bool | None = True, encounter: int = 1
-) -> Said | None:
+) -> StrangerAlert | None:
     return of.check(encounter, PAIR, level, lambda: NEAR._replace(level=level), fit=fit, now=now)
 
 
@@ -74,7 +74,7 @@ def test_an_unfit_one_begins_nothing_and_ends_what_was_told_without_a_reason() -
     of = alerts()
     assert look(of, 0, fit=False) is None
     assert look(of, 1) is not None
-    assert look(of, 2, fit=False) == Said(100, Rounded(Level.CLEAR))
+    assert look(of, 2, fit=False) == StrangerAlert(100, Rounded(Level.CLEAR))
     assert of.last(1, 1) is None
     assert look(of, 3, fit=False) is None
 
@@ -102,4 +102,4 @@ def test_encounters_that_ended_in_silence_are_forgotten() -> None:
     look(of, 0, encounter=1)
     look(of, 0, encounter=2)
     of.forget_all_but([2])
-    assert (of.last(1, 1), of.last(2, 1)) == (None, Said(101, NEAR))
+    assert (of.last(1, 1), of.last(2, 1)) == (None, StrangerAlert(101, NEAR))

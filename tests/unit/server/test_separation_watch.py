@@ -7,7 +7,7 @@ import pytest
 
 from server.live.separation.bounds import Level, SeparationBounds
 from server.live.separation.motion import METRES_PER_DEGREE, Motion
-from server.live.separation.watch import MAX_ENCOUNTERS, SeparationWatch, Sky
+from server.live.separation.watch import MAX_ENCOUNTERS, AirPicture, SeparationWatch
 from wire.ids import DroneId
 
 BOUNDS = SeparationBounds(horizontal_m=20.0, vertical_m=10.0, ahead_s=30.0)
@@ -34,7 +34,7 @@ class SkyWorld:
 
     def __init__(self, *drones: Flown, bounds: SeparationBounds = BOUNDS) -> None:
         self.drones = {DroneId(number): drone for number, drone in enumerate(drones, 1)}
-        self.watch = SeparationWatch(Sky(self._flying, self._motion), bounds)
+        self.watch = SeparationWatch(AirPicture(self._flying, self._motion), bounds)
         self.reported: list[tuple[float, tuple[int, int], str, str]] = []
         self.now = 0.0
         self.ticks = 0

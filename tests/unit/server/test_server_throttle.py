@@ -10,7 +10,7 @@ from server.live.accounts.throttle import (
     SUSPECT_FROM,
     SignInThrottle,
 )
-from server.live.anonymous.fair_line import Priority
+from server.live.anonymous.fair_queue import Priority
 from server.live.anonymous.known_addresses import KnownAddresses
 from server.live.anonymous.limits import LIMITS
 

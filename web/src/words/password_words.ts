@@ -1,15 +1,15 @@
 /** The tower's rules for passwords. Checks lengths here at once; only the tower judges how guessable a password is. */
 
-const SHORTEST = 12;
-const LONGEST = 256;
+const MIN_LENGTH = 12;
+const MAX_LENGTH = 256;
 
-export const PASSWORD_RULE = `${SHORTEST} to ${LONGEST} characters of any kind, and not easy to guess. Length counts more than signs: four words are good.`;
+export const PASSWORD_RULE = `${MIN_LENGTH} to ${MAX_LENGTH} characters of any kind, and not easy to guess. Length counts more than signs: four words are good.`;
 
 /** What is wrong with it; empty if nothing. `old`: the password that it replaces, if any. */
 export function passwordFault(password: string, old = ''): string {
   const length = [...password].length;
-  if (length < SHORTEST) return `Too short: ${SHORTEST - length} more.`;
-  if (length > LONGEST) return `Too long: at most ${LONGEST} characters.`;
+  if (length < MIN_LENGTH) return `Too short: ${MIN_LENGTH - length} more.`;
+  if (length > MAX_LENGTH) return `Too long: at most ${MAX_LENGTH} characters.`;
   if (old && password === old) return 'This is the old password: choose another one.';
   return '';
 }

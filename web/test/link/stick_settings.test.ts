@@ -10,7 +10,7 @@ import {
   withPad,
   type StickSettings,
 } from '../../src/link/stick_settings';
-import { StickSettingsKeeper } from '../../src/link/stick_settings_keeper';
+import { StickSettingsStore } from '../../src/link/stick_settings_store';
 import { FakeClock, settled } from './fakes';
 
 const USED = withPad({ ...DEFAULT_SETTINGS, mode: 1 }, 'Some pad', { ...DEFAULT_PAD, buttons: { 3: 'hold' } });
@@ -61,12 +61,12 @@ describe('the document', () => {
   });
 });
 
-describe('the keeper', () => {
+describe('the store', () => {
   let clock: FakeClock;
   let stored: Record<string, unknown>;
   let puts: number;
   let fault: Error | null;
-  let keeper: StickSettingsKeeper;
+  let store: StickSettingsStore;
 
   beforeEach(() => {
     clock = new FakeClock();
@@ -74,7 +74,7 @@ describe('the keeper', () => {
     puts = 0;
     fault = null;
     const answer = <T>(value: T): Promise<T> => (fault ? Promise.reject(fault) : Promise.resolve(value));
-    keeper = new StickSettingsKeeper(clock, {
+    store = new StickSettingsStore(clock, {
       preferences: () => answer(stored),
       keepPreference(name, document) {
         puts++;
@@ -86,43 +86,43 @@ describe('the keeper', () => {
 
   it('reads what the tower has', async () => {
     stored = { sticks: onTheWire(USED), other: {} };
-    await keeper.read();
-    expect(keeper.kept.get()).toMatchObject({ settings: USED, phase: 'kept', isRead: true });
+    await store.read();
+    expect(store.kept.get()).toMatchObject({ settings: USED, phase: 'kept', isRead: true });
   });
 
   it('says why it could not, and does not pass off guesses as the pilot’s', async () => {
     fault = new Error('The tower cannot be reached.');
-    await keeper.read();
-    expect(keeper.kept.get()).toMatchObject({ phase: 'failed', why: 'The tower cannot be reached.', isRead: false });
+    await store.read();
+    expect(store.kept.get()).toMatchObject({ phase: 'failed', why: 'The tower cannot be reached.', isRead: false });
     fault = null;
     stored = { sticks: { version: 99 } };
-    await keeper.read();
-    expect(keeper.kept.get()).toMatchObject({ phase: 'failed', isRead: false });
-    keeper.startAnew();
+    await store.read();
+    expect(store.kept.get()).toMatchObject({ phase: 'failed', isRead: false });
+    store.startAnew();
     await clock.pass(1_000);
     expect(stored['sticks']).toEqual(onTheWire(DEFAULT_SETTINGS));
-    expect(keeper.kept.get()).toMatchObject({ phase: 'kept', isRead: true });
+    expect(store.kept.get()).toMatchObject({ phase: 'kept', isRead: true });
   });
 
   it('keeps many changes at once, and says when it could not', async () => {
-    await keeper.read();
-    for (const mode of [1, 3, 4] as const) keeper.change((settings) => ({ ...settings, mode }));
-    expect(keeper.kept.get()).toMatchObject({ phase: 'saving', settings: { mode: 4 } });
+    await store.read();
+    for (const mode of [1, 3, 4] as const) store.change((settings) => ({ ...settings, mode }));
+    expect(store.kept.get()).toMatchObject({ phase: 'saving', settings: { mode: 4 } });
     await clock.pass(1_000);
     expect(puts).toBe(1);
     expect(stored['sticks']).toMatchObject({ mode: 4 });
     fault = new Error('no room');
-    keeper.change((settings) => ({ ...settings, mode: 2 }));
+    store.change((settings) => ({ ...settings, mode: 2 }));
     await clock.pass(1_000);
-    expect(keeper.kept.get()).toMatchObject({ phase: 'failed', why: 'no room', settings: { mode: 2 }, isRead: true });
+    expect(store.kept.get()).toMatchObject({ phase: 'failed', why: 'no room', settings: { mode: 2 }, isRead: true });
   });
 
   it('does not give one user the answer to another', async () => {
     stored = { sticks: onTheWire(USED) };
-    const reading = keeper.read();
-    keeper.forget();
+    const reading = store.read();
+    store.forget();
     await reading;
     await settled();
-    expect(keeper.kept.get()).toMatchObject({ phase: 'unread', isRead: false, settings: DEFAULT_SETTINGS });
+    expect(store.kept.get()).toMatchObject({ phase: 'unread', isRead: false, settings: DEFAULT_SETTINGS });
   });
 });

@@ -39,7 +39,7 @@ class HandlerLine:
         self.server: Server | None = None
         self.to_server: Fault = arrives
         self.to_agent: Fault = arrives
-        self.news: list[Any] = []
+        self.reports: list[Any] = []
         self.sent: list[Message] = []
         """Messages to the autopilot, whether they arrived or not."""
         self.passed_up: list[Message] = []
@@ -89,7 +89,7 @@ class HandlerLine:
                     self.passed_up += messages
                 self._agent_sends()
         self._agent_sends()
-        self.news += self.handler.news()
+        self.reports += self.handler.reports()
         if self.server is not None:
             self.server.tick()
 
@@ -103,14 +103,16 @@ class HandlerLine:
         self._id += 1
         transaction = Transaction(id=self._id, epoch=epoch, deadline_s=deadline_s, work=work)
         self.handler.begin(transaction, self.around(), self.now)
-        self.news += self.handler.news()
+        self.reports += self.handler.reports()
         return self._id
 
     def result(self, number: int | None = None, limit_s: float = 120.0) -> TransactionResult:
         """Returns the result of the latest transaction, unless `number` is given."""
         number = number or self._id
-        self.until(lambda: any(isinstance(one, TransactionResult) and one.id == number for one in self.news), limit_s)
-        (result,) = (one for one in self.news if isinstance(one, TransactionResult) and one.id == number)
+        self.until(
+            lambda: any(isinstance(one, TransactionResult) and one.id == number for one in self.reports), limit_s
+        )
+        (result,) = (one for one in self.reports if isinstance(one, TransactionResult) and one.id == number)
         return result
 
     def do(self, work: Any, **options: Any) -> TransactionResult:
@@ -129,7 +131,7 @@ class HandlerLine:
             self.step()
 
     def reported(self, what: type) -> list[Any]:
-        return [one for one in self.news if isinstance(one, what)]
+        return [one for one in self.reports if isinstance(one, what)]
 
     def sent_count(self, name: str) -> int:
         return sum(1 for message in self.sent if message.get_type() == name)

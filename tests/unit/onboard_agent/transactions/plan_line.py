@@ -231,7 +231,7 @@ class Line:
         self.to_server: Fault = lambda _number, _message: 1
         self.to_agent: Fault = lambda _number, _message: 1
         self.silent_until = 0.0
-        self.news: list[Any] = []
+        self.reports: list[Any] = []
         self.on_step: Callable[[], None] = lambda: None
         self._agent_codec, self._server_codec = Codec(1, 191), Codec(1, 1)
         self._down: list[bytes] = []
@@ -261,7 +261,7 @@ class Line:
             self.handler.receive(frame, self.now)
             frames += self.handler.due(self.now)
         frames += self.handler.due(self.now)
-        self.news += self.handler.news()
+        self.reports += self.handler.reports()
         for frame in frames:
             (message,) = self._agent_codec.decode(frame)
             self._counts["up"] += 1
@@ -274,14 +274,14 @@ class Line:
     def begin(self, work: Any, *, epoch: int = 1, deadline_s: float = 120.0) -> int:
         self._id += 1
         self.handler.begin(Transaction(id=self._id, epoch=epoch, deadline_s=deadline_s, work=work), self.now)
-        self.news += self.handler.news()
+        self.reports += self.handler.reports()
         return self._id
 
     def result(self, limit_s: float = 120.0) -> TransactionResult:
         """Returns the result of the latest transaction."""
         until = self.now + limit_s
         while self.now < until:
-            for reported in self.news:
+            for reported in self.reports:
                 if isinstance(reported, TransactionResult) and reported.id == self._id:
                     return reported
             self.step()
@@ -313,7 +313,7 @@ class Line:
         return tuple(PlanItem(i.command, int(i.frame), i.params, i.x, i.y, i.z, i.autocontinue) for i in items)
 
     def reported(self, what: type) -> list[Any]:
-        return [one for one in self.news if isinstance(one, what)]
+        return [one for one in self.reports if isinstance(one, what)]
 
 
 __all__ = [

@@ -68,7 +68,7 @@ class RecordingHandler:
     def due(self, around: Around, now: float) -> list[bytes]:
         return []
 
-    def news(self) -> list[Any]:
+    def reports(self) -> list[Any]:
         reported, self.to_send = self.to_send, []
         return reported
 
@@ -104,7 +104,7 @@ def test_each_piece_of_work_goes_to_its_handler_and_what_nobody_does_is_refused(
     transactions.begin(transaction(2, ParametersReadWork()), None, 0.0)
     transactions.begin(transaction(3, LogListWork()), AROUND, 0.0)
     assert (plans.begun, parameters.begun) == ([1], [2])
-    (refused,) = transactions.news()
+    (refused,) = transactions.reports()
     assert isinstance(refused, TransactionResult)
     assert (refused.id, refused.outcome) == (3, Outcome.REFUSED)
     transactions.cancel(2, 0.0)
@@ -117,14 +117,14 @@ def test_whoever_cancels_what_is_not_here_is_told_so() -> None:
     transactions.cancel(1, 0.0)
     transactions.cancel(2, 0.0)
     assert handler.cancelled == [1]
-    (unknown,) = transactions.news()
+    (unknown,) = transactions.reports()
     assert isinstance(unknown, TransactionResult)
     assert (unknown.id, unknown.outcome, unknown.words) == (2, Outcome.REFUSED, NOT_HERE)
     handler.to_send = [result(1)]
     transactions.cancel(1, 0.0)  # it ends at this moment
-    transactions.news()
+    transactions.reports()
     transactions.cancel(1, 0.0)  # and has been reported
-    assert transactions.news() == []
+    assert transactions.reports() == []
 
 
 def test_what_writes_is_refused_under_an_older_epoch_and_what_reads_is_not() -> None:
@@ -135,7 +135,7 @@ def test_what_writes_is_refused_under_an_older_epoch_and_what_reads_is_not() -> 
     for number, work in enumerate((CommandWork(400), ParametersWriteWork((("A", 1.0),)))):
         transactions.begin(transaction(number, work, epoch=4), AROUND, 0.0)
     assert handler.begun == []
-    assert [one.outcome for one in transactions.news()] == [Outcome.STALE_EPOCH] * 2  # type: ignore[union-attr]
+    assert [one.outcome for one in transactions.reports()] == [Outcome.STALE_EPOCH] * 2  # type: ignore[union-attr]
     transactions.begin(transaction(7, PlanDownloadWork(PlanKind.FENCE), epoch=4), AROUND, 0.0)
     transactions.begin(transaction(8, CommandWork(400), epoch=5), AROUND, 0.0)
     assert handler.begun == [7, 8]
@@ -147,37 +147,37 @@ def test_what_writes_is_refused_under_an_older_epoch_and_what_reads_is_not() -> 
 def test_a_tower_that_does_not_take_it_is_told_nothing() -> None:
     transactions, handler = with_a_handler(taken=False)
     handler.to_send = [progress(1, 1), PlanOnBoard(kind=PlanKind.RALLY, hash=None), result(1)]
-    assert transactions.news() == []
+    assert transactions.reports() == []
     transactions.link_up(taken=True)
-    assert transactions.news() == [result(1)], "results wait; the state comes from the handlers"
+    assert transactions.reports() == [result(1)], "results wait; the state comes from the handlers"
     assert handler.sent_again == 2
 
 
 def test_what_may_be_lost_with_a_control_channel_is_told_again_on_the_next() -> None:
     transactions, handler = with_a_handler()
     handler.to_send = [result(1)]
-    assert transactions.news() == [result(1)]
+    assert transactions.reports() == [result(1)]
     transactions.due(AROUND, 100.0 + AGAIN_WITHIN_S + 1.0)
     handler.to_send = [result(2)]
-    assert transactions.news() == [result(2)]
+    assert transactions.reports() == [result(2)]
     transactions.link_up(taken=True)
-    assert transactions.news() == [result(2)], "the first has been there long enough to have arrived"
+    assert transactions.reports() == [result(2)], "the first has been there long enough to have arrived"
     transactions.link_down()
     transactions.due(AROUND, 5000.0)
     handler.to_send = [result(3)]
-    assert transactions.news() == []
+    assert transactions.reports() == []
     transactions.link_up(taken=True)
-    assert transactions.news() == [result(2), result(3)], "the time without a link does not count"
+    assert transactions.reports() == [result(2), result(3)], "the time without a link does not count"
 
 
 def test_an_id_that_is_begun_anew_has_no_older_result() -> None:
     transactions, handler = with_a_handler(PlanDownloadWork)
     handler.to_send = [result(1), result(2)]
-    transactions.news()
+    transactions.reports()
     transactions.link_down()
     transactions.link_up(taken=True)
     transactions.begin(transaction(1, PlanDownloadWork(PlanKind.FENCE)), AROUND, 0.0)
-    assert transactions.news() == [result(2)]
+    assert transactions.reports() == [result(2)]
 
 
 def test_only_the_newest_progress_and_state_wait_and_none_of_what_is_over() -> None:
@@ -185,19 +185,19 @@ def test_only_the_newest_progress_and_state_wait_and_none_of_what_is_over() -> N
     old, new = (PlanOnBoard(kind=PlanKind.RALLY, hash=None, count=count) for count in (1, 2))
     fence = PlanOnBoard(kind=PlanKind.FENCE, hash=None)
     handler.to_send = [old, fence, *(progress(1, done) for done in range(5)), progress(2, 1), result(2), new]
-    assert transactions.news(room=0) == []
-    assert transactions.news(room=2) == [fence, progress(1, 4)]
-    assert transactions.news() == [result(2), new]
+    assert transactions.reports(room=0) == []
+    assert transactions.reports(room=2) == [fence, progress(1, 4)]
+    assert transactions.reports() == [result(2), new]
 
 
 def test_where_too_much_waits_the_state_is_told_anew_and_results_stay() -> None:
     transactions, handler = with_a_handler()
     handler.to_send = [result(1), *(ParameterCache(hash=None, count=n, total=999) for n in range(MAX_WAITING))]
-    assert transactions.news(room=0) == []
+    assert transactions.reports(room=0) == []
     assert handler.sent_again == 2
-    assert transactions.news() == [result(1)]
+    assert transactions.reports() == [result(1)]
     handler.to_send = [result(number) for number in range(200)]
-    assert len(transactions.news()) == RESULTS_KEPT
+    assert len(transactions.reports()) == RESULTS_KEPT
 
 
 @pytest.mark.parametrize("answers_us", [True, False])

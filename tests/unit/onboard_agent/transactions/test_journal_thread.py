@@ -15,7 +15,7 @@ from onboard_agent.transactions.journal_thread import JournalThread
 from wire.plans import PlanKind
 
 MISSION = PlanKind.MISSION
-ASKED_MOST = 5
+MAX_ASKED = 5
 
 
 class SlowJournal(MemoryJournal):
@@ -37,7 +37,7 @@ class SlowJournal(MemoryJournal):
         def lasting() -> bool:
             nonlocal asked
             asked += 1
-            if asked < ASKED_MOST:
+            if asked < MAX_ASKED:
                 return False
             if fails:
                 raise OSError(28, "No space left on device")

@@ -79,10 +79,10 @@ class MetadataLine(HandlerLine):
         return self.reported(MetadataKnown)[-1]
 
     def until_known(self) -> float:
-        return self.until(lambda: self.news and self.known().hash is not None)
+        return self.until(lambda: self.reports and self.known().hash is not None)
 
     def until_none(self, words: str) -> None:
-        self.until(lambda: self.news and self.known().hash is None and words in self.known().words, 120.0)
+        self.until(lambda: self.reports and self.known().hash is None and words in self.known().words, 120.0)
 
     def asks(self) -> int:
         return self.sent_count("COMMAND_LONG")

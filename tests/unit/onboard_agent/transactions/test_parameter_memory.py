@@ -84,7 +84,7 @@ def test_a_reboot_reads_anew_and_the_table_counts_as_remembered_until_then() -> 
     line = parameter_line()
     line.until(lambda: complete(line))
     line.run(1.0)
-    line.news.clear()
+    line.reports.clear()
     line.server.parameters.set("RTL_ALT", 1234.0)
     line.comes()
     line.run(0.6)

@@ -61,10 +61,10 @@ def test_with_the_last_number_told_nothing_is_waited_for() -> None:
 def test_what_a_gimbal_says_is_about_the_gimbal() -> None:
     line = parameter_line()
     line.until(lambda: complete(line))
-    line.news.clear()
+    line.reports.clear()
     line.gimbal_says(mavlink.MAVLink_param_value_message(b"RTL_ALT", 7.0, 6, 20, 3))
     line.run(1.0)
-    assert line.news == []
+    assert line.reports == []
 
 
 @settings(max_examples=12, deadline=None)
@@ -173,13 +173,13 @@ def test_the_first_request_is_lost() -> None:
 def test_every_value_that_passes_counts_whoever_asked() -> None:
     line = parameter_line()
     line.until(lambda: complete(line))
-    line.news.clear()
+    line.reports.clear()
     before = table_hash(table_of(line))
     line.server.server.set("RTL_ALT", 2500.0, 6)
     line.server.server.set("RTL_ALT", 2600.0, 6)
     line.server.server.read("RTL_SPEED", -1)
     line.run(0.6)
-    assert line.news == [
+    assert line.reports == [
         ParameterChanged(name="RTL_ALT", value=2600.0, kind=6, before=before, hash=table_hash(table_of(line)))
     ]
     assert [message.param_id for message in line.passed_up] == ["RTL_ALT", "RTL_ALT", "RTL_SPEED"]
@@ -189,7 +189,7 @@ def test_few_changes_are_a_chain_of_hashes_and_many_are_another_table() -> None:
     line = parameter_line()
     line.until(lambda: complete(line))
     line.run(1.0)
-    line.news.clear()
+    line.reports.clear()
     hash_before = table_hash(table_of(line))
     for name in ("RTL_ALT", "ANGLE_MAX", "LAND_SPEED"):
         line.server.server.set(name, 77.0, 4)
@@ -198,25 +198,25 @@ def test_few_changes_are_a_chain_of_hashes_and_many_are_another_table() -> None:
     assert [one.name for one in chain] == ["RTL_ALT", "ANGLE_MAX", "LAND_SPEED"]
     assert [one.before for one in chain] == [hash_before, *(one.hash for one in chain[:-1])]
     assert chain[-1].hash == table_hash(table_of(line))
-    line.news.clear()
+    line.reports.clear()
     for number in range(1, 7):
         line.server.server.set(f"FLTMODE{number}", 11.0, 2)
     for number in range(1, 7):
         line.server.server.set(f"RC{number}_TRIM", 1499.0, 4)
     line.run(0.6)
-    assert line.news == [ParameterCache(hash=table_hash(table_of(line)), count=1390, total=1390)]
+    assert line.reports == [ParameterCache(hash=table_hash(table_of(line)), count=1390, total=1390)]
     line.run(5.0)
-    assert len(line.news) == 1
+    assert len(line.reports) == 1
 
 
 def test_a_new_tower_is_told_how_it_is() -> None:
     line = parameter_line()
     line.until(lambda: complete(line))
     line.run(1.0)
-    line.news.clear()
+    line.reports.clear()
     line.handler.resend()
     line.run(0.1)
-    assert line.news == [ParameterCache(hash=table_hash(table_of(line)), count=1390, total=1390)]
+    assert line.reports == [ParameterCache(hash=table_hash(table_of(line)), count=1390, total=1390)]
 
 
 def test_more_of_them_appear_later_and_are_read() -> None:

@@ -42,7 +42,7 @@ def ready(kind: int = ARDUPILOT, **options: Any) -> HandlerLine:
     line = parameter_line(kind, **options)
     line.until(lambda: complete(line))
     line.run(1.0)
-    line.news.clear()
+    line.reports.clear()
     line.sent.clear()
     return line
 
@@ -77,7 +77,7 @@ def test_values_are_written_in_order_and_read_back(kind: int, values: list[tuple
     asked = [(message.get_type(), message.param_id) for message in line.sent]
     assert asked == [(what, name) for name, _ in values for what in ("PARAM_SET", "PARAM_REQUEST_READ")]
     assert line.now - before < 0.1
-    changed = [type(one) for one in line.news]
+    changed = [type(one) for one in line.reports]
     assert changed.index(ParameterChanged) < len(changed) - 1  # the new table is reported before completion
     assert [one.name for one in line.reported(ParameterChanged)] == [name for name, _ in values]
 

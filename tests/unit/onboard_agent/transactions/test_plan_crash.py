@@ -72,7 +72,9 @@ def test_the_agent_killed_at_every_step_of_an_upload(server: Any, old: Plan, new
         number = line.begin(work_for(new))
         for _ in range(steps):
             line.step()
-        over = any(getattr(reported, "outcome", None) is not None and reported.id == number for reported in line.news)
+        over = any(
+            getattr(reported, "outcome", None) is not None and reported.id == number for reported in line.reports
+        )
         halves += line.on_board() not in (old, new)
         line.start_agent()
         settle(line)

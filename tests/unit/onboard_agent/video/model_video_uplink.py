@@ -11,8 +11,8 @@ import random
 from dataclasses import dataclass, field
 
 from onboard_agent.video.core.link_rate import Known, LinkRate
-from onboard_agent.video.core.on_the_way import PIECE_BYTES, wire_bits
 from onboard_agent.video.core.shape_for_bits import ShapeForBits
+from onboard_agent.video.core.units_in_transit import PIECE_BYTES, wire_bits
 from wire.video import LIMITS, Codec, Got, Quality, StreamRequest
 
 TICK_S = 0.001

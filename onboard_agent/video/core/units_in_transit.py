@@ -66,7 +66,7 @@ class Arrival(NamedTuple):
     """The unit ends one of the largest bursts of the last seconds: only these measure the speed of the link."""
 
 
-class OnTheWay:
+class UnitsInTransit:
     """The caller bounds the queue through `late_s` and `waiting_s` before sending; `oldest_s` detects a dead link."""
 
     def __init__(self) -> None:

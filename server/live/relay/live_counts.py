@@ -11,7 +11,7 @@ Depths = tuple[int, int, int]
 
 
 @dataclass(frozen=True)
-class Census:
+class LiveCounts:
     """`waiting`: for all browsers together; `deepest`: for the one that has most, of each. `agents_waiting`,
     `agents_deepest`: the same for agents."""
 
@@ -28,12 +28,12 @@ class Census:
     agents_deepest: tuple[int, int]
 
 
-def take_census(state: LiveState) -> Census:
+def count_live(state: LiveState) -> LiveCounts:
     """A snapshot of this moment."""
     depths = [browser.waiting() for browser in state.browsers.values()] or [(0, 0, 0)]
     texts, transactional, kinds = zip(*depths, strict=True)
     messages, datagrams = zip(*([link.waiting() for link in state.links.values()] or [(0, 0)]), strict=True)
-    return Census(
+    return LiveCounts(
         browsers=len(state.browsers),
         users=len({browser.viewer.user_id for browser in state.browsers.values()}),
         agents=len(state.links),

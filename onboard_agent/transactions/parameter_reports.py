@@ -17,10 +17,10 @@ SEND_EVERY_S: Final = 0.5
 MAX_CHANGES: Final = 4
 """Each change hashes the whole table, which takes some milliseconds on a slow computer and may delay sticks."""
 
-News = ParameterCache | ParameterChanged
+ParameterReport = ParameterCache | ParameterChanged
 
 
-class ParameterNews:
+class ParameterReports:
     """Keeps the table. `learnt`, `put` and `reading` change what to report, `due` reports it."""
 
     def __init__(self) -> None:
@@ -87,13 +87,13 @@ class ParameterNews:
         self._sent = None
         self._sent_at = float("-inf")
 
-    def due(self, now: float, *, at_once: bool = False) -> list[News]:
+    def due(self, now: float, *, at_once: bool = False) -> list[ParameterReport]:
         """Returns the reports to send now. `at_once` ignores SEND_EVERY_S."""
         if now - self._sent_at < SEND_EVERY_S and not at_once:
             return []
-        news: list[News] = []
+        reports: list[ParameterReport] = []
         if self._sent is not None and self._sent.hash is not None and 0 < len(self._changed) <= MAX_CHANGES:
-            news += self._changes(self._sent.hash)
+            reports += self._changes(self._sent.hash)
         done, total = (len(self.values),) * 2 if self.values else self._progress
         cache = ParameterCache(hash=self.hash, count=done, total=total, verified=self.verified or not self.values)
         nothing = self._sent is None and self.hash is None and not total
@@ -102,15 +102,15 @@ class ParameterNews:
                 self._sent_values = dict(self.values)
                 self._changed.clear()
             self._sent = cache
-            news.append(cache)
-        if news:
+            reports.append(cache)
+        if reports:
             self._sent_at = now
-        return news
+        return reports
 
-    def _changes(self, before: str) -> list[News]:
+    def _changes(self, before: str) -> list[ParameterReport]:
         """Returns the changes one by one; nothing if the table differs by more, and so counts as another table."""
         values = dict(self._sent_values)
-        changes: list[News] = []
+        changes: list[ParameterReport] = []
         for name in self._changed:
             parameter = values[name] = self.values[name]
             after = table_hash(by_name(values.values()))

@@ -3,7 +3,7 @@
 import pytest
 
 from onboard_agent.link.backoff import Backoff
-from onboard_agent.link.succession import FIRST_CHECK_AFTER_S, SEEK_S, SILENT_S, Need, Succession
+from onboard_agent.link.channel_replacement import FIRST_CHECK_AFTER_S, SEEK_S, SILENT_S, ChannelReplacement, Need
 from onboard_agent.onboard import Onboard
 from wire.control_messages import AutopilotState, ControlChanged, Welcome
 from wire.dialect import build, mavlink
@@ -11,12 +11,12 @@ from wire.dialect import build, mavlink
 HEARTBEAT = build(mavlink.MAVLink_heartbeat_message(2, 3, 209, 2, 4, 3), system_id=1, component_id=1, sequence=0)
 
 
-def succession() -> Succession:
-    return Succession(Backoff(lambda: 0.0), 0.0)
+def channel_replacement() -> ChannelReplacement:
+    return ChannelReplacement(Backoff(lambda: 0.0), 0.0)
 
 
 def need(
-    one: Succession, now: float, *, silent_s: float = 0.1, over_udp: bool = True, uplink_silent: bool = False
+    one: ChannelReplacement, now: float, *, silent_s: float = 0.1, over_udp: bool = True, uplink_silent: bool = False
 ) -> Need:
     return one.need(silent_s=silent_s, over_udp=over_udp, uplink_silent=uplink_silent, now=now)
 
@@ -24,31 +24,31 @@ def need(
 @pytest.mark.parametrize("over_udp", [True, False])
 @pytest.mark.parametrize("silent_s", [0.0, 100.0])
 def test_a_control_channel_that_is_there_is_left_alone(over_udp: bool, silent_s: float) -> None:
-    assert need(succession(), 100.0, silent_s=silent_s, over_udp=over_udp) is Need.NOTHING
+    assert need(channel_replacement(), 100.0, silent_s=silent_s, over_udp=over_udp) is Need.NOTHING
 
 
 def test_one_whose_uplink_is_silent_gets_a_successor_but_not_at_once_after_the_last() -> None:
-    one = succession()
+    one = channel_replacement()
     assert need(one, FIRST_CHECK_AFTER_S - 0.01, uplink_silent=True) is Need.NOTHING
     assert need(one, FIRST_CHECK_AFTER_S, uplink_silent=True) is Need.ANOTHER
 
 
 @pytest.mark.parametrize("code", [None, 1005, 1006, 1011])
 def test_one_that_broke_off_gets_a_successor_at_once(code: int | None) -> None:
-    one = succession()
+    one = channel_replacement()
     one.ended(code, 1.0)
     assert need(one, 1.0) is Need.ANOTHER
 
 
 @pytest.mark.parametrize("code", [1000, 1001, 1008, 1012, 4400, 4401, 4408, 4409])
 def test_one_that_was_closed_by_wish_is_the_end_of_its_link(code: int) -> None:
-    one = succession()
+    one = channel_replacement()
     one.ended(code, 1.0)
     assert need(one, 1.0) is Need.END
 
 
 def test_a_link_without_datagrams_ends_with_its_control_channel() -> None:
-    one = succession()
+    one = channel_replacement()
     one.ended(1006, 1.0)
     assert need(one, 1.1, silent_s=SILENT_S) is Need.ANOTHER
     assert need(one, 1.1, silent_s=SILENT_S + 0.01) is Need.END
@@ -56,7 +56,7 @@ def test_a_link_without_datagrams_ends_with_its_control_channel() -> None:
 
 
 def test_nobody_seeks_for_ever_and_failures_wait() -> None:
-    one = succession()
+    one = channel_replacement()
     one.ended(1006, 1.0)
     one.failed(1.0)
     assert need(one, 1.0) is Need.ANOTHER, "the first failure is answered at once"

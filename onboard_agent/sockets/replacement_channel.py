@@ -6,7 +6,7 @@ from collections.abc import Awaitable, Callable, Sequence
 from typing import Final
 
 from onboard_agent.link.backoff import Backoff
-from onboard_agent.link.succession import Need, Succession
+from onboard_agent.link.channel_replacement import ChannelReplacement, Need
 from onboard_agent.sockets.control_channel import NoLink, OpenedChannel
 from onboard_agent.sockets.data_channel import DataChannel
 
@@ -24,7 +24,7 @@ async def successor(
     """Waits for the next control channel and returns it: of the same link, or of a new one if the tower decides so.
     Returns None if the link has ended. `reading`: done when the control channel `opened` has ended."""
     loop = asyncio.get_running_loop()
-    succession = Succession(Backoff(), loop.time())
+    succession = ChannelReplacement(Backoff(), loop.time())
     local_address = str(opened.connection.local_address[0])
     ended = False
     attempt: asyncio.Task[OpenedChannel] | None = None

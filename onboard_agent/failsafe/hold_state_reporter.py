@@ -19,7 +19,7 @@ SAME_PERCENT: Final = 5.0
 MAX_TEXT_LENGTH: Final = 300
 
 
-class HoldNews:
+class HoldStateReporter:
     """Call `changed` often."""
 
     def __init__(self, *, autopilot: AutopilotView, hold: Hold, failsafe: Failsafe, inquiry: Inquiry) -> None:

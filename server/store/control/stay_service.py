@@ -47,7 +47,7 @@ def refusal_of(drone: LiveDrone, principal: Principal) -> Refused | None:
     return None if state.lost is Lost.PERSON else _TOWER_LOST
 
 
-class Stays:
+class StayService:
     """One instance per tower."""
 
     def __init__(self, *, hub: Hub, database: Database, clock: Clock) -> None:

@@ -49,7 +49,7 @@ class Bounds:
     """Multiplies the places of a known address."""
 
 
-class FairLine(Generic[T]):
+class FairQueue(Generic[T]):
     """`join`, then `call` for the next one. `leave` removes one that no longer waits."""
 
     def __init__(self, bounds: Bounds, *, newest_first: Priority | None = None) -> None:

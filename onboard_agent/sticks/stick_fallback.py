@@ -23,7 +23,7 @@ KEEP_AFTER_S: Final = 0.2
 """Sticks that are missing for this long are not merely late; a radio failsafe starts after 1 s."""
 
 
-class StickKeeper:
+class StickFallback:
     """Report turns and all sticks that pass to it; call `due` at each tick."""
 
     def __init__(self, maker: FrameMaker) -> None:

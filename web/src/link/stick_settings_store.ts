@@ -8,11 +8,11 @@ import { Store } from './store';
 export const DOCUMENT = 'sticks';
 const SAVE_AFTER_MS = 400;
 
-export type KeeperPhase = 'unread' | 'reading' | 'kept' | 'saving' | 'failed';
+export type StoragePhase = 'unread' | 'reading' | 'kept' | 'saving' | 'failed';
 
 export interface Kept {
   readonly settings: StickSettings;
-  readonly phase: KeeperPhase;
+  readonly phase: StoragePhase;
   /** For `failed`: the reason; the settings are then not the pilot's own, or not saved. */
   readonly why: string;
   /** Whether they are the pilot's own. Until then the sticks are disabled: guessed settings are worse than none. */
@@ -21,7 +21,7 @@ export interface Kept {
 
 const UNREAD: Kept = { settings: DEFAULT_SETTINGS, phase: 'unread', why: '', isRead: false };
 
-export class StickSettingsKeeper {
+export class StickSettingsStore {
   readonly kept = new Store<Kept>(UNREAD);
   readonly #clock: Clock;
   readonly #rest: Pick<Rest, 'preferences' | 'keepPreference'>;
@@ -67,7 +67,7 @@ export class StickSettingsKeeper {
 
   async #save(): Promise<void> {
     const asked = ++this.#asked;
-    let [phase, why]: [KeeperPhase, string] = ['kept', ''];
+    let [phase, why]: [StoragePhase, string] = ['kept', ''];
     try {
       await this.#rest.keepPreference(DOCUMENT, toDocument(this.kept.get().settings));
     } catch (error) {

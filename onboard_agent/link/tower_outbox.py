@@ -11,7 +11,7 @@ from typing import Final
 from onboard_agent.autopilot.autopilot_state import AutopilotView
 from onboard_agent.autopilot.inquiry import Inquiry
 from onboard_agent.failsafe.hold import Hold
-from onboard_agent.failsafe.hold_news import HoldNews
+from onboard_agent.failsafe.hold_state_reporter import HoldStateReporter
 from onboard_agent.telemetry.telemetry_stream import TelemetryStream
 from onboard_agent.work import WorkAtDrone
 from wire.control_messages import HoldProgress, ToTower
@@ -27,7 +27,7 @@ ROOM: Final = 32
 """Maximum number of messages about work at the drone in one call."""
 
 
-class TowerNews:
+class TowerOutbox:
     """Collects messages from all parts. Call `take` often."""
 
     def __init__(
@@ -35,14 +35,14 @@ class TowerNews:
         *,
         autopilot: AutopilotView,
         hold: Hold,
-        hold_news: HoldNews,
+        hold_reporter: HoldStateReporter,
         inquiry: Inquiry,
         stream: TelemetryStream,
         work: WorkAtDrone,
     ) -> None:
         self._autopilot = autopilot
         self._hold = hold
-        self._hold_news = hold_news
+        self._hold_reporter = hold_reporter
         self._inquiry = inquiry
         self._stream = stream
         self._work = work
@@ -58,7 +58,7 @@ class TowerNews:
     def resumed(self) -> None:
         """The link continues on another control channel. Messages sent on the old one may be lost."""
         self._linked = True
-        self._hold_news.resend()
+        self._hold_reporter.resend()
         self._autopilot.resend()
         self._inquiry.resend()
         self._stream.resend()
@@ -76,10 +76,10 @@ class TowerNews:
             return []
         messages: list[ToTower] = list(self._progress)
         self._progress.clear()
-        news = (
+        states = (
             self._autopilot.changed(now),
-            self._hold_news.changed(now) if self._takes_holds else None,
+            self._hold_reporter.changed(now) if self._takes_holds else None,
             self._stream.changed(),
             self._inquiry.loss_report(self._autopilot.kind) if self._autopilot.heard else None,
         )
-        return [*messages, *(one for one in news if one is not None), *self._work.news(room=room)]
+        return [*messages, *(one for one in states if one is not None), *self._work.reports(room=room)]

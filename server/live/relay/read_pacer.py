@@ -40,7 +40,7 @@ PATIENCE: Final = 8
 """Rounds of no more than a pair after which each datagram is read at once again."""
 
 
-class ReadRhythm:
+class ReadPacer:
     """Takes what arrived and returns how long to rest; None: do not rest."""
 
     def __init__(self) -> None:

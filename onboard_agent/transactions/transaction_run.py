@@ -7,7 +7,7 @@ from wire.transactions import Outcome, Transaction, TransactionProgress, Transac
 PROGRESS_EVERY_S: Final = 0.2
 
 
-class Asked:
+class TransactionRun:
     """`deadline` uses the clock of `now`."""
 
     def __init__(self, transaction: Transaction, now: float) -> None:

@@ -12,7 +12,7 @@ from server.store.control.service import ControlService
 from server.store.control.undecided import DECIDED_WITHIN_S
 
 
-class Withdrawals:
+class PendingRevocations:
     """One for the event handler. Needs a running loop."""
 
     def __init__(self, service: ControlService, hub: Hub) -> None:

@@ -22,7 +22,7 @@ NOTICEABLE: Final = 0.06
 """Smaller changes of the bit rate do not retune the encoder."""
 
 
-class Workbench:
+class StreamEncoders:
     """`done`, `broken`: called in the worker thread as soon as each picture is ready or has failed."""
 
     def __init__(self, make_encoder: MakeEncoder, done: Done, broken: Broken) -> None:

@@ -37,7 +37,7 @@ class Need(Enum):
     END = "end"
 
 
-class Succession:
+class ChannelReplacement:
     """One for each control channel of a link."""
 
     def __init__(self, backoff: Backoff, now: float) -> None:
