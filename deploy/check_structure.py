@@ -1,10 +1,10 @@
-"""The structure checks of `make check`: circular imports, and files that are too long.
+"""The structure checks of `make check`: circular imports, files that are too long, and long lines of documents.
 
     python deploy/check_structure.py
 
 Imports count wherever they are, including below `TYPE_CHECKING` and in functions: a circle is a circle for the reader.
-Exit status 1 if files import each other in a circle, or a file has more than `MAX_LINES` lines. `LONG_FILES` may only
-shrink: remove entries that are no longer needed.
+Exit status 1 if files import each other in a circle, a file has more than `MAX_LINES` lines, or a line of a document has
+more than `MAX_COLUMNS` characters. `LONG_FILES` may only shrink: remove entries that are no longer needed.
 """
 
 import ast
@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Final
 
 MAX_LINES: Final = 400
+MAX_COLUMNS: Final = 120
 PACKAGES: Final = ("server", "onboard_agent", "connect", "wire", "simulator")
 
 LONG_FILES: Final[Mapping[str, int]] = {}
@@ -77,10 +78,16 @@ def circles(graph: Mapping[str, set[str]]) -> list[list[str]]:
     return sorted(found, key=len, reverse=True)
 
 
-def source_files() -> list[Path]:
-    """Returns all hand-written Python, TypeScript and Svelte files under version control."""
-    names = subprocess.run(["git", "ls-files", "*.py", "*.ts", "*.svelte"], capture_output=True, text=True, check=True)
+def files_like(*patterns: str) -> list[Path]:
+    """Returns all hand-written files of these kinds under version control."""
+    names = subprocess.run(["git", "ls-files", *patterns], capture_output=True, text=True, check=True)
     return [path for path in map(Path, names.stdout.splitlines()) if path.exists() and "generated" not in path.parts]
+
+
+def long_lines(path: Path) -> list[int]:
+    """Returns the numbers of all lines of a document that are longer than `MAX_COLUMNS`."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    return [number for number, line in enumerate(lines, 1) if len(line) > MAX_COLUMNS]
 
 
 def main() -> int:
@@ -94,13 +101,21 @@ def main() -> int:
         print(f"{package}: {len(modules)} files, circles: {len(found) or 'none'}")
         for circle in found:
             print(f"  {', '.join(circle)}")
-    lengths = {path: len(path.read_text(encoding="utf-8").splitlines()) for path in source_files()}
+    lengths = {
+        path: len(path.read_text(encoding="utf-8").splitlines()) for path in files_like("*.py", "*.ts", "*.svelte")
+    }
     longest = sorted(lengths, key=lambda path: lengths[path], reverse=True)
     print("longest files:", ", ".join(f"{path} {lengths[path]}" for path in longest[:6]))
     for path, lines in lengths.items():
         if lines > LONG_FILES.get(path.as_posix(), MAX_LINES):
             wrong = True
             print(f"  {path}: {lines} lines, {LONG_FILES.get(path.as_posix(), MAX_LINES)} allowed")
+    documents = files_like("*.md")
+    print(f"documents: {len(documents)} files of {MAX_COLUMNS} columns")
+    for path in documents:
+        for number in long_lines(path):
+            wrong = True
+            print(f"  {path}:{number}: more than {MAX_COLUMNS} characters")
     return int(wrong)
 
 
