@@ -3,8 +3,8 @@
     python deploy/check_structure.py
 
 Imports count wherever they are, including below `TYPE_CHECKING` and in functions: a circle is a circle for the reader.
-Exit status 1 if files import each other in a circle, a file has more than `MAX_LINES` lines, or a line of a document has
-more than `MAX_COLUMNS` characters. `LONG_FILES` may only shrink: remove entries that are no longer needed.
+Exit status 1 if files import each other in a circle, a file has more than `MAX_LINES` lines, or a line of a document
+has more than `MAX_COLUMNS` characters. `LONG_FILES` may only shrink: remove entries that are no longer needed.
 """
 
 import ast
