@@ -1,6 +1,13 @@
-"""The ArduCopter 4.6 flavour, assembled from the other modules of this package."""
+"""The ArduCopter 4.6 flavour, assembled from the other modules of this package.
+
+`arducopter` makes one of another release: it differs in its version and in what it takes of a mission. Parameters and
+flight are those of 4.6.
+"""
 
 from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
 
 from simulator.arming import why_not_arm, why_not_ready
 from simulator.commands import HANDLERS
@@ -9,14 +16,22 @@ from simulator.failsafe import Failsafes
 from simulator.fence_rules import fence_limits, on_fence_breach
 from simulator.flavour import Flavour, Storage
 from simulator.mission_plan import PlanKind
-from simulator.mission_storage import accept_item, fence_total, why_not_jump, why_not_whole
+from simulator.mission_storage import Release, accept_item, fence_total, why_not_jump, why_not_whole
 from simulator.mode_table import make_behaviours
 from simulator.modes import RULES, Mode
 from simulator.parameters import Parameters
 from simulator.reports_camera import camera_feedback
-from simulator.reports_health import HEALTH_REPORTS
+from simulator.reports_health import HEALTH_REPORTS, version_report
 from simulator.reports_motion import MOTION_REPORTS
 from simulator.sticks import Sticks
+
+RELEASES: dict[str, tuple[int, int, int]] = {"4.5": (4, 5, 7), "4.6": (4, 6, 2), "4.7": (4, 7, 0)}
+USUAL = "4.6"
+
+
+def _storage(release: Release) -> Storage:
+    return Storage(partial(accept_item, release=release), why_not_jump, why_not_whole, fence_total)
+
 
 ARDUPILOT = Flavour(
     name="ardupilot",
@@ -33,7 +48,7 @@ ARDUPILOT = Flavour(
     keeps_dataflash_logs=True,
     keeps_parameter_file=True,
     offers_metadata=False,
-    storage=Storage(accept_item, why_not_jump, why_not_whole, fence_total),
+    storage=_storage(RELEASES[USUAL][:2]),
     items_max={PlanKind.MISSION: 650, PlanKind.FENCE: 70, PlanKind.RALLY: 46},
     fence_limits=fence_limits,
     on_fence_breach=on_fence_breach,
@@ -51,3 +66,14 @@ ARDUPILOT = Flavour(
     lands_with_throttle_up=False,
     set_mode_number=set_mode_number,
 )
+
+
+def arducopter(release: str) -> Flavour:
+    """`release`: one of RELEASES."""
+    major, minor, patch = RELEASES[release]
+    return replace(
+        ARDUPILOT,
+        banner=(f"ArduCopter V{major}.{minor}.{patch} (simulated)", *ARDUPILOT.banner[1:]),
+        storage=_storage((major, minor)),
+        reports={**ARDUPILOT.reports, 148: version_report(major, minor, patch)},
+    )

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from simulator.ardupilot import ARDUPILOT
+from simulator.ardupilot import ARDUPILOT, RELEASES, USUAL, arducopter
 from simulator.failure_modes import Failure
 from simulator.flight_state import FlightSettings
 from simulator.geodesy import Place
@@ -45,6 +45,10 @@ class FlavourName(StrEnum):
     PX4 = "px4"
 
 
+Release = StrEnum("Release", {f"V{number}": number for number in RELEASES})  # type: ignore[misc]
+USUAL_RELEASE = Release(USUAL)
+
+
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
 FAIL_HELP = (
@@ -63,6 +67,9 @@ def simulate(
     ],
     count: Annotated[int, typer.Option(min=1, max=500, help="How many vehicles.")] = 1,
     flavour: Annotated[FlavourName, typer.Option(help="Which autopilot they are.")] = FlavourName.ARDUPILOT,
+    firmware: Annotated[
+        Release, typer.Option(help="The release of ArduCopter: what it takes of a mission, and its version.")
+    ] = USUAL_RELEASE,
     sysid: Annotated[int, typer.Option(min=1, max=255, help="The same for all, as in the field.")] = 1,
     seed: Annotated[int, typer.Option(help="Of all that is random: the gusts.")] = 1,
     speed: Annotated[float, typer.Option(min=0.1, max=100, help="1 is real time.")] = 1.0,
@@ -106,7 +113,7 @@ def simulate(
             parameters=tuple(parse_parameter(text) for text in param or ()),
             parameter_count=param_count,
             failures=tuple(parse_failure(text) for text in fail or ()),
-            flavour=FLAVOURS[flavour],
+            flavour=arducopter(firmware) if flavour is FlavourName.ARDUPILOT else FLAVOURS[flavour],
             metadata=metadata,
             camera=camera_component,
             gimbal=gimbal,

@@ -177,21 +177,31 @@ OPEN = {16: (3,), 17: (3,), 21: (3,), 22: (3,), 84: (3,), 85: (2, 3)}
 ENGINE, ATTITUDE, MOUNT = 223, 42703, 205
 COMMANDS = frozenset({*PLACED, *P1_ALONE, *STRUCTURES, ENGINE, ATTITUDE})
 
+Release = tuple[int, int]
+NEWEST: Release = (4, 7)
+ADDED: dict[int, Release] = {188: (4, 6), 534: (4, 6), 195: (4, 7), 197: (4, 7)}
+"""Commands, and the release of ArduPilot that brought each (history of AP_Mission)."""
+OPEN_LOITER_SINCE = MOUNT_MODE_SINCE = (4, 6)
 
-def accept_item(item: Item, kind: PlanKind) -> Item | int:
-    """Returns the item as it will be read back, or the MAV_MISSION_RESULT that refuses it."""
+
+def accept_item(item: Item, kind: PlanKind, release: Release = NEWEST) -> Item | int:
+    """Returns the item as that release will read it back, or the MAV_MISSION_RESULT that refuses it."""
     if kind is PlanKind.FENCE:
         return _accept_fence(item)
     if kind is PlanKind.RALLY:
         return _accept_rally(item)
+    may_be_open = () if item.command == 17 and release < OPEN_LOITER_SINCE else OPEN.get(item.command, ())
     for at, value in enumerate(item.params):
-        if math.isinf(value) or (math.isnan(value) and at not in OPEN.get(item.command, ())):
+        if math.isinf(value) or (math.isnan(value) and at not in may_be_open):
             return int(mavlink.MAV_MISSION_INVALID_PARAM1) + at
+    if release < ADDED.get(item.command, release):
+        return int(mavlink.MAV_MISSION_UNSUPPORTED)
     if item.command in PLACED:
         return _accept_placed(item)
     if item.command not in COMMANDS:
         return int(mavlink.MAV_MISSION_INVALID if item.command in (0, 1) else mavlink.MAV_MISSION_UNSUPPORTED)
-    return _unplaced(item)
+    kept = _unplaced(item)
+    return replace(kept, z=0.0) if item.command == MOUNT and release < MOUNT_MODE_SINCE else kept
 
 
 def why_not_whole(items: Sequence[Item], kind: PlanKind) -> int | None:

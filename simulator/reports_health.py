@@ -13,7 +13,7 @@ from simulator.reports_common import int16, milli, ms, us
 BOOT_UNIX_US = 1_767_225_600_000_000
 """The GPS clock at power-on, always the same, so that runs are repeatable byte for byte."""
 
-VERSION = (4 << 24) | (6 << 16) | (2 << 8) | 255
+OFFICIAL = 255
 """4.6.2, official release."""
 
 CAPABILITIES = (
@@ -190,10 +190,16 @@ def origin(flight: Flight) -> Message | None:
     )
 
 
-def autopilot_version(_flight: Flight) -> Message:
-    return mavlink.MAVLink_autopilot_version_message(
-        CAPABILITIES, VERSION, 0, 0, 0, list(b"simulate"), [0] * 8, [0] * 8, 0, 0, 0
-    )
+def version_report(major: int, minor: int, patch: int) -> Callable[[Flight], Message]:
+    """The report of an official release."""
+    version = (major << 24) | (minor << 16) | (patch << 8) | OFFICIAL
+
+    def autopilot_version(_flight: Flight) -> Message:
+        return mavlink.MAVLink_autopilot_version_message(
+            CAPABILITIES, version, 0, 0, 0, list(b"simulate"), [0] * 8, [0] * 8, 0, 0, 0
+        )
+
+    return autopilot_version
 
 
 def rc_channels(flight: Flight) -> Message:
@@ -260,7 +266,7 @@ HEALTH_REPORTS: dict[int, Callable[[Flight], Message | None]] = {
     65: rc_channels,
     125: power_status,
     147: battery_status,
-    148: autopilot_version,
+    148: version_report(4, 6, 2),
     152: meminfo,
     162: fence_status,
     193: ekf_status,

@@ -9,10 +9,11 @@ from pathlib import Path
 import pytest
 from mission_client import download, fields, item, mission, upload
 
+from simulator.ardupilot import arducopter
 from simulator.dialect import mavlink
 from simulator.failure_modes import Failure
 from simulator.mission_plan import Item, PlanKind
-from simulator.mission_storage import PLACED, accept_item
+from simulator.mission_storage import ADDED, PLACED, accept_item
 from simulator.px4.flavour import PX4
 
 
@@ -49,7 +50,7 @@ def test_packed_items_come_back_as_ardupilot_keeps_them(ground, sent, back):
 
 def test_packing_what_is_packed_changes_heights_by_a_centimetre_at_most_and_nothing_else(ground):
     """A plan that is read and written back differs only by single precision and truncation."""
-    station = ground().ready()
+    station = ground(flavour=arducopter("4.7")).ready()
     items = [item(0), *(item(i + 1, command, z=0.29 * i) for i, command in enumerate(sorted(PLACED)))]
     assert upload(station, items) == 0
     once = [fields(m) for m in download(station)]
@@ -136,6 +137,30 @@ def test_each_item_is_stored_as_a_real_arducopter_did_it():
         if sent[0] != 177 and code != "MAV_MISSION_ERROR":
             result = accept_item(item_of(sent, jump_by=1), KINDS[kind])
             assert result == getattr(mavlink, code), sent
+
+
+def test_a_release_refuses_what_later_ones_brought(ground):
+    newest, unsupported = (4, 7), int(mavlink.MAV_MISSION_UNSUPPORTED)
+    for command, since in ADDED.items():
+        for release in ((4, 5), (4, 6), newest):
+            stored = accept_item(Item(command), PlanKind.MISSION, release)
+            assert (stored == unsupported) is (release < since), (command, release)
+    look_at = [item(0), item(1, 195, z=20, params=(0, 0, 0, 0))]
+    for release, result in (("4.5", unsupported), ("4.6", unsupported), ("4.7", 0)):
+        station = ground(flavour=arducopter(release)).ready()
+        assert upload(station, look_at) == result, release
+        station.command(mavlink.MAV_CMD_REQUEST_MESSAGE, mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION)
+        version = station.of("AUTOPILOT_VERSION")[-1].flight_sw_version
+        assert f"{version >> 24}.{version >> 16 & 0xFF}" == release
+
+
+def test_4_5_refuses_an_open_heading_of_a_loiter_and_tells_no_mode_of_the_legacy_gimbal():
+    open_heading = Item(17, 3, (0.0, 0.0, 0.0, math.nan), 1, 2, 20.0)
+    assert accept_item(open_heading, PlanKind.MISSION, (4, 5)) == mavlink.MAV_MISSION_INVALID_PARAM4
+    assert isinstance(accept_item(open_heading, PlanKind.MISSION, (4, 6)), Item)
+    gimbal = Item(205, 2, (-45.0, 0.0, 0.0, 0.0), 0, 0, 2.0)
+    modes = [accept_item(gimbal, PlanKind.MISSION, release).z for release in ((4, 5), (4, 6))]
+    assert modes == [0.0, 2.0]
 
 
 def test_px4_stores_places_in_frame_6_and_takes_each_command_in_one_frame_only(ground):
