@@ -202,6 +202,11 @@ class GroundStation:
                 break
             at = max((offset + len(data) for offset, data in blocks.items()), default=0)
         end = max((offset + len(data) for offset, data in blocks.items()), default=0)
+        while len(blocks.get(end - _BLOCK, b"")) == _BLOCK:  # the end was told, and the last blocks may have been lost
+            await self._asked("end", self._file(READ, size=_BLOCK, offset=end), block)
+            if end not in blocks:
+                break
+            end += len(blocks[end])
         for offset in range(0, end, _BLOCK):
             for _ in range(TRIES if offset not in blocks else 0):
                 ask = self._file(READ, size=_BLOCK, offset=offset)

@@ -24,7 +24,7 @@ POSITION_FLAGS: Final = mavlink.EKF_POS_HORIZ_ABS | mavlink.EKF_POS_VERT_ABS | m
 NO_POSITION_FLAG: Final = mavlink.EKF_CONST_POS_MODE
 FORCE: Final = 21196.0
 _HEARTBEAT, _TEXT, _ACK = 0, 253, 77
-_SIM_STATE, _EKF, _PARAMETER = 108, 193, 22
+_SIM_STATE, _EKF, _PARAMETER, _VERSION = 108, 193, 22, 148
 _EARTH_M: Final = 6_378_137.0
 
 
@@ -46,6 +46,8 @@ class Truth:
         self.answers: list[tuple[float, int, int]] = []
         """(time, command, MAV_RESULT) of commands that `command` sent."""
         self.parameters: dict[str, float] = {}
+        self.firmware = 0
+        """flight_sw_version of its AUTOPILOT_VERSION, once requested."""
         self.ekf_flags = 0
         self._uses_gps = False
         self._loop.add_reader(sock, self._read)
@@ -120,7 +122,7 @@ class Truth:
 
     def _note(self, frame: bytes, now: float) -> None:
         number = message_id(frame)
-        if number not in (_HEARTBEAT, _TEXT, _ACK, _SIM_STATE, _EKF, _PARAMETER) or source(frame) != (1, 1):
+        if number not in (_HEARTBEAT, _TEXT, _ACK, _SIM_STATE, _EKF, _PARAMETER, _VERSION) or source(frame) != (1, 1):
             return
         message = decode(frame)
         if message is None:
@@ -133,6 +135,8 @@ class Truth:
             self.modes.append(ModeSeen(now, message.custom_mode, bool(message.base_mode & ARMED)))
             if not self.motions or now - self.motions[-1].at > 1.0:
                 self._ask_for_motion(now)
+        elif number == _VERSION:
+            self.firmware = message.flight_sw_version
         elif number == _TEXT:
             self.texts.append((now, message.text))
             self._uses_gps |= "is using GPS" in message.text

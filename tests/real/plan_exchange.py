@@ -10,8 +10,11 @@ from pathlib import Path
 from typing import Final, NamedTuple, Protocol
 
 from bench.real_autopilot import RealAutopilot, Receiver
+from bench.rig import wait_for
 from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.transactions.plan_handler import PlanHandler, PlanWork
+from wire.dialect import mavlink
+from wire.firmware import release_of
 from wire.frames import MalformedFrame, split_frames
 from wire.plan_fields import KeptFields
 from wire.plan_keeping_ardupilot import ArduPilot
@@ -107,6 +110,14 @@ async def plan_exchange(program: Path, folder: Path, keeping: KeptFields | None 
     autopilot = RealAutopilot(program, folder, receiver=Receiver.LOW)
     try:
         await autopilot.start()
-        yield PlanExchange(autopilot, keeping or ArduPilot())
+        yield PlanExchange(autopilot, keeping or await _of_its_release(autopilot))
     finally:
         await asyncio.shield(autopilot.stop())
+
+
+async def _of_its_release(autopilot: RealAutopilot) -> ArduPilot:
+    """Its table, by the release that it reports."""
+    truth = autopilot.truth
+    await truth.ask(mavlink.MAV_CMD_REQUEST_MESSAGE, mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION)
+    await wait_for("the release of the autopilot", lambda: truth.firmware != 0, 3.0)
+    return ArduPilot(release=release_of(truth.firmware))
