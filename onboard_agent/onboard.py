@@ -8,7 +8,7 @@ import logging
 from collections import Counter
 from typing import Any, Final
 
-from onboard_agent.autopilot.autopilot_state import AutopilotEvent, AutopilotView
+from onboard_agent.autopilot.autopilot_state import DESCRIBES, AutopilotEvent, AutopilotView
 from onboard_agent.autopilot.inquiry import READ, Inquiry
 from onboard_agent.autopilot.intent import INTERESTING
 from onboard_agent.autopilot.motion import READ as MOVES
@@ -55,10 +55,10 @@ _log = logging.getLogger(__name__)
 _READ: Final = (
     READ
     | MOVES
+    | DESCRIBES
     | {
         mavlink.MAVLINK_MSG_ID_HEARTBEAT,
         mavlink.MAVLINK_MSG_ID_COMMAND_ACK,
-        mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE,
     }
 )
 """The only messages that the agent decodes here; all others pass unread."""
@@ -189,8 +189,8 @@ class Onboard:
         self.motion.read(msgid, message, now)
         if msgid == mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT:
             event = view.global_position(message)
-        elif msgid == mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE:
-            view.extended_sys_state(message, now)
+        elif msgid in DESCRIBES:
+            view.described(msgid, message, now)
         elif msgid in READ:
             self._inquiry.answer(msgid, message, frame, now)
             if msgid == mavlink.MAVLINK_MSG_ID_SYS_STATUS:

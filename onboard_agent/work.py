@@ -230,4 +230,5 @@ class WorkAtDrone:
             holding=self._hold.acting,
             commanded=self._holder.commanded,
             busy=self._transactions.busy or self._plans.busy or now - self._station_files_at < STATION_FILES_S,
+            firmware=view.firmware,
         )

@@ -239,11 +239,15 @@ class HoldProgress(msgspec.Struct, frozen=True, tag="hold_progress", tag_field="
 
 
 class AutopilotState(msgspec.Struct, frozen=True, tag="autopilot_state", tag_field="type", kw_only=True):
-    """Agent to tower, on each change: whether the autopilot sends heartbeats, is armed, is airborne."""
+    """Agent to tower, on each change: whether the autopilot sends heartbeats, is armed, is airborne.
+
+    `firmware`: flight_sw_version of its AUTOPILOT_VERSION (wire.firmware); 0: not known yet.
+    """
 
     heard: bool
     armed: bool
     airborne: bool
+    firmware: U32 = 0
 
 
 ToTower = (

@@ -68,6 +68,10 @@ class KeptFields(Protocol):
     def room(self) -> Room:
         """How many items it has room for."""
 
+    @property
+    def lacks(self) -> frozenset[int]:
+        """Mission commands that other releases of it know and this one refuses."""
+
     def to_send(self, kind: PlanKind, item: PlanItem) -> PlanItem:
         """Adapts an item so that it loses as little as possible."""
 

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 from wire.autopilots.registry import FAMILIES
+from wire.firmware import release_of
 from wire.plan_fields import Effect, ItemKept, KeptFields, becomes, fields_of, item_of, same_or_open
 from wire.plan_room import MAX_ROOM
 from wire.plans import Plan, PlanItem, PlanKind
@@ -20,6 +21,7 @@ class Verbatim:
 
     name = "The autopilot"
     room = MAX_ROOM
+    lacks: frozenset[int] = frozenset()
 
     def to_send(self, kind: PlanKind, item: PlanItem) -> PlanItem:
         """Returns the item unchanged."""
@@ -32,10 +34,10 @@ class Verbatim:
         return ItemKept({name: same_or_open(value) for name, value in fields_of(item).items()})
 
 
-def keeping_of(autopilot: int, vehicle_type: int) -> KeptFields:
-    """Returns the table for a MAV_AUTOPILOT and a MAV_TYPE."""
+def keeping_of(autopilot: int, vehicle_type: int, flight_sw_version: int = 0) -> KeptFields:
+    """Returns the table for a MAV_AUTOPILOT, a MAV_TYPE and the firmware that AUTOPILOT_VERSION names."""
     family = FAMILIES.get(autopilot)
-    return Verbatim() if family is None else family.keeping(vehicle_type)
+    return Verbatim() if family is None else family.keeping(vehicle_type, release_of(flight_sw_version))
 
 
 def to_send(keeping: KeptFields, kind: PlanKind, plan: Sequence[PlanItem]) -> Plan:
@@ -138,6 +140,8 @@ def change_words(keeping: KeptFields, change: Change) -> str:
         number_words(change.sent),
         number_words(change.kept),
     )
+    if change.field == "command" and change.sent in keeping.lacks:
+        return f"Item {change.item + 1}: this release of {keeping.name} does not know command {sent}."
     if change.effect is Effect.REFUSED:
         return f"Item {change.item + 1}: {keeping.name} does not take {sent} as {what}."
     return f"Item {change.item + 1}: {keeping.name} keeps {what} as {kept}, not {sent}."

@@ -3,7 +3,8 @@
 ArduPilot packs a mission item into 15 bytes by its command, and reconstructs from these what it sends back. Read in its
 source of July 2025 (4.7-dev): `mavlink_int_to_mission_cmd`, `mission_cmd_to_mavlink_int`, `sanity_check_params`,
 `stored_in_location` and the structures of AP_Mission; MissionItemProtocol_Fence and _Rally with AC_PolyFence_loader and
-AP_Rally. Tested on ArduCopter of that source (tests/real). Earlier 4.x know fewer commands and refuse the others.
+AP_Rally. Tested on ArduCopter of that source, and on a 4.7-dev of February 2025 (tests/real). What 4.5 and 4.6 lack
+(`SINCE`, `_row`) is read in the history of AP_Mission since 2024.
 
 - Every mission item: autocontinue is 1. NaN is refused, except in the few fields that are dropped.
 - A command without a position: frame 0, and no position.
@@ -12,6 +13,8 @@ AP_Rally. Tested on ArduCopter of that source (tests/real). Earlier 4.x know few
 - Fence items: frame 0, no height, autocontinue 0; only param1 of a corner or a circle is kept.
 - Rally points: heights are truncated to whole metres; no parameters, autocontinue 0.
 - A command that is not in the table: every bit, except autocontinue and the frame's `_INT` twin.
+- Before 4.7: the new region-of-interest commands are refused. Before 4.6: so are the start of a return path, the
+  camera's source and an open heading of an unlimited loiter; the mode of the legacy gimbal comes back as 0.
 """
 
 import struct
@@ -19,6 +22,7 @@ from typing import Final, NamedTuple
 
 from msgspec.structs import replace
 
+from wire.firmware import Release
 from wire.plan_fields import (
     BYTE,
     SIGNED_BYTE,
@@ -199,6 +203,21 @@ def _of_a_plane(limit: int) -> Rule:
     return rule
 
 
+def _targeting(sent: float | None) -> Kept:
+    """The legacy gimbal's mode before 4.6: always 2 (by MAVLink), though 0 comes back."""
+    return becomes(sent, 0.0, Effect.QUIET if sent == 2.0 else Effect.FLIGHT)
+
+
+SINCE: Final[dict[int, Release]] = {188: (4, 6), 195: (4, 7), 197: (4, 7), 534: (4, 6)}
+"""Commands of the table that older releases refuse as unsupported."""
+_BEFORE: Final[dict[Release, dict[int, _Row]]] = {
+    (4, 6): {
+        17: _placed(unused, unused, _radius, dropped),
+        205: _Row(same, same, same, dropped, z=_targeting),
+    },
+}
+"""Rows of the releases before that one."""
+
 _UNKNOWN: Final = _Row()
 _OF_PLANES: Final = {16: _placed(dropped, _of_a_plane(255), _of_a_plane(255), dropped_or_open)}
 _NOT_OF_PLANES: Final = frozenset({82})
@@ -210,12 +229,15 @@ _RALLY_POINT: Final = 5100
 
 
 class ArduPilot:
-    """A KeptFields. `is_plane`: ArduPlane, which packs a waypoint differently from Copter, Rover and Sub."""
+    """A KeptFields. `is_plane`: ArduPlane, which packs a waypoint differently from Copter, Rover and Sub. `release`:
+    None is read as the newest one."""
 
     name = "ArduPilot"
 
-    def __init__(self, *, is_plane: bool = False) -> None:
+    def __init__(self, *, is_plane: bool = False, release: Release | None = None) -> None:
         self._is_plane = is_plane
+        self._release = release
+        self.lacks = frozenset(command for command, since in SINCE.items() if self._is_before(since))
 
     @property
     def room(self) -> Room:
@@ -241,12 +263,18 @@ class ArduPilot:
             return ItemKept(_unknown(item))
         fields = _params(item, row) | _autocontinue(item)
         fields |= _place(item) if row.place else _no_place(item, row)
-        if self._is_plane and item.command in _NOT_OF_PLANES:
+        if (self._is_plane and item.command in _NOT_OF_PLANES) or item.command in self.lacks:
             fields["command"] = refused(item.command)
         return ItemKept(fields, HEIGHT_STEP_M if row.place else 0.0)
 
+    def _is_before(self, release: Release) -> bool:
+        return self._release is not None and self._release < release
+
     def _row(self, item: PlanItem) -> _Row:
         row = _OF_PLANES.get(item.command) if self._is_plane else None
+        for release, rows in _BEFORE.items():
+            if self._is_before(release):
+                row = row or rows.get(item.command)
         return row or _TABLE.get(item.command, _UNKNOWN)
 
 

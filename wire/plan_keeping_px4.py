@@ -75,6 +75,7 @@ class Px4:
 
     name = "PX4"
     room = PX4_ROOM
+    lacks: frozenset[int] = frozenset()
 
     def to_send(self, kind: PlanKind, item: PlanItem) -> PlanItem:
         """Returns the item unchanged: PX4 keeps every bit of a height."""

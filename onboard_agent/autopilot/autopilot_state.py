@@ -21,6 +21,9 @@ CLOCK_STEP_BACK_MS: Final = 2_000
 
 AIRBORNE_ABOVE_M: Final = 1.0
 
+DESCRIBES: Final = frozenset({mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE, mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION})
+"""Messages for `described`."""
+
 _STATE_IS_FRESH_S: Final = 3.0
 _ARMED: Final = 0x80
 _ON_GROUND: Final = 1
@@ -42,6 +45,8 @@ class AutopilotView:
         self.kind = 0
         """MAV_AUTOPILOT of the last heartbeat."""
         self.vehicle_type = 0
+        self.firmware = 0
+        """flight_sw_version of its AUTOPILOT_VERSION; 0: not known."""
         self.armed = False
         self.custom_mode = 0
         self.heard = False
@@ -77,7 +82,7 @@ class AutopilotView:
             return None
         long_gone = not first and silent_s >= FORGOTTEN_AFTER_S
         if long_gone or system_id != self.system_id:
-            self._boot_ms = 0
+            self._boot_ms = self.firmware = 0
             self._landed_state_at = None
         was_heard = self.heard
         self.system_id = SystemId(system_id)
@@ -91,10 +96,21 @@ class AutopilotView:
             return AutopilotEvent.REBOOTED
         return None if was_heard else AutopilotEvent.HEARD
 
+    def described(self, message_id: int, message: Any, now: float) -> None:
+        """Handles one of DESCRIBES of the autopilot."""
+        if message_id == mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION:
+            self.autopilot_version(message)
+        else:
+            self.extended_sys_state(message, now)
+
     def extended_sys_state(self, message: Any, now: float) -> None:
         """Handles EXTENDED_SYS_STATE of the autopilot."""
         self._landed_state = message.landed_state
         self._landed_state_at = now
+
+    def autopilot_version(self, message: Any) -> None:
+        """Handles AUTOPILOT_VERSION of the autopilot."""
+        self.firmware = message.flight_sw_version
 
     def sys_status(self, message: Any) -> None:
         """Handles SYS_STATUS of the autopilot."""
@@ -132,7 +148,10 @@ class AutopilotView:
     def changed(self, now: float) -> AutopilotState | None:
         """Returns the state for the tower if it changed since the last report, else None."""
         state = AutopilotState(
-            heard=self.heard, armed=self.heard and self.armed, airborne=self.heard and self.airborne(now)
+            heard=self.heard,
+            armed=self.heard and self.armed,
+            airborne=self.heard and self.airborne(now),
+            firmware=self.firmware,
         )
         if state == self._sent:
             return None

@@ -37,6 +37,8 @@ class Around:
     busy: bool = False
     """The autopilot is busy with work that a client waits for: a transaction, the reading of plans, a ground station's
     file transfers."""
+    firmware: int = 0
+    """flight_sw_version of its AUTOPILOT_VERSION; 0: not known."""
 
 
 class TransactionHandler(Protocol):

@@ -69,7 +69,8 @@ class PlanHandler:
         self._patience = patience or RetryPolicy()
         self._system: int | None = None
         self._home_slot = False
-        self._keeping: KeptFields = Verbatim()
+        self.keeping: KeptFields = Verbatim()
+        """The autopilot's table. A running work keeps the one with which it began."""
         self._epoch = 0
         self._running: _Running | None = None
         self._reports: list[TransactionToTower] = []
@@ -129,7 +130,7 @@ class PlanHandler:
 
     def autopilot_came(self, *, vehicle_system_id: int, home_slot: bool, keeping: KeptFields, now: float) -> None:
         """The autopilot is heard for the first time, or again after a silence. `home_slot`: it is an ArduPilot."""
-        self._system, self._home_slot, self._keeping = vehicle_system_id, home_slot, keeping
+        self._system, self._home_slot, self.keeping = vehicle_system_id, home_slot, keeping
         self._recover_at = now if self._open else None
 
     def begin(self, transaction: Transaction, now: float) -> None:
@@ -298,7 +299,7 @@ class PlanHandler:
                 plan=pack_plan(running.kind, plan),
             )
             return
-        outcome, words, item = compared(self._keeping, running.kind, work.items, plan)
+        outcome, words, item = compared(self.keeping, running.kind, work.items, plan)
         self._report(running.transaction.id, outcome, words, item=item)
 
     def _know(self, kind: PlanKind, plan: Plan, sent: Plan | None) -> None:
@@ -359,5 +360,5 @@ class PlanHandler:
             self._maker,
             vehicle_system_id=self._system,
             home_slot=self._home_slot,
-            keeping=self._keeping,
+            keeping=self.keeping,
         )

@@ -66,6 +66,7 @@ class PlanWatch:
         self._handler = PlanHandler(maker, journal, patience)
         self._changes = PlanChanges()
         self._system: int | None = None
+        self._firmware = 0
         self._pause: tuple[Transaction, PlanPause] | None = None
         self._stop: PlanPause | None = None
         """Stops a mission that is in doubt."""
@@ -119,7 +120,8 @@ class PlanWatch:
         self._system = around.system_id
         family = FAMILIES.get(around.autopilot_kind)
         home_slot = family is not None and family.has_home_slot
-        keeping = keeping_of(around.autopilot_kind, around.vehicle_type)
+        self._firmware = around.firmware
+        keeping = keeping_of(around.autopilot_kind, around.vehicle_type, around.firmware)
         self._handler.autopilot_came(vehicle_system_id=around.system_id, home_slot=home_slot, keeping=keeping, now=now)
         for kind in PlanKind:
             self._changes.checked(kind)
@@ -181,6 +183,9 @@ class PlanWatch:
 
     def due(self, around: Around, now: float) -> list[bytes]:
         """Frames to send to the autopilot now."""
+        if around.firmware != self._firmware:
+            self._firmware = around.firmware
+            self._handler.keeping = keeping_of(around.autopilot_kind, around.vehicle_type, around.firmware)
         out = [] if self._pause is None else self._go_on_pausing(*self._pause, around, now)
         if self._flies_mission(around):
             self._handler.mission_flown(now)

@@ -11,6 +11,7 @@ from control_world import ask, audit, live, until
 from flying_scene import Scene
 from tower_world import assert_problem, start_tower
 
+from wire.control_messages import AutopilotState
 from wire.plans import PlanItem, PlanKind, plan_hash
 from wire.transactions import Outcome, PlanUploadWork
 
@@ -237,6 +238,15 @@ async def test_what_the_autopilot_will_not_keep_is_told_before_anything_is_sent(
     ]
     refused = (await foresee([[1000, 2, [0, 0, None, 0], 0, 0, 0, 1]])).json()
     assert [(one["field"], one["effect"]) for one in refused["changes"]] == [("param3", "refused")]
+    look_at = [195, 3, [0, 0, 0, 0], 470001000, 80001000, 30.0, 1]
+    assert (await foresee([look_at])).json()["changes"] == []
+    of_4_6 = AutopilotState(heard=True, armed=False, airborne=False, firmware=0x040602FF)
+    scene.world.tower.hub.reports.receive(scene.agent.link, of_4_6)
+    older = (await foresee([look_at])).json()["changes"]
+    assert [(one["field"], one["effect"]) for one in older] == [("command", "refused")]
+    assert older[0]["words"] == "Item 1: this release of ArduPilot does not know command 195."
+    seen = (await scene.watcher.get(scene.path)).json()
+    assert (seen["firmware"], seen["release"]) == ("4.6.2", [4, 6])
     many = (await foresee([[5100, 3, [0, 0, 0, 0], 1, 2, 20.5, 0]] * 700, "rally")).json()
     assert (len(many["changes"]), many["count"]) == (200, 701)  # plus one for too many items
     assert_problem(await foresee([[16]]), 422, "invalid-request")

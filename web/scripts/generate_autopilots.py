@@ -57,6 +57,7 @@ def profile_row(profile: AutopilotProfile) -> dict[str, Any]:
         "autopilot": profile.family.autopilot,
         "vehicleTypes": sorted(profile.vehicle_types),
         "hasHomeSlot": profile.family.has_home_slot,
+        "missionSince": {command: list(since) for command, since in sorted(profile.family.mission_since.items())},
         "roles": {
             "hold": number_of(roles.hold),
             "returns": number_of(roles.returns),

@@ -8,9 +8,10 @@ from typing import Final
 from wire.autopilots.profile import AutopilotFamily, FlightMode
 from wire.autopilots.vehicle_types import PLANES
 from wire.dialect import mavlink
+from wire.firmware import Release
 from wire.open_holds import AfterSticks
 from wire.plan_fields import KeptFields
-from wire.plan_keeping_ardupilot import ArduPilot
+from wire.plan_keeping_ardupilot import SINCE, ArduPilot
 
 _R: Final = AfterSticks
 _FS_OPTIONS_GO_ON: Final = {3: 1, 4: 4, 9: 8}
@@ -36,8 +37,8 @@ def _after_sticks(custom_mode: int, values: Mapping[str, float], without: bool) 
     return _FS_THR_ACTIONS.get(int(action), _R.UNKNOWN)
 
 
-def _keeping(vehicle_type: int) -> KeptFields:
-    return ArduPilot(is_plane=vehicle_type in PLANES)
+def _keeping(vehicle_type: int, release: Release | None) -> KeptFields:
+    return ArduPilot(is_plane=vehicle_type in PLANES, release=release)
 
 
 def _main_of(custom_mode: int) -> int:
@@ -81,6 +82,7 @@ ARDUPILOT: Final = AutopilotFamily(
     deciding_parameters=("FS_THR_ENABLE", "FS_GCS_ENABLE", "RC_OVERRIDE_TIME"),
     after_sticks=_after_sticks,
     keeping=_keeping,
+    mission_since=SINCE,
 )
 
 

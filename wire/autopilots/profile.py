@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
 from typing import Final
@@ -20,6 +20,7 @@ from wire.autopilots.commands import (
     VehicleState,
 )
 from wire.dialect import mavlink
+from wire.firmware import Release
 from wire.open_holds import AfterSticks
 from wire.plan_fields import KeptFields
 from wire.transactions import CommandWork
@@ -165,8 +166,10 @@ class AutopilotFamily:
     deciding_parameters: tuple[str, ...]
     """The subset that every autopilot of the family has, and without which its behaviour is unknown."""
     after_sticks: AfterSticksRule
-    keeping: Callable[[int], KeptFields]
-    """What it keeps of a plan's items, by MAV_TYPE."""
+    keeping: Callable[[int, Release | None], KeptFields]
+    """What it keeps of a plan's items, by MAV_TYPE and release (None: not known)."""
+    mission_since: Mapping[int, Release] = field(default_factory=dict)
+    """Mission commands that releases before this one refuse."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -38,6 +38,7 @@ from wire.autopilots.profile import (
 )
 from wire.autopilots.vehicle_types import MULTICOPTERS
 from wire.dialect import mavlink
+from wire.firmware import Release
 from wire.open_holds import AfterSticks
 from wire.plan_fields import KeptFields
 from wire.plan_keeping_px4 import Px4
@@ -142,7 +143,7 @@ def _after_sticks(number: int, values: Mapping[str, float], without: bool) -> Af
     return _RCL_ACTIONS.get(int(action), _R.UNKNOWN)
 
 
-def _keeping(vehicle_type: int) -> KeptFields:
+def _keeping(vehicle_type: int, release: Release | None) -> KeptFields:
     return Px4()
 
 

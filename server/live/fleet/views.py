@@ -134,6 +134,14 @@ class DroneView(BaseModel):
         Field(description="The operator from whom an admin took the controls; shut out until they are given back"),
     ]
     autopilot_heard: Annotated[bool, Field(description="The agent receives heartbeats from the autopilot")]
+    firmware: Annotated[
+        str | None,
+        Field(description="The autopilot's release (`4.6.2`, `4.7.0-dev`); null: not known", examples=["4.6.2"]),
+    ] = None
+    release: Annotated[
+        tuple[int, int] | None,
+        Field(description="Major and minor number of the newest release whose features `firmware` surely has"),
+    ] = None
     armed: Annotated[bool | None, Field(description="As the agent reports; null: not known")] = None
     airborne: Annotated[bool | None, Field(description="As the agent reports; null: not known")] = None
     hold: Annotated[HoldView | None, Field(description="null: no open hold, no loss, no lost action")] = None

@@ -51,7 +51,7 @@ def keeping_for(drone: LiveDrone) -> KeptFields:
         raise NotKnownYet(f"no heartbeat yet from the autopilot of {drone.record.name} yet")
     body = payload(drone.heartbeat).ljust(_HEARTBEAT.size, b"\0")
     _, vehicle_type, autopilot, _, _, _ = _HEARTBEAT.unpack_from(body)
-    return keeping_of(autopilot, vehicle_type)
+    return keeping_of(autopilot, vehicle_type, drone.firmware)
 
 
 def plan_kept(keeping: KeptFields, kind: PlanKind, items: Sequence[PlanItem]) -> PlanKeptView:

@@ -72,14 +72,15 @@ class AgentReports:
             link.post(MetadataWanted(hash=lacking))
 
     def _autopilot_state(self, drone: LiveDrone, state: AutopilotState, at: datetime | None) -> None:
-        before = (drone.autopilot_heard, drone.armed, drone.airborne)
+        before = (drone.autopilot_heard, drone.armed, drone.airborne, drone.firmware)
+        drone.firmware = state.firmware
         drone.autopilot_heard = state.heard
         # What an autopilot that is silent did last is no longer known: it may be in the air.
         drone.armed, drone.airborne = (state.armed, state.airborne) if state.heard else (None, None)
         if state.heard:
             drone.was_airborne = state.airborne
         drone.flight_start.report(heard=state.heard, airborne=state.airborne, at=at)
-        if before != (drone.autopilot_heard, drone.armed, drone.airborne):
+        if before != (drone.autopilot_heard, drone.armed, drone.airborne, drone.firmware):
             self._state.publish_drone(drone)
 
     def _hold_state(self, drone: LiveDrone, link: AgentLink, state: HoldState, at: datetime | None) -> None:

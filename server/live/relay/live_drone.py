@@ -24,6 +24,7 @@ from server.live.relay.policy import Authorization
 from server.live.relay.rtt_meter import TooLong
 from server.live.separation.plausible import MotionCheck
 from wire.control_messages import LossParameters, SafetySettings, StreamSettings, StreamState
+from wire.firmware import firmware_words, release_of
 from wire.ids import DroneId, Epoch, UserId
 
 MANUAL_FOR_S: Final = 3.0
@@ -159,6 +160,8 @@ class LiveDrone:
     """The newest of the autopilot, as it came."""
     heartbeat_at: float = NEVER
     """When it came."""
+    firmware: int = 0
+    """flight_sw_version of the autopilot, as the agent reports; 0: not known."""
     motion_check: MotionCheck = field(default_factory=MotionCheck)
     """Whether it moves as a machine can. Outlives its links."""
     watchers: dict[int, Browser] = field(default_factory=dict)
@@ -300,6 +303,7 @@ class LiveDrone:
         self.orders.clear()
         self.onboard.forget()
         self.heartbeat = None
+        self.firmware = 0
 
     def view(self) -> DroneView:
         """The public view: the same for all who may see the drone, except for what `view_as` changes."""
@@ -313,6 +317,8 @@ class LiveDrone:
             epoch=self.lease.epoch,
             taken_from=_view_of(self.lease.taken_from),
             autopilot_heard=self.autopilot_heard,
+            firmware=firmware_words(self.firmware) or None,
+            release=release_of(self.firmware),
             armed=self.armed if self.online else None,
             airborne=self.airborne if self.online else None,
             hold=self.open_hold.view(online=self.online),

@@ -103,6 +103,17 @@ def test_an_old_landed_state_is_not_believed() -> None:
     assert view.airborne(13.1)
 
 
+def test_the_firmware_is_told_and_forgotten_with_the_autopilot() -> None:
+    view = found()
+    view.changed(10.0)
+    view.autopilot_version(mavlink.MAVLink_autopilot_version_message(0, 0x040602FF, 0, 0, 0, [], [], [], 0, 0, 0))
+    told = view.changed(10.1)
+    assert told is not None and told.firmware == 0x040602FF
+    view.heartbeat(beat(), 1, 1, 20.0)
+    told = view.changed(20.0)
+    assert told is not None and told.firmware == 0, "after the silence it may be another release"
+
+
 def test_changes_are_told_once() -> None:
     view = AutopilotView()
     assert view.changed(0.0) == AutopilotState(heard=False, armed=False, airborne=False)

@@ -287,6 +287,38 @@ def test_a_plane_packs_a_waypoint_otherwise_and_knows_no_splines() -> None:
     assert effects(plane, but(WAYPOINT, command=82, params=(0.0,) * 4)) == {"command": "REFUSED"}
 
 
+VERSIONS: Final = {"4.5": 0x040507FF, "4.6": 0x040602FF, "4.7-dev": 0x04070000, "4.7": 0x040700FF, "unknown": 0}
+
+
+@pytest.mark.parametrize(
+    ("version", "lacking"),
+    [
+        ("4.5", {188, 195, 197, 534}),
+        ("4.6", {195, 197}),
+        ("4.7-dev", {195, 197}),
+        ("4.7", set()),
+        ("unknown", set()),
+    ],
+)
+def test_a_release_of_ardupilot_lacks_commands_of_later_ones(version: str, lacking: set[int]) -> None:
+    keeping = keeping_of(mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, mavlink.MAV_TYPE_QUADROTOR, VERSIONS[version])
+    assert keeping.lacks == lacking
+    for command in (16, 188, 195, 197, 201, 534):
+        refused = effects(keeping, PlanItem(command, 3)).get("command") == "REFUSED"
+        assert refused is (command in lacking), command
+
+
+def test_4_5_takes_no_open_heading_of_a_loiter_and_returns_no_mode_of_the_legacy_gimbal() -> None:
+    old, new = ArduPilot(release=(4, 5)), ArduPilot(release=(4, 6))
+    loiter = PlanItem(17, 3, (0.0, 0.0, 0.0, None), 1, 2, 20.0)
+    assert (effects(old, loiter), effects(new, loiter)) == ({"param4": "REFUSED"}, {"param4": "QUIET"})
+    gimbal = PlanItem(205, 0, (-45.0, 0.0, 0.0, 0.0), z=2.0)
+    assert (effects(old, gimbal), effects(new, gimbal)) == ({"z": "QUIET"}, {})
+    (back,) = as_kept(old, MISSION, [gimbal])
+    assert back.z == 0.0
+    assert not same_plan(new, MISSION, [gimbal], [back])
+
+
 def test_of_an_autopilot_that_is_not_known_every_bit_must_come_back() -> None:
     keeping = keeping_of(mavlink.MAV_AUTOPILOT_GENERIC, mavlink.MAV_TYPE_QUADROTOR)
     assert changes_ahead(keeping, MISSION, [WAYPOINT]) == []

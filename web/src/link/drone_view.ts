@@ -5,6 +5,8 @@
 import type { Drone, User } from './wire_types';
 
 const BEFORE_THESE_FIELDS = {
+  firmware: null,
+  release: null,
   armed: null,
   airborne: null,
   airborne_since: null,

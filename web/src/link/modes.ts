@@ -123,3 +123,7 @@ export function flightTask(
 export function modeName(autopilot: number, customMode: number, vehicleType?: number): string {
   return modeIn(profileOf(autopilot, vehicleType), customMode)?.name ?? `MODE ${customMode}`;
 }
+
+/** Mission commands that releases of this family before the given one refuse. */
+export const missionSince = (family: string): Readonly<Record<string, readonly [number, number]>> =>
+  AUTOPILOTS.find((one) => one.family === family)?.missionSince ?? {};

@@ -369,8 +369,11 @@ export const CATALOGUE: ReadonlyMap<number, CommandSpec> = new Map(SPECS.map((on
 export const specOf = (command: number): CommandSpec | null => CATALOGUE.get(command) ?? null;
 
 /** Whether it is offered in a plan for this autopilot. */
-export const isOffered = ({ knownTo, offeredTo }: CommandSpec, autopilot: AutopilotKind): boolean =>
-  (offeredTo ?? knownTo).includes(autopilot);
+export const isOffered = (
+  { command, knownTo, offeredTo }: CommandSpec,
+  autopilot: AutopilotKind,
+  lacks: ReadonlySet<number> = new Set(),
+): boolean => (offeredTo ?? knownTo).includes(autopilot) && !lacks.has(command);
 
 /** Whether this autopilot accepts the parameter unset. */
 export const isOpenTo = ({ mayBeOpen, openTo }: ParamSpec, autopilot: AutopilotKind): boolean =>

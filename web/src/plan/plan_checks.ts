@@ -5,6 +5,7 @@
 
 import { AUTOPILOT_WORDS, CMD, commandWords, isOpenTo, specOf, type AutopilotKind } from './catalogue';
 import { FenceCheck, type Breach } from './fence_crossings';
+import type { Firmware } from './firmware';
 import { itemFaults, rallyFaults, shapeFaults } from './field_checks';
 import { flownPath, heightAboveHomeM, type FlownPath } from './flown_path';
 import { distanceM } from './ground';
@@ -22,6 +23,7 @@ export interface Finding {
 
 export interface CheckLimits {
   readonly autopilot: AutopilotKind;
+  readonly firmware?: Firmware;
   /** Above home; null: no limit. */
   readonly highestM: number | null;
   readonly farthestM: number | null;
@@ -64,6 +66,9 @@ export function planChecks(plan: Plan, limits: CheckLimits, path: FlownPath = fl
     if (!spec) addFinding('warning', seq, 'is not known here: nothing of it is checked.');
     else if (!spec.knownTo.includes(limits.autopilot)) {
       addFinding('error', seq, `is not a part of missions of ${AUTOPILOT_WORDS[limits.autopilot]}.`);
+    } else if (limits.firmware?.lacks.has(item.command)) {
+      const words = `${AUTOPILOT_WORDS[limits.autopilot]} ${limits.firmware.words}`;
+      addFinding('error', seq, `is not a part of missions of ${words}; later releases have it.`);
     }
     for (const one of spec?.params ?? []) {
       if (item.params[one.at] !== null || !one.mayBeOpen || isOpenTo(one, limits.autopilot)) continue;

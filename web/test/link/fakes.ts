@@ -127,6 +127,8 @@ export const A_DRONE: Drone = {
   epoch: 1,
   taken_from: null,
   autopilot_heard: true,
+  firmware: null,
+  release: null,
   armed: false,
   airborne: false,
   airborne_since: null,

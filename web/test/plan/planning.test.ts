@@ -79,7 +79,7 @@ describe('a survey as it is set', () => {
   const typed = { ...USUAL_SETTINGS, camera: 'none', spacingM: 20, triggerM: 0, turnaroundM: 0, angleDeg: 90 };
 
   it('has the lines that its distances make', () => {
-    const preview = patternPreview('survey', FIELD, 0, typed, 3);
+    const preview = patternPreview('survey', FIELD, 0, typed, 3, 'ardupilot');
     expect(preview.fault).toBe('');
     expect(preview.items.filter(({ command }) => command === CMD.WAYPOINT)).toHaveLength(10);
     expect(preview.areaM2).toBeCloseTo(20_000, -3);
@@ -94,6 +94,7 @@ describe('a survey as it is set', () => {
       0,
       { ...USUAL_SETTINGS, heightM: 32, turnaroundM: 0, angleDeg: 90 },
       3,
+      'ardupilot',
     );
     // 23.5 mm over 16 mm at 32 m: 47 m across, 31.2 m along.
     expect(preview.spacingM).toBeCloseTo(47 * 0.3, 3);
@@ -105,10 +106,14 @@ describe('a survey as it is set', () => {
 
   it('says in words what cannot be, and throws nothing', () => {
     const crossing = [FIELD[0]!, FIELD[2]!, FIELD[1]!, FIELD[3]!];
-    expect(patternPreview('survey', crossing, 0, typed, 3).fault).toContain('crosses itself');
-    expect(patternPreview('corridor', FIELD.slice(0, 2), 0, { ...typed, spacingM: 0 }, 3).fault).toContain('above 0');
-    expect(patternPreview('orbit', [HERE], -5, typed, 3).fault).toContain('radius');
-    expect(patternPreview('survey', FIELD, 0, { ...USUAL_SETTINGS, frontOverlap: 99 }, 3).fault).toContain('overlap');
+    expect(patternPreview('survey', crossing, 0, typed, 3, 'ardupilot').fault).toContain('crosses itself');
+    expect(patternPreview('corridor', FIELD.slice(0, 2), 0, { ...typed, spacingM: 0 }, 3, 'ardupilot').fault).toContain(
+      'above 0',
+    );
+    expect(patternPreview('orbit', [HERE], -5, typed, 3, 'ardupilot').fault).toContain('radius');
+    expect(patternPreview('survey', FIELD, 0, { ...USUAL_SETTINGS, frontOverlap: 99 }, 3, 'ardupilot').fault).toContain(
+      'overlap',
+    );
   });
 
   it('begins along the longest side of its area', () => {

@@ -281,6 +281,7 @@ describe('an orbit', () => {
     isClockwise: true,
     fromDeg: 90,
     lookAtM: 5,
+    looksByLegacyRoi: false,
   };
 
   it.each(middles)('keeps its radius, its sense, and its eye on the middle: %j', (centre) => {
@@ -293,6 +294,10 @@ describe('an orbit', () => {
       expect(distanceM(centre, spot)).toBeCloseTo(50, 1);
       expect(turnDeg(bearingDeg(centre, spot), 90 + at * 45)).toBeLessThan(0.1);
     }
+    const legacy = orbitItems(centre, { ...settings, looksByLegacyRoi: true });
+    expect(legacy[0]).toMatchObject({ command: CMD.ROI, frame: 3, x: centre.latE7, y: centre.lonE7, z: 5 });
+    expect(legacy.at(-1)).toMatchObject({ command: CMD.ROI, frame: 3, params: [0, 0, 0, 0], x: 0, y: 0, z: 0 });
+    expect(legacy.slice(1, -1)).toEqual(items.slice(1, -1));
     const other = orbitItems(centre, { ...settings, isClockwise: false, lookAtM: null });
     expect(turnDeg(bearingDeg(centre, { latE7: other[1]!.x, lonE7: other[1]!.y }), 45)).toBeLessThan(0.1);
   });

@@ -9,6 +9,7 @@ from drone_world import ARM, AUTO, SET_MODE, DroneWorld, mavlink, waypoints
 from plan_watch_world import MISSION, NO_STARTS, OTHER, PLAN, STARTS, uploading
 
 from onboard_agent.transactions.plan_changes import QUIET_S
+from simulator.ardupilot import arducopter
 from simulator.failure_modes import Failure
 from simulator.mission_plan import Item
 from simulator.mission_plan import PlanKind as ServerKind
@@ -52,6 +53,24 @@ def test_the_plans_are_read_when_the_autopilot_comes_and_after_its_reboot(flavou
     world.until(lambda: any(isinstance(one, PlanOnBoard) and one.hash for one in world.reported[reported:]))
     world.ready()
     assert not world.went_up("MISSION_ITEM_INT", "MISSION_COUNT"), "what we read for ourselves goes no further"
+
+
+def test_the_table_is_the_one_of_the_autopilots_release() -> None:
+    gimbal = PlanItem(205, 0, (-45.0, 0.0, 0.0, 0.0), z=2.0)
+    look_at = PlanItem(195, 3, x=473_977_420, y=85_455_940, z=20.0)
+    for release, gimbal_words, look_words in (
+        ("4.5", "1 values differently", "does not know this command"),
+        ("4.6", "", "does not know this command"),
+        ("4.7", "", ""),
+    ):
+        world = DroneWorld(flavour=arducopter(release)).ready()
+        world.until(lambda: world.onboard.autopilot.firmware != 0, what="the release is known")  # noqa: B023
+        result = world.do(PlanUploadWork(MISSION, (*PLAN, gimbal)))
+        assert result.outcome is Outcome.DONE, (release, result.words)
+        assert gimbal_words in result.words
+        result = world.do(PlanUploadWork(MISSION, (*PLAN, look_at)))
+        assert (result.outcome is Outcome.DONE) is (release == "4.7"), release
+        assert look_words in result.words
 
 
 def test_an_upload_through_the_tower_is_noticed_at_once_and_read_when_it_is_over() -> None:

@@ -19,6 +19,24 @@ export const AUTOPILOTS = [
       35
     ],
     "hasHomeSlot": true,
+    "missionSince": {
+      "188": [
+        4,
+        6
+      ],
+      "195": [
+        4,
+        7
+      ],
+      "197": [
+        4,
+        7
+      ],
+      "534": [
+        4,
+        6
+      ]
+    },
     "roles": {
       "hold": 17,
       "returns": 6,
@@ -367,6 +385,24 @@ export const AUTOPILOTS = [
       25
     ],
     "hasHomeSlot": true,
+    "missionSince": {
+      "188": [
+        4,
+        6
+      ],
+      "195": [
+        4,
+        7
+      ],
+      "197": [
+        4,
+        7
+      ],
+      "534": [
+        4,
+        6
+      ]
+    },
     "roles": {
       "hold": 12,
       "returns": 11,
@@ -719,6 +755,24 @@ export const AUTOPILOTS = [
       11
     ],
     "hasHomeSlot": true,
+    "missionSince": {
+      "188": [
+        4,
+        6
+      ],
+      "195": [
+        4,
+        7
+      ],
+      "197": [
+        4,
+        7
+      ],
+      "534": [
+        4,
+        6
+      ]
+    },
     "roles": {
       "hold": null,
       "returns": null,
@@ -928,6 +982,24 @@ export const AUTOPILOTS = [
       12
     ],
     "hasHomeSlot": true,
+    "missionSince": {
+      "188": [
+        4,
+        6
+      ],
+      "195": [
+        4,
+        7
+      ],
+      "197": [
+        4,
+        7
+      ],
+      "534": [
+        4,
+        6
+      ]
+    },
     "roles": {
       "hold": null,
       "returns": null,
@@ -1108,6 +1180,7 @@ export const AUTOPILOTS = [
       35
     ],
     "hasHomeSlot": false,
+    "missionSince": {},
     "roles": {
       "hold": 50593792,
       "returns": 84148224,

@@ -1560,6 +1560,11 @@ export interface components {
             readonly autopilot_heard: boolean;
             /** @description Increments with each change of the lease */
             readonly epoch: number;
+            /**
+             * @description The autopilot's release (`4.6.2`, `4.7.0-dev`); null: not known
+             * @example 4.6.2
+             */
+            readonly firmware: string | null;
             /** @description null: no open hold, no loss, no lost action */
             readonly hold: components["schemas"]["HoldView"] | null;
             /** @description The user who has the controls */
@@ -1655,6 +1660,11 @@ export interface components {
              * @default stranger
              */
             readonly relation: components["schemas"]["Relation"];
+            /** @description Major and minor number of the newest release whose features `firmware` surely has */
+            readonly release: readonly [
+                number,
+                number
+            ] | null;
             /** @description Impossible motion of the armed drone in the last minute */
             readonly suspicious_motion: ("jump" | "speed" | "height" | "course") | null;
             /** @description The operator from whom an admin took the controls; shut out until they are given back */

@@ -18,6 +18,7 @@ import {
 import { insertItems, removeItems, together, type Edit } from '../../plan/edits';
 import { estimate, USUAL_FIGURES, type FlightFigures } from '../../plan/estimates';
 import { FenceCheck } from '../../plan/fence_crossings';
+import { ANY_FIRMWARE, type Firmware } from '../../plan/firmware';
 import { shapeFaults } from '../../plan/field_checks';
 import { flownPath } from '../../plan/flown_path';
 import { bearingDeg } from '../../plan/ground';
@@ -52,6 +53,7 @@ export class PlanWorkspace {
   figures = $state.raw<FlightFigures>(USUAL_FIGURES);
   limits = $state.raw<Pick<CheckLimits, 'highestM' | 'farthestM'>>({ highestM: 120, farthestM: null });
   autopilot = $state<AutopilotKind>('ardupilot');
+  firmware = $state.raw<Firmware>(ANY_FIRMWARE);
   name = $state('');
   library = $state.raw<LibraryPlace | null>(null);
   undoWords = $state<string | null>(null);
@@ -66,7 +68,9 @@ export class PlanWorkspace {
 
   readonly path = $derived(flownPath(this.plan));
   readonly estimate = $derived(estimate(this.plan, this.figures, this.path));
-  readonly findings = $derived(planChecks(this.plan, { ...this.limits, autopilot: this.autopilot }, this.path));
+  readonly findings = $derived(
+    planChecks(this.plan, { ...this.limits, autopilot: this.autopilot, firmware: this.firmware }, this.path),
+  );
   readonly errors = $derived(this.findings.filter(({ severity }) => severity === 'error'));
   readonly faulty = $derived(new Set(this.errors.flatMap(({ part }) => (part === null ? [] : [part]))));
   readonly preview = $derived.by(() => {
@@ -74,7 +78,7 @@ export class PlanWorkspace {
     if (!isPattern(tool) || draft.length === 0) return null;
     if (tool === 'survey' && draft.length < 3) return null;
     if (tool === 'corridor' && draft.length < 2) return null;
-    return patternPreview(tool, draft, radiusM, this.settings, this.plan.defaults.frame);
+    return patternPreview(tool, draft, radiusM, this.settings, this.plan.defaults.frame, this.autopilot);
   });
   /** The legs that cross the fence, by the item that they lead to. */
   readonly forbidden = $derived.by((): ReadonlySet<number> => {

@@ -82,10 +82,14 @@ export interface OrbitSettings {
   readonly fromDeg: number;
   /** The camera looks at the centre, at this height above the same reference; null: ahead. */
   readonly lookAtM: number | null;
+  /** With the legacy command, which every release of ArduPilot knows; the newer ones came with 4.7. */
+  readonly looksByLegacyRoi: boolean;
 }
 
+const LEGACY_ROI = { NOTHING: 0, POSITION: 3 } as const;
+
 export function orbitItems(centre: Spot, settings: OrbitSettings): WireItem[] {
-  const { radiusM, turns, points, isClockwise, fromDeg, lookAtM, frame } = settings;
+  const { radiusM, turns, points, isClockwise, fromDeg, lookAtM, frame, looksByLegacyRoi } = settings;
   if (!(radiusM > 0 && radiusM <= 10_000))
     throw new SurveyFault('The radius of a circle is more than 0 and at most 10000 m.');
   if (!Number.isInteger(points) || points < 3 || points > 72) throw new SurveyFault('A circle has 3 to 72 waypoints.');
@@ -96,6 +100,10 @@ export function orbitItems(centre: Spot, settings: OrbitSettings): WireItem[] {
   heldToOneSide([centre, ...ring], 'The circle');
   const way = ring.map((spot) => waypointAt(spot, settings));
   if (lookAtM === null) return way;
+  if (looksByLegacyRoi) {
+    const at = wireItem(CMD.ROI, frame, [LEGACY_ROI.POSITION, 0, 0, 0], centre.latE7, centre.lonE7, lookAtM);
+    return [at, ...way, wireItem(CMD.ROI, FRAME.GLOBAL_RELATIVE_ALT, [LEGACY_ROI.NOTHING, 0, 0, 0], 0, 0, 0)];
+  }
   const look = wireItem(CMD.ROI_LOCATION, frame, [0, 0, 0, 0], centre.latE7, centre.lonE7, lookAtM);
   return [look, ...way, wireItem(CMD.ROI_NONE, FRAME.MISSION, [0, 0, 0, 0], 0, 0, 0)];
 }

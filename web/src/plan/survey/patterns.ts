@@ -6,7 +6,7 @@
 import { flownPath } from '../flown_path';
 import { distanceM } from '../ground';
 import { EMPTY_PLAN, type Plan, type Spot, type WireItem } from '../plan_types';
-import { CMD, specOf } from '../catalogue';
+import { CMD, specOf, type AutopilotKind } from '../catalogue';
 import { planItems } from '../wire_items';
 import { areaM2, SurveyFault } from './area';
 import { distancesFor, footprint, type Camera } from './camera';
@@ -122,6 +122,7 @@ export function patternPreview(
   radiusM: number,
   settings: PatternSettings,
   frame: number,
+  autopilot: AutopilotKind,
 ): Preview {
   const { heightM, angleDeg, turnaroundM, entry } = settings;
   try {
@@ -139,6 +140,7 @@ export function patternPreview(
         isClockwise,
         fromDeg: angleDeg,
         lookAtM: look,
+        looksByLegacyRoi: autopilot === 'ardupilot',
       });
       return { ...NONE, items, lengthM: lengthOf(items), areaM2: Math.PI * radiusM ** 2 };
     }
