@@ -21,6 +21,7 @@ from collections.abc import AsyncIterator, Awaitable, Callable
 from typing import Final
 from urllib.parse import urlsplit
 
+from wire.control_messages import KEY_SUBPROTOCOL
 from wire.sealing import VERSION
 
 NETWORKS: Final = 20
@@ -152,6 +153,59 @@ async def requests(attack: Attack) -> None:
     await asyncio.gather(*(attack.over_and_over(number, once) for number in range(80)))
 
 
+async def pipelines(attack: Attack) -> None:
+    """Thousands of short requests in one write, before the first answer."""
+    many = b"GET / HTTP/1.1\r\n\r\n" * 8_000
+
+    async def once(number: int) -> None:
+        async with attack.connection(number) as (reader, writer):
+            writer.write(many)
+            attack.done["requests"] += 8_000
+            while await reader.read(65_536):
+                pass
+        raise EOFError
+
+    await asyncio.gather(*(attack.over_and_over(number, once) for number in range(40)))
+
+
+async def chunks(attack: Attack) -> None:
+    """Bodies of sign-ins in chunks of one byte, as fast as the tower reads."""
+    head = _request("POST", "/api/v1/session", "Content-Type: application/json", "Transfer-Encoding: chunked")
+    many = b"1\r\n \r\n" * 15_000 + b"0\r\n\r\n"
+
+    async def once(number: int) -> None:
+        async with attack.connection(number) as (reader, writer):
+            writer.write(head + many)
+            attack.done[f"answered {await _answer(reader)}"] += 1
+
+    await asyncio.gather(*(attack.over_and_over(number, once) for number in range(40)))
+
+
+async def pings(attack: Attack) -> None:
+    """WebSockets of agents that send pings, as fast as the tower reads, instead of signing in."""
+    upgrade = ("Upgrade: websocket", "Connection: Upgrade", "Sec-WebSocket-Version: 13")
+    key = "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA=="
+    protocol = f"Sec-WebSocket-Protocol: {KEY_SUBPROTOCOL}"
+    many = b"\x89\x80\0\0\0\0" * 4_000
+
+    async def once(number: int) -> None:
+        async with attack.connection(number) as (reader, writer):
+            writer.write(_request("GET", "/api/v1/agent", key, protocol, *upgrade))
+            await reader.readuntil(b"\r\n\r\n")
+            attack.done["upgrades"] += 1
+            draining = asyncio.create_task(reader.read(-1))
+            try:
+                while attack.goes_on and not draining.done():
+                    writer.write(many)
+                    await writer.drain()
+                    attack.done["pings"] += 4_000
+            finally:
+                draining.cancel()
+        raise EOFError
+
+    await asyncio.gather(*(attack.over_and_over(number, once) for number in range(80)))
+
+
 async def slow_bodies(attack: Attack) -> None:
     """Sign-ins with bodies sent a byte at a time."""
 
@@ -240,6 +294,9 @@ KINDS: Final[dict[str, Callable[[Attack], Awaitable[None]]]] = {
     "heads": heads,
     "large-heads": large_heads,
     "requests": requests,
+    "pipelines": pipelines,
+    "chunks": chunks,
+    "pings": pings,
     "slow-bodies": slow_bodies,
     "connections": connections,
     "sign-ins": sign_ins,
