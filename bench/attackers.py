@@ -27,6 +27,7 @@ from wire.sealing import VERSION
 NETWORKS: Final = 20
 """Each kind uses this many source networks: a small botnet."""
 LARGE_HEAD_BYTES: Final = 1 << 20
+DOWNLOAD: Final = "/basemap/land.json"
 CONNECTIONS: Final = 1_000
 DATAGRAMS_PER_S: Final = 14_000
 CATCHES_UP: Final = 200
@@ -168,6 +169,21 @@ async def pipelines(attack: Attack) -> None:
     await asyncio.gather(*(attack.over_and_over(number, once) for number in range(40)))
 
 
+async def downloads(attack: Attack) -> None:
+    """The console's largest files, and one byte of them in many ranges, as fast as they come."""
+    ranges = ",".join(f"{at}-{at}" for at in range(0, 4_000, 2))
+    whole, parts = (_request("GET", DOWNLOAD), _request("GET", DOWNLOAD, f"Range: bytes={ranges}"[:15_000]))
+
+    async def once(number: int) -> None:
+        async with attack.connection(number) as (reader, writer):
+            writer.write(parts if number % 4 == 0 else whole)
+            while data := await reader.read(262_144):
+                attack.done["bytes"] += len(data)
+        raise EOFError
+
+    await asyncio.gather(*(attack.over_and_over(number, once) for number in range(80)))
+
+
 async def chunks(attack: Attack) -> None:
     """Bodies of sign-ins in chunks of one byte, as fast as the tower reads."""
     head = _request("POST", "/api/v1/session", "Content-Type: application/json", "Transfer-Encoding: chunked")
@@ -294,16 +310,20 @@ KINDS: Final[dict[str, Callable[[Attack], Awaitable[None]]]] = {
     "heads": heads,
     "large-heads": large_heads,
     "requests": requests,
-    "pipelines": pipelines,
-    "chunks": chunks,
-    "pings": pings,
     "slow-bodies": slow_bodies,
     "connections": connections,
     "sign-ins": sign_ins,
     "junk": junk,
 }
 
-_ALL: Final = KINDS | {"one-64": one_64}
+MORE_KINDS: Final[dict[str, Callable[[Attack], Awaitable[None]]]] = {
+    "pipelines": pipelines,
+    "chunks": chunks,
+    "downloads": downloads,
+    "pings": pings,
+}
+"""Not in "all at once": each keeps a processor busy by itself, and a small machine has two."""
+_ALL: Final = KINDS | MORE_KINDS | {"one-64": one_64}
 """Includes kinds that need a tower that trusts 127.0.0.1 as a proxy."""
 
 

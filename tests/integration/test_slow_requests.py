@@ -78,6 +78,21 @@ async def test_who_sends_many_requests_before_the_first_answer_is_ended(world: T
     assert world.tower.anonymous.refused[Over.PIPELINE] == 1
 
 
+async def test_who_does_not_read_the_answer_is_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(upgrading_http, "STALLED_AFTER_S", HEAD_WITHIN_S)
+    (tmp_path / "dist").mkdir()
+    (tmp_path / "dist" / "index.html").write_text("x" * 20_000_000)
+    async with start_tower(tmp_path, web=tmp_path / "dist", trusted_proxies="192.0.2.1") as world:
+        port = int(world.base_url.rsplit(":", 1)[1])
+        reader, writer = await asyncio.open_connection("127.0.0.1", port, limit=1024)
+        writer.write(b"GET / HTTP/1.1\r\nhost: x\r\n\r\n")
+        await reader.readuntil(b"\r\n\r\n")
+        async with asyncio.timeout(AT_MOST_S):
+            while len(world.tower.anonymous.connections):  # noqa: ASYNC110
+                await asyncio.sleep(DRIP_S)
+        writer.close()
+
+
 async def test_who_has_asked_once_is_no_exception(world: TowerWorld) -> None:
     async with connection(world) as (reader, writer):
         writer.write(b"GET /api/v1/me HTTP/1.1\r\nhost: x\r\n\r\n")

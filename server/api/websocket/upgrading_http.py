@@ -7,6 +7,8 @@
   uvicorn waits for 5 s.)
 - A client that sends thousands of short requests at once would have each of them made ready before the next frame:
   MAX_PIPELINED of them may wait for the answer to one. More close the connection.
+- A client that does not read its answer would keep it in memory for as long as it likes: it is cut after
+  STALLED_AFTER_S, as a WebSocket is.
 - Bytes of a connection that has not signed in are parsed when it is its turn (server.api.anonymous.read_turns), a few
   kilobytes at a time.
 - The parser and the connection refer to each other. uvicorn separates them at the end, but not after an upgrade: both
@@ -20,7 +22,8 @@ from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 
 from server.api.anonymous.anonymous_scope import ANONYMOUS_CONNECTION
 from server.api.anonymous.read_turns import ReadTurns
-from server.api.websocket.direct_websocket import DirectWebSocket
+from server.api.anonymous.anonymous_scope import ANONYMOUS_CONNECTION
+from server.api.websocket.direct_websocket import STALLED_AFTER_S, DirectWebSocket
 from server.live.anonymous.budget import AnonymousBudget, Over
 from server.live.anonymous.connections import AnonymousConnection
 from server.live.anonymous.limits import LIMITS
@@ -58,6 +61,7 @@ class UpgradingHttp(HttpToolsProtocol):
         self._budget = budget
         self._turns = turns
         self._no_head: asyncio.TimerHandle | None = None
+        self._stalled: asyncio.TimerHandle | None = None
         self._around_body = 0
         """Bytes of this request so far outside its body."""
         self._body = 0
@@ -72,6 +76,7 @@ class UpgradingHttp(HttpToolsProtocol):
 
     def connection_lost(self, exc: Exception | None) -> None:
         self._head_is_there()
+        self._reads_again()
         if self.anonymous is not None and self._budget is not None:
             self._budget.connections.gone(self.anonymous)
         super().connection_lost(exc)
@@ -81,6 +86,19 @@ class UpgradingHttp(HttpToolsProtocol):
             self._parse(data)
         else:
             self._turns.came(self, data)
+
+    def pause_writing(self) -> None:
+        super().pause_writing()
+        self._stalled = self.loop.call_later(STALLED_AFTER_S, self.transport.abort)
+
+    def resume_writing(self) -> None:
+        self._reads_again()
+        super().resume_writing()
+
+    def _reads_again(self) -> None:
+        if self._stalled is not None:
+            self._stalled.cancel()
+            self._stalled = None
 
     # -- turns of connections that have not signed in (AnonymousReader) ------------------------------------------
 
