@@ -9,7 +9,7 @@ from fastapi import APIRouter, Depends, Request, Response
 from prometheus_client import CollectorRegistry, GCCollector, PlatformCollector, ProcessCollector
 from prometheus_client.exposition import choose_encoder
 
-from server.api.anonymous.visit_scope import admitted
+from server.api.anonymous.anonymous_scope import admitted
 from server.api.authentication import token_in
 from server.api.dependencies import AuthenticatorDep, MetricsRegistryDep, Parts, SettingsDep
 from server.api.http.problem_docs import answers

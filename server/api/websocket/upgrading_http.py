@@ -22,7 +22,6 @@ from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 
 from server.api.anonymous.anonymous_scope import ANONYMOUS_CONNECTION
 from server.api.anonymous.read_turns import ReadTurns
-from server.api.anonymous.anonymous_scope import ANONYMOUS_CONNECTION
 from server.api.websocket.direct_websocket import STALLED_AFTER_S, DirectWebSocket
 from server.live.anonymous.budget import AnonymousBudget, Over
 from server.live.anonymous.connections import AnonymousConnection
