@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Final
 
 from bench.as_installed import run_as_installed
-from bench.attackers import KINDS, attacking, post_sign_in
+from bench.attackers import KINDS, MORE_KINDS, attacking, post_sign_in
 from bench.flown_by_hand import HandFlight, Noticed, figures_of, flown_by_hand
 from bench.load_tower import ADMIN, PASSWORD, LoadTower, load_tower
 from bench.rows import Report
@@ -40,7 +40,7 @@ _SETTINGS: Final = {"TOWER_ARGON2_MEMORY_KIB": "65536", "TOWER_ARGON2_ROUNDS": "
 async def run(report: Report, options: argparse.Namespace) -> None:
     """`--seconds`, `--case KIND` (only this attack; may be repeated), `--realtime`."""
     seconds = options.seconds or (4.0 if options.quick else SECONDS)
-    kinds = tuple(kind for kind in KINDS if not options.case or kind in options.case)
+    kinds = tuple(kind for kind in KINDS | MORE_KINDS if kind in (options.case or KINDS))
     with tempfile.TemporaryDirectory(prefix="bench-anonymous-") as place:
         folder = options.keep or Path(place)
         async with (
@@ -61,7 +61,7 @@ async def run(report: Report, options: argparse.Namespace) -> None:
 
 async def _attacked(report: Report, flight: HandFlight, kinds: tuple[str, ...], seconds: float) -> None:
     tower = flight.tower
-    case = "all attacks at once" if len(kinds) == len(KINDS) else ", ".join(kinds)
+    case = "all attacks at once" if kinds == tuple(KINDS) else ", ".join(kinds)
     before = await figures_of(tower)
     async with (
         attacking(kinds, tower.url, tower.udp_port, seconds, nice=ATTACKERS_NICE) as attacks,

@@ -21,11 +21,13 @@ from collections.abc import AsyncIterator, Awaitable, Callable
 from typing import Final
 from urllib.parse import urlsplit
 
+from wire.control_messages import KEY_SUBPROTOCOL
 from wire.sealing import VERSION
 
 NETWORKS: Final = 20
 """Each kind uses this many source networks: a small botnet."""
 LARGE_HEAD_BYTES: Final = 1 << 20
+DOWNLOAD: Final = "/basemap/land.json"
 CONNECTIONS: Final = 1_000
 DATAGRAMS_PER_S: Final = 14_000
 CATCHES_UP: Final = 200
@@ -152,6 +154,74 @@ async def requests(attack: Attack) -> None:
     await asyncio.gather(*(attack.over_and_over(number, once) for number in range(80)))
 
 
+async def pipelines(attack: Attack) -> None:
+    """Thousands of short requests in one write, before the first answer."""
+    many = b"GET / HTTP/1.1\r\n\r\n" * 8_000
+
+    async def once(number: int) -> None:
+        async with attack.connection(number) as (reader, writer):
+            writer.write(many)
+            attack.done["requests"] += 8_000
+            while await reader.read(65_536):
+                pass
+        raise EOFError
+
+    await asyncio.gather(*(attack.over_and_over(number, once) for number in range(40)))
+
+
+async def downloads(attack: Attack) -> None:
+    """The console's largest files, and one byte of them in many ranges, as fast as they come."""
+    ranges = ",".join(f"{at}-{at}" for at in range(0, 4_000, 2))
+    whole, parts = (_request("GET", DOWNLOAD), _request("GET", DOWNLOAD, f"Range: bytes={ranges}"[:15_000]))
+
+    async def once(number: int) -> None:
+        async with attack.connection(number) as (reader, writer):
+            writer.write(parts if number % 4 == 0 else whole)
+            while data := await reader.read(262_144):
+                attack.done["bytes"] += len(data)
+        raise EOFError
+
+    await asyncio.gather(*(attack.over_and_over(number, once) for number in range(80)))
+
+
+async def chunks(attack: Attack) -> None:
+    """Bodies of sign-ins in chunks of one byte, as fast as the tower reads."""
+    head = _request("POST", "/api/v1/session", "Content-Type: application/json", "Transfer-Encoding: chunked")
+    many = b"1\r\n \r\n" * 15_000 + b"0\r\n\r\n"
+
+    async def once(number: int) -> None:
+        async with attack.connection(number) as (reader, writer):
+            writer.write(head + many)
+            attack.done[f"answered {await _answer(reader)}"] += 1
+
+    await asyncio.gather(*(attack.over_and_over(number, once) for number in range(40)))
+
+
+async def pings(attack: Attack) -> None:
+    """WebSockets of agents that send pings, as fast as the tower reads, instead of signing in."""
+    upgrade = ("Upgrade: websocket", "Connection: Upgrade", "Sec-WebSocket-Version: 13")
+    key = "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA=="
+    protocol = f"Sec-WebSocket-Protocol: {KEY_SUBPROTOCOL}"
+    many = b"\x89\x80\0\0\0\0" * 4_000
+
+    async def once(number: int) -> None:
+        async with attack.connection(number) as (reader, writer):
+            writer.write(_request("GET", "/api/v1/agent", key, protocol, *upgrade))
+            await reader.readuntil(b"\r\n\r\n")
+            attack.done["upgrades"] += 1
+            draining = asyncio.create_task(reader.read(-1))
+            try:
+                while attack.goes_on and not draining.done():
+                    writer.write(many)
+                    await writer.drain()
+                    attack.done["pings"] += 4_000
+            finally:
+                draining.cancel()
+        raise EOFError
+
+    await asyncio.gather(*(attack.over_and_over(number, once) for number in range(80)))
+
+
 async def slow_bodies(attack: Attack) -> None:
     """Sign-ins with bodies sent a byte at a time."""
 
@@ -246,7 +316,14 @@ KINDS: Final[dict[str, Callable[[Attack], Awaitable[None]]]] = {
     "junk": junk,
 }
 
-_ALL: Final = KINDS | {"one-64": one_64}
+MORE_KINDS: Final[dict[str, Callable[[Attack], Awaitable[None]]]] = {
+    "pipelines": pipelines,
+    "chunks": chunks,
+    "downloads": downloads,
+    "pings": pings,
+}
+"""Not in "all at once": each keeps a processor busy by itself, and a small machine has two."""
+_ALL: Final = KINDS | MORE_KINDS | {"one-64": one_64}
 """Includes kinds that need a tower that trusts 127.0.0.1 as a proxy."""
 
 

@@ -55,5 +55,9 @@ async def take(tower: LoadTower, drone_id: int, how: str = "take") -> None:
         async with asyncio.timeout(START_S):
             while not (await client.get(f"/drones/{drone_id}")).json()["autopilot_heard"]:  # noqa: ASYNC110
                 await asyncio.sleep(0.1)
-        answer = await client.post(f"/drones/{drone_id}/control/{how}", json={"reason": "bench"})
+            while True:
+                answer = await client.post(f"/drones/{drone_id}/control/{how}", json={"reason": "bench"})
+                if answer.status_code != httpx.codes.SERVICE_UNAVAILABLE:
+                    break
+                await asyncio.sleep(1.0)  # the disk of a busy machine can take seconds for one write
         answer.raise_for_status()

@@ -50,3 +50,5 @@ FactorSetter = Annotated[Principal, who_may(Action.SET_UP_SECOND_FACTOR)]
 PasswordChanger = Annotated[Principal, who_may(Action.CHANGE_PASSWORD)]
 ProvedAdmin = Annotated[Principal, who_may(Action.CHANGE_USERS)]
 """An admin with a session and a fresh proof of identity."""
+DroneKeyAdmin = Annotated[Principal, who_may(Action.CHANGE_DRONE_KEYS)]
+"""The same, for keys of drones."""

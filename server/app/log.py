@@ -12,6 +12,9 @@ import structlog
 from server.live.anonymous.limits import LIMITS
 from server.live.anonymous.log_lines import LogBudget
 
+_REPEATED: Final = frozenset({"database_unavailable", "unexpected_error"})
+"""Errors that each request of a stranger can cause again, as long as the fault lasts."""
+
 _SHARED: Final[tuple[structlog.typing.Processor, ...]] = (
     structlog.contextvars.merge_contextvars,
     structlog.processors.add_log_level,
@@ -29,7 +32,7 @@ def configure_log(log_format: str = "auto") -> None:
         else (structlog.processors.format_exc_info, structlog.processors.JSONRenderer())
     )
     structlog.configure(
-        processors=[*_SHARED, *renderer],
+        processors=[_FewOfAKind(time.monotonic()), *_SHARED, *renderer],
         wrapper_class=structlog.make_filtering_bound_logger(logging.INFO),
         logger_factory=structlog.PrintLoggerFactory(file=sys.stderr),
         cache_logger_on_first_use=False,
@@ -50,6 +53,22 @@ def _is_our_fault(record: logging.LogRecord) -> bool:
     """uvicorn logs a traceback for each text message that is not UTF-8, so any client could flood the log. Closing the
     connection (1007) and counting the message is enough."""
     return not (record.exc_info and isinstance(record.exc_info[1], UnicodeDecodeError))
+
+
+class _FewOfAKind:
+    """Bounds the lines of a storm. `left_out`: the number of such lines that were dropped before this one."""
+
+    def __init__(self, now: float) -> None:
+        self._budgets = {event: LogBudget(LIMITS.log_lines_per_s, LIMITS.log_lines_burst, now) for event in _REPEATED}
+
+    def __call__(self, _logger: object, _method: str, line: structlog.typing.EventDict) -> structlog.typing.EventDict:
+        budget = self._budgets.get(str(line.get("event")))
+        if budget is None:
+            return line
+        if not budget.admits(time.monotonic()):
+            raise structlog.DropEvent
+        left_out = budget.take_unreported()
+        return {**line, "left_out": left_out} if left_out else line
 
 
 class _FewWarnings(logging.Filter):

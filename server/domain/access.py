@@ -67,7 +67,8 @@ class ScopeMissing(Refusal):
 
 
 class InPersonOnly(Refusal):
-    """A token cannot manage tokens, sessions, passwords or users, nor change how its owner's sticks are read."""
+    """A token cannot manage tokens, sessions, passwords, users or keys of drones, nor change how its owner's sticks
+    are read."""
 
     def __init__(self) -> None:
         super().__init__("this needs a person: sign in with name and password, not with a token")
@@ -136,6 +137,8 @@ class Action(StrEnum):
     CHANGE_PASSWORD = "change-password"  # noqa: S105
     CHANGE_USERS = "change-users"
     """Accounts and credentials of others: with this right one can create an account to return with."""
+    CHANGE_DRONE_KEYS = "change-drone-keys"
+    """Enrol an agent, or revoke a drone's key: with this right one can speak for a drone in its agent's place."""
 
 
 NEEDS: Final[Mapping[Action, frozenset[Scope]]] = {
@@ -159,6 +162,7 @@ NEEDS: Final[Mapping[Action, frozenset[Scope]]] = {
     Action.CHANGE_PREFERENCES: frozenset(),
     Action.CHANGE_PASSWORD: frozenset(),
     Action.CHANGE_USERS: frozenset(),
+    Action.CHANGE_DRONE_KEYS: frozenset(),
 }
 """The scopes that a token must have, all of them. A session has every scope."""
 
@@ -180,13 +184,20 @@ IN_PERSON: Final = frozenset(
         Action.CHANGE_PREFERENCES,
         Action.CHANGE_PASSWORD,
         Action.CHANGE_USERS,
+        Action.CHANGE_DRONE_KEYS,
     }
 )
 """Actions that need a session; no token allows them, whatever its scopes."""
 
 
 WITH_FRESH_PROOF: Final = frozenset(
-    {Action.CHANGE_CREDENTIALS, Action.SET_UP_SECOND_FACTOR, Action.CHANGE_PASSWORD, Action.CHANGE_USERS}
+    {
+        Action.CHANGE_CREDENTIALS,
+        Action.SET_UP_SECOND_FACTOR,
+        Action.CHANGE_PASSWORD,
+        Action.CHANGE_USERS,
+        Action.CHANGE_DRONE_KEYS,
+    }
 )
 """Actions for which a stolen cookie is not enough: see `server/store/accounts/reauthentication.py`."""
 
@@ -220,6 +231,7 @@ REACH: Final[Mapping[Action, Mapping[Role, Reach]]] = {
     Action.ADMINISTER: _row(_ALL, _NONE, _NONE),
     Action.READ_METRICS: _row(_ALL, _NONE, _NONE),
     Action.CHANGE_USERS: _row(_ALL, _NONE, _NONE),
+    Action.CHANGE_DRONE_KEYS: _row(_ALL, _NONE, _NONE),
     Action.MANAGE_TEAMS: _row(_ALL, _OWN, _OWN),
     Action.LEAD_TEAMS: _row(_ALL, _OWN, _NONE),
     Action.SEE_MISSIONS: _row(_ALL, _OWN, _OWN),

@@ -96,6 +96,23 @@ async def test_a_flood_of_requests_is_paced(flight: HandFlight) -> None:
     assert answered(done) < 2 * most
 
 
+async def test_thousands_of_requests_in_one_write_delay_nothing(flight: HandFlight) -> None:
+    """Before the fix, frames stopped for two seconds and the tower took 760 MB."""
+    _, grown = await attacked(flight, "pipelines", enough=lambda done: done["requests"] > 100_000)
+    assert refused(grown, "pipeline") > 0
+
+
+async def test_pings_of_a_socket_that_does_not_sign_in_hold_no_drone(flight: HandFlight) -> None:
+    """Before the fix, 80 such sockets stopped frames for two seconds, and the tower ordered a hold."""
+    _, grown = await attacked(flight, "pings", enough=lambda done: done["pings"] > 100_000)
+    assert refused(grown, "handshake-bytes") > 0
+
+
+async def test_bodies_in_chunks_of_a_byte_delay_nothing(flight: HandFlight) -> None:
+    done, _ = await attacked(flight, "chunks", enough=lambda done: done["connections"] > 40)
+    assert not any(what.startswith("answered 2") for what in done)
+
+
 async def test_bodies_that_come_a_byte_at_a_time_keep_nobody_else_out(flight: HandFlight) -> None:
     async def others() -> list[int]:
         await asyncio.sleep(ATTACK_S / 2)

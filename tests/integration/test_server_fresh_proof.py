@@ -66,8 +66,9 @@ async def second_factor_on(world: TowerWorld, client: httpx.AsyncClient) -> pyot
 
 async def test_a_token_of_an_admin_takes_over_nothing(world: TowerWorld, anna: Person, admin: Person) -> None:
     """Before the fix, a token with the scope admin alone could remove its owner's second factor and set their
-    password."""
+    password. Later it could still enrol an agent of its own for anybody's drone."""
     root = await world.signed_in(admin)
+    hawk = await world.add_drone("Hawk", anna)
     await second_factor_on(world, root)
     program = await world.client(headers=await token_of(root, *[scope.value for scope in ALL_SCOPES]))
     users = "/api/v1/users"
@@ -82,6 +83,9 @@ async def test_a_token_of_an_admin_takes_over_nothing(world: TowerWorld, anna: P
         await program.post(TOKENS, json={"name": "more", "scopes": ["fly"]}),
         await program.post(PROOF, json={"password": PASSWORD}),
         await program.post("/api/v1/me/second-factor/remove"),
+        await program.post(f"/api/v1/drones/{hawk.id}/enrolments", json={}),
+        await program.delete(f"/api/v1/drones/{hawk.id}/key"),
+        await program.delete("/api/v1/enrolments/1"),
     ]
     for answer in asked:
         assert_problem(answer, 403, "in-person-only")
@@ -92,6 +96,7 @@ async def test_a_token_of_an_admin_takes_over_nothing(world: TowerWorld, anna: P
 
 async def test_a_stolen_cookie_changes_no_credentials(world: TowerWorld, anna: Person, admin: Person) -> None:
     root = await world.signed_in(admin)
+    hawk = await world.add_drone("Hawk", anna)
     world.clock.advance(300)
     users, change = "/api/v1/users", {"old_password": PASSWORD, "new_password": NEW_PASSWORD}
     sessions = (await root.get("/api/v1/sessions")).json()
@@ -109,6 +114,9 @@ async def test_a_stolen_cookie_changes_no_credentials(world: TowerWorld, anna: P
         await root.patch(f"{users}/{anna.id}", json={"password": NEW_PASSWORD}),
         await root.post(users, json={"name": "Eve", "password": NEW_PASSWORD}),
         await root.delete(f"{users}/{anna.id}"),
+        await root.post(f"/api/v1/drones/{hawk.id}/enrolments", json={}),
+        await root.delete(f"/api/v1/drones/{hawk.id}/key"),
+        await root.delete("/api/v1/enrolments/1"),
     ]
     for answer in asked:
         assert_problem(answer, 403, "proof-needed")

@@ -47,6 +47,7 @@ async def test_health_tells_that_the_tower_is_up(world: TowerWorld) -> None:
         ("GET", SESSION, 405, "method-not-allowed"),
         ("POST", "/", 405, "method-not-allowed"),
         ("GET", "/docs.html", 404, "not-found"),
+        ("GET", f"/assets/{'x' * 300}.js", 404, "not-found"),
         ("GET", "/api/v1/drones/x", 401, "not-signed-in"),
     ],
 )

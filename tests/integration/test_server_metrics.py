@@ -70,6 +70,15 @@ async def test_who_may_read_it(world: TowerWorld, root: Person) -> None:
     assert opened.endswith("# EOF\n")
 
 
+async def test_whoever_shows_the_secret_is_no_stranger(tmp_path: Path) -> None:
+    async with start_tower(tmp_path, metrics_token=SECRET, trusted_proxies="192.0.2.1") as world:
+        client = await world.client()
+        await client.get("/api/v1/health")
+        assert len(world.tower.anonymous.connections) == 1
+        await figures(client, Authorization=f"Bearer {SECRET}")
+        assert len(world.tower.anonymous.connections) == 0
+
+
 async def test_api_tokens_need_the_scope(world: TowerWorld, root: Person) -> None:
     admin, program = await world.signed_in(root), await world.client()
     for scope, status in (("metrics", 200), ("watch", 403)):

@@ -1,6 +1,7 @@
 """No team learns of another, and no former member watches the team's video."""
 
 import json
+import os
 from collections.abc import AsyncIterator
 from pathlib import Path
 
@@ -72,7 +73,7 @@ async def test_no_team_learns_of_another(world: TowerWorld, red: Team, root: htt
 
 
 async def _fly_a_drone_of_the_past(world: TowerWorld, red: Team, blue: Team) -> None:
-    """Adds a drone that belonged to the other team yesterday, with a recording and an operation from then."""
+    """Adds a drone that belonged to the other team yesterday, with a recording and a flight log from then."""
     both = await world.add_drone("Rowan-used", red.people[ADMIN], blue.people[ADMIN])
     assert (await blue.clients[ADMIN].put(f"{blue.path}/drones/{both.id}")).status_code == 200
     at = world.clock()
@@ -99,11 +100,23 @@ async def _fly_a_drone_of_the_past(world: TowerWorld, red: Team, blue: Team) -> 
         row = await session.get(OwnershipRow, (both.id, blue.people[ADMIN].id))
         await session.delete(row)
     await world.tower.roster.refresh()
-    hers = f"/api/v1/drones/{both.id}/recordings"
+    hers, logs = f"/api/v1/drones/{both.id}/recordings", f"/api/v1/drones/{both.id}/logs"
+    _keep_log(world.tower.settings.files / f"drone-{both.id}" / "7-0.bin", at.timestamp())
     assert "Zinnia-operator" in (await blue.clients[OPERATOR].get(hers)).text
+    assert "Zinnia" in (await blue.clients[OPERATOR].get(f"{logs}/7/file")).text
     assert (await blue.clients[ADMIN].delete(f"{blue.path}/drones/{both.id}")).status_code == 204
     assert (await red.clients[ADMIN].put(f"{red.path}/drones/{both.id}")).status_code == 200
     assert (await red.clients[OPERATOR].get(hers)).json() == []
+    assert (await red.clients[OPERATOR].get(logs)).json()["kept"] == []
+    assert_problem(await red.clients[OPERATOR].get(f"{logs}/7/file"), 404, "unknown-log")
+    owner = await red.clients[ADMIN].get(f"{logs}/7/file")
+    assert owner.status_code == 200, "who owned it then knows it"
+
+
+def _keep_log(path: Path, at: float) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(b"where Zinnia flew")
+    os.utime(path, (at, at))
 
 
 async def _make_a_stir(team: Team) -> None:

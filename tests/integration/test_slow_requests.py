@@ -3,7 +3,7 @@ request."""
 
 import asyncio
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -12,6 +12,7 @@ from tower_world import TowerWorld, start_tower
 
 from server.api.websocket import upgrading_http
 from server.domain.people import Role
+from server.live.anonymous.budget import Over
 
 HEAD_WITHIN_S = 0.3
 DRIP_S = 0.05
@@ -58,6 +59,38 @@ async def test_who_says_nothing_or_a_byte_now_and_then_is_ended(world: TowerWorl
     async with connection(world) as (reader, writer):
         writer.write(b"GET /api/v1/health HTTP/1.1\r\n")
         assert await ended(reader, writer, b"x")
+
+
+async def test_who_sends_many_requests_before_the_first_answer_is_ended(world: TowerWorld) -> None:
+    request = b"GET /api/v1/me HTTP/1.1\r\nhost: x\r\n\r\n"
+    async with connection(world) as (reader, writer):
+        writer.write(request * 3)
+        for _ in range(3):
+            head = await reader.readuntil(b"\r\n\r\n")
+            assert head.startswith(b"HTTP/1.1 401")
+            await reader.readexactly(int(head.lower().partition(b"content-length:")[2].split(b"\r\n")[0]))
+        writer.write(request * 1_000)
+        answered = b""
+        async with asyncio.timeout(AT_MOST_S):
+            with suppress(ConnectionError):
+                answered = await reader.read()
+    assert answered.count(b"HTTP/1.1 401") <= 1 + upgrading_http.MAX_PIPELINED
+    assert world.tower.anonymous.refused[Over.PIPELINE] == 1
+
+
+async def test_who_does_not_read_the_answer_is_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(upgrading_http, "STALLED_AFTER_S", HEAD_WITHIN_S)
+    (tmp_path / "dist").mkdir()
+    (tmp_path / "dist" / "index.html").write_text("x" * 20_000_000)
+    async with start_tower(tmp_path, web=tmp_path / "dist", trusted_proxies="192.0.2.1") as world:
+        port = int(world.base_url.rsplit(":", 1)[1])
+        reader, writer = await asyncio.open_connection("127.0.0.1", port, limit=1024)
+        writer.write(b"GET / HTTP/1.1\r\nhost: x\r\n\r\n")
+        await reader.readuntil(b"\r\n\r\n")
+        async with asyncio.timeout(AT_MOST_S):
+            while len(world.tower.anonymous.connections):  # noqa: ASYNC110
+                await asyncio.sleep(DRIP_S)
+        writer.close()
 
 
 async def test_who_has_asked_once_is_no_exception(world: TowerWorld) -> None:

@@ -6,14 +6,18 @@ from collections.abc import AsyncIterator, Iterator
 from hashlib import sha256
 from pathlib import Path
 
+import pyotp
 import pytest
 from identity_world import _agent, public_half_of, record, signed_in
 from sqlalchemy import text
-from tower_world import NewDrone, TowerWorld, start_tower
+from tower_world import PASSWORD, NewDrone, TowerWorld, start_tower
 
+from server.api.authentication import COOKIE
 from server.api.relay import agent_sign_in
 from server.domain.people import Role
+from server.live.accounts.totp import hash_recovery_code
 from server.runtime.vault import Vault, VaultError, new_key
+from server.store.accounts.users import get_user
 from server.store.fleet.tower_identity import TowerIdentity, check_key_is_there, forget_identity
 from server.store.tables import METADATA
 from wire.drone_key import DroneKey, enrolment_statement, key_text
@@ -45,15 +49,7 @@ async def test_a_stolen_copy_of_the_database_signs_in_as_no_drone_and_makes_no_t
         await root.post(f"/api/v1/drones/{drone.id}/enrolments", json={})
     async with signed_in(world, hawk.identity):
         pass
-    async with world.database.reading() as session:
-        found = {
-            value
-            for table in METADATA.sorted_tables
-            for row in await session.execute(text(f"SELECT * FROM {table.name}"))
-            for value in row
-            if isinstance(value, (str, bytes)) and value
-        }
-    texts = {one if isinstance(one, str) else one.hex() for one in found}
+    texts = await _texts(world)
     assert {key_text(hawk.key.public), key_text(world.tower.sign_in_rules.identity.public_key)} <= texts
     ids = [hawk.id, kite.id, crow.id]
     seeds = set(_seeds(texts))
@@ -83,6 +79,46 @@ async def test_a_stolen_copy_of_the_database_signs_in_as_no_drone_and_makes_no_t
             key = DroneKey(DroneId(1), b"x" * 32)
             body = {"token": token[:200], **_signed(token[:200], key)}
             assert (await companion.post("/api/v1/enrol", json=body)).status_code == 403, token
+
+
+async def test_a_stolen_copy_of_the_database_signs_in_as_no_person(world: TowerWorld) -> None:
+    root_person = await world.add_user("Root", Role.ADMIN)
+    root = await world.signed_in(root_person)
+    made = await root.post("/api/v1/tokens", json={"name": "script", "scopes": ["watch", "fly", "admin"]})
+    seed = (await root.post("/api/v1/me/second-factor")).json()["secret"]
+    code = {"code": pyotp.TOTP(seed).at(world.clock())}
+    confirmed = await root.post("/api/v1/me/second-factor/confirm", json=code)
+    codes = confirmed.json()["recovery_codes"]
+    texts = await _texts(world)
+    secrets = [root.cookies[COOKIE], made.json()["secret"], seed, PASSWORD, *codes]
+    assert len(secrets) == 14
+    assert not [one for one in texts for secret in secrets if secret in one]
+    async with world.database.reading() as session:
+        row = await get_user(session, root_person.id)
+    thief = await world.client()
+    for one in sorted(texts):
+        assert hash_recovery_code(one) not in texts
+        assert not await world.tower.passwords.verify(one, row.password_hash)
+        if one.isprintable() and one.isascii() and not set(one) & set(' ",;\\'):
+            for shown in (
+                {"Cookie": f"{COOKIE}={one}"},
+                {"Authorization": f"Bearer {one}"},
+                {"Authorization": f"Bearer twt_{one}"},
+            ):
+                assert (await thief.get("/api/v1/me", headers=shown)).status_code == 401, one
+
+
+async def _texts(world: TowerWorld) -> set[str]:
+    """Every text and every binary value of the database, these in hexadecimal digits."""
+    async with world.database.reading() as session:
+        found = {
+            value
+            for table in METADATA.sorted_tables
+            for row in await session.execute(text(f"SELECT * FROM {table.name}"))
+            for value in row
+            if isinstance(value, (str, bytes)) and value
+        }
+    return {one if isinstance(one, str) else one.hex() for one in found}
 
 
 def _signed(token: str, key: DroneKey) -> dict[str, str]:

@@ -12,6 +12,8 @@ ANONYMOUS_REQUEST: Final = "tower.anonymous_request"
 """Scope key: the AnonymousRequest of this request."""
 ANONYMOUS_CONNECTION: Final = "tower.anonymous_connection"
 """Scope key: the AnonymousConnection that carried the request."""
+ON_ADMITTED: Final = "tower.on_admitted"
+"""Scope key: what to call when the client of a WebSocket has signed in."""
 
 
 def admitted(connection: HTTPConnection) -> None:

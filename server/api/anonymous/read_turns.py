@@ -29,7 +29,7 @@ class AnonymousReader(Protocol):
         """Stops reading from the connection."""
 
     def take_turn(self) -> None:
-        """Parses the bytes in `unread`, and resumes reading."""
+        """Parses the first bytes of `unread`, and resumes reading or asks for another turn (`ReadTurns.later`)."""
 
     def cut(self) -> None:
         """Ends the connection without a message."""
@@ -54,13 +54,17 @@ class ReadTurns:
             reader.unread = data
             self._serve(reader)
         else:
-            anonymous = reader.anonymous
-            assert anonymous is not None
-            standing = Priority.KNOWN if anonymous.is_known else Priority.FRESH
-            if self._keep(reader, data):
-                reader.hold_reading()
-                self._line.join(reader, anonymous.origin, standing)
-                self._plan()
+            self.later(reader, data)
+
+    def later(self, reader: AnonymousReader, data: bytes) -> None:
+        """Queues `data` of a connection that does not wait: also the rest of a turn that would have been too long."""
+        anonymous = reader.anonymous
+        assert anonymous is not None
+        standing = Priority.KNOWN if anonymous.is_known else Priority.FRESH
+        if self._keep(reader, data):
+            reader.hold_reading()
+            self._line.join(reader, anonymous.origin, standing)
+            self._plan()
 
     def close(self) -> None:
         """Call it when the tower stops."""

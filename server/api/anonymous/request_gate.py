@@ -15,7 +15,7 @@ from typing import Final
 
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from server.api.anonymous.anonymous_scope import ANONYMOUS_CONNECTION, ANONYMOUS_REQUEST
+from server.api.anonymous.anonymous_scope import ANONYMOUS_CONNECTION, ANONYMOUS_REQUEST, ON_ADMITTED
 from server.live.anonymous.budget import AnonymousBudget, AnonymousRequest, Over
 from server.live.anonymous.connections import AnonymousConnection
 from server.live.anonymous.fair_queue import Bounds, FairQueue, Priority
@@ -66,7 +66,9 @@ class RequestGate:
         forwarded = anonymous is None or (
             anonymous.is_proxy and any(name == _FORWARDED for name, _ in scope["headers"])
         )
+        on_admitted = scope.pop(ON_ADMITTED, _nothing)
         if anonymous is not None and anonymous.is_admitted and not forwarded:
+            on_admitted()
             await self._app(scope, receive, send)
             return
         client = scope.get("client")
@@ -86,7 +88,11 @@ class RequestGate:
             await _refuse(scope, send)
             return
         request = AnonymousRequest(
-            self._budget, origin, None if forwarded else anonymous, is_handshake=is_handshake and not is_vouched
+            self._budget,
+            origin,
+            None if forwarded else anonymous,
+            is_handshake=is_handshake and not is_vouched,
+            on_admitted=on_admitted,
         )
         scope[ANONYMOUS_REQUEST] = request
         try:
@@ -155,6 +161,10 @@ class RequestGate:
                 ticket.item.set_result(None)
         if len(self._line):
             self._plan()
+
+
+def _nothing() -> None:
+    pass
 
 
 async def _refuse(scope: Scope, send: Send) -> None:

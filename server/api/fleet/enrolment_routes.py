@@ -8,7 +8,7 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Request
 from pydantic import BaseModel, ConfigDict, Field
 
-from server.api.access import Admin
+from server.api.access import Admin, DroneKeyAdmin
 from server.api.dependencies import (
     AddressDep,
     AuditDep,
@@ -75,7 +75,7 @@ class Enrolled(BaseModel):
 )
 async def begin_enrolment(
     request: Request,
-    admin: Admin,
+    admin: DroneKeyAdmin,
     settings: SettingsDep,
     database: DatabaseDep,
     audit: AuditDep,
@@ -108,7 +108,7 @@ async def list_enrolments(admin: Admin, database: DatabaseDep, clock: ClockDep) 
 
 @router.delete("/enrolments/{enrolment_id}", status_code=204, responses=_ADMINS | answers(UnknownEnrolment))
 async def cancel_enrolment(
-    admin: Admin,
+    admin: DroneKeyAdmin,
     database: DatabaseDep,
     audit: AuditDep,
     enrolment_notifier: EnrolmentNotifierDep,

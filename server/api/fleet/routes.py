@@ -8,7 +8,7 @@ from typing import Annotated
 from fastapi import APIRouter, Path
 from pydantic import BaseModel, ConfigDict, Field
 
-from server.api.access import Admin, Viewer
+from server.api.access import Admin, DroneKeyAdmin, Viewer
 from server.api.dependencies import AuditDep, DatabaseDep, EventHandlerDep, HubDep, RecordingsDep, RosterDep
 from server.api.http.problem_docs import answers
 from server.domain.access import AdminsOnly, NotSignedIn, SessionExpired, UnknownDrone
@@ -103,7 +103,7 @@ async def delete_drone(
 
 @router.delete("/{drone_id}/key", responses=answers(AdminsOnly, UnknownDrone))
 async def revoke_key(
-    admin: Admin, database: DatabaseDep, audit: AuditDep, roster: RosterDep, hub: HubDep, drone_id: DronePath
+    admin: DroneKeyAdmin, database: DatabaseDep, audit: AuditDep, roster: RosterDep, hub: HubDep, drone_id: DronePath
 ) -> DroneView:
     """Ends the link of the drone's agent at once. No agent can sign in for the drone until one is enrolled again."""
     async with database.writing() as session:

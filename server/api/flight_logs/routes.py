@@ -28,6 +28,7 @@ from server.api.operations.operation_requests import (
 from server.api.relay.agent_sign_in import AgentRefused
 from server.api.relay.link_ticket import drone_of
 from server.domain.access import UnknownDrone
+from server.domain.people import Principal
 from server.live.flight_logs.refusals import BadCredential, FileIncomplete, FileNotTaken, NotAskedFor, UnknownLog
 from server.live.operations.operation import Lane, Order, Step
 from server.live.operations.refusals import (
@@ -42,7 +43,8 @@ from server.live.operations.refusals import (
     ViewTaken,
 )
 from server.live.operations.views import LogView, OperationView
-from server.store.flight_logs.quota import KeptLog
+from server.live.relay.live_drone import LiveDrone
+from server.store.flight_logs.quota import FlightLogQuota, KeptLog
 from wire.transactions import LogDownloadWork, LogListWork
 
 router = APIRouter(prefix="/api/v1", tags=["logs"])
@@ -80,6 +82,13 @@ class LogsView(BaseModel):
     kept: Annotated[list[KeptLogView], Field(description="Logs stored on the tower")]
 
 
+async def _kept(quota: FlightLogQuota, drone: LiveDrone, principal: Principal) -> list[KeptLog]:
+    """Returns the stored logs that this user may know of: those from before a drone joined its team were another's."""
+    found = await asyncio.to_thread(quota.of, drone.drone_id)
+    who = principal.user_id, principal.role
+    return [one for one in found if drone.knows_of(*who, datetime.fromtimestamp(one.kept_at, UTC))]
+
+
 @router.get("/drones/{drone_id}/logs", responses=answers(UnknownDrone, ViewTaken, OnlyWatches))
 async def get_logs(
     principal: Viewer, hub: HubDep, flight_log_quota: FlightLogQuotaDep, drone_id: DronePath
@@ -87,7 +96,7 @@ async def get_logs(
     """Lists the logs on board when the list was last read, and those of the drone that the tower stores."""
     drone = watched_drone(hub, principal, drone_id)
     refuse_observers(drone, principal)
-    kept = await asyncio.to_thread(flight_log_quota.of, drone.drone_id)
+    kept = await _kept(flight_log_quota, drone, principal)
     onboard = drone.onboard
     return LogsView(
         read_at=onboard.logs_read_at,
@@ -143,7 +152,7 @@ async def get_log_file(
     """Downloads a stored log, as the autopilot wrote it."""
     drone = watched_drone(hub, principal, drone_id)
     refuse_observers(drone, principal)
-    kept = await asyncio.to_thread(flight_log_quota.of, drone.drone_id)
+    kept = await _kept(flight_log_quota, drone, principal)
     found = next((one for one in kept if one.log_id == log_id), None)
     if found is None:
         raise UnknownLog

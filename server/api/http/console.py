@@ -28,6 +28,12 @@ UNCHANGED_KEEPS: Final = frozenset({"cache-control", "etag", "vary"})
 """Headers of a 304 response."""
 
 
+class ConsoleFile(FileResponse):
+    """Anybody may ask for many at a time and read none: each holds two pieces of this size in memory."""
+
+    chunk_size = 16 * 1024
+
+
 def serve_console(app: FastAPI, folder: Path, texts: Mapping[str, Callable[[], str | None]]) -> None:
     """Answers every path that no route of the API knows, so that a known path with a wrong method stays a 405. `texts`:
     texts at paths of their own; None: not found."""
@@ -70,7 +76,7 @@ def _file(file: Path, asked: Headers, cache: str) -> Response:
     if coding is not None:
         headers["Content-Encoding"] = coding
     # The type is that of the file, not of its compressed copy. Each copy has its own ETag.
-    answer = FileResponse(copy, headers=headers, media_type=guess_type(file.name)[0], stat_result=copy.stat())
+    answer = ConsoleFile(copy, headers=headers, media_type=guess_type(file.name)[0], stat_result=copy.stat())
     known = {tag.strip().removeprefix("W/") for tag in asked.get("if-none-match", "").split(",")}
     if answer.headers["etag"] in known:
         kept = {name: value for name, value in answer.headers.items() if name in UNCHANGED_KEEPS}
@@ -83,5 +89,8 @@ def _inside(folder: Path, path: str) -> Path | None:
     if not path or "\0" in path:
         return None
     root = folder.resolve()
-    wanted = (root / path).resolve()
-    return wanted if wanted.is_relative_to(root) and wanted.is_file() else None
+    try:
+        wanted = (root / path).resolve()
+        return wanted if wanted.is_relative_to(root) and wanted.is_file() else None
+    except OSError:  # a name that no file can have, such as one of 300 letters
+        return None

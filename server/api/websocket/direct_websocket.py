@@ -15,6 +15,7 @@ new version, then change the figures there (docs/adr/0010-one-websocket-parser.m
   those are handled.
 - The empty fragments of an endless message would pile up: a message has at most MAX_PIECES, then it is closed with
   1009.
+- A peer that has not signed in sends little, in turns with other strangers (`handshake_reader.py`).
 - A connection that broke or ended by an error would stay in memory: it drops its parser at the end.
 - Anybody could cause a refused upgrade, which would be logged as an error of the tower.
 
@@ -36,7 +37,10 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 from websockets.frames import CloseCode, Frame
 from websockets.http11 import Request
 
-from server.api.anonymous.anonymous_scope import ANONYMOUS_CONNECTION
+from server.api.anonymous.anonymous_scope import ANONYMOUS_CONNECTION, ON_ADMITTED
+from server.api.anonymous.read_turns import ReadTurns
+from server.api.websocket.handshake_reader import HandshakeReader
+from server.live.anonymous.budget import AnonymousBudget
 from server.live.anonymous.connections import AnonymousConnection, ConnectionBudget
 from server.live.video.websocket_bytes import BINARY, PING, PONG, TEXT, whole_message
 
@@ -112,6 +116,7 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
         self._stalled: asyncio.TimerHandle | None = None
         self._lingering: asyncio.TimerHandle | None = None
         self._anonymous: tuple[AnonymousConnection, ConnectionBudget] | None = None
+        self._reader: HandshakeReader | None = None
         self._on_text: Listener | None = None
         self._on_binary: Listener | None = None
         self.on_room: Callable[[], None] = _nothing
@@ -123,13 +128,23 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
         if hasattr(self, "scope"):  # the handshake succeeded; the application's task has not begun yet
             cast("dict[str, Any]", self.scope["extensions"])[EXTENSION] = self
 
-    def count_as_anonymous(self, anonymous: AnonymousConnection, connections: ConnectionBudget) -> None:
+    def count_as_anonymous(
+        self, anonymous: AnonymousConnection, budget: AnonymousBudget, turns: ReadTurns | None
+    ) -> None:
         """Counts the connection as not signed in until it signs in or ends."""
-        self._anonymous = anonymous, connections
+        self._anonymous = anonymous, budget.connections
         if hasattr(self, "scope"):  # the handshake succeeded; the application's task has not begun yet
             cast("dict[str, Any]", self.scope)[ANONYMOUS_CONNECTION] = anonymous
+            if turns is not None:
+                reader = HandshakeReader(self, self._received, anonymous=anonymous, budget=budget, turns=turns)
+                self._reader = reader
+                cast("dict[str, Any]", self.scope)[ON_ADMITTED] = self._admitted
         if self.transport.is_closing():
-            connections.gone(anonymous)
+            budget.connections.gone(anonymous)
+
+    def _admitted(self) -> None:
+        if self._reader is not None:
+            self._reader.is_admitted = True
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
@@ -142,6 +157,7 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
         self.on_room = self.on_full = _nothing
         self._on_text = self._on_binary = None
         self._unparsed = b""
+        self._reader = None
         for timer in (self._stalled, self._lingering):
             if timer is not None:
                 timer.cancel()
@@ -183,6 +199,7 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
             self._cut_soon()
             # Otherwise the connection would refer to itself and wait for the garbage collector.
             cast("dict[str, Any]", self.scope["extensions"]).pop(EXTENSION, None)
+            cast("dict[str, Any]", self.scope).pop(ON_ADMITTED, None)
 
     async def send(self, message: ASGISendEvent) -> None:
         await super().send(message)
@@ -240,6 +257,32 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
     # -- received bytes --------------------------------------------------------------------------------------
 
     def data_received(self, data: bytes) -> None:
+        if self._reader is not None and self._reader.is_over:
+            self._reader = None
+        if self._reader is None:
+            self._received(data)
+        else:
+            self._reader.came(data)
+
+    def is_closing(self) -> bool:
+        """See HandshakeSocket."""
+        return self.transport.is_closing()
+
+    def pause(self) -> None:
+        """See HandshakeSocket."""
+        if not self.transport.is_closing():
+            self.transport.pause_reading()
+
+    def resume(self) -> None:
+        """See HandshakeSocket."""
+        if not self.read_paused:
+            self.transport.resume_reading()
+
+    def abort(self) -> None:
+        """See HandshakeSocket."""
+        self.transport.abort()
+
+    def _received(self, data: bytes) -> None:
         if self.close_sent:
             # The answer to our close may be in there. If the peer keeps sending, it is not worth searching.
             self._since_close += len(data)

@@ -5,7 +5,12 @@
 - A client that connects and sends nothing, or a byte now and then, would keep the connection forever, and thousands of
   them would use up all file descriptors: the head of a request must arrive within HEAD_WITHIN_S. (Between requests,
   uvicorn waits for 5 s.)
-- Bytes of a connection that has not signed in are parsed when it is its turn (server.api.anonymous.read_turns).
+- A client that sends thousands of short requests at once would have each of them made ready before the next frame:
+  MAX_PIPELINED of them may wait for the answer to one. More close the connection.
+- A client that does not read its answer would keep it in memory for as long as it likes: it is cut after
+  STALLED_AFTER_S, as a WebSocket is.
+- Bytes of a connection that has not signed in are parsed when it is its turn (server.api.anonymous.read_turns), a few
+  kilobytes at a time.
 - The parser and the connection refer to each other. uvicorn separates them at the end, but not after an upgrade: both
   would wait for the garbage collector, which runs seldom (server/runtime/garbage.py), with all data of the request.
 """
@@ -17,7 +22,7 @@ from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 
 from server.api.anonymous.anonymous_scope import ANONYMOUS_CONNECTION
 from server.api.anonymous.read_turns import ReadTurns
-from server.api.websocket.direct_websocket import DirectWebSocket
+from server.api.websocket.direct_websocket import STALLED_AFTER_S, DirectWebSocket
 from server.live.anonymous.budget import AnonymousBudget, Over
 from server.live.anonymous.connections import AnonymousConnection
 from server.live.anonymous.limits import LIMITS
@@ -25,13 +30,15 @@ from server.live.anonymous.limits import LIMITS
 HEAD_WITHIN_S: Final = LIMITS.head_within_s
 MAX_HEADERS: Final = LIMITS.max_headers
 MAX_HEAD_BYTES: Final = LIMITS.max_head_bytes
+MAX_PIPELINED: Final = LIMITS.max_pipelined_requests
+TURN_BYTES: Final = LIMITS.read_turn_bytes
 MAX_CHUNKING_FACTOR: Final = 8
 """A body in chunks of one byte takes six bytes for each."""
 
 _TOO_LARGE: Final = b"HTTP/1.1 431 Request Header Fields Too Large\r\ncontent-length: 0\r\nconnection: close\r\n\r\n"
 
 
-class _TooManyHeadersError(Exception):
+class _TooMuchError(Exception):
     """Ends the parsing: httptools re-raises it as an error of its own."""
 
 
@@ -53,10 +60,12 @@ class UpgradingHttp(HttpToolsProtocol):
         self._budget = budget
         self._turns = turns
         self._no_head: asyncio.TimerHandle | None = None
+        self._stalled: asyncio.TimerHandle | None = None
         self._around_body = 0
         """Bytes of this request so far outside its body."""
         self._body = 0
-        self._is_too_large = False
+        self._over: Over | None = None
+        """Why the parsing was ended."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
@@ -66,6 +75,7 @@ class UpgradingHttp(HttpToolsProtocol):
 
     def connection_lost(self, exc: Exception | None) -> None:
         self._head_is_there()
+        self._reads_again()
         if self.anonymous is not None and self._budget is not None:
             self._budget.connections.gone(self.anonymous)
         super().connection_lost(exc)
@@ -75,6 +85,19 @@ class UpgradingHttp(HttpToolsProtocol):
             self._parse(data)
         else:
             self._turns.came(self, data)
+
+    def pause_writing(self) -> None:
+        super().pause_writing()
+        self._stalled = self.loop.call_later(STALLED_AFTER_S, self.transport.abort)
+
+    def resume_writing(self) -> None:
+        self._reads_again()
+        super().resume_writing()
+
+    def _reads_again(self) -> None:
+        if self._stalled is not None:
+            self._stalled.cancel()
+            self._stalled = None
 
     # -- turns of connections that have not signed in (AnonymousReader) ------------------------------------------
 
@@ -88,11 +111,15 @@ class UpgradingHttp(HttpToolsProtocol):
         data, self.unread = self.unread, b""
         if self.parser is None or self.transport.is_closing():
             return
-        self._parse(data)
+        self._parse(data[:TURN_BYTES])
         if self.transport.is_closing():
             return
-        # The protocol that took over may have paused reading for its own reason.
+        # The protocol that took over may have paused reading for its own reason. It gets nothing of what was sent
+        # before the upgrade was answered.
         taker = self.transport.get_protocol()
+        if len(data) > TURN_BYTES and taker is self and self._turns is not None:
+            self._turns.later(self, data[TURN_BYTES:])
+            return
         paused = taker.read_paused if isinstance(taker, DirectWebSocket) else self.flow.read_paused
         if not paused:
             self.transport.resume_reading()
@@ -107,7 +134,7 @@ class UpgradingHttp(HttpToolsProtocol):
         if self.parser is None or self.transport.is_closing():
             return
         if self._around_body > MAX_HEAD_BYTES + MAX_CHUNKING_FACTOR * self._body:
-            self._refuse()
+            self._refuse(Over.HEAD)
             return
         # Line ends between requests do not begin one, but have stopped uvicorn's own timer.
         idle = self.cycle is None or self.cycle.response_complete
@@ -115,20 +142,23 @@ class UpgradingHttp(HttpToolsProtocol):
             self._wait_for_head()
 
     def send_400_response(self, msg: str) -> None:
-        if self._is_too_large:
-            self._refuse()
+        if self._over is not None:
+            self._refuse(self._over)
         else:
             super().send_400_response(msg)
 
-    def _refuse(self) -> None:
+    def _refuse(self, over: Over) -> None:
         self._head_is_there()
-        self._count(Over.HEAD)
+        self._count(over)
         cycle = self.cycle
-        if cycle is None or cycle.response_complete or not cycle.response_started:
+        if over is Over.HEAD and (cycle is None or cycle.response_complete or not cycle.response_started):
             self.transport.write(_TOO_LARGE)
         self.transport.close()
 
     def on_message_begin(self) -> None:
+        if len(self.pipeline) >= MAX_PIPELINED:
+            self._over = Over.PIPELINE
+            raise _TooMuchError
         super().on_message_begin()
         cast("dict[str, Any]", self.scope)[ANONYMOUS_CONNECTION] = self.anonymous
         self._around_body = self._body = 0
@@ -137,8 +167,8 @@ class UpgradingHttp(HttpToolsProtocol):
 
     def on_header(self, name: bytes, value: bytes) -> None:
         if len(self.headers) >= MAX_HEADERS:
-            self._is_too_large = True
-            raise _TooManyHeadersError
+            self._over = Over.HEAD
+            raise _TooMuchError
         super().on_header(name, value)
 
     def on_body(self, body: bytes) -> None:
@@ -156,7 +186,7 @@ class UpgradingHttp(HttpToolsProtocol):
         self.parser = None  # type: ignore[assignment]
         taker = self.transport.get_protocol()
         if self.anonymous is not None and self._budget is not None and isinstance(taker, DirectWebSocket):
-            taker.count_as_anonymous(self.anonymous, self._budget.connections)
+            taker.count_as_anonymous(self.anonymous, self._budget, self._turns)
 
     def _wait_for_head(self) -> None:
         self._no_head = self.loop.call_later(HEAD_WITHIN_S, self._no_head_came)

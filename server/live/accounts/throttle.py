@@ -36,6 +36,7 @@ MAX_ENTRIES: Final = 30_000
 SUSPECT_FROM: Final = 2
 """Failures in a network from which on those who come from there wait until the others have hashed."""
 MAX_NAMES: Final = 10_000
+"""Whose guesses are counted. Beyond it, the half with most guesses left is forgotten."""
 _HOUR_S: Final = 3600.0
 
 _Key = tuple[str, str]
@@ -62,7 +63,7 @@ class SignInThrottle:
         self._on_refused = on_refused
         self._tries: OrderedDict[_Key, _Tries] = OrderedDict()
         self._known = known
-        self._guesses: OrderedDict[str, TokenBucket] = OrderedDict()
+        self._guesses: dict[str, TokenBucket] = {}
         self._guesses_per_s = limits.guesses_per_name_per_hour / 2 / _HOUR_S
         # Half of an hour's guesses saved up, and the other half as they grow: never more than all of them in an hour.
         self._guesses_at_once = limits.guesses_per_name_per_hour // 2
@@ -125,11 +126,15 @@ class SignInThrottle:
     def _wait_of_name_s(self, name: str, now_s: float) -> float:
         bucket = self._guesses.get(name)
         if bucket is None:
+            if len(self._guesses) >= MAX_NAMES:
+                self._forget_names(now_s)
             bucket = self._guesses[name] = TokenBucket(self._guesses_per_s, self._guesses_at_once, now_s)
-            if len(self._guesses) > MAX_NAMES:
-                self._guesses.popitem(last=False)
-        self._guesses.move_to_end(name)
         return 0.0 if bucket.take(1.0, now_s) else bucket.wait_s(1.0)
+
+    def _forget_names(self, now_s: float) -> None:
+        """Never those that were guessed at most: spraying other names must not give back the guesses at one."""
+        by_guesses_left = sorted(self._guesses.items(), key=lambda one: one[1].level(now_s))
+        self._guesses = dict(by_guesses_left[: MAX_NAMES // 2])
 
     def _wait_s(self, key: _Key, now_s: float) -> float:
         tries = self._tries.get(key)

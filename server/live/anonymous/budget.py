@@ -5,6 +5,7 @@ from __future__ import annotations
 import ipaddress
 import secrets
 from collections import Counter
+from collections.abc import Callable
 from enum import StrEnum
 
 from server.live.anonymous.connections import AnonymousConnection, ConnectionBudget
@@ -21,6 +22,7 @@ class Over(StrEnum):
 
     HEAD = "head"
     HEAD_TIME = "head-time"
+    PIPELINE = "pipeline"
     BODY = "body"
     BODY_TIME = "body-time"
     CONNECTIONS = "connections"
@@ -28,6 +30,7 @@ class Over(StrEnum):
     REQUESTS = "requests"
     REQUEST_TIME = "request-time"
     HANDSHAKES = "handshakes"
+    HANDSHAKE_BYTES = "handshake-bytes"
     HASHES = "hashes"
     HASH_TIME = "hash-time"
     GUESSES = "guesses"
@@ -92,9 +95,17 @@ class AnonymousRequest:
     """One request or WebSocket, from its beginning until it has signed in or ended."""
 
     def __init__(
-        self, budget: AnonymousBudget, origin: Origin, anonymous: AnonymousConnection | None, *, is_handshake: bool
+        self,
+        budget: AnonymousBudget,
+        origin: Origin,
+        anonymous: AnonymousConnection | None,
+        *,
+        is_handshake: bool,
+        on_admitted: Callable[[], None] = lambda: None,
     ) -> None:
+        """`on_admitted`: tells a WebSocket that it has signed in."""
         self._budget = budget
+        self._on_admitted = on_admitted
         self._origin = origin
         self._anonymous = anonymous
         """None where the connection carries requests of others too, as a proxy's does."""
@@ -105,6 +116,7 @@ class AnonymousRequest:
         if self._anonymous is not None and not self._anonymous.is_admitted:
             self._budget.connections.admit(self._anonymous)
         self._budget.known.remember(self._origin)
+        self._on_admitted()
         self.end()
 
     def end(self) -> None:

@@ -19,6 +19,8 @@ class AnonymousLimits:
     max_headers: int = 100
     head_within_s: float = 10.0
     """A browser opens connections ahead of time; one that is closed is opened again when it is needed."""
+    max_pipelined_requests: int = 4
+    """Behind one that is not answered yet. Browsers send none; each costs as much as a request, though it is short."""
     max_sign_in_body_bytes: int = 16 * 1024
     """`POST /session`, `/session/passkey` and `/enrol`: the only bodies read from strangers."""
     sign_in_body_within_s: float = 10.0
@@ -48,6 +50,9 @@ class AnonymousLimits:
     # -- bytes and requests, in fair turns between networks
     read_slice_s: float = 0.002
     read_rest_s: float = 0.008
+    read_turn_bytes: int = 4 * 1024
+    handshake_turn_bytes: int = 1024
+    """Parsed at once: 680 chunks of a byte, or 170 pings, take a millisecond."""
     max_unread_bytes: int = 2 * 1024 * 1024
     """For all anonymous connections that wait to be parsed."""
     requests_per_s: float = 100.0
@@ -63,6 +68,8 @@ class AnonymousLimits:
     max_handshakes_per_address: int = 64
     max_handshakes: int = 256
     """WebSockets whose sign-in has not been checked, and agents whose hello has not come."""
+    max_handshake_bytes: int = 16 * 1024
+    """What such a WebSocket may send. A hello has one kilobyte."""
 
     # -- hashing of passwords
     known_hash_slots: int = 1

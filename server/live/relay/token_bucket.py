@@ -32,6 +32,10 @@ class TokenBucket:
         """After a failed `take`: seconds until `count` tokens are available; `count` at most the burst."""
         return max(0.0, count - self._level) / self._rate_per_s
 
+    def level(self, now: float) -> float:
+        """The tokens that are available."""
+        return min(self._level + (now - self._at) * self._rate_per_s, self._burst)
+
     def is_full(self, now: float) -> bool:
         """Whether it is as good as a new one, and need not be remembered."""
         return self._level + (now - self._at) * self._rate_per_s >= self._burst

@@ -80,6 +80,7 @@ REACHES = {
     Action.ADMINISTER: "all none none",
     Action.READ_METRICS: "all none none",
     Action.CHANGE_USERS: "all none none",
+    Action.CHANGE_DRONE_KEYS: "all none none",
     Action.MANAGE_TEAMS: "all own own",
     Action.LEAD_TEAMS: "all own none",
     Action.SEE_MISSIONS: "all own own",

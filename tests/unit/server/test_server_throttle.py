@@ -6,6 +6,7 @@ from server.live.accounts.throttle import (
     FREE_TRIES,
     FREE_TRIES_OF_ADDRESS,
     MAX_ENTRIES,
+    MAX_NAMES,
     MAX_WAIT_S,
     SUSPECT_FROM,
     SignInThrottle,
@@ -157,3 +158,20 @@ def test_memory_is_bounded_and_the_oldest_goes_first() -> None:
         throttle.begin(name=str(number), address=str(number), now_s=0)
     assert len(throttle) == MAX_ENTRIES
     assert tries(throttle, 1) == [0.0]
+
+
+def test_spraying_other_names_gives_no_guesses_back() -> None:
+    """10,000 other names, a hundred a second from ever new addresses, between two rounds at the same one."""
+    throttle, addresses = SignInThrottle(), iter(range(10**6))
+
+    def guess(name: str, now_s: float) -> bool:
+        number = next(addresses)
+        address = f"10.{number >> 16 & 255}.{number >> 8 & 255}.{number & 255}"
+        return throttle.begin(name=name, address=address, now_s=now_s) == 0.0
+
+    assert sum(guess("anna", 0.0) for _ in range(200)) == LIMITS.guesses_per_name_per_hour // 2
+    for number in range(3 * MAX_NAMES // 2):
+        guess(f"nobody {number}", number / 100.0)
+    now_s = 3 * MAX_NAMES / 2 / 100.0
+    regrown = now_s * LIMITS.guesses_per_name_per_hour / 2 / 3600
+    assert sum(guess("anna", now_s) for _ in range(200)) <= regrown
