@@ -108,6 +108,7 @@ from server.store.flight_logs.receiving import LogReceiver
 from server.store.operations.audit_writer import OperationAuditWriter
 from server.store.recordings.capture import HubVideo
 from server.store.recordings.recordings import new_recordings
+from server.store.retention import Limits, Retention
 from server.store.schema import check_schema
 from server.store.tower_lock import TowerLock
 
@@ -255,6 +256,19 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         budget_bytes=settings.files_budget_mb * mb,
         largest_bytes=settings.file_largest_mb * mb,
     )
+    recordings = new_recordings(settings, hub=hub, video=HubVideo(hub), database=database, clock=clock)
+    retention = Retention(
+        Limits(
+            audit_days=settings.audit_keep_days,
+            max_events=settings.audit_most_events,
+            flight_log_days=settings.flight_logs_keep_days,
+            recording_days=settings.recordings_keep_days,
+        ),
+        database=database,
+        clock=clock,
+        logs=flight_log_quota,
+        recordings=recordings.quota,
+    )
     audit_writer = OperationAuditWriter(database, clock)
     hub.operations.on_began, hub.operations.on_ended = audit_writer.began, audit_writer.ended
     hub.observed.on_settled = audit_writer.observed
@@ -304,7 +318,8 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         audit_writer=audit_writer,
         flight_log_quota=flight_log_quota,
         log_receiver=LogReceiver(flight_log_quota, lambda: file_accounts(hub)),
-        recordings=new_recordings(settings, hub=hub, video=HubVideo(hub), database=database, clock=clock),
+        recordings=recordings,
+        retention=retention,
         loop_lag=LoopLag(),
         anonymous=anonymous,
         started_at=clock(),
@@ -361,6 +376,7 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         stack.callback(tower.hub.observed.settle_all)
         stack.push_async_callback(tower.api_tokens.write_uses)
         await stack.enter_async_context(in_background("token uses", tower.api_tokens.keep_writing_uses))
+        await stack.enter_async_context(in_background("retention", tower.retention.work))
         await stack.enter_async_context(in_background("loop lag", tower.loop_lag.watch))
         _prepare_routes(app)
         # Last: from here on agents get responses.
