@@ -44,6 +44,7 @@ from server.api.http.origin import OriginCheck
 from server.api.http.over_tls import OverTls
 from server.api.http.problem_docs import describe_problems
 from server.api.http.problems import handle_problems
+from server.api.http.request_ids import RequestIds
 from server.api.http.security_headers import SecurityHeaders
 from server.api.http.security_txt import PATH as SECURITY_TXT
 from server.api.http.security_txt import security_txt
@@ -108,7 +109,7 @@ from server.store.flight_logs.receiving import LogReceiver
 from server.store.operations.audit_writer import OperationAuditWriter
 from server.store.recordings.capture import HubVideo
 from server.store.recordings.recordings import new_recordings
-from server.store.retention import Limits, Retention
+from server.store.retention import Retention, limits_of
 from server.store.schema import check_schema
 from server.store.tower_lock import TowerLock
 
@@ -200,6 +201,7 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> TowerApp:
     app.add_middleware(CookiePrefix, over_tls=over_tls)
     app.add_middleware(SecurityHeaders, api_prefix="/api/", over_tls=over_tls, tiles_from=tiles_from)
     app.add_middleware(RequestGate, budget=tower.anonymous, is_vouched=partial(is_agent, tower.hub))
+    app.add_middleware(RequestIds)
     return app
 
 
@@ -251,23 +253,11 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
     leases, timeout_s = DatabaseLeaseStore(database, clock), settings.database_timeout_s
     control = ControlService(leases, hub, on_changed=loss_checks.recheck, timeout_s=timeout_s)
     mb = 1_000_000
-    flight_log_quota = FlightLogQuota(
-        settings.files,
-        budget_bytes=settings.files_budget_mb * mb,
-        largest_bytes=settings.file_largest_mb * mb,
-    )
+    largest, budget = settings.file_largest_mb * mb, settings.files_budget_mb * mb
+    flight_log_quota = FlightLogQuota(settings.files, budget_bytes=budget, largest_bytes=largest)
     recordings = new_recordings(settings, hub=hub, video=HubVideo(hub), database=database, clock=clock)
     retention = Retention(
-        Limits(
-            audit_days=settings.audit_keep_days,
-            max_events=settings.audit_most_events,
-            flight_log_days=settings.flight_logs_keep_days,
-            recording_days=settings.recordings_keep_days,
-        ),
-        database=database,
-        clock=clock,
-        logs=flight_log_quota,
-        recordings=recordings.quota,
+        limits_of(settings), database=database, clock=clock, logs=flight_log_quota, recordings=recordings.quota
     )
     audit_writer = OperationAuditWriter(database, clock)
     hub.operations.on_began, hub.operations.on_ended = audit_writer.began, audit_writer.ended

@@ -17,6 +17,7 @@ import structlog
 from sqlalchemy import Select, delete, func, select
 
 from server.domain.clock import Clock
+from server.runtime.settings import Settings
 from server.store.audit.tables import AuditEventRow
 from server.store.database import Database, DatabaseUnavailable
 from server.store.flight_logs.quota import FlightLogQuota
@@ -38,6 +39,15 @@ class Limits:
     max_events: int = 0
     flight_log_days: float = 0
     recording_days: float = 0
+
+
+def limits_of(settings: Settings) -> Limits:
+    return Limits(
+        audit_days=settings.audit_keep_days,
+        max_events=settings.audit_most_events,
+        flight_log_days=settings.flight_logs_keep_days,
+        recording_days=settings.recordings_keep_days,
+    )
 
 
 class Retention:
