@@ -11,12 +11,13 @@ from typing import Any
 
 import uvloop
 
-from bench import anonymous, control, encoder, fuzz, missions, relay, scale
+from bench import anonymous, audit, control, encoder, fuzz, missions, relay, scale
 from bench.rows import Report
 from bench.video import bench_run as video
 
 BENCHES: dict[str, tuple[Callable[[Report, argparse.Namespace], Coroutine[Any, Any, None]], str]] = {
     "anonymous": (anonymous.run, anonymous.__doc__ or ""),
+    "audit": (audit.run, audit.__doc__ or ""),
     "control": (control.run, control.__doc__ or ""),
     "encoder": (encoder.run, encoder.__doc__ or ""),
     "fuzz": (fuzz.run, fuzz.__doc__ or ""),
@@ -84,6 +85,7 @@ def parse(words: list[str]) -> argparse.Namespace:
     )
     parser.add_argument("--datagrams", type=int, metavar="N", help="fuzz: so many (1,000,000)")
     parser.add_argument("--messages", type=int, metavar="N", help="fuzz: so many WebSocket messages (100,000)")
+    parser.add_argument("--rows", type=int, metavar="N", help="audit: so many events (5,000,000)")
     parser.add_argument("--seed", type=int, default=1, help="fuzz: another one makes other bytes (1)")
     return parser.parse_args(words)
 

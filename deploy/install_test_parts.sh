@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs the parts of the tests that are not packages of this project: other people's ground stations (beside the packages of the virtual
-# environment, not among them), Chromium (with a font for its pages), PostgreSQL, FFmpeg's programs (they judge our recordings), and iproute2
-# for the emulated networks. The last four only where that is possible without asking anybody (root on a Debian); elsewhere the tests say what is missing.
+# environment, not among them), Chromium (with a font for its pages), PostgreSQL, FFmpeg's programs (they judge our recordings), iproute2
+# for the emulated networks, and promtool for the alert rules. The last five only where that is possible without asking anybody (root on a Debian); elsewhere the tests say what is missing.
 set -euo pipefail
 
 cd "$(dirname "$0")/.."
@@ -25,6 +25,7 @@ done
 ls /usr/lib/postgresql/*/bin/initdb >/dev/null 2>&1 || command -v initdb >/dev/null 2>&1 || wanted+=(postgresql)
 command -v ffprobe >/dev/null 2>&1 || wanted+=(ffmpeg)
 command -v ip >/dev/null 2>&1 || wanted+=(iproute2)
+command -v promtool >/dev/null 2>&1 || wanted+=(prometheus)
 
 [ ${#wanted[@]} -gt 0 ] || exit 0
 if [ "$(id -u)" -ne 0 ] || ! command -v apt-get >/dev/null; then

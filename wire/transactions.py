@@ -142,6 +142,8 @@ class Transaction(msgspec.Struct, frozen=True, tag="transaction", tag_field="typ
     sent_ms: U32 | None = None
     deadline_s: Annotated[float, msgspec.Meta(gt=0, le=600)]
     work: Work
+    trace: Annotated[str, msgspec.Meta(max_length=64, pattern=r"^[A-Za-z0-9._-]*$")] = ""
+    """The id of the person's request, for the agent's log. Empty: there is none, or the tower is older."""
 
 
 class CancelTransaction(msgspec.Struct, frozen=True, tag="cancel_transaction", tag_field="type", kw_only=True):

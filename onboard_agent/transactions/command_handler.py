@@ -12,6 +12,7 @@ Rules, each tested:
   free, the oldest command ends.
 """
 
+import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
@@ -50,6 +51,7 @@ WORDS_WITHIN_S: Final = 0.3
 WORDS_BEFORE_S: Final = 0.3
 PROGRESS_EVERY_S: Final = 0.2
 
+_log = logging.getLogger(__name__)
 _AUTOPILOT: Final = 1
 _NAN: Final = float("nan")
 _CUSTOM: Final = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
@@ -177,6 +179,7 @@ class CommandHandler:
                 why_not = self._send(frame, now)
                 if why_not is None:
                     out.append(frame)
+                    _trace(waiting, "goes to the autopilot")
                     # A heartbeat from before this command proves nothing.
                     waiting.shown, waiting.mode_before, waiting.ended_at = False, around.custom_mode, None
                 else:
@@ -202,6 +205,8 @@ class CommandHandler:
             names_nobody = ack.target_component == 0 or ack.target_system == 0
             if waiting.component == ack.target_component or names_nobody:
                 waiting.answer.acknowledged(ack, now)
+                if ack.command == waiting.work.command:
+                    _trace(waiting, f"is acknowledged by the autopilot with MAV_RESULT {ack.result}")
         return ours
 
     def _settle(self, waiting: _Waiting, around: Around, now: float) -> list[bytes]:
@@ -295,6 +300,11 @@ class CommandHandler:
         self._reports.append(
             TransactionResult(id=transaction_id, outcome=outcome, words=words[:600], code=code, seen=seen)
         )
+
+
+def _trace(waiting: _Waiting, words: str) -> None:
+    if waiting.transaction.trace:
+        _log.info("request %s: MAV_CMD %d %s", waiting.transaction.trace, waiting.work.command, words)
 
 
 def state_words(around: Around) -> str:

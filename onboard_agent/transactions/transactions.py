@@ -10,6 +10,7 @@ Rules, each tested:
 - Only the latest progress is queued, and none after the result. If the queue is too long, state is dropped and resent.
 """
 
+import logging
 from collections import deque
 from collections.abc import Collection, Sequence
 from typing import Final
@@ -31,6 +32,7 @@ from wire.transactions import (
     TransactionToTower,
 )
 
+_log = logging.getLogger(__name__)
 WRITES: Final = (PlanUploadWork, PlanClearWork, ParametersWriteWork, CommandWork, FollowWork)
 """Work that only the holder may request; it carries an epoch."""
 
@@ -61,8 +63,8 @@ class Transactions:
         self._now = 0.0
         self._waiting: deque[TransactionToTower] = deque()
         self._sent: deque[tuple[float, TransactionResult]] = deque(maxlen=RESULTS_KEPT)
-        self._going_on: set[int] = set()
-        """Begun at a handler, and not ended."""
+        self._going_on: dict[int, str] = {}
+        """Begun at a handler, and not ended: the trace of each, for the log."""
 
     # The link.
 
@@ -98,7 +100,11 @@ class Transactions:
             self.refuse(transaction.id, Outcome.STALE_EPOCH, words)
         else:
             self._forget(transaction.id)
-            self._going_on.add(transaction.id)
+            self._going_on[transaction.id] = transaction.trace
+            if transaction.trace:
+                _log.info(
+                    "request %s: transaction %d begins: %s", transaction.trace, transaction.id, _named(transaction)
+                )
             handler.begin(transaction, around, now)
 
     def refuse(self, transaction_id: int, outcome: Outcome, words: str) -> None:
@@ -165,7 +171,10 @@ class Transactions:
 
     def _wait(self, reports: TransactionToTower) -> None:
         if isinstance(reports, TransactionResult):
-            self._going_on.discard(reports.id)
+            trace = self._going_on.pop(reports.id, "")
+            if trace:
+                ended = reports.outcome.value
+                _log.info("request %s: transaction %d ends: %s. %s", trace, reports.id, ended, reports.words)
         for one in [one for one in self._waiting if _says_more(reports, one)]:
             self._waiting.remove(one)
         if isinstance(reports, MetadataToTower) and PARAMETER_METADATA not in self._takes:
@@ -190,3 +199,8 @@ def _says_more(reports: TransactionToTower, waiting: TransactionToTower) -> bool
     if isinstance(waiting, TransactionProgress):
         return isinstance(reports, TransactionProgress | TransactionResult) and reports.id == waiting.id
     return isinstance(waiting, PlanOnBoard) and isinstance(reports, PlanOnBoard) and reports.kind == waiting.kind
+
+
+def _named(transaction: Transaction) -> str:
+    work = transaction.work
+    return f"MAV_CMD {work.command}" if isinstance(work, CommandWork) else type(work).__name__.removesuffix("Work")

@@ -47,6 +47,7 @@ from server.store.fleet.roster import Roster
 from server.store.flight_logs.quota import FlightLogQuota
 from server.store.flight_logs.receiving import LogReceiver
 from server.store.recordings.recordings import Recordings
+from server.store.retention import Retention
 from server.store.tower_lock import TowerLock
 
 
@@ -79,6 +80,7 @@ class Parts:
     flight_log_quota: FlightLogQuota
     log_receiver: LogReceiver
     recordings: Recordings
+    retention: Retention
     loop_lag: LoopLag
     anonymous: AnonymousBudget
     shared_checks: SharedChecks

@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-import asyncio
 import sys
 from importlib.metadata import version
 from typing import Annotated
 
 import typer
 
-from server.app.commands import drones, teams, tokens, users
+from server.app.commands import drones, moving, teams, tokens, users
 from server.app.commands.session import CommandError, settings_now, with_database
 from server.domain.refusal import Refusal
 from server.runtime.listening import CannotListen, address_in_words, listen
 from server.runtime.settings import Settings, SettingsError
 from server.runtime.vault import VaultError, new_key
-from server.store.database import Database, DatabaseError, DatabaseUnavailable, open_database
+from server.store.database import Database, DatabaseError, DatabaseUnavailable
 from server.store.fleet.tower_identity import forget_identity
-from server.store.schema import DatabaseNotReady, migrate, newest_revision
+from server.store.schema import DatabaseNotReady
 from server.store.tower_lock import TowerLockHeld
 
 app = typer.Typer(
@@ -67,20 +66,7 @@ def serve(
     )
 
 
-@app.command("migrate")
-def migrate_database() -> None:
-    """Create the database, or upgrade it to this version."""
-    settings = settings_now()
-
-    async def work() -> None:
-        database = open_database(settings.database_url)
-        try:
-            await migrate(database, vault=settings.vault())
-        finally:
-            await database.close()
-
-    asyncio.run(work())
-    typer.echo(f"the database is at revision {newest_revision()}")
+moving.add_to(app)
 
 
 @app.command("new-key")

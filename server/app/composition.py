@@ -44,6 +44,7 @@ from server.api.http.origin import OriginCheck
 from server.api.http.over_tls import OverTls
 from server.api.http.problem_docs import describe_problems
 from server.api.http.problems import handle_problems
+from server.api.http.request_ids import RequestIds
 from server.api.http.security_headers import SecurityHeaders
 from server.api.http.security_txt import PATH as SECURITY_TXT
 from server.api.http.security_txt import security_txt
@@ -108,6 +109,7 @@ from server.store.flight_logs.receiving import LogReceiver
 from server.store.operations.audit_writer import OperationAuditWriter
 from server.store.recordings.capture import HubVideo
 from server.store.recordings.recordings import new_recordings
+from server.store.retention import Retention, limits_of
 from server.store.schema import check_schema
 from server.store.tower_lock import TowerLock
 
@@ -199,6 +201,7 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> TowerApp:
     app.add_middleware(CookiePrefix, over_tls=over_tls)
     app.add_middleware(SecurityHeaders, api_prefix="/api/", over_tls=over_tls, tiles_from=tiles_from)
     app.add_middleware(RequestGate, budget=tower.anonymous, is_vouched=partial(is_agent, tower.hub))
+    app.add_middleware(RequestIds)
     return app
 
 
@@ -250,10 +253,11 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
     leases, timeout_s = DatabaseLeaseStore(database, clock), settings.database_timeout_s
     control = ControlService(leases, hub, on_changed=loss_checks.recheck, timeout_s=timeout_s)
     mb = 1_000_000
-    flight_log_quota = FlightLogQuota(
-        settings.files,
-        budget_bytes=settings.files_budget_mb * mb,
-        largest_bytes=settings.file_largest_mb * mb,
+    largest, budget = settings.file_largest_mb * mb, settings.files_budget_mb * mb
+    flight_log_quota = FlightLogQuota(settings.files, budget_bytes=budget, largest_bytes=largest)
+    recordings = new_recordings(settings, hub=hub, video=HubVideo(hub), database=database, clock=clock)
+    retention = Retention(
+        limits_of(settings), database=database, clock=clock, logs=flight_log_quota, recordings=recordings.quota
     )
     audit_writer = OperationAuditWriter(database, clock)
     hub.operations.on_began, hub.operations.on_ended = audit_writer.began, audit_writer.ended
@@ -304,7 +308,8 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         audit_writer=audit_writer,
         flight_log_quota=flight_log_quota,
         log_receiver=LogReceiver(flight_log_quota, lambda: file_accounts(hub)),
-        recordings=new_recordings(settings, hub=hub, video=HubVideo(hub), database=database, clock=clock),
+        recordings=recordings,
+        retention=retention,
         loop_lag=LoopLag(),
         anonymous=anonymous,
         started_at=clock(),
@@ -361,6 +366,7 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         stack.callback(tower.hub.observed.settle_all)
         stack.push_async_callback(tower.api_tokens.write_uses)
         await stack.enter_async_context(in_background("token uses", tower.api_tokens.keep_writing_uses))
+        await stack.enter_async_context(in_background("retention", tower.retention.work))
         await stack.enter_async_context(in_background("loop lag", tower.loop_lag.watch))
         _prepare_routes(app)
         # Last: from here on agents get responses.

@@ -5,18 +5,28 @@ from __future__ import annotations
 import logging
 import sys
 import time
-from typing import Final
+from typing import Any, Final
 
 import structlog
 
 from server.live.anonymous.limits import LIMITS
 from server.live.anonymous.log_lines import LogBudget
+from server.runtime.request_id import current_request_id
+
+
+def _with_request_id(_logger: Any, _method: str, line: structlog.typing.EventDict) -> structlog.typing.EventDict:
+    request_id = current_request_id()
+    if request_id:
+        line.setdefault("request_id", request_id)
+    return line
+
 
 _REPEATED: Final = frozenset({"database_unavailable", "unexpected_error"})
 """Errors that each request of a stranger can cause again, as long as the fault lasts."""
 
 _SHARED: Final[tuple[structlog.typing.Processor, ...]] = (
     structlog.contextvars.merge_contextvars,
+    _with_request_id,
     structlog.processors.add_log_level,
     structlog.processors.TimeStamper(fmt="iso", utc=True),
 )

@@ -20,9 +20,13 @@ _log = structlog.get_logger(__name__)
 
 def make_private_file(path: Path) -> None:
     """Creates the file if it is missing and restricts it, with the side files of SQLite. Leaves a file of another user
-    as it is; SQLite reports one that cannot be created."""
-    with suppress(OSError):
-        os.close(os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600))
+    as it is; SQLite reports one that cannot be created.
+
+    Never opens a file that is there: closing it would end all locks that this process has on it (POSIX), and the next
+    command that ends beside the tower would take itself for the last user and remove the write-ahead log.
+    """
+    with suppress(OSError):  # FileExistsError is the usual case
+        os.close(os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o600))
     for ending in _SIDE_FILES:
         _close_to_others(path.with_name(path.name + ending), 0o600)
 

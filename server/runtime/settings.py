@@ -211,6 +211,12 @@ class Settings:
     file_largest_mb: int = _setting(500, "TOWER_FILE_LARGEST_MB", _number(1, 100_000))
     recordings_budget_mb: int = _setting(20_000, "TOWER_RECORDINGS_BUDGET_MB", _number(1, 100_000_000))
     """Total of all video recordings, in millions of bytes; the oldest are removed first."""
+    audit_keep_days: float = _setting(0.0, "TOWER_AUDIT_KEEP_DAYS", _number(0, 36_500, float))
+    """Audit events older than this are removed. 0: none."""
+    audit_most_events: int = _setting(0, "TOWER_AUDIT_MOST_EVENTS", _number(0, 1_000_000_000))
+    """Of more events than this the oldest are removed. 0: no limit."""
+    flight_logs_keep_days: float = _setting(0.0, "TOWER_FLIGHT_LOGS_KEEP_DAYS", _number(0, 36_500, float))
+    recordings_keep_days: float = _setting(0.0, "TOWER_RECORDINGS_KEEP_DAYS", _number(0, 36_500, float))
     recording_largest_mb: int = _setting(2_000, "TOWER_RECORDING_LARGEST_MB", _number(1, 100_000))
     recording_longest_s: float = _setting(7_200.0, "TOWER_RECORDING_LONGEST_S", _number(10, 7 * _DAY_S, float))
     security_contact: str = _setting("", "TOWER_SECURITY_CONTACT", _contact)

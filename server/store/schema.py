@@ -56,6 +56,17 @@ async def migrate(database: Database, revision: str = "head", *, vault: Vault | 
         await connection.run_sync(_migrate, revision, vault)
 
 
+async def current_revision(database: Database) -> str | None:
+    """None: the database is empty."""
+    async with database.engine.connect() as connection:
+        return await connection.run_sync(_current_revision)
+
+
+def is_known_revision(revision: str) -> bool:
+    """Whether this version has the steps to it."""
+    return revision in _known_revisions()
+
+
 def _migrate(connection: Connection, revision: str, vault: Vault | None) -> None:
     config = _config()
     config.attributes["connection"] = connection

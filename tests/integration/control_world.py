@@ -127,7 +127,9 @@ class Live:
 @asynccontextmanager
 async def live(world: TowerWorld, client: httpx.AsyncClient) -> AsyncIterator[Live]:
     headers = world.cookie_header(client) | {"Origin": world.base_url}
-    async with connect(world.live_url, additional_headers=headers, subprotocols=["tower.v1"], proxy=None) as socket:  # type: ignore[list-item]
+    # Unread events must not keep it from closing: with a bounded queue that takes 10 s.
+    options: dict[str, Any] = {"additional_headers": headers, "subprotocols": ["tower.v1"], "max_queue": None}
+    async with connect(world.live_url, proxy=None, **options) as socket:
         opened = Live(socket)
         await opened.event("welcome")
         yield opened

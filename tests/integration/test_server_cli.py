@@ -12,6 +12,7 @@ from pathlib import Path
 
 import httpx
 import pytest
+from tower_world import start_tower
 
 TOWER = Path(sys.executable).with_name("tower")
 
@@ -50,6 +51,22 @@ async def shell(tmp_path: Path) -> Shell:
     shell = Shell(tmp_path / "var")
     await shell.run("migrate")
     return shell
+
+
+async def test_commands_beside_a_tower_leave_its_write_ahead_log(tmp_path: Path) -> None:
+    """A command that ends must not take itself for the last user of the database: it would remove the log into which
+    the tower writes on, and everything from then on would be lost."""
+    async with start_tower(tmp_path) as world:
+        beside = Shell(world.settings.var)
+        log = world.settings.var / "tower.sqlite3-wal"
+        before = log.stat().st_ino
+        for number in range(3):
+            await beside.run("user", "add", f"anna-{number}")
+            assert log.stat().st_ino == before
+            person = await world.add_user(f"ben-{number}")
+            assert f"ben-{number}" in await beside.run("user", "list")
+            assert (await world.signed_in(person)).cookies
+    assert "ben-2" in await beside.run("user", "list"), "also after the tower has ended"
 
 
 async def test_before_migrate_every_command_says_what_to_run(tmp_path: Path) -> None:

@@ -50,6 +50,8 @@ async def sqlite(tmp_path: Path):
     await database.close()
 
 
+@pytest.mark.filterwarnings("ignore:Skipped unsupported reflection of expression-based index")
+@pytest.mark.filterwarnings("ignore:autogenerate skipping metadata-specified expression-based index")
 async def test_sqlite_up_down_up(sqlite: Database) -> None:
     await _up_down_up(sqlite)
 

@@ -3,9 +3,10 @@ holder is locked out until the decision, both are notified, and nothing takes ef
 
 import asyncio
 import sqlite3
+import subprocess
 import time
 from collections.abc import AsyncIterator, Callable, Iterator
-from contextlib import AsyncExitStack
+from contextlib import AsyncExitStack, suppress
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import httpx
 import pytest
 from control_world import Live, ObedientAgent, ask, audit, live, until
 from own_postgres import OwnPostgres, own_postgres
+from prometheus_client.parser import text_string_to_metric_families
 from sqlalchemy import event
 from tower_world import NewDrone, Person, TowerWorld, assert_problem, start_tower
 
@@ -24,6 +26,7 @@ from wire.ids import DroneId
 AT_ONCE_S = 1.0
 """From the request to the order. 0.1 s is the wait for the database; the rest allows for a busy machine."""
 TIMEOUT_S = 0.5
+SECRET = "a-secret-for-reading-metrics"
 
 
 class Scene:
@@ -98,6 +101,21 @@ class Scene:
         assert lock.may_act(), "nobody can take what cannot be written: it stays the tower"
         me = await self.alice.post(f"/api/v1/drones/{self.drone.id}/control/keep-alive")
         assert me.status_code == 200, "who flies goes on flying"
+
+    async def metrics(self) -> dict[str, float]:
+        """Read with the metrics token, which needs no database."""
+        reader = await self.world.client(headers={"Authorization": f"Bearer {SECRET}"})
+        text = (await reader.get("/metrics")).text
+        return {one.name: one.value for family in text_string_to_metric_families(text) for one in family.samples}
+
+    async def until_no_write_passes(self, filler: Path) -> None:
+        """A log that has grown before is written again from its beginning: it takes some more writes."""
+        lock = self.world.tower.lock
+        deadline = time.monotonic() + 30
+        while lock.is_renewed:
+            assert time.monotonic() < deadline
+            await asyncio.to_thread(_fill, filler)
+            await asyncio.sleep(0.1)
 
 
 @pytest.fixture
@@ -198,6 +216,61 @@ async def test_frozen(tmp_path: Path, postgres: OwnPostgres) -> None:
         assert gaps == 0
         postgres.thaw()
         await scene.comes_back()
+
+
+async def test_killed(tmp_path: Path, postgres: OwnPostgres) -> None:
+    url = postgres.url.replace("postgresql://", "postgresql+asyncpg://")
+    settings: dict[str, Any] = {"database_url": url, "database_timeout_s": TIMEOUT_S, "metrics_token": SECRET}
+    async with start_tower(tmp_path, **settings) as world, AsyncExitStack() as stack:
+        scene = await Scene(world).begin(stack)
+        postgres.kill()
+        await scene.take_fails(within_s=20)
+        await scene.is_alive_and_not_ready()
+        metrics = await scene.metrics()
+        assert metrics["tower_database_writable"] == 0
+        assert metrics["tower_database_failing"] == 1
+
+
+@pytest.fixture
+def small_disk(tmp_path: Path, missing: Callable[[str], None]) -> Iterator[Path]:
+    """A file system of its own with 6 MB."""
+    folder = tmp_path / "var"
+    folder.mkdir()
+    mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=6m", "tower-test", folder], check=False)
+    if mounted.returncode:
+        missing("mount of a tmpfs (root on Linux)")
+    try:
+        yield folder
+    finally:
+        subprocess.run(["umount", "--lazy", folder], check=False)
+
+
+async def test_disk_full(tmp_path: Path, small_disk: Path) -> None:
+    """The file system has no byte left: neither the database nor its log can grow."""
+    async with (
+        start_tower(tmp_path, database_timeout_s=TIMEOUT_S, metrics_token=SECRET) as world,
+        AsyncExitStack() as stack,
+    ):
+        scene = await Scene(world).begin(stack)
+        filler = small_disk / "filler"
+        _fill(filler)
+        await scene.until_no_write_passes(filler)
+        await scene.take_fails(within_s=10)
+        await scene.is_alive_and_not_ready()
+        metrics = await scene.metrics()
+        assert metrics["tower_disk_free_bytes"] < 100_000
+        assert metrics["tower_database_writable"] == 0
+        filler.unlink()
+        await scene.comes_back()
+
+
+def _fill(path: Path) -> None:
+    """Takes every byte that is left."""
+    with path.open("ab", buffering=0) as file:
+        for size in (65_536, 4096, 1):
+            with suppress(OSError):
+                while file.write(bytes(size)) == size:
+                    pass
 
 
 async def test_a_holder_who_is_disabled_is_shut_out_before_the_database_answers(tmp_path: Path) -> None:

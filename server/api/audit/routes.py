@@ -26,7 +26,7 @@ router = APIRouter(prefix="/api/v1", tags=["audit"])
 MAX_IN_CSV: Final = 100_000
 _NO_NUL: Final = r"^[^\x00]*$"
 """Not every database can search for NUL, and no stored text contains it."""
-COLUMNS: Final = ("id", "at", "actor_id", "actor_name", "action", "drone_id", "address", "detail")
+COLUMNS: Final = ("id", "at", "actor_id", "actor_name", "action", "drone_id", "address", "request_id", "detail")
 
 
 class AuditEventView(BaseModel):
@@ -38,6 +38,7 @@ class AuditEventView(BaseModel):
     drone_id: int | None
     detail: dict[str, Any]
     address: str
+    request_id: Annotated[str, Field(description="Of the request that caused it; empty: none did")]
 
 
 async def _filter(
@@ -49,9 +50,12 @@ async def _filter(
     drone_id: Annotated[int | None, Query(ge=1, le=2**31 - 1)] = None,
     since: Annotated[AwareDatetime | None, Query(description="Not before")] = None,
     until: Annotated[AwareDatetime | None, Query(description="Before")] = None,
+    request_id: Annotated[str | None, Query(max_length=64, pattern=_NO_NUL, description="`X-Request-Id`")] = None,
 ) -> AuditFilter:
     """The search filter. An event must match all given parameters."""
-    return AuditFilter(action=action, actor=actor, drone_id=drone_id, since=since, until=until)
+    return AuditFilter(
+        action=action, actor=actor, drone_id=drone_id, since=since, until=until, request_id=request_id or None
+    )
 
 
 Wanted = Annotated[AuditFilter, Depends(_filter)]

@@ -18,7 +18,8 @@ class DiskCollector(Collector):
 
     def collect(self) -> Iterator[Metric]:
         try:
-            free = shutil.disk_usage(self._folder).free
+            disk = shutil.disk_usage(self._folder)
         except OSError:
             return
-        yield GaugeMetricFamily("tower_disk_free_bytes", "Of the disk that TOWER_VAR is on", value=free)
+        yield GaugeMetricFamily("tower_disk_free_bytes", "Of the disk that TOWER_VAR is on", value=disk.free)
+        yield GaugeMetricFamily("tower_disk_size_bytes", "Of that disk in all", value=disk.total)

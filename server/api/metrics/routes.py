@@ -17,6 +17,7 @@ from server.api.metrics.anonymous import AnonymousCollector
 from server.api.metrics.collector import RelayCollector
 from server.api.metrics.disk import DiskCollector
 from server.api.metrics.recordings import RecordingCollector
+from server.api.metrics.upkeep import UpkeepCollector
 from server.domain.access import Action, AdminsOnly, BadToken, NotSignedIn, ScopeMissing, SessionExpired
 
 router = APIRouter(tags=["metrics"])
@@ -41,6 +42,7 @@ def new_registry(parts: Parts) -> CollectorRegistry:
     registry.register(AnonymousCollector(parts.anonymous))
     registry.register(RecordingCollector(parts.recordings))
     registry.register(DiskCollector(parts.settings.var))
+    registry.register(UpkeepCollector(parts.database, parts.lock, parts.retention))
     ProcessCollector(registry=registry)
     PlatformCollector(registry=registry)
     GCCollector(registry=registry)

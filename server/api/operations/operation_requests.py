@@ -17,6 +17,7 @@ from server.live.operations.permissions import refuse_others, require_view
 from server.live.operations.refusals import Assisted, OnlyWatches, TooManyOperations, TurnTimeout
 from server.live.operations.views import OperationView
 from server.live.relay.live_drone import LiveDrone
+from server.runtime.request_id import current_request_id
 from wire.ids import DroneId
 
 TURN_WITHIN_S: Final = 2.0
@@ -72,7 +73,8 @@ def begin(hub: Hub, principal: Principal, drone: LiveDrone, order: Order, addres
         raise TooManyOperations
     by = UserRef(principal.user_id, principal.name)
     service = hub.operations
-    return service.begin(drone, order, by=by, now=time.monotonic(), address=address)
+    request_id = current_request_id()
+    return service.begin(drone, order, by=by, now=time.monotonic(), address=address, request_id=request_id)
 
 
 async def answer(operation: Operation, response: Response, prefer: str | None) -> OperationView:

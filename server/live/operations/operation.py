@@ -129,6 +129,8 @@ class Operation:
     epoch: Epoch
     began_at: datetime
     address: str = ""
+    request_id: str = ""
+    """Of the request that began it; goes to the agent, for its log."""
     state: State = State.RUNNING
     phase: str = ""
     done: int = 0

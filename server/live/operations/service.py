@@ -78,9 +78,11 @@ class OperationService:
 
     # -- what people ask -------------------------------------------------------------------------------------
 
-    def begin(self, drone: LiveDrone, order: Order, *, by: UserRef, now: float, address: str = "") -> Operation:
+    def begin(
+        self, drone: LiveDrone, order: Order, *, by: UserRef, now: float, address: str = "", request_id: str = ""
+    ) -> Operation:
         """Sends the first step. Raises DroneOffline, AgentTooOld, DroneBusy."""
-        return self._begin(drone, order, by=by, now=now, address=address)
+        return self._begin(drone, order, by=by, now=now, address=address, request_id=request_id)
 
     def has_turn(self, drone: LiveDrone, user_id: UserId, now: float) -> bool:
         """While an admin assists, they have the turn during their operations. False: the turn was requested, or is the
@@ -148,7 +150,16 @@ class OperationService:
 
     # -- inside ----------------------------------------------------------------------------------------------
 
-    def _begin(self, drone: LiveDrone, order: Order, *, by: UserRef | None, now: float, address: str = "") -> Operation:
+    def _begin(
+        self,
+        drone: LiveDrone,
+        order: Order,
+        *,
+        by: UserRef | None,
+        now: float,
+        address: str = "",
+        request_id: str = "",
+    ) -> Operation:
         self._now = now
         name = drone.record.name
         link = drone.link
@@ -167,6 +178,7 @@ class OperationService:
             epoch=drone.lease.epoch,
             began_at=self._clock(),
             address=address,
+            request_id=request_id,
             commanded=drone.commanded,
         )
         if by is not None:
@@ -222,6 +234,7 @@ class OperationService:
                     sent_ms=stamp_ms(now),
                     deadline_s=step.deadline_s,
                     work=step.work,
+                    trace=operation.request_id,
                 )
             )
             self._notify(operation)

@@ -9,6 +9,7 @@ from typing import Any, Final, Protocol
 
 from sqlalchemy.ext.asyncio import AsyncSession
 
+from server.runtime.request_id import current_request_id
 from server.store.audit.tables import AuditEventRow
 
 
@@ -44,8 +45,10 @@ def record(
     address: str = "",
     drone_id: int | None = None,
     detail: Mapping[str, Any] | None = None,
+    request_id: str | None = None,
 ) -> None:
-    """Actions are named `noun.verb` in the past tense, like `user.created`."""
+    """Actions are named `noun.verb` in the past tense, like `user.created`. `request_id`: None for that of the running
+    task."""
     session.add(
         AuditEventRow(
             at=at,
@@ -55,5 +58,6 @@ def record(
             drone_id=drone_id,
             detail=dict(detail or {}),
             address=address[:64],
+            request_id=(current_request_id() if request_id is None else request_id)[:64],
         )
     )

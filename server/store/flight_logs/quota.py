@@ -148,6 +148,20 @@ class FlightLogQuota:
             for half in folder.glob(f"*{_PART}"):
                 half.unlink(missing_ok=True)
 
+    def remove_older(self, before_unix_s: float, at_most: int) -> int:
+        """Removes logs that were received before then. Returns how many."""
+        count = 0
+        for _, folder in drone_folders(self._root):
+            for kept in list(_files_in(folder)):
+                if count == at_most:
+                    return count
+                if kept.kept_at < before_unix_s:
+                    kept.path.unlink(missing_ok=True)
+                    with self._lock:
+                        self._kept_at_most = None  # counted again before the next removal
+                    count += 1
+        return count
+
     def _folder(self, drone_id: DroneId) -> Path:
         return folder_of(self._root, drone_id)
 

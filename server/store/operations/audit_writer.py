@@ -38,6 +38,7 @@ class _Note:
     address: str
     drone_id: int
     detail: dict[str, Any]
+    request_id: str = ""
 
 
 class OperationAuditWriter:
@@ -53,6 +54,7 @@ class OperationAuditWriter:
 
     def began(self, operation: Operation) -> None:
         """Recorded before the drone can have executed any of it; a command is recorded when it ends."""
+        _log.info("operation_began", **_traced(operation), what=dict(operation.order.about))
         if _is_command(operation):
             self._running[operation.id] = operation
         elif operation.order.writes or operation.order.noted:
@@ -60,12 +62,13 @@ class OperationAuditWriter:
 
     def ended(self, operation: Operation) -> None:
         """Recorded with the text that users received."""
+        outcome = {"state": operation.state.value, "words": operation.words, "code": operation.code}
+        _log.info("operation_ended", **_traced(operation), **outcome)
         if _is_command(operation):
             # An operation that was given up may end again when its agent is back: it already has its row.
             if self._running.pop(operation.id, None) is not None:
                 self._note_command(operation, _RESULTS.get(operation.state, operation.state.value))
         elif operation.order.writes or operation.order.noted:
-            outcome = {"state": operation.state.value, "words": operation.words, "code": operation.code}
             self._note(operation, "operation.ended", outcome)
 
     def observed(self, command: CommandObserved) -> None:
@@ -110,7 +113,15 @@ class OperationAuditWriter:
         order = operation.order
         about = {"operation": str(operation.id), "work": order.work, "kind": order.kind, "hash": order.hash, **detail}
         named = {name: value for name, value in about.items() if value not in (None, "")}
-        note = _Note(self._clock(), Actor(by.id, by.name), action, operation.address, operation.drone_id, named)
+        note = _Note(
+            self._clock(),
+            Actor(by.id, by.name),
+            action,
+            operation.address,
+            operation.drone_id,
+            named,
+            operation.request_id,
+        )
         self._put(note)
 
     def _note_command(self, operation: Operation, result: str) -> None:
@@ -120,7 +131,8 @@ class OperationAuditWriter:
         said = {"words": operation.words, "code": operation.code}
         detail = operation.order.about | outcome | {name: value for name, value in said.items() if value}
         actor = Actor(operation.by.id, operation.by.name)
-        self._put(_Note(operation.began_at, actor, COMMAND, operation.address, operation.drone_id, detail))
+        note = (operation.began_at, actor, COMMAND, operation.address, operation.drone_id, detail)
+        self._put(_Note(*note, operation.request_id))
 
     def _put(self, note: _Note) -> None:
         if len(self._waiting) >= MAX_WAITING:
@@ -151,9 +163,21 @@ class OperationAuditWriter:
                     address=one.address,
                     drone_id=one.drone_id,
                     detail=one.detail,
+                    request_id=one.request_id,
                 )
         for _ in notes:
             self._waiting.popleft()
+
+
+def _traced(operation: Operation) -> dict[str, Any]:
+    """What finds its log lines, in the tower and in the agent."""
+    return {
+        "operation": str(operation.id),
+        "request_id": operation.request_id,
+        "drone_id": operation.drone_id,
+        "work": operation.order.work,
+        "by": operation.by.name if operation.by else None,
+    }
 
 
 def _is_command(operation: Operation) -> bool:

@@ -158,6 +158,14 @@ async def oldest_over(
     return (await session.scalars(query.order_by(RecordingRow.began_at, RecordingRow.id).limit(most))).all()
 
 
+async def over_before(session: AsyncSession, store: str, before: datetime, *, at_most: int) -> Sequence[RecordingRow]:
+    """The oldest recordings that are over and began before then."""
+    query = select(RecordingRow).where(
+        RecordingRow.store == store, RecordingRow.state.not_in(OPEN_STATES), RecordingRow.began_at < before
+    )
+    return (await session.scalars(query.order_by(RecordingRow.began_at, RecordingRow.id).limit(at_most))).all()
+
+
 def view_of(row: RecordingRow) -> RecordingView:
     """Returns the external view."""
     return RecordingView.model_validate(

@@ -8,6 +8,7 @@ import asyncio
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from datetime import datetime
 from typing import Final
 
 import structlog
@@ -85,6 +86,19 @@ class RecordingQuota:
             fits = await self._shrink(there, accounts, coming)
             self.kept_bytes, self.used = there.removable.total(), dict(there.used)
             return fits and await asyncio.to_thread(self._store.has_room, coming_bytes)
+
+    async def remove_older(self, before: datetime, at_most: int) -> int:
+        """Removes recordings that began before then and are over, and files unknown to the database that are as old.
+        Returns how many."""
+        async with self._one_at_a_time:
+            async with self._database.reading() as session:
+                rows = await catalogue.over_before(session, self._store.id, before, at_most=at_most)
+            strays = [one for one in self.strays if one.kept_at < before.timestamp()][: at_most - len(rows)]
+            for row in rows:
+                await self._remove(row)
+            for stray in strays:
+                await self._remove_stray(stray)
+            return len(rows) + len(strays)
 
     def hogs_most(self, drone_id: int) -> int:
         """Returns the bytes that the owner of this drone stores, at the last count: the largest account gives way

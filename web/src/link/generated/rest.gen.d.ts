@@ -1422,6 +1422,8 @@ export interface components {
             };
             readonly drone_id: number | null;
             readonly id: number;
+            /** @description Of the request that caused it; empty: none did */
+            readonly request_id: string;
         };
         readonly ChangeMode: {
             /**
@@ -2889,6 +2891,8 @@ export interface operations {
                 readonly before?: number | null;
                 readonly drone_id?: number | null;
                 readonly limit?: number;
+                /** @description `X-Request-Id` */
+                readonly request_id?: string | null;
                 /** @description Not before */
                 readonly since?: string | null;
                 /** @description Before */
@@ -2919,6 +2923,8 @@ export interface operations {
                 /** @description A name; case-insensitive */
                 readonly actor?: string | null;
                 readonly drone_id?: number | null;
+                /** @description `X-Request-Id` */
+                readonly request_id?: string | null;
                 /** @description Not before */
                 readonly since?: string | null;
                 /** @description Before */

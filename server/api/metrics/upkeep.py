@@ -1,0 +1,31 @@
+"""The state of database and lock, and what retention removed, as Prometheus metrics (docs/metrics.md)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
+from prometheus_client.registry import Collector
+
+from server.store.database import Database
+from server.store.retention import Retention
+from server.store.tower_lock import TowerLock
+
+
+class UpkeepCollector(Collector):
+    """Reads existing facts; asks the database nothing."""
+
+    def __init__(self, database: Database, lock: TowerLock, retention: Retention) -> None:
+        self._database = database
+        self._lock = lock
+        self._retention = retention
+
+    def collect(self) -> Iterator[Metric]:
+        writes = "1: the database took the last write of the tower's lock, half a second ago; 0: not"
+        yield GaugeMetricFamily("tower_database_writable", writes, value=self._lock.is_renewed)
+        failing = "1: the last transaction found the database locked, full, silent or gone"
+        yield GaugeMetricFamily("tower_database_failing", failing, value=self._database.answers.failing)
+        removed = CounterMetricFamily("tower_retention_removed", "What was too old or too much", labels=("what",))
+        for what, count in sorted(self._retention.removed.items()):
+            removed.add_metric((what,), count)
+        yield removed

@@ -1,0 +1,32 @@
+"""The id of the request that the running task works for: in log lines, audit events, answers, and at the drone's agent.
+
+A client may send its own in `X-Request-Id`. Only letters, digits, `.`, `_` and `-` are taken over, so that nobody
+forges log lines with it; anything else gets an id of the tower's.
+"""
+
+from __future__ import annotations
+
+import re
+import secrets
+from contextvars import ContextVar
+from typing import Final
+
+HEADER: Final = "X-Request-Id"
+MAX_LENGTH: Final = 64
+_ACCEPTED: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{7,63}")
+_current: Final[ContextVar[str]] = ContextVar("request_id", default="")
+
+
+def accepted_or_new(sent: str | None) -> str:
+    """Returns what the client sent, if it is acceptable."""
+    return sent if sent is not None and _ACCEPTED.fullmatch(sent) else secrets.token_hex(8)
+
+
+def begin_request(request_id: str) -> None:
+    """From here on, in this task and those that it starts."""
+    _current.set(request_id)
+
+
+def current_request_id() -> str:
+    """Empty: the work belongs to no request."""
+    return _current.get()
