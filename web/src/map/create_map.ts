@@ -67,7 +67,7 @@ export function createMap(container: HTMLElement, shown: Shown): MapLibreMap {
   map.addControl(new NavigationControl({ showCompass: false }), 'top-right');
   map.addControl(new ScaleControl({ maxWidth: 120, unit: 'metric' }), 'bottom-right');
   map.on('error', ({ error }) => {
-    if (error.message !== MISSING_TILE) console.warn(`The map: ${error.message}`);
+    if (error.message !== MISSING_TILE) reportError(error);
   });
   return map;
 }

@@ -1,6 +1,7 @@
 /** Finds the layers that this tower offers. A tile file is read by ranges, with the library for its format. */
 
 import { addProtocol } from 'maplibre-gl';
+import type { Protocol } from 'pmtiles';
 
 import type { Rest } from '../link/rest';
 import type { MapLayer } from './map_layers';
@@ -34,12 +35,11 @@ export async function readLayers(rest: Rest): Promise<Found> {
 /** Braces stay as they are: the map fills them in. */
 const absolute = (url: string): string => (url.startsWith('/') ? new URL(document.baseURI).origin + url : url);
 
-type Opened = InstanceType<(typeof import('pmtiles'))['Protocol']>;
-let protocol: Promise<Opened> | null = null;
+let protocol: Promise<Protocol> | null = null;
 
-async function pmtiles(): Promise<Opened> {
-  const { Protocol } = await import('pmtiles');
-  const made = new Protocol();
+async function pmtiles(): Promise<Protocol> {
+  const library = await import('pmtiles');
+  const made = new library.Protocol();
   addProtocol('pmtiles', async (request, abort) => {
     const { data } = await made.tilev4(request, abort);
     if (data === null || data === undefined) throw new Error(MISSING_TILE);
