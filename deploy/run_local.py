@@ -26,6 +26,8 @@ OPERATORS: Final = ("alice", "bob")
 DRONE_NAMES: Final = ("Kestrel", "Merlin", "Osprey", "Harrier", "Goshawk", "Hobby", "Buzzard", "Falcon")
 HOME: Final = "47.3977,8.5456,488,0"
 READY_WITHIN_S: Final = 60.0
+LAND_WITHIN_S: Final = 20.0
+"""Waits this long for the land at the first run; later it appears when the console looks for it again."""
 CHECK_PASSWORDS_EVERY_S: Final = 300.0
 """Maximum time that a changed first password stays in `squad.json`: each check starts a program."""
 
@@ -111,6 +113,17 @@ def wait_for_tower(tower: Program, address: str) -> None:
     raise ProgramFailed(tower, "it did not answer in time")
 
 
+def draw_land(maps: Path, log: Path) -> Program:
+    """Draws the land that the cameras see as map files, beside everything else. Later runs find them there."""
+    land = Program(
+        "map of the simulated land",
+        [sys.executable, "-m", "simulator.land_map", "--home", HOME, "--out", maps],
+        log / "land.log",
+    )
+    land.start()
+    return land
+
+
 def start_squad(address: str, squad: Squad, names: list[str], log: Path) -> list[Program]:
     """Starts the agents, then the simulator whose vehicles and cameras they use."""
     ports = free_ports(socket.SOCK_DGRAM, len(names))
@@ -179,13 +192,14 @@ def run() -> None:
     except OSError as error:
         raise CannotRun(f"TOWER_VAR: {var} cannot be made ({error.strerror})") from None
     os.environ["TOWER_VAR"] = str(var)
+    maps = Path(os.environ.get("TOWER_MAPS", "").strip() or var / "maps").absolute()
     first = not (var / "squad.json").exists()
-    squad, names = prepare(var, count)
-
     shown = "127.0.0.1" if host in ("0.0.0.0", "::") else host
     address = f"http://{shown}:{port}"
     programs: list[Program] = []
+    land = draw_land(maps, log) if count else None
     try:
+        squad, names = prepare(var, count)
         say("Starting the tower")
         tower = Program("tower", [BIN / "tower", "serve"], log / "tower.log")
         programs.append(tower)
@@ -194,6 +208,8 @@ def run() -> None:
         if names:
             say(f"Starting {len(names)} simulated drone{'s' if len(names) > 1 else ''}, each behind its own agent")
             programs += start_squad(address, squad, names, log)
+        if land is not None:
+            land.ends_within(LAND_WITHIN_S)
         print_welcome(address, squad, names, first=first)
         check_at = time.monotonic() + CHECK_PASSWORDS_EVERY_S
         while True:
@@ -204,7 +220,7 @@ def run() -> None:
                 squad.forget_changed_passwords(accounts_now())
                 check_at = time.monotonic() + CHECK_PASSWORDS_EVERY_S
     finally:
-        end_all(programs)
+        end_all([*programs, land] if land is not None else programs)
 
 
 def stop(*_: object) -> NoReturn:

@@ -65,6 +65,16 @@ class Program:
         if self._process is not None and self._process.poll() is not None:
             raise ProgramFailed(self, f"it ended with code {self._process.returncode}")
 
+    def ends_within(self, timeout_s: float) -> bool:
+        """Waits for a program that ends by itself; returns whether it has."""
+        if self._process is None:
+            return True
+        try:
+            self._process.wait(timeout_s)
+        except subprocess.TimeoutExpired:
+            return False
+        return True
+
     def keep_alive(self, say: Callable[[str], None]) -> None:
         """Restarts it if it has ended, as systemd would. Raises ProgramFailed if it keeps failing."""
         now = time.monotonic()

@@ -26,6 +26,7 @@ from server.live.anonymous.budget import AnonymousBudget
 from server.live.hub import Hub
 from server.runtime.aligned_timers import SharedChecks
 from server.runtime.loop_lag import LoopLag
+from server.runtime.map_files import MapFolder
 from server.runtime.settings import Settings
 from server.runtime.vault import Vault
 from server.store.accounts.passkey_sign_in import PasskeySignInService
@@ -81,6 +82,7 @@ class Parts:
     log_receiver: LogReceiver
     recordings: Recordings
     retention: Retention
+    map_folder: MapFolder
     loop_lag: LoopLag
     anonymous: AnonymousBudget
     shared_checks: SharedChecks
@@ -160,6 +162,7 @@ SignInRulesDep = Annotated[SignInRules, _part(lambda parts: parts.sign_in_rules)
 FlightLogQuotaDep = Annotated[FlightLogQuota, _part(lambda parts: parts.flight_log_quota)]
 LogReceiverDep = Annotated[LogReceiver, _part(lambda parts: parts.log_receiver)]
 RecordingsDep = Annotated[Recordings, _part(lambda parts: parts.recordings)]
+MapFolderDep = Annotated[MapFolder, _part(lambda parts: parts.map_folder)]
 LoopLagDep = Annotated[LoopLag, _part(lambda parts: parts.loop_lag)]
 AnonymousBudgetDep = Annotated[AnonymousBudget, _part(lambda parts: parts.anonymous)]
 SharedChecksDep = Annotated[SharedChecks, _part(lambda parts: parts.shared_checks)]

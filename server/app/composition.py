@@ -75,6 +75,7 @@ from server.runtime.aligned_timers import SharedChecks
 from server.runtime.background import in_background
 from server.runtime.listening import CannotListen
 from server.runtime.loop_lag import LoopLag
+from server.runtime.map_files import MapFolder
 from server.runtime.private_files import make_private_folder
 from server.runtime.settings import Settings
 from server.runtime.tile_source import TileAddresses
@@ -310,6 +311,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         log_receiver=LogReceiver(flight_log_quota, lambda: file_accounts(hub)),
         recordings=recordings,
         retention=retention,
+        map_folder=MapFolder(settings.maps),
         loop_lag=LoopLag(),
         anonymous=anonymous,
         started_at=clock(),

@@ -204,6 +204,8 @@ class Settings:
     tiles_attribution: str = _setting("", "TOWER_TILES_ATTRIBUTION", _attribution)
     tiles_most_zoom: int = _setting(19, "TOWER_TILES_MOST_ZOOM", _number(0, 24))
     """Maximum zoom of tiles from elsewhere; beyond it they are stretched. A tile file has its own."""
+    maps: Path = field(default=_UNSET, metadata=_from("TOWER_MAPS", Path))
+    """Folder of map files: each is a layer of the map. Not set: `maps` in `var`."""
     files: Path = field(default=_UNSET, metadata=_from("TOWER_FILES", Path))
     """Folder of flight logs and recordings. Not set: `files` in `var`."""
     files_budget_mb: int = _setting(5_000, "TOWER_FILES_BUDGET_MB", _number(1, 100_000_000))
@@ -227,6 +229,7 @@ class Settings:
         object.__setattr__(self, "var", self.var.absolute())
         if self.secret_key_file == _UNSET:
             object.__setattr__(self, "secret_key_file", self.var / KEY_FILE)
+        object.__setattr__(self, "maps", (self.var / "maps" if self.maps == _UNSET else self.maps).absolute())
         object.__setattr__(self, "files", (self.var / "files" if self.files == _UNSET else self.files).absolute())
         if not self.udp_host:
             object.__setattr__(self, "udp_host", self.host)

@@ -84,6 +84,11 @@ def _addresses(text: str) -> TileAddresses:
 
 
 def _file(path: Path) -> TileFile:
+    return TileFile(path.absolute(), read_kind(path))
+
+
+def read_kind(path: Path) -> TileKind:
+    """Checks the header of a file. Raises ValueError with words that follow the setting's or the file's name."""
     try:
         with path.open("rb") as file:
             header = file.read(_HEADER_BYTES)
@@ -98,4 +103,4 @@ def _file(path: Path) -> TileFile:
     kind = _TILE_TYPES.get(header[_TILE_TYPE_AT])
     if kind is None:
         raise ValueError("names a PMTiles file whose tiles are neither images nor MVT")
-    return TileFile(path.absolute(), kind)
+    return kind

@@ -81,7 +81,7 @@ def ground_map(seed: int) -> GroundMap:
     for tree in land.trees:
         _tree_shadow(finest, tree)
         if tree.in_wood:
-            _crown(finest, tree, TEXEL_M)
+            draw_crown(finest, tree, TEXEL_M)
     for house in land.houses:
         _house(finest, house)
     levels = [finest]
@@ -89,7 +89,7 @@ def ground_map(seed: int) -> GroundMap:
         above = levels[-1]
         if len(levels) == CROWNS_FROM_LEVEL + 1:
             for tree in land.trees:
-                _crown(above, tree, TEXEL_M * 2**CROWNS_FROM_LEVEL)
+                draw_crown(above, tree, TEXEL_M * 2**CROWNS_FROM_LEVEL)
         half = above.shape[0] // 2
         levels.append(np.asarray(cv2.resize(above, (half, half), interpolation=cv2.INTER_AREA), np.uint8))
     mean = levels[-1].reshape(-1, 3).mean(axis=0)
@@ -260,7 +260,7 @@ def _tree_shadow(map_: Picture, tree: Tree) -> None:
     _disc(map_, *at, tree.radius_m, (36, 60, 46), TEXEL_M)
 
 
-def _crown(map_: Picture, tree: Tree, texel_m: float) -> None:
+def draw_crown(map_: Picture, tree: Tree, texel_m: float) -> None:
     colour = tree_colour(tree)
     dark = (colour[0] * 0.8, colour[1] * 0.8, colour[2] * 0.8)
     _disc(map_, tree.east_m, tree.north_m, tree.radius_m, dark, texel_m)

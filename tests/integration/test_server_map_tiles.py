@@ -2,11 +2,12 @@
 
 from collections.abc import AsyncIterator
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import httpx
 import pytest
 from tower_world import TowerWorld, assert_problem, start_tower
+from worlds.tile_files import MVT, PNG, write_tile_file
 
 from server.runtime.tile_source import TileAddresses, TileFile
 
@@ -28,14 +29,29 @@ async def olga(world: TowerWorld) -> httpx.AsyncClient:
     return await world.signed_in(await world.add_user("olga"))
 
 
+async def layers(client: httpx.AsyncClient) -> list[dict[str, Any]]:
+    answer = await client.get("/api/v1/map")
+    assert answer.status_code == 200
+    return list(answer.json()["layers"])
+
+
 async def test_the_file_is_for_whoever_is_signed_in(world: TowerWorld, olga: httpx.AsyncClient) -> None:
     stranger = await world.client()
     assert_problem(await stranger.get("/api/v1/map"), 401, "not-signed-in")
     assert_problem(await stranger.get(FILE, headers={"Range": "bytes=0-9"}), 401, "not-signed-in")
     assert (await stranger.head(FILE)).status_code == 401
-    said = (await olga.get("/api/v1/map")).json()
+    (said,) = await layers(olga)
     url = said.pop("url")
-    assert said == {"tiles": "file", "kind": "raster", "most_zoom": None, "attribution": "© The surveyors"}
+    assert said == {
+        "id": "tiles",
+        "name": "Map of this tower",
+        "role": "map",
+        "kind": "raster",
+        "source": "file",
+        "tile_size": 256,
+        "max_zoom": None,
+        "attribution": "© The surveyors",
+    }
     whole = await olga.get(url)
     assert whole.status_code == 200
     assert whole.content == CONTENT
@@ -70,7 +86,7 @@ async def test_what_is_not_in_the_file_is_said_so(olga: httpx.AsyncClient) -> No
 
 
 async def test_a_file_that_was_replaced_meanwhile_is_noticed(world: TowerWorld, olga: httpx.AsyncClient) -> None:
-    url = (await olga.get("/api/v1/map")).json()["url"]
+    url = (await layers(olga))[0]["url"]
     known = (await olga.head(FILE)).headers
     assert not known["etag"].startswith("W/")
     fresh = {"Range": "bytes=0-9", "If-Range": known["etag"]}
@@ -81,7 +97,7 @@ async def test_a_file_that_was_replaced_meanwhile_is_noticed(world: TowerWorld, 
     assert stale.status_code == 200
     assert stale.content == CONTENT + b"more"
     assert stale.headers["etag"] != known["etag"]
-    assert (await olga.get("/api/v1/map")).json()["url"] != url
+    assert (await layers(olga))[0]["url"] != url
     world.settings.tiles.path.unlink()
     assert_problem(await olga.get(FILE), 404, "no-tiles")
 
@@ -89,7 +105,7 @@ async def test_a_file_that_was_replaced_meanwhile_is_noticed(world: TowerWorld, 
 async def test_without_a_setting_there_is_only_the_coastline(tmp_path: Path) -> None:
     async with start_tower(tmp_path) as world:
         olga = await world.signed_in(await world.add_user("olga"))
-        assert (await olga.get("/api/v1/map")).json()["tiles"] == "none"
+        assert await layers(olga) == []
         assert_problem(await olga.get(FILE), 404, "no-tiles")
         assert "https:" not in (await olga.get("/")).headers["content-security-policy"]
 
@@ -98,8 +114,50 @@ async def test_tiles_from_elsewhere_widen_the_policy_by_their_origin(tmp_path: P
     template = "https://tiles.example.org/{z}/{x}/{y}.png"
     async with start_tower(tmp_path, tiles=TileAddresses(template), tiles_most_zoom=17) as world:
         olga = await world.signed_in(await world.add_user("olga"))
-        said = (await olga.get("/api/v1/map")).json()
-        assert (said["tiles"], said["url"], said["most_zoom"]) == ("addresses", template, 17)
+        (said,) = await layers(olga)
+        assert (said["source"], said["url"], said["max_zoom"]) == ("addresses", template, 17)
         policy = (await olga.get("/")).headers["content-security-policy"]
         assert "connect-src 'self' https://tiles.example.org;" in policy
         assert_problem(await olga.get(FILE), 404, "no-tiles")
+
+
+async def test_a_file_put_into_the_folder_of_maps_is_a_layer_at_once(tmp_path: Path) -> None:
+    async with start_tower(tmp_path) as world:
+        olga = await world.signed_in(await world.add_user("olga"))
+        folder = world.settings.maps
+        assert await layers(olga) == []
+        folder.mkdir()
+        write_tile_file(folder / "valley.pmtiles", MVT, b"", {"name": "The valley", "attribution": "<b>© Us</b>"})
+        write_tile_file(folder / "air.pmtiles", PNG, b"", {"tile_size": 512})
+        write_tile_file(folder / "hills.pmtiles", PNG, b"", {"encoding": "terrarium"})
+        (folder / "broken.pmtiles").write_bytes(b"PMTiles")
+        (folder / "Bad name.pmtiles").write_bytes(b"")
+        (folder / "notes.txt").write_text("no map")
+        found = {layer["id"]: layer for layer in await layers(olga)}
+        assert {name: layer["role"] for name, layer in found.items()} == {
+            "file-air": "imagery",
+            "file-hills": "terrain",
+            "file-valley": "map",
+        }
+        valley = found["file-valley"]
+        assert (valley["name"], valley["attribution"], valley["kind"]) == ("The valley", "© Us", "vector")
+        assert found["file-air"]["tile_size"] == 512
+        answer = await olga.get(valley["url"], headers={"Range": "bytes=0-6"})
+        assert (answer.status_code, answer.content) == (206, b"PMTiles")
+        write_tile_file(folder / "valley.pmtiles", MVT, b"longer", {"name": "The other valley"})
+        changed = next(layer for layer in await layers(olga) if layer["id"] == "file-valley")
+        assert changed["name"] == "The other valley"
+        assert changed["url"] != valley["url"]
+
+
+@pytest.mark.parametrize("name", ["none", "broken", "..%2Fsecret", "%2Fetc%2Fpasswd", "air.pmtiles", ".air"])
+async def test_only_a_usable_file_of_the_folder_is_sent(tmp_path: Path, name: str) -> None:
+    async with start_tower(tmp_path) as world:
+        olga = await world.signed_in(await world.add_user("olga"))
+        world.settings.maps.mkdir()
+        write_tile_file(world.settings.maps / "air.pmtiles", PNG, b"", {})
+        (world.settings.maps / "broken.pmtiles").write_bytes(b"PMTiles")
+        (world.settings.maps.parent / "secret.pmtiles").write_bytes((world.settings.maps / "air.pmtiles").read_bytes())
+        assert (await olga.get(f"/api/v1/map/files/{name}")).status_code == 404
+        stranger = await world.client()
+        assert_problem(await stranger.get("/api/v1/map/files/air"), 401, "not-signed-in")

@@ -1,6 +1,8 @@
 """A tower of invented drones, and nothing else: the real console, a real socket, real MAVLink, as many as one likes.
 
-python crowd.py PORT DRONES RATE_HZ
+python crowd.py PORT DRONES RATE_HZ [FOLDER]
+
+FOLDER has the map files of the simulated land (python -m simulator.land_map --home 47.3977,8.5456 --out FOLDER).
 """
 
 import asyncio
@@ -14,7 +16,7 @@ from typing import Any
 
 import uvicorn
 from fastapi import FastAPI, WebSocket, WebSocketDisconnect
-from fastapi.responses import JSONResponse
+from fastapi.responses import FileResponse, JSONResponse
 from fastapi.staticfiles import StaticFiles
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
@@ -86,12 +88,36 @@ class Crowd:
         return b"".join(parts)
 
 
-def create_app(crowd: Crowd) -> FastAPI:
+def layer(file: Path) -> dict[str, Any]:
+    above = "above" in file.name
+    return {
+        "id": file.stem,
+        "name": file.stem,
+        "role": "imagery" if above else "map",
+        "kind": "raster" if above else "vector",
+        "source": "file",
+        "url": f"/maps/{file.name}",
+        "tile_size": 512,
+        "max_zoom": None,
+        "attribution": "",
+    }
+
+
+def create_app(crowd: Crowd, maps: Path | None) -> FastAPI:
     app = FastAPI()
 
     @app.get("/api/v1/me")
     async def me() -> JSONResponse:
         return JSONResponse(USER)
+
+    @app.get("/api/v1/map")
+    async def layers() -> JSONResponse:
+        return JSONResponse({"layers": [layer(file) for file in sorted(maps.glob("*.pmtiles"))] if maps else []})
+
+    @app.get("/maps/{name}")
+    async def map_file(name: str) -> FileResponse:
+        assert maps is not None
+        return FileResponse(maps / Path(name).name)
 
     @app.websocket("/api/v1/live")
     async def live(socket: WebSocket) -> None:
@@ -111,4 +137,5 @@ def create_app(crowd: Crowd) -> FastAPI:
 
 if __name__ == "__main__":
     port, drones, rate_hz = int(sys.argv[1]), int(sys.argv[2]), float(sys.argv[3])
-    uvicorn.run(create_app(Crowd(drones, rate_hz)), host="127.0.0.1", port=port, log_level="warning")
+    folder = Path(sys.argv[4]) if len(sys.argv) > 4 else None
+    uvicorn.run(create_app(Crowd(drones, rate_hz), folder), host="127.0.0.1", port=port, log_level="warning")

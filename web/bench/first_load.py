@@ -51,9 +51,7 @@ def main() -> None:
 
         def load(meaningful: str, signed_in: Any = None) -> list[FirstLoad]:
             return [
-                first_load(
-                    browser, world.address, f"[data-testid={meaningful}]", signed_in=signed_in, network=FOUR_G
-                )
+                first_load(browser, world.address, f"[data-testid={meaningful}]", signed_in=signed_in, network=FOUR_G)
                 for _ in range(options.times)
             ]
 

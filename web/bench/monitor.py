@@ -7,7 +7,8 @@ included: decoding, the list, the map. The browser is Debian's Chromium, headles
 - `emulated`: everything by an emulated card, pages as well, which no browser does by itself: the worst case;
 - `card`: by the machine's own graphics card.
 
-    python monitor.py [--drones N] [--rate HZ] [--seconds S] [--drawing software|emulated|card] [--json FILE]
+    python monitor.py [--drones N] [--rate HZ] [--seconds S] [--drawing software|emulated|card] [--maps FOLDER]
+                      [--json FILE]
 """
 
 import argparse
@@ -149,12 +150,14 @@ def main() -> None:
     parser.add_argument("--drones", type=int, default=200)
     parser.add_argument("--rate", type=float, default=5.0)
     parser.add_argument("--seconds", type=float, default=10.0)
+    parser.add_argument("--maps", type=Path, help="folder of the simulated land's map files (see crowd.py)")
     parser.add_argument("--json", type=Path)
     parser.add_argument("--drawing", choices=DRAWING, default="software", help="who draws (see above)")
     options = parser.parse_args()
     port = free_port()
     crowd = Path(__file__).with_name("crowd.py")
-    server = subprocess.Popen([sys.executable, str(crowd), str(port), str(options.drones), str(options.rate)])
+    maps = [str(options.maps)] if options.maps else []
+    server = subprocess.Popen([sys.executable, str(crowd), str(port), str(options.drones), str(options.rate), *maps])
     try:
         address = f"http://127.0.0.1:{port}/"
         wait_for(address)
@@ -168,6 +171,7 @@ def main() -> None:
         server.terminate()
         server.wait()
     title = f"{options.drones} drones at {options.rate:g} Hz on the Monitor, drawn by {options.drawing}"
+    title += ", imagery and names" if options.maps else ""
     print(f"{title}, {options.seconds:g} s each")
     print(f"  {'':<26}" + "".join(f"{case:>20}" for case in found))
     for at, (metric, _, unit) in enumerate(found["cards"]):

@@ -1,11 +1,12 @@
-"""`/api/v1/map`: which tiles the console draws, and the tile file if the tower has one.
+"""`/api/v1/map`: the layers that the console draws over its coastline, and the map files of the tower.
 
-The file is read by ranges (RFC 9110, 14), as PMTiles intends. Its content is compressed already and is sent as it is.
+A file is read by ranges (RFC 9110, 14), as PMTiles intends. Its content is compressed already and is sent as it is.
 """
 
 from __future__ import annotations
 
 import asyncio
+from pathlib import Path
 from typing import Annotated, Final, Literal
 
 from fastapi import APIRouter
@@ -13,79 +14,133 @@ from fastapi.responses import FileResponse, Response
 from pydantic import BaseModel, Field
 
 from server.api.access import Viewer
-from server.api.dependencies import SettingsDep
+from server.api.dependencies import MapFolderDep, SettingsDep
 from server.api.http.problem_docs import answers
 from server.domain.access import BadToken, NotSignedIn, ScopeMissing, SessionExpired
-from server.runtime.tile_source import NoTileFile, TileAddresses, TileFile
+from server.runtime.map_files import MapFile, MapRole
+from server.runtime.settings import Settings
+from server.runtime.tile_source import NoTileFile, TileAddresses, TileFile, TileKind
 
 router = APIRouter(
     prefix="/api/v1/map", tags=["map"], responses=answers(NotSignedIn, SessionExpired, BadToken, ScopeMissing)
 )
 
-FILE_PATH: Final = "/api/v1/map/tiles.pmtiles"
+FILES_PATH: Final = "/api/v1/map/files"
+CONFIGURED: Final = "tiles"
+"""The id of the layer of `TOWER_TILES`."""
+CONFIGURED_PATH: Final = "/api/v1/map/tiles.pmtiles"
 MEDIA_TYPE: Final = "application/vnd.pmtiles"
 _KEPT: Final = "private, max-age=604800, no-transform"
 """Cached by the browser only, for a week: the address that the console uses changes with the file."""
+_FILE_ANSWERS: Final[dict[int | str, dict[str, object]]] = {
+    200: {"content": {MEDIA_TYPE: {}}, "description": "The whole file"},
+    206: {"content": {MEDIA_TYPE: {}}, "description": "The range that was asked for"},
+    400: {"description": "The range cannot be read"},
+    416: {"description": "The file has no such range"},
+    **answers(NoTileFile),
+}
+
+
+class LayerView(BaseModel):
+    id: str
+    name: Annotated[str, Field(description="For people")]
+    role: Annotated[
+        MapRole,
+        Field(description="`imagery`: from above; `map`: streets, land, names; `terrain`: heights in terrarium tiles"),
+    ]
+    kind: Literal["raster", "vector"]
+    source: Annotated[
+        Literal["file", "addresses"],
+        Field(description="`file`: PMTiles, here; `addresses`: single raster tiles"),
+    ]
+    url: Annotated[str, Field(description="URL of the file, or URL template with {z}, {x} and {y}")]
+    tile_size: Annotated[int, Field(description="Pixels along an edge of a raster tile")]
+    max_zoom: Annotated[int | None, Field(description="For `addresses`; a file contains its own")]
+    attribution: Annotated[str, Field(description="To show on the map; may be empty")]
 
 
 class MapView(BaseModel):
-    tiles: Annotated[
-        Literal["none", "addresses", "file"],
-        Field(description="`none`: coastline only; `addresses`: raster tiles elsewhere; `file`: PMTiles, here"),
-    ]
-    kind: Literal["raster", "vector"] | None
-    url: Annotated[str, Field(description="URL template with {z}, {x} and {y}, or URL of the file; may be empty")]
-    most_zoom: Annotated[int | None, Field(description="For `addresses`; a file contains its own")]
-    attribution: Annotated[str, Field(description="Attribution to show on the map; may be empty")]
+    layers: list[LayerView]
 
 
 @router.get("")
-async def get_map(principal: Viewer, settings: SettingsDep) -> MapView:
-    """Returns what the console draws over its built-in coastline."""
-    match settings.tiles:
-        case TileAddresses(template=template):
-            return MapView(
-                tiles="addresses",
-                kind="raster",
-                url=template,
-                most_zoom=settings.tiles_most_zoom,
-                attribution=settings.tiles_attribution,
-            )
-        case TileFile(kind=kind) as file:
-            version = await asyncio.to_thread(_version, file)
-            return MapView(
-                tiles="file",
-                kind=kind,
-                url=f"{FILE_PATH}?v={version}",
-                most_zoom=None,
-                attribution=settings.tiles_attribution,
-            )
-        case _:
-            return MapView(tiles="none", kind=None, url="", most_zoom=None, attribution="")
+async def get_map(principal: Viewer, settings: SettingsDep, folder: MapFolderDep) -> MapView:
+    """Returns the layers that the console may draw over its built-in coastline."""
+    files, _ = await asyncio.to_thread(folder.look)
+    configured = await asyncio.to_thread(_configured, settings)
+    return MapView(layers=[*configured, *(_layer(file) for file in files)])
 
 
 @router.head("/tiles.pmtiles", include_in_schema=False)
-@router.get(
-    "/tiles.pmtiles",
-    response_class=Response,
-    responses={
-        200: {"content": {MEDIA_TYPE: {}}, "description": "The whole file"},
-        206: {"content": {MEDIA_TYPE: {}}, "description": "The range that was asked for"},
-        400: {"description": "The range cannot be read"},
-        416: {"description": "The file has no such range"},
-        **answers(NoTileFile),
-    },
-)
+@router.get("/tiles.pmtiles", response_class=Response, responses=_FILE_ANSWERS)
 async def get_tile_file(principal: Viewer, settings: SettingsDep) -> FileResponse:
-    """Returns the tile file, whole or by ranges."""
-    source = settings.tiles
-    if not isinstance(source, TileFile):
+    """Returns the file of the setting TOWER_TILES, whole or by ranges."""
+    if not isinstance(settings.tiles, TileFile):
         raise NoTileFile
+    return await _sent(settings.tiles.path)
+
+
+@router.head("/files/{name}", include_in_schema=False)
+@router.get("/files/{name}", response_class=Response, responses=_FILE_ANSWERS)
+async def get_map_file(principal: Viewer, name: str, folder: MapFolderDep) -> FileResponse:
+    """Returns a file of the folder of maps, whole or by ranges."""
+    file = await asyncio.to_thread(folder.find, name)
+    if file is None:
+        raise NoTileFile
+    return await _sent(file.path)
+
+
+async def _sent(path: Path) -> FileResponse:
     try:
-        found = await asyncio.to_thread(source.path.stat)
+        found = await asyncio.to_thread(path.stat)
     except OSError:
-        raise NoTileFile from None  # it existed when the tower started
-    return FileResponse(source.path, media_type=MEDIA_TYPE, headers={"Cache-Control": _KEPT}, stat_result=found)
+        raise NoTileFile from None  # it existed a moment ago, or when the tower started
+    return FileResponse(path, media_type=MEDIA_TYPE, headers={"Cache-Control": _KEPT}, stat_result=found)
+
+
+def _layer(file: MapFile) -> LayerView:
+    return LayerView(
+        id=f"file-{file.name}",
+        name=file.title,
+        role=file.role,
+        kind=file.kind,
+        source="file",
+        url=f"{FILES_PATH}/{file.name}?v={file.version}",
+        tile_size=file.tile_size,
+        max_zoom=None,
+        attribution=file.attribution,
+    )
+
+
+def _configured(settings: Settings) -> list[LayerView]:
+    """Returns the layer of `TOWER_TILES`, if it is set."""
+    match settings.tiles:
+        case TileAddresses(template=template):
+            return [_configured_layer(settings, "raster", "addresses", template, settings.tiles_most_zoom)]
+        case TileFile(kind=kind) as file:
+            return [_configured_layer(settings, kind, "file", f"{CONFIGURED_PATH}?v={_version(file)}", None)]
+        case _:
+            return []
+
+
+def _configured_layer(
+    settings: Settings,
+    kind: TileKind,
+    source: Literal["file", "addresses"],
+    url: str,
+    max_zoom: int | None,
+) -> LayerView:
+    return LayerView(
+        id=CONFIGURED,
+        name="Map of this tower",
+        role="map",
+        kind=kind,
+        source=source,
+        url=url,
+        tile_size=256,
+        max_zoom=max_zoom,
+        attribution=settings.tiles_attribution,
+    )
 
 
 def _version(file: TileFile) -> str:

@@ -13,22 +13,24 @@ import {
 import workerUrl from 'maplibre-gl/dist/maplibre-gl-worker.mjs?worker&url';
 import 'maplibre-gl/dist/maplibre-gl.css';
 
+import type { Shown } from './map_layers';
 import { readTheme, type MapTheme } from './theme';
-import { TILES, tileLayers, tileSource, type Tiles } from './tile_layers';
+import { tileLayers, tileSources } from './tile_layers';
+import { MISSING_TILE } from './tile_source';
 
-export { readTiles } from './tile_source';
+export { readLayers } from './tile_source';
 
 setWorkerUrl(new URL(workerUrl, import.meta.url).href);
 
 const MAX_ZOOM = 21;
 
-function basemap(theme: MapTheme, tiles: Tiles | null): StyleSpecification {
+function basemap(theme: MapTheme, shown: Shown): StyleSpecification {
   const served = (name: string): string => new URL(`basemap/${name}.json`, document.baseURI).href;
   // Natural Earth is coarse: beyond this zoom its tiles are only stretched.
   const source = (name: string) => ({ type: 'geojson' as const, data: served(name), maxzoom: 8, tolerance: 0.3 });
   return {
     version: 8,
-    sources: { land: source('land'), borders: source('borders'), ...(tiles && { [TILES]: tileSource(tiles) }) },
+    sources: { land: source('land'), borders: source('borders'), ...tileSources(shown) },
     layers: [
       { id: 'sea', type: 'background', paint: { 'background-color': theme.sea } },
       {
@@ -40,15 +42,15 @@ function basemap(theme: MapTheme, tiles: Tiles | null): StyleSpecification {
       },
       { id: 'borders', type: 'line', source: 'borders', paint: { 'line-color': theme.border, 'line-width': 1 } },
       { id: 'coast', type: 'line', source: 'land', paint: { 'line-color': theme.coast, 'line-width': 1 } },
-      ...(tiles ? tileLayers(tiles, theme) : []),
+      ...tileLayers(shown, theme),
     ],
   };
 }
 
-export function createMap(container: HTMLElement, tiles: Tiles | null): MapLibreMap {
+export function createMap(container: HTMLElement, shown: Shown): MapLibreMap {
   const map = new MapLibreMap({
     container,
-    style: basemap(readTheme(), tiles),
+    style: basemap(readTheme(), shown),
     center: [8, 47],
     zoom: 3,
     maxZoom: MAX_ZOOM,
@@ -64,9 +66,13 @@ export function createMap(container: HTMLElement, tiles: Tiles | null): MapLibre
   map.keyboard.disableRotation();
   map.addControl(new NavigationControl({ showCompass: false }), 'top-right');
   map.addControl(new ScaleControl({ maxWidth: 120, unit: 'metric' }), 'bottom-right');
+  map.on('error', ({ error }) => {
+    if (error.message !== MISSING_TILE) reportError(error);
+  });
   return map;
 }
 
-export function applyTheme(map: MapLibreMap, tiles: Tiles | null): void {
-  map.setStyle(basemap(readTheme(), tiles), { diff: true });
+/** Draws with other layers or another theme; the view stays. */
+export function restyle(map: MapLibreMap, shown: Shown): void {
+  map.setStyle(basemap(readTheme(), shown), { diff: true });
 }

@@ -1,104 +1,55 @@
 /**
- * Extends the map's style for tiles: their source, and layers over the coastline. Raster tiles are drawn as they are.
- * Vector tiles get a plain style of our own in the theme's colours, without labels (these would need external fonts).
+ * Extends the map's style for the tower's layers, over the coastline: the ground of a vector map, imagery over it, then
+ * roads and names. Names stay legible over imagery, and where imagery is missing or pale the map shows through.
  */
 
 import type { LayerSpecification, SourceSpecification } from 'maplibre-gl';
 
-import type { MapTheme } from './theme';
+import type { MapLayer, Shown } from './map_layers';
+import { areaLayers, labelLayers, lineLayers, type VectorTheme } from './vector_style';
 
-/** The tower's answer to `GET /map`, and for vector tiles the names of their layers. */
-export interface Tiles {
-  readonly from: 'addresses' | 'file';
-  readonly kind: 'raster' | 'vector';
-  readonly url: string;
-  readonly mostZoom: number | null;
-  readonly attribution: string;
-  readonly layers: readonly string[];
+export type TileTheme = VectorTheme & {
+  readonly imagery: { readonly brightness: number; readonly saturation: number };
+};
+
+export const sourceId = ({ id }: MapLayer): string => `tiles-${id}`;
+
+export function tileSource(layer: MapLayer): SourceSpecification {
+  const where = layer.source === 'file' ? { url: `pmtiles://${layer.url}` } : { tiles: [layer.url] };
+  if (layer.kind === 'vector') return { type: 'vector', ...where };
+  const zoom = layer.maxZoom === null ? {} : { maxzoom: layer.maxZoom };
+  return { type: 'raster', tileSize: layer.tileSize, ...where, ...zoom };
 }
 
-export const TILES = 'tiles';
-
-type TileTheme = Pick<MapTheme, 'sea' | 'land' | 'border' | 'green' | 'building' | 'road'>;
-
-type Drawing = 'fill' | 'line';
-interface Row {
-  readonly names: readonly string[];
-  readonly as: Drawing;
-  readonly colour: keyof TileTheme;
-  readonly widths?: readonly [zoom: number, px: number][];
+export function tileSources({ imagery, map }: Shown): Record<string, SourceSpecification> {
+  const layers = [map, imagery].filter((layer) => layer !== null);
+  return Object.fromEntries(layers.map((layer) => [sourceId(layer), tileSource(layer)]));
 }
 
-/** From bottom to top, by the layer names of the Protomaps and the OpenMapTiles schema; others are not drawn. */
-const ROWS: readonly Row[] = [
-  { names: ['earth'], as: 'fill', colour: 'land' },
-  { names: ['landcover', 'park'], as: 'fill', colour: 'green' },
-  { names: ['water'], as: 'fill', colour: 'sea' },
-  {
-    names: ['waterway'],
-    as: 'line',
-    colour: 'sea',
-    widths: [
-      [8, 0.5],
-      [18, 5],
-    ],
-  },
-  { names: ['buildings', 'building'], as: 'fill', colour: 'building' },
-  {
-    names: ['roads', 'transportation', 'aeroway'],
-    as: 'line',
-    colour: 'road',
-    widths: [
-      [6, 0.4],
-      [12, 1],
-      [18, 7],
-    ],
-  },
-  {
-    names: ['boundaries', 'boundary'],
-    as: 'line',
-    colour: 'border',
-    widths: [
-      [4, 0.6],
-      [12, 1.5],
-    ],
-  },
-];
-
-export function tileSource(tiles: Tiles): SourceSpecification {
-  const scheme = tiles.from === 'file' ? { url: `pmtiles://${tiles.url}` } : { tiles: [tiles.url] };
-  if (tiles.kind === 'vector') return { type: 'vector', ...scheme };
-  const zoom = tiles.mostZoom === null ? {} : { maxzoom: tiles.mostZoom };
-  return { type: 'raster', tileSize: 256, ...scheme, ...zoom };
+export function tileLayers({ imagery, map, opacity, labels }: Shown, theme: TileTheme): LayerSpecification[] {
+  const under = imagery ? 'imagery' : 'ground';
+  const vector = map?.kind === 'vector' ? ({ source: sourceId(map), parts: map.parts, theme, under } as const) : null;
+  return [
+    ...(map?.kind === 'raster' ? [raster(map, { 'raster-fade-duration': 0 })] : []),
+    ...(vector ? areaLayers(vector) : []),
+    ...(imagery
+      ? [
+          raster(imagery, {
+            'raster-fade-duration': 0,
+            'raster-opacity': opacity,
+            'raster-brightness-max': theme.imagery.brightness,
+            'raster-saturation': theme.imagery.saturation,
+          }),
+        ]
+      : []),
+    ...(vector ? lineLayers(vector) : []),
+    ...(vector && labels ? labelLayers(vector) : []),
+  ];
 }
 
-export function tileLayers(tiles: Tiles, theme: TileTheme): LayerSpecification[] {
-  if (tiles.kind === 'raster')
-    return [{ id: TILES, type: 'raster', source: TILES, paint: { 'raster-fade-duration': 0 } }];
-  return ROWS.flatMap((row) =>
-    row.names.filter((name) => tiles.layers.includes(name)).map((name) => layer(row, name, theme)),
-  );
-}
-
-function layer({ as, colour, widths }: Row, name: string, theme: TileTheme): LayerSpecification {
-  const common = { id: `${TILES}-${name}`, source: TILES, 'source-layer': name };
-  if (as === 'fill') {
-    return {
-      ...common,
-      type: 'fill',
-      filter: ['==', ['geometry-type'], 'Polygon'],
-      paint: { 'fill-color': theme[colour] },
-    };
-  }
-  const stops = (widths ?? [[0, 1]]).flat();
-  return {
-    ...common,
-    type: 'line',
-    filter: ['!=', ['geometry-type'], 'Point'],
-    layout: { 'line-cap': 'round', 'line-join': 'round' },
-    paint: {
-      'line-color': theme[colour],
-      'line-width': ['interpolate', ['exponential', 1.5], ['zoom'], ...stops] as never,
-    },
-  };
-}
+const raster = (layer: MapLayer, paint: object): LayerSpecification => ({
+  id: sourceId(layer),
+  type: 'raster',
+  source: sourceId(layer),
+  paint,
+});

@@ -1,28 +1,63 @@
-/** Finds the tiles that this tower configures. A tile file is read by ranges, with the library for its format. */
+/** Finds the layers that this tower offers. A tile file is read by ranges, with the library for its format. */
 
 import { addProtocol } from 'maplibre-gl';
+import type { Protocol } from 'pmtiles';
 
 import type { Rest } from '../link/rest';
-import type { Tiles } from './tile_layers';
+import type { MapLayer } from './map_layers';
 
-/** Null if the map is the coastline alone. Raises RestError, or the error of the file. */
-export async function readTiles(rest: Rest): Promise<Tiles | null> {
-  const said = await rest.call('GET', '/map');
-  if (said.tiles === 'none' || said.kind === null) return null;
-  const { tiles: from, kind, most_zoom: mostZoom, attribution } = said;
-  if (from === 'addresses') return { from, kind, url: said.url, mostZoom, attribution, layers: [] };
-  const url = new URL(said.url, document.baseURI).href;
-  return { from, kind, url, mostZoom, attribution, layers: await openFile(url, kind) };
+/** What a missing tile of imagery raises, so that the map stretches a coarser one. It is no fault. */
+export const MISSING_TILE = 'No tile here';
+
+export interface Found {
+  readonly layers: readonly MapLayer[];
+  /** Names of layers whose file could not be opened. */
+  readonly unusable: readonly string[];
+}
+
+/** Empty if the map is the coastline alone. Raises RestError. */
+export async function readLayers(rest: Rest): Promise<Found> {
+  const said = (await rest.call('GET', '/map')).layers;
+  const layers: MapLayer[] = [];
+  const unusable: string[] = [];
+  for (const { id, name, role, kind, source, url, tile_size, max_zoom, attribution } of said) {
+    const layer = { id, name, role, kind, source, tileSize: tile_size, maxZoom: max_zoom, attribution };
+    const whole = absolute(url);
+    try {
+      layers.push({ ...layer, url: whole, parts: source === 'file' ? await openFile(whole, kind) : [] });
+    } catch {
+      unusable.push(name);
+    }
+  }
+  return { layers, unusable };
+}
+
+/** Braces stay as they are: the map fills them in. */
+const absolute = (url: string): string => (url.startsWith('/') ? new URL(document.baseURI).origin + url : url);
+
+let protocol: Promise<Protocol> | null = null;
+
+async function pmtiles(): Promise<Protocol> {
+  const library = await import('pmtiles');
+  const made = new library.Protocol();
+  addProtocol('pmtiles', async (request, abort) => {
+    const { data } = await made.tilev4(request, abort);
+    if (data === null || data === undefined) throw new Error(MISSING_TILE);
+    return { data: data as Uint8Array };
+  });
+  return made;
 }
 
 /** Registers the file with the map. Returns the names of its vector layers. */
 async function openFile(url: string, kind: 'raster' | 'vector'): Promise<readonly string[]> {
-  const { PMTiles, Protocol } = await import('pmtiles');
-  const protocol = new Protocol();
-  addProtocol('pmtiles', protocol.tile);
-  const file = new PMTiles(url);
-  protocol.add(file);
-  if (kind === 'raster') return [];
+  const opened = await (protocol ??= pmtiles());
+  const { PMTiles } = await import('pmtiles');
+  let file = opened.get(url);
+  if (!file) opened.add((file = new PMTiles(url)));
+  if (kind === 'raster') {
+    await file.getHeader();
+    return [];
+  }
   const { vector_layers: layers } = (await file.getMetadata()) as { vector_layers?: readonly { id: string }[] };
   return (layers ?? []).map(({ id }) => id);
 }

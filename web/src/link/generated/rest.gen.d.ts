@@ -721,6 +721,22 @@ export interface paths {
         readonly patch?: never;
         readonly trace?: never;
     };
+    readonly "/map/files/{name}": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["get_map_file"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
     readonly "/map/tiles.pmtiles": {
         readonly parameters: {
             readonly query?: never;
@@ -1868,6 +1884,31 @@ export interface components {
             readonly now: number;
             readonly worst_60s: number;
         };
+        readonly LayerView: {
+            /** @description To show on the map; may be empty */
+            readonly attribution: string;
+            readonly id: string;
+            /** @enum {string} */
+            readonly kind: "raster" | "vector";
+            /** @description For `addresses`; a file contains its own */
+            readonly max_zoom: number | null;
+            /** @description For people */
+            readonly name: string;
+            /**
+             * @description `imagery`: from above; `map`: streets, land, names; `terrain`: heights in terrarium tiles
+             * @enum {string}
+             */
+            readonly role: "imagery" | "map" | "terrain";
+            /**
+             * @description `file`: PMTiles, here; `addresses`: single raster tiles
+             * @enum {string}
+             */
+            readonly source: "file" | "addresses";
+            /** @description Pixels along an edge of a raster tile */
+            readonly tile_size: number;
+            /** @description URL of the file, or URL template with {z}, {x} and {y} */
+            readonly url: string;
+        };
         /** @description A loan to a user. Limits in metres above and around home; null: none. */
         readonly LoanView: {
             readonly max_height_m: number | null;
@@ -1944,18 +1985,7 @@ export interface components {
             readonly type: "public-key";
         };
         readonly MapView: {
-            /** @description Attribution to show on the map; may be empty */
-            readonly attribution: string;
-            readonly kind: ("raster" | "vector") | null;
-            /** @description For `addresses`; a file contains its own */
-            readonly most_zoom: number | null;
-            /**
-             * @description `none`: coastline only; `addresses`: raster tiles elsewhere; `file`: PMTiles, here
-             * @enum {string}
-             */
-            readonly tiles: "none" | "addresses" | "file";
-            /** @description URL template with {z}, {x} and {y}, or URL of the file; may be empty */
-            readonly url: string;
+            readonly layers: readonly components["schemas"]["LayerView"][];
         };
         /** @description The signed-in user. */
         readonly Me: {
@@ -4398,6 +4428,37 @@ export interface operations {
                 };
                 content: {
                     readonly "application/json": components["schemas"]["MapView"];
+                };
+            };
+        };
+    };
+    readonly get_map_file: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly name: string;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description The whole file */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/vnd.pmtiles": unknown;
+                };
+            };
+            /** @description The range that was asked for */
+            readonly 206: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/vnd.pmtiles": unknown;
                 };
             };
         };

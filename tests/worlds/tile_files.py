@@ -42,17 +42,30 @@ def one_colour_png(red: int, green: int, blue: int, side: int = 256) -> bytes:
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b"")
 
 
+def _field(number: int, body: bytes) -> bytes:
+    return varint(number << 3 | 2) + varint(len(body)) + body
+
+
+def _value(number: int, what: int) -> bytes:
+    return varint(number << 3) + varint(what)
+
+
 def all_over_mvt(layer: str, extent: int = 4096) -> bytes:
     """Returns a vector tile with one polygon that covers the whole tile."""
-
-    def field(number: int, body: bytes) -> bytes:
-        return varint(number << 3 | 2) + varint(len(body)) + body
-
-    def value(number: int, what: int) -> bytes:
-        return varint(number << 3) + varint(what)
-
     there, back = 2 * extent, 2 * extent - 1  # zigzag
     move_to, line_to_thrice, close = 9, 26, 15
     steps = (move_to, 0, 0, line_to_thrice, there, 0, 0, there, back, 0, close)
-    feature = value(3, 3) + field(4, b"".join(varint(step) for step in steps))
-    return field(3, field(1, layer.encode()) + field(2, feature) + value(5, extent) + value(15, 2))
+    feature = _value(3, 3) + _field(4, b"".join(varint(step) for step in steps))
+    return _layer(layer, feature, b"", extent)
+
+
+def place_mvt(name: str, across: float, along: float, extent: int = 4096) -> bytes:
+    """Returns a vector tile with one named place, at these shares of its edges."""
+    steps = (9, 2 * round(across * extent), 2 * round(along * extent))
+    feature = _field(2, bytes([0, 0])) + _value(3, 1) + _field(4, b"".join(varint(step) for step in steps))
+    tags = _field(3, b"name") + _field(4, _field(1, name.encode()))
+    return _layer("places", feature, tags, extent)
+
+
+def _layer(name: str, feature: bytes, tags: bytes, extent: int) -> bytes:
+    return _field(3, _field(1, name.encode()) + _field(2, feature) + tags + _value(5, extent) + _value(15, 2))
