@@ -42,6 +42,7 @@ from server.api.http.guards import UnexpectedErrors
 from server.api.http.only_the_tower import OnlyTheTower
 from server.api.http.origin import OriginCheck
 from server.api.http.over_tls import OverTls
+from server.api.http.prepare_routes import prepare_routes
 from server.api.http.problem_docs import describe_problems
 from server.api.http.problems import handle_problems
 from server.api.http.request_ids import RequestIds
@@ -370,7 +371,7 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         await stack.enter_async_context(in_background("token uses", tower.api_tokens.keep_writing_uses))
         await stack.enter_async_context(in_background("retention", tower.retention.work))
         await stack.enter_async_context(in_background("loop lag", tower.loop_lag.watch))
-        _prepare_routes(app)
+        prepare_routes(app)
         # Last: from here on agents get responses.
         try:
             relay = running_relay(
@@ -385,13 +386,6 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
             raise CannotListen("TOWER_UDP_PORT", settings.udp_host, settings.udp_port, error) from error
         tower.before_shutdown.append(_good_bye(tower))
         yield
-
-
-def _prepare_routes(app: TowerApp) -> None:
-    """Does what FastAPI otherwise does at the first request, where it blocks everything for half a second."""
-    scope = {"type": "http", "method": "GET", "path": "/", "root_path": "", "query_string": b"", "headers": []}
-    for route in app.router.routes:
-        route.matches(dict(scope, app=app))
 
 
 def _good_bye(tower: Tower) -> Callable[[], Awaitable[None]]:
