@@ -6,6 +6,7 @@ ones.
 
 import asyncio
 import contextlib
+import os
 import random
 import socket
 import time
@@ -18,6 +19,7 @@ import pytest
 import pytest_asyncio
 from unharmed import assert_unharmed, unharmed
 
+from bench.as_installed import run_as_installed
 from bench.attackers import attacking, post_sign_in
 from bench.flown_by_hand import HandFlight, figures_of, flown_by_hand
 from bench.load_agents import LoadAgent, kept_alive, sign_in_all
@@ -30,7 +32,8 @@ pytestmark = pytest.mark.asyncio(loop_scope="module")
 
 ATTACK_S = 2.0
 MAX_ATTACK_S = 32.0
-NICE = 10
+NICE = min(19, os.getpriority(os.PRIO_PROCESS, 0) + 10)
+"""Always below the flight, which runs at the priority of the tests."""
 PILOT = "pilot"
 KNOWN_AT = "127.200.0.1"
 SETTINGS = {"TOWER_ARGON2_MEMORY_KIB": "65536", "TOWER_ARGON2_ROUNDS": "3"}
@@ -38,13 +41,21 @@ SETTINGS = {"TOWER_ARGON2_MEMORY_KIB": "65536", "TOWER_ARGON2_ROUNDS": "3"}
 
 @pytest_asyncio.fixture(scope="module", loop_scope="module")
 async def flight(tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[HandFlight]:
-    """Drone 2, flown by the admin. Drone 1 is free for attackers that play its agent."""
+    """Drone 2, flown by the admin. Drone 1 is free for attackers that play its agent.
+
+    With the priority of the units, where it is granted: a busy machine must not look like an attack.
+    """
     folder: Path = tmp_path_factory.mktemp("attacks")
     async with (
         load_tower(folder, drones=2, settings=SETTINGS, operators=[PILOT]) as tower,
         flown_by_hand(folder, tower) as made,
     ):
-        yield made
+        nice = os.getpriority(os.PRIO_PROCESS, 0)
+        run_as_installed(tower_pid=tower.process.pid, agent_pid=made.agent_pid)
+        try:
+            yield made
+        finally:
+            os.setpriority(os.PRIO_PROCESS, 0, nice)
 
 
 async def attacked(

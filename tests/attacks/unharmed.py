@@ -19,7 +19,7 @@ MIN_S: Final = 1.0
 
 def assert_unharmed(noticed: Noticed) -> None:
     """Asserts no hold, no lost channel, and frames and sticks as without an attack."""
-    assert set(noticed.wrong.values()) == {0.0}, noticed.wrong
+    assert set(noticed.wrong.values()) == {0.0}, f"{noticed.wrong}; the pilot itself was late by {noticed.own_gap_ms}"
     assert not noticed.closed
     assert noticed.largest_gap_ms - noticed.own_gap_ms < MAX_GAP_MS
     assert noticed.sticks_at
