@@ -85,7 +85,11 @@ function thenWords(last: LastHeard, when: string): string {
   if (task === 'return' || task === 'landing') return goesOn;
   const isOnMission = task === 'mission' && last.hold?.open !== true;
   const isToBeHeld = task === 'by-hand' && last.hold?.open !== true;
-  const agent = isToBeHeld ? 'it holds, and its agent' : isOnMission ? 'it goes on with it until its agent' : 'its agent';
+  const agent = isToBeHeld
+    ? 'it holds, and its agent'
+    : isOnMission
+      ? 'it goes on with it until its agent'
+      : 'its agent';
   /** "until its agent returns it", "its agent will return it" */
   const does = (verb: string): string => (isOnMission ? `${verb}s it` : `will ${verb} it`);
   const surely = `(${IF_ALIVE})`;

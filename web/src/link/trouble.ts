@@ -30,7 +30,7 @@ export interface Trouble {
 }
 
 const BADGES: Record<TroubleKind, string> = {
-  'link-lost': 'Link lost in the air',
+  'link-lost': 'Lost in the air',
   silent: 'Autopilot silent',
   'battery-critical': 'Battery critical',
   'battery-low': 'Battery low',

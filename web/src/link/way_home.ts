@@ -33,8 +33,7 @@ export interface WayHomeFacts {
 
 export type WayHome =
   /** Negative: the battery does not last for the way home. */
-  | { readonly afterMs: number; readonly wayMs: number }
-  | { readonly afterMs: null; readonly why: string };
+  { readonly afterMs: number; readonly wayMs: number } | { readonly afterMs: null; readonly why: string };
 
 const unknown = (why: string): WayHome => ({ afterMs: null, why });
 

@@ -22,7 +22,9 @@ const ALIVE = '(if its agent is alive)';
 
 describe('the words of a lost link', () => {
   it('say what it did last, and what its agent does about it, if there is one', () => {
-    expect(text({})).toBe(`Heron was flying its mission; it goes on with it until its agent returns it in about 11 s ${ALIVE}.`);
+    expect(text({})).toBe(
+      `Heron was flying its mission; it goes on with it until its agent returns it in about 11 s ${ALIVE}.`,
+    );
     expect(text({}, 40_000)).toBe(`Heron was flying its mission; it should be returning now ${ALIVE}.`);
     expect(text({}, 500_000)).toBe(text({}, 40_000));
   });

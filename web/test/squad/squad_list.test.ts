@@ -16,7 +16,14 @@ function entry(drone: Partial<Drone>, values: Partial<FlightValues> = {}, wasAir
   telemetry.receive(heartbeat(5), 0);
   const whole = { ...A_DRONE, ...drone };
   const now = { ...flightValues(telemetry, BESIDE, 0), ...values };
-  return { drone: whole, values: now, link: null, hold: null, trouble: troubleOf(whole, now, wasAirborne), silence: null };
+  return {
+    drone: whole,
+    values: now,
+    link: null,
+    hold: null,
+    trouble: troubleOf(whole, now, wasAirborne),
+    silence: null,
+  };
 }
 
 const HERON = entry({ id: 1, name: 'Heron', holder: OLGA }, { state: 'flying', airborne: true, batteryPercent: 40 });

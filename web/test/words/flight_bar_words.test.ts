@@ -77,7 +77,10 @@ describe('the battery in the bar', () => {
       tone: '',
     });
     expect(batteryCell(now, { afterMs: null, why: '' }).detail).toBe('after home: unknown');
-    expect(batteryCell(now, { afterMs: -1, wayMs: 1 })).toMatchObject({ detail: 'NOT enough for home', tone: 'danger' });
+    expect(batteryCell(now, { afterMs: -1, wayMs: 1 })).toMatchObject({
+      detail: 'NOT enough for home',
+      tone: 'danger',
+    });
     expect(batteryCell(now, { afterMs: 30_000, wayMs: 1 }).tone).toBe('warning');
     expect(batteryCell({ ...now, batteryCharge: 2 }, { afterMs: null, why: '' })).toMatchObject({
       text: '64 % low',
