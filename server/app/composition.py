@@ -63,6 +63,7 @@ from server.api.system import routes as system_routes
 from server.api.teams import routes as team_routes
 from server.api.tiles import routes as tile_routes
 from server.api.video import routes as video_routes
+from server.app.openapi_tags import TAGS
 from server.app.tower import Tower, TowerApp
 from server.domain.clock import Clock, utc_now
 from server.live.accounts.challenges import Challenges
@@ -146,28 +147,6 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     health.router,
     metrics_routes.router,
 )
-_TAGS: Final = (
-    {"name": "session", "description": "Signing in and out."},
-    {"name": "tokens", "description": "API tokens: how a program signs in for a user."},
-    {"name": "drones", "description": "The squad, and its administration."},
-    {"name": "teams", "description": "People and drones that belong together."},
-    {"name": "enrolment", "description": "How the agent of a drone makes its key known."},
-    {"name": "control", "description": "Who has the controls of a drone."},
-    {"name": "plans", "description": "Missions, fences and rally points on board of a drone."},
-    {"name": "parameters", "description": "The parameters of a drone's autopilot."},
-    {"name": "commands", "description": "What a drone is told to do."},
-    {"name": "logs", "description": "Flight logs, on board and fetched."},
-    {"name": "video", "description": "How it is with the video of a drone."},
-    {"name": "recordings", "description": "Recorded video."},
-    {"name": "missions", "description": "The library of missions."},
-    {"name": "operations", "description": "Work at drones that is going on."},
-    {"name": "map", "description": "The tiles of the map."},
-    {"name": "users", "description": "Users administration, for admins."},
-    {"name": "audit", "description": "Who did what, for admins."},
-    {"name": "metrics", "description": "What the tower counts, for Prometheus."},
-    {"name": "system", "description": "How the tower itself is, for admins."},
-    {"name": "health", "description": "Whether the tower is well."},
-)
 
 
 def create_app(settings: Settings, *, clock: Clock = utc_now) -> TowerApp:
@@ -177,7 +156,7 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> TowerApp:
         title="Control Tower",
         version=version("control-tower"),
         description="Fly and watch drones through the internet. Live data is on the WebSocket `/api/v1/live`.",
-        openapi_tags=[dict(one) for one in _TAGS],
+        openapi_tags=[dict(one) for one in TAGS],
         lifespan=_lifespan,
         docs_url=None,  # the default pages load scripts from elsewhere
         redoc_url=None,
