@@ -19,13 +19,21 @@ ALONE: Final = ("test_bench_network.py", "test_attacks_beside_a_flight.py", "tes
 LONGEST_FIRST: Final = (
     "test_connect_stock_clients.py",
     "test_bench_relay.py",
+    "test_ports_flown.py",
+    "test_one_tower.py",
+    "test_video_chain.py",
+    "test_every_command.py",
+    "test_server_cli.py",
+    "test_plans_round_trip.py",
+    "test_connect_ground_station.py",
+    "test_follow_me_flown.py",
     "test_connect.py",
+    "test_whole_way.py",
+    "test_recording_conversion.py",
+    "test_openapi_contract.py",
     "test_chaos.py",
     "test_bench_control.py",
     "test_bench_missions.py",
-    "test_plans_round_trip.py",
-    "test_video_chain.py",
-    "test_whole_way.py",
 )
 """Modules that take long. They start early, so that they do not delay the end of the run."""
 
