@@ -107,12 +107,12 @@ from server.store.fleet.exchange import CredentialExchange
 from server.store.fleet.loans import LoanExpiry
 from server.store.fleet.roster import Roster
 from server.store.fleet.tower_identity import TowerIdentity, check_key_is_there
-from server.store.flight_logs.quota import FlightLogQuota
+from server.store.flight_logs.quota import new_flight_log_quota
 from server.store.flight_logs.receiving import LogReceiver
 from server.store.operations.audit_writer import OperationAuditWriter
 from server.store.recordings.capture import HubVideo
 from server.store.recordings.recordings import new_recordings
-from server.store.retention import Retention, limits_of
+from server.store.retention import new_retention
 from server.store.schema import check_schema
 from server.store.tower_lock import TowerLock
 
@@ -233,13 +233,9 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
     enrolment_notifier = EnrolmentNotifier(database, hub, clock)
     leases, timeout_s = DatabaseLeaseStore(database, clock), settings.database_timeout_s
     control = ControlService(leases, hub, on_changed=loss_checks.recheck, timeout_s=timeout_s)
-    mb = 1_000_000
-    largest, budget = settings.file_largest_mb * mb, settings.files_budget_mb * mb
-    flight_log_quota = FlightLogQuota(settings.files, budget_bytes=budget, largest_bytes=largest)
+    flight_log_quota = new_flight_log_quota(settings)
     recordings = new_recordings(settings, hub=hub, video=HubVideo(hub), database=database, clock=clock)
-    retention = Retention(
-        limits_of(settings), database=database, clock=clock, logs=flight_log_quota, recordings=recordings.quota
-    )
+    retention = new_retention(settings, database, clock, flight_log_quota, recordings.quota)
     audit_writer = OperationAuditWriter(database, clock)
     hub.operations.on_began, hub.operations.on_ended = audit_writer.began, audit_writer.ended
     hub.observed.on_settled = audit_writer.observed

@@ -41,15 +41,6 @@ class Limits:
     recording_days: float = 0
 
 
-def limits_of(settings: Settings) -> Limits:
-    return Limits(
-        audit_days=settings.audit_keep_days,
-        max_events=settings.audit_most_events,
-        flight_log_days=settings.flight_logs_keep_days,
-        recording_days=settings.recordings_keep_days,
-    )
-
-
 class Retention:
     """One instance per tower. `removed`: how many of each kind since its start."""
 
@@ -121,3 +112,16 @@ class Retention:
 
     async def _old_recordings(self) -> int:
         return await self._recordings.remove_older(self._before(self._limits.recording_days), FILES_A_STEP)
+
+
+def new_retention(
+    settings: Settings, database: Database, clock: Clock, logs: FlightLogQuota, recordings: RecordingQuota
+) -> Retention:
+    """Returns the retention that these settings ask for."""
+    limits = Limits(
+        audit_days=settings.audit_keep_days,
+        max_events=settings.audit_most_events,
+        flight_log_days=settings.flight_logs_keep_days,
+        recording_days=settings.recordings_keep_days,
+    )
+    return Retention(limits, database=database, clock=clock, logs=logs, recordings=recordings)

@@ -16,6 +16,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import IO, Final
 
+from server.runtime.settings import Settings
 from server.store.file_budget import (
     NOBODY,
     Account,
@@ -32,6 +33,7 @@ from wire.ids import DroneId
 
 _NAME: Final = re.compile(r"(\d{1,5})-(\d{1,10})\.bin")
 _PART: Final = ".part"
+_MB: Final = 1_000_000
 DISK_FULL: Final = "the tower's disk has no room for it"
 
 
@@ -191,6 +193,12 @@ class FlightLogQuota:
             used[account] -= oldest.size_bytes
             removable[account] -= oldest.size_bytes
         self._kept_at_most = sum(removable.values())
+
+
+def new_flight_log_quota(settings: Settings) -> FlightLogQuota:
+    """Returns the store in the folder and with the limits of the settings."""
+    budget_bytes, largest_bytes = settings.files_budget_mb * _MB, settings.file_largest_mb * _MB
+    return FlightLogQuota(settings.files, budget_bytes=budget_bytes, largest_bytes=largest_bytes)
 
 
 def _files_in(folder: Path) -> Iterable[KeptLog]:
