@@ -129,6 +129,9 @@ class Holder:
         self._hold.go_on()
         self._hold.overruled(needs_sticks=True, now=now)
         view = self._autopilot
+        if self.stick_fallback.person_fresh(now):
+            # They count from now on: should they be the last, they go stale, and the drone holds.
+            self._watch.sticks_passed(now)
         nobodys = not self.stick_fallback.person_fresh(now) and not self._hold.sticks_on
         known = modes_of(view.kind, view.vehicle_type) is not None
         if nobodys and (not view.heard or (known and view.airborne(now))):

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 from held_flights import NO_FAILSAFE, STAYS_IN_GUIDED, STEP_S, flown, sinks, taken
-from worlds.held_copter import ARM, HeldCopter, go_to, takeoff
+from worlds.held_copter import ARM, HeldCopter, go_to, mode_command, takeoff
 from worlds.model_copter import Mode, ModelCopter, Receiver
 
 from wire.control_messages import HoldStep
@@ -69,6 +69,24 @@ def test_a_browser_that_is_gone_is_held_counted_and_brought_home(receiver: Recei
     world.pass_time(31.0)
     assert world.copter.mode is Mode.RTL
     assert [one.action for _, one in world.states() if one.phase is LostPhase.COUNTING][-1] is LostAction.RETURN
+
+
+@pytest.mark.parametrize("link_breaks", [False, True])
+def test_last_sticks_just_before_a_mode_that_needs_them_are_held(link_breaks: bool) -> None:
+    """Nothing came after the command, so nothing could go stale, and the drone sank on the radio's throttle."""
+    world = flown(hand=(0, 500))
+    world.hand = None
+    world.send(mode_command(Mode.RTL))
+    world.pass_time(2 * STEP_S)
+    assert world.copter.mode is Mode.RTL
+    world.send(mode_command(Mode.LOITER))
+    if link_breaks:
+        world.link_down()
+    world.pass_time(0.8)
+    assert world.agent.hold.open
+    world.pass_time(5.0)
+    assert world.copter.mode is Mode.BRAKE
+    assert not sinks(world, 20.0)
 
 
 @pytest.mark.parametrize("receiver", list(Receiver))
