@@ -4,6 +4,7 @@ import asyncio
 import os
 import re
 import signal
+import sqlite3
 import subprocess
 import time
 from collections.abc import Callable, Iterator
@@ -14,7 +15,7 @@ import pytest
 from tcp_switch import TcpSwitch
 from worlds.free_ports import free_tcp_port, free_udp_ports
 from worlds.pilot import at_the_controls, fly_by_hand
-from worlds.processes import BIN, CHECKOUT, Visitor, World, kill_9, wait_for
+from worlds.processes import BIN, CHECKOUT, DATABASE, Visitor, World, kill_9, wait_for
 
 TAKES_OVER_WITHIN_S = 5.0
 SIMULATOR = ("--boot-s", "1", "--seed", "3", "--speed", "1", "--radio", "low")
@@ -48,6 +49,24 @@ class Pair:
         except OSError:
             return 0, None  # between the two
         return answer.status, answer.json
+
+    def stop_first(self) -> float:
+        """Stops the tower with SIGSTOP between two transactions, and returns when.
+
+        In the middle of one it would keep SQLite's write lock, and nobody could take over (ADR 11).
+        """
+        while True:
+            self.first.send_signal(signal.SIGSTOP)
+            stopped_at = time.monotonic()
+            database = sqlite3.connect(self.world.folder / DATABASE, timeout=0.5, isolation_level=None)
+            try:
+                database.execute("BEGIN IMMEDIATE")
+                database.execute("ROLLBACK")
+                return stopped_at
+            except sqlite3.OperationalError:
+                self.first.send_signal(signal.SIGCONT)
+            finally:
+                database.close()
 
     def until_taken_over(self, since: float) -> float:
         """Returns the seconds from `since` until the second one reports that it is the tower."""
@@ -126,8 +145,7 @@ async def test_a_tower_that_was_stopped_and_goes_on_is_no_tower_any_more(pair: P
     alice = world.visitor("alice")
     async with at_the_controls(alice, 1) as pilot:
         await fly_by_hand(pilot)
-        pair.first.send_signal(signal.SIGSTOP)
-        stopped_at = time.monotonic()
+        stopped_at = await asyncio.to_thread(pair.stop_first)
         pair.switch.turn_to(pair.second_port)
         # Her sticks still go to the sockets of the stopped tower: `pilot` sends them all the while.
         took_s = await asyncio.to_thread(pair.until_taken_over, stopped_at)

@@ -32,7 +32,7 @@ PLANS_OF_EACH = 250
 MAX_ITEMS_ANY = 8
 KEEP_EVERY_S = 2.0
 COPTER, PX4 = "Kestrel", "Merlin"
-KEEPINGS: dict[str, KeptFields] = {COPTER: ArduPilot(), PX4: Px4()}
+KEEPINGS: dict[str, KeptFields] = {COPTER: ArduPilot(release=(4, 6)), PX4: Px4()}  # 4.6: as tower-sim by default
 COMMANDS = {COPTER: COPTER_COMMANDS, PX4: PX4_COMMANDS}
 FRAMES = (0, 2, 3, 5, 6, 10, 11)
 CORNERS = 4

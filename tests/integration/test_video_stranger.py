@@ -69,8 +69,8 @@ class Stranger:
 
 
 def without_when_and_where(answer: bytes, drone_id: int) -> bytes:
-    """Removes the time of day and the requested address, which the response repeats."""
-    answer = re.sub(rb"\r\ndate: [^\r]*", b"", answer, flags=re.IGNORECASE)
+    """Removes the time of day, the random id of the request, and the requested address, which the response repeats."""
+    answer = re.sub(rb"\r\n(date|x-request-id): [^\r]*", b"", answer, flags=re.IGNORECASE)
     return answer.replace(f"/drones/{drone_id}/".encode(), b"/drones/N/")
 
 

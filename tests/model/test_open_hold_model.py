@@ -33,6 +33,8 @@ COME_WITHIN_S: Final = 0.15
 ARREST_M: Final = 4.0
 SETTLES_S: Final = 0.2
 ANNOUNCED_S: Final = 1.0
+REPORTED_S: Final = 0.5
+"""A change of mode is reported within this time."""
 WAKES_UP_S: Final = 0.5
 SEND_EVERY_S: Final = 5.2
 PATIENCE_S: Final = 3.5
@@ -186,6 +188,8 @@ class OpenHoldModel(RuleBasedStateMachine):
         world.hand = None
         reported = world.states()
         self.reported_before_death = reported[-1][1] if reported and world.linked else None
+        if world.now - world.copter.mode_since < REPORTED_S:
+            self.reported_before_death = None  # it was about the mode before
         self.died_at = world.now
         world.kill_agent()
 
