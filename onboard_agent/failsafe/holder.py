@@ -60,6 +60,9 @@ class Holder:
         """Time of the last command, if it was not a command to go home."""
         self._hand_mode: int | None = None
         """The last mode flown by hand, if it holds when the sticks are centred."""
+        self._wanted_sticks_at = float("-inf")
+        """Time of the last command of a mode that needs sticks."""
+        self._was_by_hand = False
 
     @property
     def by_hand(self) -> bool:
@@ -129,9 +132,9 @@ class Holder:
         self._hold.go_on()
         self._hold.overruled(needs_sticks=True, now=now)
         view = self._autopilot
+        self._wanted_sticks_at = now
         if self.stick_fallback.person_fresh(now):
-            # They count from now on: should they be the last, they go stale, and the drone holds.
-            self._watch.sticks_passed(now)
+            self._watch.sticks_due(now)
         nobodys = not self.stick_fallback.person_fresh(now) and not self._hold.sticks_on
         known = modes_of(view.kind, view.vehicle_type) is not None
         if nobodys and (not view.heard or (known and view.airborne(now))):
@@ -165,12 +168,24 @@ class Holder:
         view = self._autopilot
         if self.mode_request.granted(needs_sticks=self.by_hand, custom_mode=view.custom_mode):
             self._flies_by_command(now)
+        if self.by_hand and not self._was_by_hand:
+            self._hand_needed(now)
+        self._was_by_hand = self.by_hand
         if not view.armed:
             self.gate.let_go()
             self.mission_before_hold = False
             self._hand_mode = None
         elif self.by_hand and self._watch.hand_on_sticks and holds_when_centred(view.kind, view.custom_mode):
             self._hand_mode = view.custom_mode
+
+    def _hand_needed(self, now: float) -> None:
+        """The autopilot shows a mode that needs sticks, and showed none before.
+
+        A later command that it refuses, such as a go-to, may have ended the watch for a hand before this mode was seen.
+        """
+        commanded = now - self._wanted_sticks_at <= HEARTBEAT_OLD_S
+        if commanded and self._autopilot.airborne(now) and not (self._hold.open or self._watch.hand_on_sticks):
+            self._watch.sticks_due(now)
 
     def update(self, now: float) -> None:
         """Ends a mode request that had no effect in time."""

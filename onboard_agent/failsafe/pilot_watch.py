@@ -58,6 +58,10 @@ class PilotWatch:
         """The agent's centred sticks replace the assistant's: nothing goes stale, and no hand was on the sticks."""
         self._sticks.passed(now)
 
+    def sticks_due(self, now: float) -> None:
+        """The mode needs sticks from now on: if none come, they count as stale."""
+        self._sticks.passed(now)
+
     def nobody_needed(self) -> None:
         """The drone flies by command, or a hold has taken over: no hand needs to be on the sticks."""
         self.loss.flies_without_sticks()

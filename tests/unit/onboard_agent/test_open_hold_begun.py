@@ -89,6 +89,21 @@ def test_last_sticks_just_before_a_mode_that_needs_them_are_held(link_breaks: bo
     assert not sinks(world, 20.0)
 
 
+def test_a_go_to_that_is_refused_in_a_mode_not_yet_seen_does_not_end_the_watch() -> None:
+    """The agent took the go-to for a flight without sticks, because it still saw the return."""
+    world = flown(hand=(0, 500))
+    world.send(mode_command(Mode.RTL))
+    world.pass_time(0.5)
+    world.copter.ack_after_s = 0.3
+    world.send(mode_command(Mode.LOITER))
+    world.pass_time(0.2)
+    world.send(go_to())
+    world.hand = None
+    world.pass_time(1.2)
+    assert world.agent.hold.open
+    assert not sinks(world, 20.0)
+
+
 @pytest.mark.parametrize("receiver", list(Receiver))
 def test_a_tower_that_is_gone_in_a_hold_leaves_it_open(receiver: Receiver) -> None:
     world = taken(receiver)
