@@ -72,6 +72,8 @@ class Failsafe:
         self._inquiry = inquiry
         self._way_home = WayHome()
         self._control_changed_at: float | None = None
+        self._commanded = 0
+        """`Holder.commanded` when it was last checked."""
         self._radio_took_over = False
         """Another source selected a mode that needs sticks, on a drone with a receiver."""
 
@@ -146,22 +148,26 @@ class Failsafe:
         if not interrupts and self.going_home and not self._holder.called_away_lately(now):
             aside = f"the drone is in {self._mode_name}, and goes on with it"
         if aside:
-            self._holder.hold_begins(needed=True)
+            self._holder.hold_begins(now, needed=True)
             self._hold.stand_aside(order_id=order_id, epoch=epoch, now=now, why=aside)
             return
         self._radio_took_over = False
+        # The autopilot may have left the mode that stays, for a command that is not answered yet.
+        called_away = self._holder.mode_request.open
         armed = view.armed or not view.heard or self.start.accepted_lately(now)
-        self._holder.hold_begins(needed=True)
+        self._holder.hold_begins(now, needed=True)
         modes = self._modes()
         if cause is HoldCause.ORDER and modes is not None and view.custom_mode == modes.mission.custom_mode:
             self._holder.mission_before_hold = not self._hands_changed(now)
-        stays_already = without_sticks or self._hold.stage is HoldStage.STAY
+        stays_already = without_sticks or (self._hold.stage is HoldStage.STAY and not called_away)
         self.lost.restart()
         if armed:
             self._person.hold_began(now)
         stays = self._stays(stays_already=stays_already)
         # GUIDED, or LOITER on PX4, may be flying to a position: requesting it again does not stop the drone.
-        first = [mode for mode in stays if stays_already or mode.custom_mode != view.custom_mode]
+        first = (
+            [mode for mode in stays if stays_already or mode.custom_mode != view.custom_mode] if not called_away else []
+        )
         self._hold.begin(
             cause=cause,
             order_id=order_id,
@@ -196,14 +202,17 @@ class Failsafe:
 
         `may_start`: whether the mission on board may be flown.
         """
-        by_hand = self._holder.by_hand
+        by_hand, view = self._holder.by_hand, self._autopilot
         self._holder.update(now)
         if self._hold.open and self._person.gone_s(now) is None and self._hold.open_s(now) >= self._patience_s:
             self._person.hold_began(now)
+        if self._hold.open and not (self._hold.holds or by_hand or self._holder.wants_sticks(now)) and view.armed:
+            # The autopilot has refused the mode for which the agent keeps the sticks centred.
+            self._hold.overruled(needs_sticks=False, now=now, why=f"the autopilot stays in {self._mode_name}")
         self._check_position(now)
         self._check_foreign_mode(now)
         self._check_pilot(now, by_hand=by_hand)
-        view, motion = self._autopilot, self._motion
+        motion = self._motion
         airborne = view.airborne(now)
         self._way_home.seen(now, airborne=airborne, percent=motion.battery_percent)
         loss = Loss(
@@ -271,6 +280,14 @@ class Failsafe:
         self._person.flown()
 
     def _lost_action_done(self, now: float) -> None:
+        """Ends a hold in favour of the lost action, unless the holder has commanded something since.
+
+        A mode that needs sticks is not the end of the loss: without sticks the countdown starts again.
+        """
+        if self._commanded != self._holder.commanded:
+            self._commanded = self._holder.commanded
+            if self.lost.phase is LostPhase.DONE:
+                self.lost.restart()
         if self.lost.phase is LostPhase.DONE and self._hold.open:
             self._hold.overruled(needs_sticks=False, now=now, why=self.lost.detail)
 

@@ -61,7 +61,7 @@ class Holder:
         self._hand_mode: int | None = None
         """The last mode flown by hand, if it holds when the sticks are centred."""
         self._wanted_sticks_at = float("-inf")
-        """Time of the last command of a mode that needs sticks."""
+        """Time of the last command of a mode that needs sticks, or of a hold, which may need them too."""
         self._was_by_hand = False
 
     @property
@@ -178,13 +178,21 @@ class Holder:
         elif self.by_hand and self._watch.hand_on_sticks and holds_when_centred(view.kind, view.custom_mode):
             self._hand_mode = view.custom_mode
 
+    def wants_sticks(self, now: float) -> bool:
+        """Whether a mode that needs sticks was commanded so recently that a heartbeat may not show it yet."""
+        return now - self._wanted_sticks_at <= HEARTBEAT_OLD_S
+
     def _hand_needed(self, now: float) -> None:
         """The autopilot shows a mode that needs sticks, and showed none before.
 
-        A later command that it refuses, such as a go-to, may have ended the watch for a hand before this mode was seen.
+        A later command that it refuses, such as a go-to, may have ended the hold, or the watch for a hand, before this
+        mode was seen.
         """
-        commanded = now - self._wanted_sticks_at <= HEARTBEAT_OLD_S
-        if commanded and self._autopilot.airborne(now) and not (self._hold.open or self._watch.hand_on_sticks):
+        if (
+            self.wants_sticks(now)
+            and self._autopilot.airborne(now)
+            and not (self._hold.open or self._watch.hand_on_sticks)
+        ):
             self._watch.sticks_due(now)
 
     def update(self, now: float) -> None:
@@ -192,9 +200,10 @@ class Holder:
         if self.mode_request.lapsed(now):
             self._hold.go_on()
 
-    def hold_begins(self, *, needed: bool) -> None:
+    def hold_begins(self, now: float, *, needed: bool) -> None:
         """Ends the holder's requests and sticks, because a hold begins."""
         self.commanded += 1
+        self._wanted_sticks_at = now
         if needed:
             self.gate.close()
         self.stick_fallback.end_turn()

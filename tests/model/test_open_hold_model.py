@@ -241,8 +241,9 @@ class OpenHoldModel(RuleBasedStateMachine):
             self.flown_at = world.sticks[-1].at
         if world.onboard is None or not world.agent.hold.open:
             self.holds_since = now
-        for change in copter.changes[self.seen_changes :]:
-            self._changed(change.mode, change.why, change.by)
+        for number, change in enumerate(copter.changes[self.seen_changes :], self.seen_changes):
+            before = copter.changes[number - 1].mode if number else copter.mode
+            self._changed(change.mode, change.why, change.by, before=before)
         self.seen_changes = len(copter.changes)
         alive = world.onboard is not None and now - self.alive_since > WAKES_UP_S
         flies = now - self.flown_at <= FLIES_S or now - self.commanded_at <= SHOWS_S
@@ -259,7 +260,7 @@ class OpenHoldModel(RuleBasedStateMachine):
         if alive:
             self._is_announced(now)
 
-    def _changed(self, mode: Mode, why: str, by: int) -> None:
+    def _changed(self, mode: Mode, why: str, by: int, *, before: Mode) -> None:
         world, now = self._w, self._w.now
         alive = world.onboard is not None and now - self.alive_since > WAKES_UP_S
         orphaned = world.copter.sticks_at <= self.died_at
@@ -268,8 +269,9 @@ class OpenHoldModel(RuleBasedStateMachine):
             just_commanded = now - self.commanded_at <= COME_WITHIN_S
             assert orphaned or just_commanded, "a radio failsafe while the agent lives and keeps sticks"
         if why == "EKF failsafe" and alive:
-            # A hold that has just begun may cross the failsafe on the line.
-            holds = world.agent.hold.open and now - self.holds_since > COME_WITHIN_S
+            # A hold that has just begun may cross the failsafe on the line. A return that somebody commanded goes on
+            # while the agent waits for the sticks of a mode that the autopilot refuses.
+            holds = world.agent.hold.open and now - self.holds_since > COME_WITHIN_S and before is not Mode.RTL
             assert not holds, "an EKF failsafe while the agent holds"
         if why == "radio failsafe" and orphaned and self.reported_before_death is not None:
             reported = self.reported_before_death.after_sticks
@@ -286,7 +288,7 @@ class OpenHoldModel(RuleBasedStateMachine):
             self.open_since = now
         if not world.linked:
             self.linked_since = now
-        since = max(self.open_since, self.linked_since, self.alive_since)
+        since = max(self.open_since, self.linked_since, self.alive_since, self.commanded_at)
         if now - since <= PATIENCE_S:
             return
         at, state = world.states()[-1]

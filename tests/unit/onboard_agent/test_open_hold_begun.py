@@ -104,6 +104,21 @@ def test_a_go_to_that_is_refused_in_a_mode_not_yet_seen_does_not_end_the_watch()
     assert not sinks(world, 20.0)
 
 
+def test_a_return_of_the_agents_that_a_person_ends_without_sticks_is_not_the_last_word() -> None:
+    """The lost action counted as done for good: it ended the centred sticks at once, and no countdown followed."""
+    world = flown(hand=(0, 500), lost_action_s=8.0)
+    world.hand = None
+    world.pass_until(lambda: world.state.phase is LostPhase.DONE)
+    world.send(mode_command(Mode.LOITER))
+    height_m = world.copter.height_m
+    world.pass_time(4.0)
+    assert world.copter.mode is Mode.LOITER
+    assert not sinks(world, height_m)
+    assert (world.state.open, world.state.phase) == (True, LostPhase.COUNTING)
+    world.pass_time(5.0)
+    assert world.copter.mode is Mode.RTL
+
+
 @pytest.mark.parametrize("receiver", list(Receiver))
 def test_a_tower_that_is_gone_in_a_hold_leaves_it_open(receiver: Receiver) -> None:
     world = taken(receiver)
