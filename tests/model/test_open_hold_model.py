@@ -98,7 +98,7 @@ class OpenHoldModel(RuleBasedStateMachine):
             hold_ladder=ladder,
         )
         self.flown_at = self.alive_since = self.holds_since = self.world.now
-        self.commanded_at = float("-inf")
+        self.commanded_at = self.taken_at = float("-inf")
         self.linked_since = self.open_since = self.world.now
         self.died_at = float("-inf")
         self.reported_before_death: HoldState | None = None
@@ -126,6 +126,7 @@ class OpenHoldModel(RuleBasedStateMachine):
     @rule(interrupts=st.booleans(), then_s=st.sampled_from([0.1, 1.0]))
     def an_admin_takes_it(self, interrupts: bool, then_s: float) -> None:
         self._w.take(interrupts=interrupts)
+        self.taken_at = self._w.now
         self._pass(then_s)
 
     @rule(present=st.booleans())
@@ -293,7 +294,9 @@ class OpenHoldModel(RuleBasedStateMachine):
             return
         at, state = world.states()[-1]
         assert state.open, "it is open, and that is not told"
-        assert state.phase is not LostPhase.QUIET or now - at <= COME_WITHIN_S, (
+        # After a TAKE in a return, the return ends the countdown until the autopilot shows the hold's mode.
+        taken = now - self.taken_at <= SHOWS_S
+        assert state.phase is not LostPhase.QUIET or now - at <= COME_WITHIN_S or taken, (
             "nothing is told of what will become of it"
         )
         assert now - at <= SEND_EVERY_S, "it was told long ago"
