@@ -311,6 +311,7 @@ class Hold:
         hand_over = not obeys
         self._stay.end()
         if hand_over and modes:
+            self._fire(HoldEvent.OVERRULED, now, "the sticks were taken up")
             self.phase = HoldPhase.HANDING
             self._climb(modes, now)
         elif self.phase is HoldPhase.CONFIRMED:

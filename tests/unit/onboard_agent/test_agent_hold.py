@@ -1,5 +1,6 @@
 """The hold as a state machine: each rule of `onboard_agent/failsafe/hold.py`, and the table itself."""
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -218,6 +219,21 @@ def test_the_new_holders_sticks_end_ours_but_not_the_wish_for_the_mode() -> None
     bench.sent = []
     bench.pass_time(0.5)
     assert {m.get_type() for m in bench.sent} == {"COMMAND_LONG"}
+
+
+def test_sticks_that_come_before_a_mode_without_sticks_is_confirmed_end_the_hold_with_a_report() -> None:
+    bench = Bench("BRAKE")
+    bench.flying = replace(bench.flying, pilot_fresh=True)
+    bench.pass_time(0.1)
+    assert bench.steps[-1] == "mode_requested"
+    bench.hold.sticks_come((copter().altitude_hold,), bench.now)
+    bench.pass_time(0.1)
+    assert (bench.steps[-1], bench.details[-1]) == ("unconfirmed", "the sticks were taken up")
+    bench.ack(mavlink.MAV_RESULT_ACCEPTED)
+    bench.heartbeat(ALT_HOLD)
+    bench.pass_time(0.1)
+    assert not bench.hold.open
+    assert bench.steps[-1] == "unconfirmed", "one report of the end"
 
 
 @pytest.mark.parametrize(("needs_sticks", "still"), [(False, set()), (True, {"MANUAL_CONTROL"})])
