@@ -13,6 +13,7 @@ import socket
 import struct
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any, Final
 
 from server.live.anonymous.budget import AnonymousBudget, Over, origin_of_anonymous
@@ -88,6 +89,10 @@ class Acceptor:
         opened.setblocking(False)
         with contextlib.suppress(OSError):
             opened.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        if not is_proxy:
+            limits = self._budget.limits
+            anonymous.on_admitted = partial(_set_receive_buffer, opened, limits.admitted_receive_buffer_bytes)
+            _set_receive_buffer(opened, limits.receive_buffer_bytes)
         task = self._loop.create_task(self._open(opened, anonymous))
         self._opening.add(task)
         task.add_done_callback(self._opening.discard)
@@ -102,3 +107,8 @@ class Acceptor:
 
 def _nothing() -> None:
     pass
+
+
+def _set_receive_buffer(opened: socket.socket, size_bytes: int) -> None:
+    with contextlib.suppress(OSError):  # it closed meanwhile
+        opened.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, size_bytes)

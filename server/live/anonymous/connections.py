@@ -11,6 +11,10 @@ from server.live.anonymous.limits import AnonymousLimits
 from server.live.anonymous.networks import Origin
 
 
+def _nothing() -> None:
+    pass
+
+
 @dataclass(eq=False, slots=True)
 class AnonymousConnection:
     """One connection, from its acceptance until it has signed in or ended."""
@@ -23,6 +27,7 @@ class AnonymousConnection:
     is_admitted: bool = False
     """It has signed in: nothing of the table holds for it any more."""
     is_counted: bool = True
+    on_admitted: Callable[[], None] = _nothing
 
 
 class ConnectionBudget:
@@ -61,15 +66,17 @@ class ConnectionBudget:
 
     def admit(self, anonymous: AnonymousConnection) -> None:
         """It has signed in."""
+        on_admitted = anonymous.on_admitted
         self.gone(anonymous)
         anonymous.is_admitted = True
+        on_admitted()
 
     def gone(self, anonymous: AnonymousConnection) -> None:
         """It has ended. Harmless for one that was admitted, and a second time."""
         if not anonymous.is_counted:
             return
         anonymous.is_counted = False
-        anonymous.cut = _nothing
+        anonymous.cut = anonymous.on_admitted = _nothing
         address = anonymous.origin.address
         self._of_address[address] -= 1
         if not self._of_address[address]:
@@ -92,7 +99,3 @@ class ConnectionBudget:
         self.gone(oldest)
         cut()
         return True
-
-
-def _nothing() -> None:
-    pass

@@ -46,6 +46,11 @@ class AnonymousLimits:
     accept_slice_s: float = 0.002
     accept_rest_s: float = 0.006
     """Longest time of the event loop that accepting takes before it pauses."""
+    receive_buffer_bytes: int = 8 * 1024
+    """The kernel's buffer of a connection. An event loop reads all that a connection has sent before anything decides
+    what becomes of it: a hundred floods at once were megabytes a round."""
+    admitted_receive_buffer_bytes: int = 1024 * 1024
+    """After sign-in: 40 Mbit/s over a round trip of 200 ms. The kernel may allow less (net.core.rmem_max)."""
 
     # -- bytes and requests, in fair turns between networks
     read_slice_s: float = 0.002
