@@ -44,6 +44,7 @@ class PhotographedTap(AutopilotTap):
     def _keep(self, frame: bytes, now: float) -> bool:
         if message_id(frame) == _FEEDBACK:
             reported = decode(frame)
+            assert reported is not None
             self.photographs.append(Photograph(reported.img_idx, reported.lat, reported.lng, reported.alt_rel))
         return super()._keep(frame, now)
 

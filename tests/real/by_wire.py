@@ -64,7 +64,7 @@ class ByWire:
         await asyncio.sleep(0.5)
 
         async def armed() -> bool:
-            return (await self.arm())[0] == ACCEPTED
+            return bool((await self.arm())[0] == ACCEPTED)
 
         await wait_for("it to arm", armed, 40)
         assert await self.truth.ask(mavlink.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, 0, 0, 0, height_m) == ACCEPTED

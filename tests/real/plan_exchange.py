@@ -73,7 +73,7 @@ class PlanExchange:
         self._handler.begin(Transaction(id=self._number, epoch=0, deadline_s=WITHIN_S, work=work), self._loop.time())
         async with asyncio.timeout(2 * WITHIN_S):
             while True:
-                for reported in self._handler.news():
+                for reported in self._handler.reports():
                     if isinstance(reported, TransactionResult):
                         return reported
                 self._step()

@@ -143,8 +143,8 @@ def _item(row: list[str]) -> PlanItem:
     p1, p2, p3, p4, x, y, z = (None if value.lower() == "nan" else float(value) for value in row[4:11])
     scale = 1 if frame in (1, 2, 4, 7, 9) or command in (202, 203, 42702, 42703) else 1e7
     first = (p1 or 0.0) - 1.0 if command == 177 else p1
-    place = (round((value or 0.0) * scale) for value in (x, y))
-    return PlanItem(command, frame, (first, p2, p3, p4), *place, z or 0.0, int(float(row[11])))
+    lat, lon = (round((value or 0.0) * scale) for value in (x, y))
+    return PlanItem(command, frame, (first, p2, p3, p4), lat, lon, z or 0.0, int(float(row[11])))
 
 
 def items_by_its_own_loader(tree: Path) -> dict[Path, int]:
