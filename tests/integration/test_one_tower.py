@@ -15,7 +15,7 @@ import pytest
 from tcp_switch import TcpSwitch
 from worlds.free_ports import free_tcp_port, free_udp_ports
 from worlds.pilot import at_the_controls, fly_by_hand
-from worlds.processes import BIN, CHECKOUT, DATABASE, Visitor, World, kill_9, wait_for
+from worlds.processes import BIN, CHECKOUT, DATABASE, Process, Visitor, World, kill_9, wait_for
 
 TAKES_OVER_WITHIN_S = 5.0
 SIMULATOR = ("--boot-s", "1", "--seed", "3", "--speed", "1", "--radio", "low")
@@ -36,7 +36,7 @@ class Pair:
         self.second_port = free_tcp_port()
         self.second = self._stand_by()
 
-    def _stand_by(self) -> subprocess.Popen[bytes]:
+    def _stand_by(self) -> Process:
         world = self.world
         changed = {"TOWER_PORT": str(self.second_port), "TOWER_UDP_PORT": str(free_udp_ports(1)[0])}
         process = world._spawn("standby", str(BIN / "tower"), "serve", "--standby", env=world.environment | changed)

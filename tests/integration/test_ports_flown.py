@@ -26,7 +26,7 @@ MISSION = [
 @pytest.fixture
 def world(tmp_path: Path) -> Iterator[World]:
     """Kestrel belongs to alice."""
-    with World(tmp_path) as world:
+    with World(tmp_path, as_installed=True) as world:
         world.add_user("alice")
         assert world.add_drone("Kestrel", "alice") == 1
         world.start_tower()

@@ -20,7 +20,8 @@ from bench.real_autopilot import TCP_PORT, Receiver, flying
 async def test_a_port_carries_a_mission_that_is_flown(arducopter: Path, tmp_path: Path, port: str) -> None:
     assert importlib.util.find_spec("uvloop"), f"{port} is to be tried on the loop that is installed"
     async with flying(arducopter, tmp_path / "autopilot", receiver=Receiver.LOW, on_tcp=True) as autopilot:
-        with World(tmp_path / "world") as world, bridged(autopilot.namespace, TCP_PORT) as tcp:
+        installed = World(tmp_path / "world", as_installed=True)
+        with installed as world, bridged(autopilot.namespace, TCP_PORT) as tcp:
             world.add_user("alice")
             assert world.add_drone("Kestrel", "alice") == 1
             await asyncio.to_thread(world.start_tower)

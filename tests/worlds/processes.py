@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any, Final, TypeVar
 
 from typer.testing import CliRunner
+from worlds.forked_programs import ForkedProgram, fork
 from worlds.free_ports import free_tcp_port, free_udp_ports
 
 from onboard_agent.link.enrolment import enrol
@@ -37,6 +38,7 @@ PASSWORD: Final = "correct horse battery"
 DATABASE: Final = "tower.sqlite3"
 DEADLINE_S: Final = 60.0
 
+Process = ForkedProgram | subprocess.Popen[bytes]
 Found = TypeVar("Found")
 
 
@@ -104,14 +106,16 @@ class World:
     folder: Path
     prepared: bool = False
     """Whether the folder already holds a database."""
+    as_installed: bool = False
+    """Starts the installed console scripts, each in a new interpreter, and forks none (`worlds.program_forker`)."""
     port: int = 0
     udp_port: int = 0
     cameras: dict[str, int] = field(default_factory=dict)
     """The camera port of each drone."""
-    tower: subprocess.Popen[bytes] = field(init=False)
+    tower: Process = field(init=False)
     """The newest tower process."""
-    _running: list[subprocess.Popen[bytes]] = field(default_factory=list)
-    _started: dict[str, tuple[subprocess.Popen[bytes], tuple[str, ...]]] = field(default_factory=dict)
+    _running: list[Process] = field(default_factory=list)
+    _started: dict[str, tuple[Process, tuple[str, ...]]] = field(default_factory=dict)
     _logs: int = 0
 
     def __enter__(self) -> "World":
@@ -170,34 +174,36 @@ class World:
     def log_of(self, name: str) -> str:
         return (self.folder / f"{name}.log").read_text(errors="replace")
 
-    def start(self, name: str, *command: str) -> subprocess.Popen[bytes]:
+    def start(self, name: str, *command: str) -> Process:
         """Starts a program of this checkout by its name."""
         process = self._spawn(name, str(BIN / command[0]), *command[1:], env=self.environment)
         self._started[name] = (process, command)
         return process
 
-    def paste(self, name: str, line: str, **environment: str) -> subprocess.Popen[bytes]:
+    def paste(self, name: str, line: str, **environment: str) -> Process:
         """Runs a command line in a shell that finds our programs, as a user pastes it."""
         path = f"{BIN}{os.pathsep}{os.environ['PATH']}"
         return self._spawn(name, "bash", "-c", line, env={**self.environment, "PATH": path, **environment})
 
-    def _spawn(self, name: str, *command: str, env: dict[str, str]) -> subprocess.Popen[bytes]:
+    def _spawn(self, name: str, *command: str, env: dict[str, str]) -> Process:
         with (self.folder / f"{name}.log").open("ab") as log:
-            process = subprocess.Popen(
-                command, stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT, env=env, cwd=CHECKOUT
-            )
+            process: Process | None = None if self.as_installed else fork(command, log, env)
+            if process is None:
+                process = subprocess.Popen(
+                    command, stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT, env=env, cwd=CHECKOUT
+                )
         self._running.append(process)
         return process
 
-    def running(self, name: str) -> subprocess.Popen[bytes]:
+    def running(self, name: str) -> Process:
         """Returns the newest process of this name."""
         return self._started[name][0]
 
-    def restart(self, name: str) -> subprocess.Popen[bytes]:
+    def restart(self, name: str) -> Process:
         """Starts the same command again, as systemd would."""
         return self.start(name, *self._started[name][1])
 
-    def start_tower(self) -> subprocess.Popen[bytes]:
+    def start_tower(self) -> Process:
         """Starts the tower and waits until it responds. A start after a kill uses the same port again."""
         self._logs += 1
         # The port stays reserved for this world: it is outside the ephemeral range, so nobody gets it while the tower
@@ -220,7 +226,7 @@ class World:
     def address(self) -> str:
         return f"http://127.0.0.1:{self.port}"
 
-    def start_agent(self, drone: str, autopilot: str, *options: str) -> subprocess.Popen[bytes]:
+    def start_agent(self, drone: str, autopilot: str, *options: str) -> Process:
         token = str(self.token_file(drone))
         where = ("--tower", self.address, "--token", token, "--autopilot", autopilot)
         return self.start(f"agent-{drone}", "tower-agent", "run", *where, *options)
@@ -279,7 +285,7 @@ def _migrated() -> Path:
     return folder / DATABASE
 
 
-def kill_9(process: subprocess.Popen[bytes]) -> None:
+def kill_9(process: Process) -> None:
     """Kills a process as the kernel does when memory runs out: without a clean shutdown."""
     process.send_signal(signal.SIGKILL)
     process.wait()

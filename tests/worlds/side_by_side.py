@@ -17,15 +17,29 @@ ALONE: Final = ("test_bench_network.py", "test_attacks_beside_a_flight.py", "tes
 """Modules whose measurements parallel tests would spoil: while one of them runs, no other test does."""
 
 LONGEST_FIRST: Final = (
-    "test_connect_stock_clients.py",
     "test_bench_relay.py",
+    "test_ports_flown.py",
+    "test_plans_round_trip.py",
+    "test_server_cli.py",
+    "test_video_chain.py",
+    "test_follow_me_flown.py",
+    "test_every_command.py",
+    "test_backup.py",
+    "test_bench_missions.py",
+    "test_routes_without_database.py",
+    "test_connect_stock_clients.py",
+    "test_server_control_safety.py",
+    "test_one_tower.py",
+    "test_agent_video.py",
     "test_connect.py",
     "test_chaos.py",
+    "test_work_flown.py",
+    "test_separation_flown.py",
     "test_bench_control.py",
-    "test_bench_missions.py",
-    "test_plans_round_trip.py",
-    "test_video_chain.py",
-    "test_whole_way.py",
+    "test_agent_plans.py",
+    "test_openapi_contract.py",
+    "test_loan_limits_flown.py",
+    "test_connect_ground_station.py",
 )
 """Modules that take long. They start early, so that they do not delay the end of the run."""
 
