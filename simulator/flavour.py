@@ -77,7 +77,7 @@ class Flavour:
     """Each mode change sends a HEARTBEAT, in addition to one per second."""
     system_id_parameter: str
     battery_parameter: str
-    heeds_any_ground_station: bool
+    accepts_any_ground_station: bool
     """Heartbeats of any ground station count, not only of the configured one."""
     disarm_delay_s: Callable[[Flight], float]
     """Time on the ground without pilot input; 0 is never."""

@@ -212,7 +212,7 @@ class Vehicle:
             return
         flight = self.flight
         if name == "HEARTBEAT":
-            if not self.settings.flavour.heeds_any_ground_station or message.type == mavlink.MAV_TYPE_GCS:
+            if not self.settings.flavour.accepts_any_ground_station or message.type == mavlink.MAV_TYPE_GCS:
                 self._ground_station_seen(sender[0])
         elif name in ("COMMAND_LONG", "COMMAND_INT"):
             component = self.components.of(message.target_component)
@@ -258,7 +258,7 @@ class Vehicle:
             sticks.manual_control(x=message.x, y=message.y, z=message.z, r=message.r, now_s=now_s)
         else:
             return
-        if not self.settings.flavour.heeds_any_ground_station:  # if any ground station counts, only its heartbeats do
+        if not self.settings.flavour.accepts_any_ground_station:  # if any ground station counts, only its heartbeats do
             self._ground_station_seen(system_id)
 
     def _handle_mission(self, message: Message, sender: tuple[int, int]) -> None:

@@ -68,7 +68,7 @@ class AfterRestart:
             return
         before = "held" if record.held else "was flown by hand"
         if failsafe.going_home:
-            self.words = f"the agent was started again; the autopilot {failsafe.what_it_does} by itself, and goes on"
+            self.words = f"the agent was started again; the autopilot {failsafe.own_action} by itself, and goes on"
             hold.overruled(needs_sticks=False, now=now, why=self.words)
         else:
             self.words = f"the agent was started again while the drone {before}"

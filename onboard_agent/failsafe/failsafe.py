@@ -17,7 +17,7 @@ from onboard_agent.failsafe.flying import Flying
 from onboard_agent.failsafe.hold import Hold
 from onboard_agent.failsafe.hold_memory import HoldRecord
 from onboard_agent.failsafe.holder import Holder
-from onboard_agent.failsafe.lost_action import Loss, LostActing
+from onboard_agent.failsafe.lost_action import Loss, LostActionRunner
 from onboard_agent.failsafe.lost_action_table import LossResponse
 from onboard_agent.failsafe.person_watch import PersonWatch
 from onboard_agent.failsafe.pilot_watch import PilotWatch
@@ -29,7 +29,7 @@ from wire.open_holds import AfterSticks, HoldStage, LostAction, LostPhase
 
 _log = logging.getLogger(__name__)
 
-SAME_CHANGE_S: Final = 2.0
+SAME_HANDOVER_S: Final = 2.0
 """A hold ordered this soon after an increase of the epoch belongs to that hand-over."""
 
 DIRECT_ABOVE_M: Final = 2.0
@@ -60,7 +60,7 @@ class Failsafe:
         """The last settings from a tower; they stay in force while the link is lost."""
         self.held_at = float("-inf")
         """When the last hold began, for whatever reason."""
-        self.lost = LostActing(maker)
+        self.lost = LostActionRunner(maker)
         self.start = RecentStart()
         self._autopilot = autopilot
         self._motion = motion
@@ -91,7 +91,7 @@ class Failsafe:
         view = self._autopilot
         self._watch.heartbeat(armed=view.armed, now=now)
         self._hold.heartbeat(armed=view.armed, custom_mode=view.custom_mode, now=now)
-        self._hold.modes_became_known(self._rungs(now), self._stays(), now)
+        self._hold.modes_became_known(self._rungs(now), self._stay_modes(), now)
         self.lost.heartbeat(view.custom_mode)
         self._holder.heartbeat(now)
         if not view.armed:
@@ -111,7 +111,7 @@ class Failsafe:
         return any(view.custom_mode == mode.custom_mode for mode in modes.going_home)
 
     @property
-    def what_it_does(self) -> str:
+    def own_action(self) -> str:
         """What a drone that goes home does: "returns" or "lands"."""
         modes = self._modes()
         lands = modes is not None and self._autopilot.custom_mode == modes.land.custom_mode
@@ -139,13 +139,13 @@ class Failsafe:
         view = self._autopilot
         self.held_at = now
         epoch = self._downlink.epoch
-        repeated = cause is HoldCause.ORDER and not self._hands_changed(now)
+        repeated = cause is HoldCause.ORDER and not self._holder_changed(now)
         if repeated and self._hold.settled:
             # The person who said "stay" and the time since somebody flew remain valid.
             self._hold.confirm_again(order_id=order_id, epoch=epoch, now=now)
             return
         aside = "a radio pilot flies the drone" if repeated and self._radio_took_over else ""
-        if not interrupts and self.going_home and not self._holder.called_away_lately(now):
+        if not interrupts and self.going_home and not self._holder.commanded_away_lately(now):
             aside = f"the drone is in {self._mode_name}, and goes on with it"
         if aside:
             self._holder.hold_begins(now, needed=True)
@@ -158,12 +158,12 @@ class Failsafe:
         self._holder.hold_begins(now, needed=True)
         modes = self._modes()
         if cause is HoldCause.ORDER and modes is not None and view.custom_mode == modes.mission.custom_mode:
-            self._holder.mission_before_hold = not self._hands_changed(now)
+            self._holder.mission_before_hold = not self._holder_changed(now)
         stays_already = without_sticks or (self._hold.stage is HoldStage.STAY and not called_away)
         self.lost.restart()
         if armed:
             self._person.hold_began(now)
-        stays = self._stays(stays_already=stays_already)
+        stays = self._stay_modes(stays_already=stays_already)
         # GUIDED, or LOITER on PX4, may be flying to a position: requesting it again does not stop the drone.
         first = (
             [mode for mode in stays if stays_already or mode.custom_mode != view.custom_mode] if not called_away else []
@@ -181,9 +181,9 @@ class Failsafe:
             why=why,
         )
 
-    def _hands_changed(self, now: float) -> bool:
+    def _holder_changed(self, now: float) -> bool:
         """Whether an order that arrives now belongs to a hand-over. Otherwise it repeats an earlier order."""
-        return self._control_changed_at is not None and now - self._control_changed_at <= SAME_CHANGE_S
+        return self._control_changed_at is not None and now - self._control_changed_at <= SAME_HANDOVER_S
 
     def _flies_without_sticks(self, now: float) -> bool:
         """Whether the drone is high enough, has a position and no sticks in force, so that a hold needs none."""
@@ -230,7 +230,7 @@ class Failsafe:
         response = self.lost.tick(now, loss=loss, settings=self.settings, modes=self._modes())
         if response not in (None, LossResponse.LEAVE):
             self._holder.gate.close()
-            self._watch.nobody_needed()
+            self._watch.no_pilot_needed()
             self._hold.yield_mode()
         if response is LossResponse.STOP_STICKS:
             self._hold.overruled(needs_sticks=False, now=now, why=self.lost.detail)
@@ -273,7 +273,7 @@ class Failsafe:
         self._hold.overruled(needs_sticks=False, now=now, why=why)
         if self.going_home:
             # Nobody flies the drone, so the loss stays reported until it is down.
-            lands = self.what_it_does == "lands"
+            lands = self.own_action == "lands"
             self.lost.done_by_autopilot(LostAction.LAND if lands else LostAction.RETURN, why)
             return
         self._radio_took_over = self._holder.by_hand
@@ -349,7 +349,7 @@ class Failsafe:
         # Without a position the autopilot accepts the other modes for a while, then lands on its own.
         return rungs[-1:] if self._motion.has_position(now) is False else rungs
 
-    def _stays(self, *, stays_already: bool = False) -> tuple[FlightMode, ...]:
+    def _stay_modes(self, *, stays_already: bool = False) -> tuple[FlightMode, ...]:
         """Modes for stage two: the current one if stage two was reached, then those that continue without sticks."""
         modes, view = self._modes(), self._autopilot
         if modes is None:

@@ -107,7 +107,7 @@ class Holder:
         before = [mode for mode in modes.position_holds if mode.custom_mode == self._hand_mode]
         return (*before, modes.altitude_hold)
 
-    def called_away_lately(self, now: float) -> bool:
+    def commanded_away_lately(self, now: float) -> bool:
         """Whether a heartbeat that shows a return or a landing may be older than the command that ended it."""
         return now - self._called_away_at <= HEARTBEAT_OLD_S
 
@@ -154,7 +154,7 @@ class Holder:
         self._hold.overruled(needs_sticks=False, now=now)
         self._person.flown()
         self.gate.let_go()
-        self._watch.nobody_needed()
+        self._watch.no_pilot_needed()
 
     def acknowledged(self, ack: Any, now: float) -> None:
         """Handles a COMMAND_ACK that may answer the holder."""
@@ -208,7 +208,7 @@ class Holder:
             self.gate.close()
         self.stick_fallback.end_turn()
         self.mode_request.over()
-        self._watch.nobody_needed()
+        self._watch.no_pilot_needed()
 
     def sticks_to_keep(self, now: float, *, somebody_may_arm: bool) -> list[bytes]:
         """Returns sticks to send in place of missing ones."""
@@ -229,7 +229,7 @@ class Holder:
             **ids,
         )
         if self.stick_fallback.for_assistant:
-            self._watch.stood_in(now)
+            self._watch.replaced_by_agent(now)
         if frames or kept:
             self._inquiry.sticks_sent(now)
         return frames + kept

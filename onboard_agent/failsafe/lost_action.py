@@ -58,7 +58,7 @@ class Loss:
     """The battery is at the level that the way home needs."""
 
 
-class LostActing:
+class LostActionRunner:
     """Call `tick`, which returns a response once, when it begins. Then `due` returns the mode requests."""
 
     def __init__(self, maker: FrameMaker) -> None:

@@ -54,7 +54,7 @@ class PilotWatch:
         """Whether a hand was on the sticks, and nothing has ended that."""
         return self._sticks.hand_on
 
-    def stood_in(self, now: float) -> None:
+    def replaced_by_agent(self, now: float) -> None:
         """The agent's centred sticks replace the assistant's: nothing goes stale, and no hand was on the sticks."""
         self._sticks.passed(now)
 
@@ -62,7 +62,7 @@ class PilotWatch:
         """The mode needs sticks from now on: if none come, they count as stale."""
         self._sticks.passed(now)
 
-    def nobody_needed(self) -> None:
+    def no_pilot_needed(self) -> None:
         """The drone flies by command, or a hold has taken over: no hand needs to be on the sticks."""
         self.loss.flies_without_sticks()
         self.stick_age.over()

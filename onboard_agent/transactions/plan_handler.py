@@ -17,7 +17,7 @@ from onboard_agent.transactions.plan_download import Downloaded, PlanDownload
 from onboard_agent.transactions.plan_frames import PlanFrames
 from onboard_agent.transactions.plan_messages import HEARD, KEPT_OUT
 from onboard_agent.transactions.plan_replacement import PlanReplacement, ReplacementEnd
-from onboard_agent.transactions.plan_words import THE, compared
+from onboard_agent.transactions.plan_words import PLAN_NAMES, compared
 from onboard_agent.transactions.retry_policy import RetryPolicy
 from wire.dialect import decode
 from wire.frames import message_id, source
@@ -89,9 +89,9 @@ class PlanHandler:
     def why_no_start(self) -> str | None:
         """A sentence if no mission may be started now, else None."""
         if self._running is not None and self.writes:
-            return f"The {THE[self._running.kind]} is being written. No mission can start now."
+            return f"The {PLAN_NAMES[self._running.kind]} is being written. No mission can start now."
         for kind in self._open:
-            return f"The {THE[kind]} on board is unknown. Upload it again before you start a mission."
+            return f"The {PLAN_NAMES[kind]} on board is unknown. Upload it again before you start a mission."
         return None
 
     @property
@@ -225,7 +225,7 @@ class PlanHandler:
             self._epoch = transaction.epoch
         if self._running is not None:
             doing = "written" if self._running.writes else "read"
-            return Outcome.REFUSED, f"Busy: the {THE[self._running.kind]} is being {doing}."
+            return Outcome.REFUSED, f"Busy: the {PLAN_NAMES[self._running.kind]} is being {doing}."
         if self._system is None:
             return Outcome.REFUSED, "No heartbeat from the autopilot."
         return None
@@ -268,7 +268,7 @@ class PlanHandler:
         elif running.transaction is None:
             self.read_failed[running.kind] = end.code
         else:
-            words = f"The {THE[running.kind]} could not be read: {end.why}."
+            words = f"The {PLAN_NAMES[running.kind]} could not be read: {end.why}."
             self._report(running.transaction.id, Outcome.FAILED, words, code=end.code, item=end.item)
 
     def _replaced(self, running: _Running, end: ReplacementEnd, now: float) -> None:
@@ -290,7 +290,7 @@ class PlanHandler:
         self._know(running.kind, plan, None)
         if running.transaction is None:
             return
-        work, the = running.transaction.work, THE[running.kind]
+        work, the = running.transaction.work, PLAN_NAMES[running.kind]
         if not isinstance(work, PlanVerifyWork):
             self._report(
                 running.transaction.id,

@@ -27,7 +27,7 @@ from typing import Any, Final
 from onboard_agent.transactions.journal import Intent, JournalStore, Lasting, write_intent
 from onboard_agent.transactions.plan_download import DownloadFailed, PlanDownload
 from onboard_agent.transactions.plan_frames import PlanFrames
-from onboard_agent.transactions.plan_words import THE, item_words, kept_words
+from onboard_agent.transactions.plan_words import PLAN_NAMES, item_words, kept_words
 from onboard_agent.transactions.plan_write import PlanWrite, WriteFailed, Written
 from onboard_agent.transactions.retry_policy import RetryPolicy
 from wire.plan_keeping import Change, differences, number_words, same_plan
@@ -332,7 +332,7 @@ class PlanReplacement:
 
     @property
     def _the(self) -> str:
-        return THE[self._talk.kind]
+        return PLAN_NAMES[self._talk.kind]
 
 
 def _trouble_of(change: Change) -> _Trouble:

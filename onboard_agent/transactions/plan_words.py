@@ -8,7 +8,7 @@ from wire.plan_keeping import COUNT, change_words, changes_ahead, differences
 from wire.plans import Plan, PlanKind
 from wire.transactions import Outcome
 
-THE: Final = {
+PLAN_NAMES: Final = {
     PlanKind.MISSION: "mission",
     PlanKind.FENCE: "fence",
     PlanKind.RALLY: "list of rally points",
@@ -64,7 +64,7 @@ def kept_words(keeping: KeptFields, kind: PlanKind, plan: Plan) -> str:
 
 def compared(keeping: KeptFields, kind: PlanKind, plan: Plan, on_board: Plan) -> tuple[Outcome, str, int | None]:
     """Returns whether the plan on board is this one; else the first item that differs, from 0."""
-    the = THE[kind]
+    the = PLAN_NAMES[kind]
     different = next(iter(differences(keeping, kind, plan, on_board)), None)
     if different is None:
         return Outcome.DONE, f"The {the} on board is this one.", None

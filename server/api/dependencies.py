@@ -36,7 +36,7 @@ from server.store.accounts.sessions import Sessions
 from server.store.accounts.sign_in import SignInService
 from server.store.accounts.tokens import ApiTokens
 from server.store.audit.action import AuditAction
-from server.store.audit.trail import Identified
+from server.store.audit.trail import NamedUser
 from server.store.control.hub_event_handler import HubEventHandler
 from server.store.control.loss_checks import LossChecks
 from server.store.control.rehearsal import Rehearsals
@@ -118,7 +118,7 @@ class AuditContext:
     clock: Clock
     address: str
 
-    def action(self, by: Identified) -> AuditAction:
+    def action(self, by: NamedUser) -> AuditAction:
         """Returns an action of this person now, for the audit trail."""
         return AuditAction(by=by, at=self.clock(), address=self.address)
 

@@ -1,7 +1,7 @@
 /** Confirms arming: asks the pilot, and shows the check before flight where it is dangerous and not yet read. */
 
 import { ask, type Question } from './confirmation.svelte';
-import { wantsReading } from './link/safety_types';
+import { mustBeRead } from './link/safety_types';
 import type { Vehicle } from './link/vehicle';
 import { tower } from './tower.svelte';
 
@@ -9,12 +9,12 @@ import { tower } from './tower.svelte';
  * Returns the acknowledgement to send to the tower before the motors turn once the pilot has agreed; null if the pilot
  * declined.
  */
-export async function agreeToArm(vehicle: Vehicle, question: Question): Promise<(() => Promise<void>) | null> {
+export async function confirmArming(vehicle: Vehicle, question: Question): Promise<(() => Promise<void>) | null> {
   const { id, name } = vehicle.drone.get();
   // The check may have changed since the page opened. If the tower cannot be read, the known check still applies.
   await tower.readLossCheck(id).catch(() => undefined);
   const check = vehicle.lossCheck.get();
-  if (!check || !wantsReading(check)) return (await ask(question)) ? () => Promise.resolve() : null;
+  if (!check || !mustBeRead(check)) return (await ask(question)) ? () => Promise.resolve() : null;
   const consent = await ask({
     ...question,
     sentences: check.sentences,

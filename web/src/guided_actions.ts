@@ -3,7 +3,7 @@
  * pilot_actions.ts does.
  */
 
-import { agreeToArm } from './arming';
+import { confirmArming } from './arming';
 import { ask } from './confirmation.svelte';
 import { followLeader, followsOrEnded, type DroneCommand } from './link/drone_commands';
 import type { FlightValues } from './link/flight_values';
@@ -122,7 +122,7 @@ export class GuidedActions {
     }
     const arming = armed === true ? '' : armed === null ? ' arms its motors if they are off,' : ' arms its motors,';
     const text = `${name}${arming} takes off and flies its mission of ${count} items${from}. Is everybody clear of it?`;
-    const agreed = await agreeToArm(this.#vehicle, { title, text, confirmLabel: 'Start' });
+    const agreed = await confirmArming(this.#vehicle, { title, text, confirmLabel: 'Start' });
     if (agreed) await this.#vehicle.command(label, command, agreed);
   }
 

@@ -1,6 +1,6 @@
 /** The commands of a pilot, with a question before each dangerous one. For buttons, keys and pads alike. */
 
-import { agreeToArm } from './arming';
+import { confirmArming } from './arming';
 import { ask } from './confirmation.svelte';
 import type { FlightValues } from './link/flight_values';
 import { modeSetOf, type Mode } from './link/modes';
@@ -34,7 +34,7 @@ export class PilotActions {
 
   async arm(): Promise<void> {
     const text = `The motors of ${this.#name} will start to turn. Is everybody clear of it?`;
-    const agreed = await agreeToArm(this.#vehicle, { title: `Arm ${this.#name}?`, text, confirmLabel: 'Arm' });
+    const agreed = await confirmArming(this.#vehicle, { title: `Arm ${this.#name}?`, text, confirmLabel: 'Arm' });
     if (agreed) await this.#vehicle.command('Arm', { command: 'arm' }, agreed);
   }
 
@@ -79,7 +79,7 @@ export class PilotActions {
       if (await ask(question)) await this.#vehicle.command(label, command);
       return;
     }
-    const agreed = await agreeToArm(this.#vehicle, question);
+    const agreed = await confirmArming(this.#vehicle, question);
     if (agreed) await this.#vehicle.command(label, command, agreed);
   }
 

@@ -13,7 +13,7 @@ const asked = vi.hoisted(() => ({ acknowledged: 0 }));
 vi.mock('../src/confirmation.svelte', () => ({ ask: () => Promise.resolve(true) }));
 vi.mock('../src/preferences.svelte', () => ({ preferences: { units: 'metric' } }));
 vi.mock('../src/arming', () => ({
-  agreeToArm: () => Promise.resolve(() => Promise.resolve(void asked.acknowledged++)),
+  confirmArming: () => Promise.resolve(() => Promise.resolve(void asked.acknowledged++)),
 }));
 
 const HERE = { latDeg: 47, lonDeg: 8 };

@@ -8,12 +8,12 @@ from typing import Any
 
 from sqlalchemy.ext.asyncio import AsyncSession
 
-from server.store.audit.trail import Identified, record
+from server.store.audit.trail import NamedUser, record
 
 
 @dataclass(frozen=True)
 class AuditAction:
-    by: Identified
+    by: NamedUser
     at: datetime
     address: str = ""
 

@@ -13,7 +13,7 @@ from server.runtime.request_id import current_request_id
 from server.store.audit.tables import AuditEventRow
 
 
-class Identified(Protocol):
+class NamedUser(Protocol):
     """Any object with a user's id and name: an `Actor`, or the `Principal` of a request."""
 
     @property
@@ -40,7 +40,7 @@ def record(
     session: AsyncSession,
     *,
     at: datetime,
-    actor: Identified,
+    actor: NamedUser,
     action: str,
     address: str = "",
     drone_id: int | None = None,

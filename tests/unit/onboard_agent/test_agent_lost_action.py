@@ -6,7 +6,7 @@ import pytest
 
 from onboard_agent.autopilot.flight_modes import modes_of
 from onboard_agent.autopilot.own_frames import FrameMaker
-from onboard_agent.failsafe.lost_action import RUNG_PATIENCE_S, Loss, LostActing, situation
+from onboard_agent.failsafe.lost_action import RUNG_PATIENCE_S, Loss, LostActionRunner, situation
 from onboard_agent.failsafe.lost_action_table import (
     NEXT,
     REPORTED_ACTION,
@@ -47,7 +47,7 @@ class Bench:
         self.settings = SafetySettings(lost_action=action, lost_action_s=after_s)
         self.mode, self.modes, self.mission_before = mode, modes, mission_before
         self.ours = True
-        self.acting = LostActing(FrameMaker())
+        self.acting = LostActionRunner(FrameMaker())
         self.actions: list[tuple[float, LossResponse]] = []
         self.sent: list[Any] = []
         self.lines: list[str] = []

@@ -77,7 +77,7 @@ def test_sticks_in_a_mode_that_needs_none_may_stop() -> None:
 def test_who_commands_a_mode_that_needs_no_sticks_is_not_stale() -> None:
     bench = Bench().pass_time(1.0)
     bench.sticks_come = False
-    bench.watch.nobody_needed()
+    bench.watch.no_pilot_needed()
     assert bench.pass_time(5.0).alarms == []
 
 

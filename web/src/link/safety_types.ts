@@ -12,7 +12,7 @@ export type ReceiverSetup = Schemas['ReceiverSetupView'];
 export type RehearsalTerms = Schemas['RehearsalView'];
 
 /** Whether arming requires a confirmation that the check was read. */
-export const wantsReading = (check: LossCheck): boolean => check.dangerous && !check.acknowledged;
+export const mustBeRead = (check: LossCheck): boolean => check.dangerous && !check.acknowledged;
 
 /** The last rung of every hold ladder, by the autopilots' mode names. */
 export const ALTITUDE_RUNGS: ReadonlySet<string> = new Set(['ALT_HOLD', 'ALTCTL']);

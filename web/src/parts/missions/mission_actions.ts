@@ -3,7 +3,7 @@
  * do.
  */
 
-import { agreeToArm } from '../../arming';
+import { confirmArming } from '../../arming';
 import { ask } from '../../confirmation.svelte';
 import type { DroneCommand } from '../../link/drone_commands';
 import type { FlightValues } from '../../link/flight_values';
@@ -41,7 +41,7 @@ export class MissionActions {
       return this.#begun(() => this.#perform('Start the mission', { command: 'start' }));
     }
     const text = `The motors of ${name} will start to turn. It ${what}: it takes off. Is everybody clear of it?`;
-    const acknowledge = await agreeToArm(this.#vehicle, {
+    const acknowledge = await confirmArming(this.#vehicle, {
       title: `Arm ${name} and start its mission?`,
       text,
       confirmLabel: 'Arm and start',
