@@ -236,7 +236,7 @@ class Onboard:
         self.downlink.new_link(DroneId(welcome.drone_id), Epoch(welcome.epoch))
         self._holder_present = welcome.holder_present
         self._holder.stick_fallback.end_turn()
-        self._person.holder(held=welcome.holder is not None, present=welcome.holder_present, now=now)
+        self._person.holder_reported(held=welcome.holder is not None, present=welcome.holder_present, now=now)
         self._least_rtt_s = 0.0
         self._newest_order = self._newest_control = 0
         # The new link may lead to another tower with a clock that has not been measured.
@@ -278,7 +278,7 @@ class Onboard:
             if message.epoch >= self.downlink.epoch:
                 self._holder.stick_fallback.turn(assistant_flies=message.assistant_flies)
                 held = message.holder is not None
-                self._person.holder(held=held, present=message.holder_present, now=now)
+                self._person.holder_reported(held=held, present=message.holder_present, now=now)
             self._accept_epoch(message.epoch, now)
             self.downlink.raise_epoch(message.epoch)
             self._holder_present = message.holder_present

@@ -7,16 +7,17 @@ from typing import Any, Final
 
 from wire.dialect import mavlink
 
-LATELY_S: Final = 2.0
+COUNTS_FOR_S: Final = 2.0
+"""How long an accepted command outweighs a heartbeat that says "disarmed"."""
 
-_STARTS: Final = frozenset(
+_STARTS_MOTORS: Final = frozenset(
     {
         mavlink.MAV_CMD_COMPONENT_ARM_DISARM,
         mavlink.MAV_CMD_NAV_TAKEOFF,
         mavlink.MAV_CMD_MISSION_START,
     }
 )
-_GOOD: Final = frozenset({mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_IN_PROGRESS})
+_ACCEPTED: Final = frozenset({mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_IN_PROGRESS})
 
 
 class RecentStart:
@@ -27,9 +28,9 @@ class RecentStart:
 
     def acknowledged(self, ack: Any, now: float) -> None:
         """A COMMAND_ACK of the autopilot."""
-        if ack.command in _STARTS and ack.result in _GOOD:
+        if ack.command in _STARTS_MOTORS and ack.result in _ACCEPTED:
             self._at = now
 
-    def accepted_lately(self, now: float) -> bool:
+    def counts_as_armed(self, now: float) -> bool:
         """Whether the drone counts as armed, regardless of the last heartbeat."""
-        return now - self._at <= LATELY_S
+        return now - self._at <= COUNTS_FOR_S

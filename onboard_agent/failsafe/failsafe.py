@@ -95,7 +95,7 @@ class Failsafe:
         self.lost.heartbeat(view.custom_mode)
         self._holder.heartbeat(now)
         if not view.armed:
-            self._person.flown()
+            self._person.attended()
 
     def mode_acknowledged(self, ack: Any, now: float) -> None:
         """Handles a COMMAND_ACK for MAV_CMD_DO_SET_MODE that is addressed to the agent."""
@@ -154,7 +154,7 @@ class Failsafe:
         self._radio_took_over = False
         # The autopilot may have left the mode that stays, for a command that is not answered yet.
         called_away = self._holder.mode_request.open
-        armed = view.armed or not view.heard or self.start.accepted_lately(now)
+        armed = view.armed or not view.heard or self.start.counts_as_armed(now)
         self._holder.hold_begins(now, needed=True)
         modes = self._modes()
         if cause is HoldCause.ORDER and modes is not None and view.custom_mode == modes.mission.custom_mode:
@@ -204,7 +204,7 @@ class Failsafe:
         """
         by_hand, view = self._holder.by_hand, self._autopilot
         self._holder.update(now)
-        if self._hold.open and self._person.gone_s(now) is None and self._hold.open_s(now) >= self._patience_s:
+        if self._hold.open and self._person.absent_s(now) is None and self._hold.open_s(now) >= self._patience_s:
             self._person.hold_began(now)
         if self._hold.open and not (self._hold.holds or by_hand or self._holder.wants_sticks(now)) and view.armed:
             # The autopilot has refused the mode for which the agent keeps the sticks centred.
@@ -217,7 +217,7 @@ class Failsafe:
         self._way_home.seen(now, airborne=airborne, percent=motion.battery_percent)
         loss = Loss(
             tower_gone_s=self._watch.loss.tower_gone_s(now),
-            person_gone_s=self._person.gone_s(now),
+            person_gone_s=self._person.absent_s(now),
             stayed=self._person.stayed,
             ours=airborne and (self._watch.tower_in_this_flight or self._hold.open or not by_hand),
             custom_mode=view.custom_mode,
@@ -277,7 +277,7 @@ class Failsafe:
             self.lost.done_by_autopilot(LostAction.LAND if lands else LostAction.RETURN, why)
             return
         self._radio_took_over = self._holder.by_hand
-        self._person.flown()
+        self._person.attended()
 
     def _lost_action_done(self, now: float) -> None:
         """Ends a hold in favour of the lost action, unless the holder has commanded something since.

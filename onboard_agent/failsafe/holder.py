@@ -93,7 +93,7 @@ class Holder:
     def _sticks_pass(self, sticks: Sticks, now: float) -> None:
         self.moved += not sticks.centred
         self._hold.sticks_come(self._hand_modes(), now)
-        self._person.flown()
+        self._person.attended()
         self._watch.sticks_passed(now)
         self.stick_fallback.sticks_passed(now)
         self._stream.sticks_passed(now)
@@ -120,7 +120,7 @@ class Holder:
         elif not self.by_hand and not self._hold.open:
             self._flies_by_command(now)
         elif isinstance(intent, Command):
-            self._person.acted(now)
+            self._person.commanded(now)
             self.mode_request.ask(intent.command, now, from_mode=None if self.by_hand else self._autopilot.custom_mode)
             self._hold.wait()
         elif not self.by_hand and self._obeys_targets:
@@ -128,7 +128,7 @@ class Holder:
 
     def _wants_sticks(self, now: float) -> None:
         self.mode_request.over()
-        self._person.acted(now)
+        self._person.commanded(now)
         self._hold.go_on()
         self._hold.overruled(needs_sticks=True, now=now)
         view = self._autopilot
@@ -152,7 +152,7 @@ class Holder:
         self.mode_request.over()
         self._hold.go_on()
         self._hold.overruled(needs_sticks=False, now=now)
-        self._person.flown()
+        self._person.attended()
         self.gate.let_go()
         self._watch.no_pilot_needed()
 

@@ -10,13 +10,13 @@ Rules, each tested:
 
 
 class PersonWatch:
-    """Query `gone_s`."""
+    """Report what people do; read `absent_s`."""
 
     def __init__(self) -> None:
         self.stayed = False
         self.stayed_by = ""
         self.holding = False
-        """The count belongs to a hold."""
+        """Whether a hold started the count."""
         self._since: float | None = None
 
     def hold_began(self, now: float) -> None:
@@ -25,12 +25,12 @@ class PersonWatch:
         self.holding = True
         self.stayed = False
 
-    def acted(self, now: float) -> None:
+    def commanded(self, now: float) -> None:
         """Restarts a running count, because a person gave a command that does not end the hold."""
         if self._since is not None:
             self._since = now
 
-    def flown(self) -> None:
+    def attended(self) -> None:
         """Somebody flies the drone, or it is on the ground."""
         self._since = None
         self.holding = self.stayed = False
@@ -40,13 +40,13 @@ class PersonWatch:
         if self._since is not None:
             self.stayed, self.stayed_by = True, by
 
-    def holder(self, *, held: bool, present: bool, now: float) -> None:
+    def holder_reported(self, *, held: bool, present: bool, now: float) -> None:
         """The tower reports whether there is a holder and whether they are present."""
         if present and not self.holding:
-            self.flown()
+            self.attended()
         elif held and not present and self._since is None:
             self._since = now
 
-    def gone_s(self, now: float) -> float | None:
+    def absent_s(self, now: float) -> float | None:
         """Seconds since the count started; None while somebody is present."""
         return None if self._since is None else now - self._since

@@ -1,4 +1,4 @@
-"""Whether the tower takes part in this flight. The agent does not bring home what a radio pilot flies alone. No I/O."""
+"""Whether the tower takes part in this flight. A drone that a radio pilot flies alone is not brought home. No I/O."""
 
 from typing import Final
 

@@ -3,8 +3,8 @@
 The key is on the disk before the tower receives its public half, and the tower accepts the same key twice. A lost
 response, or an agent that is killed meanwhile, costs only another attempt.
 
-It uses urllib because httpx is not a dependency of the agent. `httpx.Client` would add 8 MB and 0.12 s of CPU to a
-start of 40 MB and 0.41 s (one x86-64 core); websockets loads urllib.request anyway.
+It uses urllib because the agent does not depend on httpx. `httpx.Client` would add 8 MB and 0.12 s of CPU to a start of
+40 MB and 0.41 s (one x86-64 core); websockets loads urllib.request anyway.
 """
 
 import base64
@@ -49,9 +49,9 @@ class _NoRedirects(urllib.request.HTTPRedirectHandler):
 def enrol(tower: TowerUrl, token: str, path: Path) -> str:
     """Enrols this machine as the drone, stores its identity in `path` and returns the drone's name. Raises NotReached,
     or Unusable with the reason in one line, which never contains the token. `path` is unchanged until success."""
-    draft = _draft(path)
-    key = _begun(draft, token)
-    kept, drone = _ask(tower, token, key)
+    draft = _draft_path(path)
+    key = _key_for(draft, token)
+    kept, drone = _register(tower, token, key)
     try:
         write_private(path, str(kept))
     except OSError as error:
@@ -73,12 +73,12 @@ def check_can_keep(path: Path) -> None:
         raise Unusable(f"the drone's key cannot be kept in {path}: {error.strerror}; choose another --token") from None
 
 
-def _draft(path: Path) -> Path:
+def _draft_path(path: Path) -> Path:
     return path.with_name(f".{path.name}.enrolling")
 
 
-def _begun(draft: Path, token: str) -> DroneKey:
-    """Returns the key for this token: the one that an earlier, killed process made, or a new one."""
+def _key_for(draft: Path, token: str) -> DroneKey:
+    """Returns the key that an earlier, interrupted process made for this token, or a new one."""
     with contextlib.suppress(OSError, ValueError):
         for_token, seed = draft.read_text().split()
         if secrets.compare_digest(for_token, token):
@@ -91,7 +91,8 @@ def _begun(draft: Path, token: str) -> DroneKey:
     return DroneKey(DroneId(0), key_bytes(seed))
 
 
-def _ask(tower: TowerUrl, token: str, key: DroneKey) -> tuple[Kept, str]:
+def _register(tower: TowerUrl, token: str, key: DroneKey) -> tuple[Kept, str]:
+    """Returns the identity to store and the drone's name."""
     signature = key.sign(enrolment_statement(token, key.public))
     body = {
         "token": token,
@@ -109,10 +110,10 @@ def _ask(tower: TowerUrl, token: str, key: DroneKey) -> tuple[Kept, str]:
     opener = urllib.request.build_opener(_NoRedirects, proxies)
     try:
         with opener.open(request, timeout=TIMEOUT_S) as answer:
-            answered = json.loads(answer.read(MAX_ANSWER_BYTES))
-        drone_id = DroneId(int(answered["drone_id"]))
-        kept = Kept(drone_id, DroneKey(drone_id, key.seed), tower_key=key_bytes(answered["tower_key"]))
-        return kept, str(answered["drone"])
+            document = json.loads(answer.read(MAX_ANSWER_BYTES))
+        drone_id = DroneId(int(document["drone_id"]))
+        kept = Kept(drone_id, DroneKey(drone_id, key.seed), tower_key=key_bytes(document["tower_key"]))
+        return kept, str(document["drone"])
     except urllib.error.HTTPError as error:
         with error:
             if error.code >= 500:
@@ -122,7 +123,7 @@ def _ask(tower: TowerUrl, token: str, key: DroneKey) -> tuple[Kept, str]:
         reason = error.reason if isinstance(error, urllib.error.URLError) else error
         raise NotReached(f"{tower} cannot be reached: {reason}. Try again with the same token") from None
     except (ValueError, KeyError, TypeError, MalformedKey):
-        raise Unusable(f"{tower} gave an answer that is no tower's, or an older version's") from None
+        raise Unusable(f"{tower} does not answer as a tower of this version does") from None
 
 
 def _detail(error: urllib.error.HTTPError) -> str:

@@ -9,26 +9,27 @@ from typing import Any, Final
 
 from wire.dialect import mavlink
 
-KEPT: Final = 12
+MAX_TEXTS: Final = 12
 """An autopilot that refuses to arm gives up to six reasons."""
 
-REASON: Final = mavlink.MAV_SEVERITY_WARNING
-"""Texts of this severity or worse may be a reason."""
+MILDEST_REASON: Final = mavlink.MAV_SEVERITY_WARNING
+"""Texts of this severity or worse may be a reason for a refusal."""
 
-_CHUNK: Final = 50
+_CHUNK_CHARS: Final = 50
+"""Length of the text field of STATUSTEXT. A shorter chunk is the last one."""
 
 
 class StatusTexts:
-    """Feed it each STATUSTEXT of the autopilot; read them with `since`."""
+    """Feed it each STATUSTEXT of the autopilot; read the texts with `since`."""
 
     def __init__(self) -> None:
-        self._texts: deque[tuple[float, str]] = deque(maxlen=KEPT)
+        self._texts: deque[tuple[float, str]] = deque(maxlen=MAX_TEXTS)
         self._open_id = 0
         self._chunks: list[str] = []
 
     def receive(self, message: Any, now: float) -> None:
         """Takes a STATUSTEXT."""
-        if message.severity > REASON:
+        if message.severity > MILDEST_REASON:
             return
         if message.id == 0:
             self._keep(message.text, now)
@@ -37,7 +38,7 @@ class StatusTexts:
             self._open_id, self._chunks = message.id, []
         if message.chunk_seq == len(self._chunks):
             self._chunks.append(message.text)
-            if len(message.text) < _CHUNK:
+            if len(message.text) < _CHUNK_CHARS:
                 self._keep("".join(self._chunks), now)
                 self._open_id = 0
 

@@ -17,7 +17,7 @@ from server.domain.people import Role
 from server.live.hub_events import HolderExpired, HolderGone, HubEvent, MotionSuspected, RightLost, RttTooLong
 from server.live.relay import live_messages as live
 from server.live.separation.motion import METRES_PER_DEGREE
-from server.live.separation.strangers import BEGUN_AT_ONCE, BEGUN_EVERY_S, FIGURES_EVERY_S
+from server.live.separation.strangers import ALERT_BURST, ALERT_EVERY_S, FIGURES_EVERY_S
 from wire.control_messages import AutopilotState, HoldOrder
 from wire.dialect import build, mavlink
 from wire.frames import message_id
@@ -248,7 +248,7 @@ def test_flying_in_and_out_again_and_again_is_answered_only_so_often() -> None:
             sky.speeds[MADE_UP] = (speed, 0.0, 0.0)
             sky.fly(10)
     begun = {one["number"] for one in sky.learnt["bob"]}
-    assert 2 <= len(begun) <= BEGUN_AT_ONCE + (sky.now - before) / BEGUN_EVERY_S
+    assert 2 <= len(begun) <= ALERT_BURST + (sky.now - before) / ALERT_EVERY_S
 
 
 def test_coming_back_to_the_page_is_no_second_look() -> None:

@@ -4,7 +4,7 @@ import type { AlertSeverity } from './link/conditions';
 
 const TONE_S = 0.16;
 const PAUSE_S = 0.08;
-const LOUDNESS = 0.15;
+const GAIN = 0.15;
 const TONES_HZ: Record<AlertSeverity, readonly number[]> = {
   critical: [880, 660, 880, 660],
   warning: [620],
@@ -13,8 +13,8 @@ const TONES_HZ: Record<AlertSeverity, readonly number[]> = {
 
 let context: AudioContext | null = null;
 
-/** Returns false while the browser blocks sound: it requires a user action on the page first. */
-export function sound(severity: AlertSeverity): boolean {
+/** Plays the tones. Returns false while the browser blocks sound: it requires a user action on the page first. */
+export function playAlert(severity: AlertSeverity): boolean {
   try {
     context ??= new AudioContext();
   } catch {
@@ -22,14 +22,14 @@ export function sound(severity: AlertSeverity): boolean {
   }
   if (context.state === 'suspended') void context.resume();
   if (context.state !== 'running') return false;
-  for (const [at, frequency] of TONES_HZ[severity].entries()) {
-    const begin = context.currentTime + at * (TONE_S + PAUSE_S);
+  for (const [index, frequencyHz] of TONES_HZ[severity].entries()) {
+    const begin = context.currentTime + index * (TONE_S + PAUSE_S);
     const tone = context.createOscillator();
     const gain = context.createGain();
-    tone.frequency.value = frequency;
+    tone.frequency.value = frequencyHz;
     gain.gain.setValueAtTime(0, begin);
-    gain.gain.linearRampToValueAtTime(LOUDNESS, begin + 0.01);
-    gain.gain.setValueAtTime(LOUDNESS, begin + TONE_S - 0.02);
+    gain.gain.linearRampToValueAtTime(GAIN, begin + 0.01);
+    gain.gain.setValueAtTime(GAIN, begin + TONE_S - 0.02);
     gain.gain.linearRampToValueAtTime(0, begin + TONE_S);
     tone.connect(gain).connect(context.destination);
     tone.start(begin);

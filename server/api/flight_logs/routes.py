@@ -131,7 +131,7 @@ async def fetch_log(
     """Has the agent read a log and send it to the tower. Holder only, because it uses the drone's whole link."""
     drone = await flown_drone(hub, principal, drone_id)
     step = Step(LogDownloadWork(log_id), FETCH_WITHIN_S)
-    order = Order("log_download", Lane.LOGS, [step], writes=False, noted=True, about={"log": log_id})
+    order = Order("log_download", Lane.LOGS, [step], writes=False, audited=True, about={"log": log_id})
     return await answer(begin(hub, principal, drone, order, address), response, prefer)
 
 

@@ -56,7 +56,7 @@ class DataEndpoint:
         self.may_act: Callable[[], bool] = lambda: True
         """Called before anything is sent to an agent: false in a process that may no longer be the tower."""
         self._socket: socket.socket | None = None
-        self._rhythm = ReadPacer()
+        self._pacer = ReadPacer()
         self._resting: asyncio.TimerHandle | None = None
         self._gate: ReadGate | None = None
         self._connected: ConnectedSockets | None = None
@@ -71,11 +71,11 @@ class DataEndpoint:
     def follow(self, close: Set[tuple[str, int]]) -> None:
         """Datagrams from these addresses are read at once from now on. Call it several times a second."""
         if self._connected is not None:
-            self._rhythm.hurries = not self._connected.follow(close)
+            self._pacer.urgent = not self._connected.follow(close)
 
     def _came(self) -> None:
         now = time.monotonic()
-        rest_s = self._rhythm.came(now)
+        rest_s = self._pacer.arrived(now)
         if rest_s is None:
             self._read(now, 1)
             self._watch()  # if another datagram is pending, it is called again at once
@@ -85,7 +85,7 @@ class DataEndpoint:
     def _rested(self) -> None:
         now = time.monotonic()
         count = self._read(now, MAX_CONCURRENT)
-        rest_s = 0.0 if count == MAX_CONCURRENT else self._rhythm.rested(count)
+        rest_s = 0.0 if count == MAX_CONCURRENT else self._pacer.read_after_rest(count)
         if rest_s is None:
             self._resting = None
             self._watch()

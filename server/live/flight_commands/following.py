@@ -60,7 +60,7 @@ def order_for(
     """Into the mode that takes targets, and then to the place. `work`, `needs`, `about`: of the order. Raises
     NotKnownHow."""
 
-    def say(step: Step, outcome: Outcome, words: str, seen: bool | None) -> str:
+    def result_text(step: Step, outcome: Outcome, words: str, seen: bool | None) -> str:
         why = f" {following.stopped}." if following.stopped else ""
         where = "" if isinstance(step.work, FollowWork) else f", {step.phase}"
         return f"{vehicle.name}{where}:{why} {words}"
@@ -69,7 +69,9 @@ def order_for(
     if mode is None:
         raise NotKnownHow(f"{vehicle.name} flies {vehicle.profile.label}, which cannot follow")
     steps = [step_of(mode_step(mode, vehicle.state)), Step(following.work, for_s)]
-    return Order(work, Lane.FOLLOWING, steps, writes=True, overrules=True, needs=needs, say=say, about=about)
+    return Order(
+        work, Lane.FOLLOWING, steps, writes=True, overrules=True, needs=needs, result_text=result_text, about=about
+    )
 
 
 def _refuse(hub: Hub, drone: LiveDrone, leader: LiveDrone, work: FollowWork, now: float) -> None:

@@ -31,7 +31,7 @@ def order_of(body: bodies.OneOff, vehicle: Vehicle) -> Order:
     """Raises NotKnownHow, NotKnownYet, NoSuchMode, NoSuchItem."""
     about: dict[str, object] = body.model_dump(exclude_none=True)
 
-    def say(step: Step, outcome: Outcome, words: str, seen: bool | None) -> str:
+    def result_text(step: Step, outcome: Outcome, words: str, seen: bool | None) -> str:
         if outcome is Outcome.DONE and seen is None:
             return f"{vehicle.name} accepted, now {step.phase}."
         return f"{vehicle.name}, {step.phase}: {words}"
@@ -45,7 +45,7 @@ def order_of(body: bodies.OneOff, vehicle: Vehicle) -> Order:
         writes=True,
         overrules=commands.overrules(command, said),
         stops=isinstance(command, _STOPS),
-        say=say,
+        result_text=result_text,
         about=about,
     )
 

@@ -56,7 +56,7 @@ class KeptOperations:
         while self._named:
             oldest = next(iter(self._named.values()))
             too_many = len(self._named) - running > MAX_ENDED
-            if oldest.running or not (too_many or now - oldest.over_since > ENDED_KEPT_S):
+            if oldest.running or not (too_many or now - oldest.ended_s > ENDED_KEPT_S):
                 break
             self._named.popitem(last=False)
 

@@ -1,4 +1,4 @@
-"""One piece of work at a drone, from the request to its end. Data, and nothing that decides."""
+"""One piece of work at a drone, from the request to its end. Data only: the service decides."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ STATE_OF: Final = {
 
 
 class Lane(StrEnum):
-    """What one drone does side by side."""
+    """Kinds of work that a drone does side by side."""
 
     PLANS = "plans"
     PARAMETERS = "parameters"
@@ -58,8 +58,9 @@ class Lane(StrEnum):
     FOLLOWING = "following"
 
 
-AT_ONCE: Final = {Lane.PLANS: 1, Lane.PARAMETERS: 1, Lane.COMMANDS: 4, Lane.LOGS: 1, Lane.FOLLOWING: 1}
-"""How many operations of a lane a drone has at a time. An autopilot answers commands by their number only, so few."""
+MAX_RUNNING: Final = {Lane.PLANS: 1, Lane.PARAMETERS: 1, Lane.COMMANDS: 4, Lane.LOGS: 1, Lane.FOLLOWING: 1}
+"""How many operations of a lane a drone runs at a time. Few commands, because an autopilot's acknowledgement names only
+the kind of command."""
 
 
 @dataclass(frozen=True)
@@ -73,19 +74,20 @@ class Step:
     skip: Callable[[], bool] | None = None
 
 
-Say = Callable[[Step, Outcome, str, bool | None], str]
-"""Text for an operation that ended with this step and this report; `saw`: whether telemetry confirmed it."""
+ResultText = Callable[[Step, Outcome, str, bool | None], str]
+"""Returns the text for an operation that ended with this step, this outcome and this text of the agent. The last
+argument: whether telemetry confirmed it; None: there is nothing to confirm."""
 
 
-def as_said(step: Step, outcome: Outcome, words: str, seen: bool | None) -> str:
-    """The agent's own text."""
+def agents_text(step: Step, outcome: Outcome, words: str, seen: bool | None) -> str:
+    """Returns the agent's own text."""
     return words
 
 
 @dataclass(frozen=True)
 class Order:
-    """A request. `work`: its name for programs; `steps` run in order, up to the first that fails. `writes`: it changes
-    the drone. `hash`: of the plan concerned. `about`: for the audit trail."""
+    """What was requested. `work`: its name for programs. `steps`: they run in order, up to the first that fails.
+    `writes`: it changes the drone. `hash`: of the plan concerned. `about`: details for the audit trail."""
 
     work: WorkName
     lane: Lane
@@ -93,32 +95,32 @@ class Order:
     writes: bool
     kind: PlanKind | None = None
     hash: str | None = None
-    noted: bool = False
-    """It is audited although it changes nothing; writes always are."""
+    audited: bool = False
+    """The audit trail records it although it changes nothing; writes are always recorded."""
     overrules: bool = False
     """It decides how the drone flies: it replaces earlier commands and is exempt from the limit."""
     stops: bool = False
     """It stops the drone, returns or lands it: exempt from the rate limit."""
     needs: str = TRANSACTIONS
     """The capability that the agent must have reported."""
-    say: Say = as_said
+    result_text: ResultText = agents_text
     about: dict[str, object] = field(default_factory=dict)
 
 
-class Carrier(Protocol):
+class TransactionLink(Protocol):
     """What an operation knows of the link that carries its transaction (`server.live.relay.agent_link.AgentLink`)."""
 
     process: int
-    """Number of the agent process that runs it; 0: not reported."""
+    """Number of the agent process at its other end; 0: not reported."""
     has_channel: bool
 
     def post(self, message: ToAgent) -> None:
-        """Send it by the control channel."""
+        """Sends it by the control channel."""
 
 
 @dataclass
 class Operation:
-    """Owned by the service while it runs; never changed after its end, but by an agent that came back late."""
+    """Owned by the service while it runs. After its end only the report of an agent that returns late changes it."""
 
     id: int
     drone_id: DroneId
@@ -148,13 +150,14 @@ class Operation:
 
     # -- the service's own --------------------------------------------------------------------------------------
     commanded: int = 0
-    """LiveDrone.commanded when it began."""
+    """`LiveDrone.commanded` when it began. If that has grown, somebody else has commanded the drone since."""
     next_step: int = 0
     transaction_id: int = 0
-    link: Carrier | None = None
+    link: TransactionLink | None = None
     deadline: float = 0.0
     """When the agent must have ended the transaction, on the clock of `now`."""
-    over_since: float = 0.0
+    ended_s: float = 0.0
+    """When it ended, on the same clock."""
     link_lost: bool = False
     ask_at: float | None = None
     """When to ask the agent about it, if it has reported nothing since its link returned."""
@@ -163,7 +166,8 @@ class Operation:
 
     @property
     def step(self) -> Step:
-        """The running transaction; after giving up, the last one. None after any other end."""
+        """The step whose transaction runs, or ran last. Raises IndexError once they are dropped
+        (`KeptOperations.ended`)."""
         return self.order.steps[self.next_step - 1]
 
     @property
@@ -171,6 +175,6 @@ class Operation:
         return self.state is State.RUNNING
 
 
-def is_another_agent(before: Carrier | None, now: Carrier) -> bool:
-    """Whether that is known: an old agent does not report its process."""
+def is_another_agent(before: TransactionLink | None, now: TransactionLink) -> bool:
+    """Whether the agent process is known to be another one. An old agent does not report its process."""
     return before is not None and before.process != 0 and now.process != 0 and before.process != now.process

@@ -24,7 +24,7 @@ from server.live.operations.end_words import moved_words, overruled_words, unkno
 from server.live.operations.kept_operations import KeptOperations
 from server.live.operations.onboard_reports import OnboardReport, OnboardReports
 from server.live.operations.onboard_state import checked_plan
-from server.live.operations.operation import AT_ONCE, STATE_OF, Lane, Operation, Order, State, is_another_agent
+from server.live.operations.operation import MAX_RUNNING, STATE_OF, Lane, Operation, Order, State, is_another_agent
 from server.live.operations.refusals import AgentTooOld, DroneBusy, DroneOffline
 from server.live.operations.table_fetching import FETCH, TableFetching
 from server.live.relay import live_messages as live
@@ -202,10 +202,10 @@ class OperationService:
             there = self._asked_at(drone, order.lane)
         if order.lane is Lane.PARAMETERS:  # the agent reads and writes them side by side
             there = [one for one in there if one.order.writes == order.writes]
-        if order.overrules and len(there) >= AT_ONCE[order.lane]:
+        if order.overrules and len(there) >= MAX_RUNNING[order.lane]:
             self.cancel(there[0])
             self._end(there[0], State.CANCELLED, unknown_words(there[0], "got other commands before it answered"))
-        elif len(there) >= AT_ONCE[order.lane]:
+        elif len(there) >= MAX_RUNNING[order.lane]:
             busy = there[0]
             who = f" for {busy.by.name}" if busy.by else ""
             raise DroneBusy(f"{drone.record.name} is busy{who} ({busy.order.work.replace('_', ' ')}): wait, or stop it")
@@ -295,7 +295,7 @@ class OperationService:
             rest = "the report came too late, and the rest was not sent"
             self._end(operation, State.FAILED, f"{operation.drone_name}, {operation.step.phase}: done, but {rest}.")
             return
-        words = operation.order.say(operation.step, report.outcome, report.words, report.seen)
+        words = operation.order.result_text(operation.step, report.outcome, report.words, report.seen)
         self._end(operation, STATE_OF[report.outcome], words)
 
     def _end(self, operation: Operation, state: State, words: str) -> None:
@@ -304,7 +304,7 @@ class OperationService:
         operation.state, operation.words, operation.phase = state, words, ""
         operation.ended_at = self._clock()
         operation.link, operation.link_lost = None, False
-        operation.over_since = self._now
+        operation.ended_s = self._now
         self._notify(operation)
         listeners, operation.on_end = operation.on_end, []
         for listener in listeners:

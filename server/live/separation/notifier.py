@@ -171,7 +171,7 @@ class SeparationNotifier:
             def about(seen: Relative | None = seen) -> Rounded:
                 return rounded(one.level, approach, seen)
 
-            alert = self._strangers.check(one.number, (own, other), one.level, about, fit=fit, now=now)
+            alert = self._strangers.check(one.number, (own, other), one.level, about, qualifies=fit, now=now)
             if alert is not None:
                 event = _event_of_stranger(own, alert)
                 # A viewer who may now see the other drone knows more; the alert for strangers still needs its end.

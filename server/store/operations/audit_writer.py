@@ -57,7 +57,7 @@ class OperationAuditWriter:
         _log.info("operation_began", **_traced(operation), what=dict(operation.order.about))
         if _is_command(operation):
             self._running[operation.id] = operation
-        elif operation.order.writes or operation.order.noted:
+        elif operation.order.writes or operation.order.audited:
             self._note(operation, "operation.began", dict(operation.order.about))
 
     def ended(self, operation: Operation) -> None:
@@ -68,7 +68,7 @@ class OperationAuditWriter:
             # An operation that was given up may end again when its agent is back: it already has its row.
             if self._running.pop(operation.id, None) is not None:
                 self._note_command(operation, _RESULTS.get(operation.state, operation.state.value))
-        elif operation.order.writes or operation.order.noted:
+        elif operation.order.writes or operation.order.audited:
             self._note(operation, "operation.ended", outcome)
 
     def observed(self, command: CommandObserved) -> None:

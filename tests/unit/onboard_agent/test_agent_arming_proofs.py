@@ -7,7 +7,7 @@ import pytest
 
 from onboard_agent.autopilot.disarm_proof import ASK_BEAT_S, PROOF_WITHIN_S, WATCH_S, DisarmProof
 from onboard_agent.autopilot.own_frames import FrameMaker
-from onboard_agent.autopilot.recent_start import LATELY_S, RecentStart
+from onboard_agent.autopilot.recent_start import COUNTS_FOR_S, RecentStart
 from onboard_agent.failsafe.foreign_mode import FOREIGN_FOR_S, ForeignMode
 from onboard_agent.sticks.arming_sticks import EVERY_S, ArmingSticks
 from onboard_agent.sticks.stick_age import StickAge
@@ -31,10 +31,10 @@ ACCEPTED, IN_PROGRESS, FAILED = 0, 5, 4
 )
 def test_what_was_accepted_just_now_counts_as_armed(command: int, result: int, counts: bool) -> None:
     start = RecentStart()
-    assert not start.accepted_lately(10.0)
+    assert not start.counts_as_armed(10.0)
     start.acknowledged(mavlink.MAVLink_command_ack_message(command, result), 10.0)
-    assert start.accepted_lately(10.0 + LATELY_S) is counts
-    assert not start.accepted_lately(10.1 + LATELY_S)
+    assert start.counts_as_armed(10.0 + COUNTS_FOR_S) is counts
+    assert not start.counts_as_armed(10.1 + COUNTS_FOR_S)
 
 
 def test_a_proof_is_asked_for_until_the_order_has_been_open_for_long_enough() -> None:

@@ -230,11 +230,11 @@ def test_what_makes_no_sense_is_refused(body: dict[str, Any]) -> None:
 def test_the_words_name_the_drone_and_the_step() -> None:
     order = order_of(READ.validate_python({"command": "takeoff", "height_m": 20}), COPTER)
     arming = order.steps[1]
-    assert order.say(arming, Outcome.FAILED, "The autopilot tried and failed.", None) == (
+    assert order.result_text(arming, Outcome.FAILED, "The autopilot tried and failed.", None) == (
         "hawk, arming: The autopilot tried and failed."
     )
-    assert order.say(order.steps[2], Outcome.DONE, "", None) == "hawk accepted, now climbing to 20 m."
-    assert order.say(order.steps[2], Outcome.DONE, "Accepted, not confirmed yet: it stands still.", False) == (
+    assert order.result_text(order.steps[2], Outcome.DONE, "", None) == "hawk accepted, now climbing to 20 m."
+    assert order.result_text(order.steps[2], Outcome.DONE, "Accepted, not confirmed yet: it stands still.", False) == (
         "hawk, climbing to 20 m: Accepted, not confirmed yet: it stands still."
     )
 

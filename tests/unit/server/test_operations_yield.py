@@ -6,7 +6,7 @@ import pytest
 from hub_world import command_long, record
 from operation_scene import ALICE, COMMAND, Scene
 
-from server.live.operations.operation import AT_ONCE, Lane, Order, State, Step
+from server.live.operations.operation import MAX_RUNNING, Lane, Order, State, Step
 from server.live.operations.refusals import DroneBusy
 from wire.control_messages import HoldCause, HoldProgress, HoldStep
 from wire.ids import DroneId
@@ -59,7 +59,7 @@ def test_a_hold_that_was_over_before_does_not_count() -> None:
 
 def test_a_hold_is_never_one_too_many() -> None:
     scene = Scene()
-    others = [scene.begin(SPEED) for _ in range(AT_ONCE[Lane.COMMANDS])]
+    others = [scene.begin(SPEED) for _ in range(MAX_RUNNING[Lane.COMMANDS])]
     with pytest.raises(DroneBusy):
         scene.begin(SPEED)
     scene.sent()

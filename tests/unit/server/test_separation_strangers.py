@@ -9,8 +9,8 @@ from server.live.separation.approach import Approach
 from server.live.separation.bounds import Level
 from server.live.separation.motion import Relative
 from server.live.separation.strangers import (
-    BEGUN_AT_ONCE,
-    BEGUN_EVERY_S,
+    ALERT_BURST,
+    ALERT_EVERY_S,
     FIGURES_EVERY_S,
     Rounded,
     StrangerAlert,
@@ -28,9 +28,9 @@ def alerts() -> StrangerAlerts:
 
 
 def look(
-    of: StrangerAlerts, now: float, *, level: Level = Level.CAUTION, fit: bool | None = True, encounter: int = 1
+    of: StrangerAlerts, now: float, *, level: Level = Level.CAUTION, qualifies: bool | None = True, encounter: int = 1
 ) -> StrangerAlert | None:
-    return of.check(encounter, PAIR, level, lambda: NEAR._replace(level=level), fit=fit, now=now)
+    return of.check(encounter, PAIR, level, lambda: NEAR._replace(level=level), qualifies=qualifies, now=now)
 
 
 @pytest.mark.parametrize(
@@ -62,21 +62,21 @@ def test_places_that_differ_by_less_than_a_step_are_told_as_one() -> None:
 
 def test_a_silent_one_begins_nothing_and_ends_nothing() -> None:
     of = alerts()
-    assert look(of, 0, fit=None) is None
+    assert look(of, 0, qualifies=None) is None
     began = look(of, 1)
     assert began is not None and began.number == 100
-    assert look(of, 2, fit=None) is None
+    assert look(of, 2, qualifies=None) is None
     assert of.last(1, 1) == began
-    assert look(of, 2 + FIGURES_EVERY_S, fit=None) is not None
+    assert look(of, 2 + FIGURES_EVERY_S, qualifies=None) is not None
 
 
 def test_an_unfit_one_begins_nothing_and_ends_what_was_told_without_a_reason() -> None:
     of = alerts()
-    assert look(of, 0, fit=False) is None
+    assert look(of, 0, qualifies=False) is None
     assert look(of, 1) is not None
-    assert look(of, 2, fit=False) == StrangerAlert(100, Rounded(Level.CLEAR))
+    assert look(of, 2, qualifies=False) == StrangerAlert(100, Rounded(Level.CLEAR))
     assert of.last(1, 1) is None
-    assert look(of, 3, fit=False) is None
+    assert look(of, 3, qualifies=False) is None
 
 
 def test_a_worse_level_is_told_at_once_and_figures_seldom() -> None:
@@ -94,7 +94,7 @@ def test_of_the_same_two_alerts_begin_only_so_often() -> None:
     for second in range(600):
         begun += look(of, second, encounter=second) is not None
         look(of, second + 0.5, level=Level.CLEAR, encounter=second)
-    assert begun == BEGUN_AT_ONCE + int(599 // BEGUN_EVERY_S)
+    assert begun == ALERT_BURST + int(599 // ALERT_EVERY_S)
 
 
 def test_encounters_that_ended_in_silence_are_forgotten() -> None:

@@ -12,8 +12,8 @@ import type { PlanWorkspace } from './plan_workspace.svelte';
 
 export const KIND_WORDS: Record<PlanKind, string> = { mission: 'mission', fence: 'fence', rally: 'rally points' };
 
-/** `verified`: whether the plan on board is the one on the screen. */
-export type Came =
+/** How the last transfer ended. `item`: the first one that the autopilot refused, from 0. */
+export type TransferOutcome =
   | { readonly as: 'done'; readonly words: string }
   | { readonly as: 'failed'; readonly words: string; readonly kind: PlanKind; readonly item: number | null };
 
@@ -30,7 +30,7 @@ export class Transfer {
   /** The current activity, in words; empty: none. */
   doing = $state('');
   operation = $state.raw<Operation | null>(null);
-  came = $state.raw<Came | null>(null);
+  outcome = $state.raw<TransferOutcome | null>(null);
   isCancelling = $state(false);
   readonly #workspace: PlanWorkspace;
   readonly #ways: Ways;
@@ -82,7 +82,7 @@ export class Transfer {
   /** Replaces the plan on the screen by the drone's, as one undo step. */
   async download(kinds: readonly PlanKind[]): Promise<void> {
     if (this.isBusy) return;
-    this.came = null;
+    this.outcome = null;
     const { rest, droneId, name } = this.#ways;
     const dropped: string[] = [];
     let after: Plan = this.#workspace.plan;
@@ -107,9 +107,9 @@ export class Transfer {
       this.#workspace.apply(replacePlan(`Read from ${name}`, after));
       this.#workspace.shows += 1;
       const words = [`What is on ${name} is on the screen.`, ...dropped].join(' ');
-      this.came = { as: 'done', words };
+      this.outcome = { as: 'done', words };
     } catch (error) {
-      this.came = { as: 'failed', words: wordsOf(error), kind, item: null };
+      this.outcome = { as: 'failed', words: wordsOf(error), kind, item: null };
     } finally {
       follow();
       this.doing = '';
@@ -125,7 +125,7 @@ export class Transfer {
       await this.#ways.operations.cancel(this.operation.id);
     } catch (error) {
       this.isCancelling = false;
-      this.came = { as: 'failed', words: wordsOf(error), kind: this.operation.kind ?? 'mission', item: null };
+      this.outcome = { as: 'failed', words: wordsOf(error), kind: this.operation.kind ?? 'mission', item: null };
     }
   }
 
@@ -136,7 +136,7 @@ export class Transfer {
     begin: (kind: PlanKind) => Promise<Operation>,
   ): Promise<void> {
     if (this.isBusy) return;
-    this.came = null;
+    this.outcome = null;
     const words: string[] = [];
     let now: PlanKind = 'mission';
     try {
@@ -146,15 +146,15 @@ export class Transfer {
         this.doing = `${KIND_WORDS[kind]} ${whither}${which}`;
         const ended = await this.#follow(await begin(kind));
         if (ended.state !== 'done') {
-          this.came = { as: 'failed', words: failedWords(ended), kind, item: ended.item };
+          this.outcome = { as: 'failed', words: failedWords(ended), kind, item: ended.item };
           return;
         }
         if (ended.words) words.push(ended.words);
       }
-      this.came = { as: 'done', words: words.join(' ') || 'Done.' };
+      this.outcome = { as: 'done', words: words.join(' ') || 'Done.' };
     } catch (error) {
       const item = error instanceof RestError ? error.item : null;
-      this.came = { as: 'failed', words: wordsOf(error), kind: now, item };
+      this.outcome = { as: 'failed', words: wordsOf(error), kind: now, item };
     } finally {
       this.doing = '';
       this.operation = null;
