@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from worlds.pilot import ALT_HOLD, LOITER, Pilot, at_the_controls, fly_by_hand, watching
-from worlds.processes import Visitor, World
+from worlds.processes import Visitor, World, wait_for
 
 from server.live.relay.loan_limits import Home
 
@@ -63,11 +63,12 @@ async def test_flown_beyond_height_and_radius_it_holds_and_flies_back(world: Wor
         await fly_by_hand(bob, 10.0)
         home = Home(*bob.place_deg, alt_amsl_m=0)
 
+        bob.modes.clear()
         bob.hold_sticks(throttle=UP)
         reported = await read(bob, f"above the {HEIGHT_M:.0f} m of the loan")
         assert "Kestrel holds" in reported["text"]
         assert (await read(owner, "above the"))["text"] == reported["text"]
-        await bob.until(lambda: bob.mode == ALT_HOLD, "the hold")
+        await bob.until(lambda: ALT_HOLD in bob.modes, "the hold")
         assert bob.altitude_m > HEIGHT_M
         await bob.until(lambda: abs(bob.climb_mps) < 0.2, "no more climbing, with the stick still up")
         assert bob.altitude_m < HEIGHT_M + 6.0
@@ -76,13 +77,16 @@ async def test_flown_beyond_height_and_radius_it_holds_and_flies_back(world: Wor
         await take_up_again(bob)
         bob.hold_sticks(throttle=0)
         await bob.until(lambda: bob.altitude_m < HEIGHT_M - 5.0, "back below")
+        bob.modes.clear()
         bob.hold_sticks(pitch=FULL)
         await read(bob, f"further from home than the {RADIUS_M:.0f} m of the loan")
-        await bob.until(lambda: bob.mode == ALT_HOLD, "the hold")
+        await bob.until(lambda: ALT_HOLD in bob.modes, "the hold")
         assert home.distance_m(*bob.place_deg) > RADIUS_M
 
-    trail = await asyncio.to_thread(lambda: admin.ask("GET", "/audit?limit=500").json)
-    limits = [one for one in trail if one["action"] == "control.loan_limit"]
-    assert len(limits) == 2
+    def both_are_recorded() -> bool:
+        trail = admin.ask("GET", "/audit?limit=500").json
+        return sum(one["action"] == "control.loan_limit" for one in trail) == 2
+
+    await asyncio.to_thread(wait_for, "both limits in the audit trail", both_are_recorded)
     drone = await asyncio.to_thread(admin.drone, 1)
     assert drone["holder"]["name"] == "bob", "a limit is no reason to take the controls"

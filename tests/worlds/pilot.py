@@ -34,6 +34,8 @@ class Pilot:
         self._sticks: tuple[int, int, int, int] | None = None
         self._sticks_sent = 0
         self.mode = -1
+        self.modes: list[int] = []
+        """Each mode that the drone has shown, in order: a hold passes its first one within a second."""
         self.armed = False
         self.has_position = False
         self.place_deg = (0.0, 0.0)
@@ -143,6 +145,8 @@ class Pilot:
         kind = message.get_type() if message is not None else ""
         if kind == "HEARTBEAT" and message.get_srcComponent() == 1:
             self.mode, self.armed = message.custom_mode, bool(message.base_mode & 128)
+            if self.mode not in self.modes[-1:]:
+                self.modes.append(self.mode)
         elif kind == "GLOBAL_POSITION_INT":
             self.has_position = message.lat != 0
             self.place_deg = (message.lat / 1e7, message.lon / 1e7)
