@@ -63,7 +63,7 @@ async def _contents(url: str) -> dict[str, list[str]]:
 
 @pytest.fixture
 def shell(tmp_path: Path) -> Shell:
-    return Shell(tmp_path / "new")
+    return Shell(tmp_path / "new", as_installed=False)
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])
@@ -74,9 +74,8 @@ def settings(request: pytest.FixtureRequest) -> dict[str, Any]:
     return {"database_url": request.getfixturevalue("postgres_url").replace("postgresql://", "postgresql+asyncpg://")}
 
 
-async def test_a_backup_of_a_running_tower_is_restored_elsewhere(
-    tmp_path: Path, shell: Shell, settings: dict[str, Any]
-) -> None:
+async def test_a_backup_of_a_running_tower_is_restored_elsewhere(tmp_path: Path, settings: dict[str, Any]) -> None:
+    shell = Shell(tmp_path / "new")
     archive = tmp_path / "tower.tar"
     async with start_tower(tmp_path, **settings) as world:
         root = await _fill(world)

@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from worlds.forked_programs import ForkedProgram, Forker, fork
+from worlds.forked_programs import ForkedProgram, Forker, fork, run_forked
 from worlds.free_ports import free_udp_ports
 from worlds.processes import BIN, World, wait_for
 
@@ -31,8 +31,9 @@ def run(forker: Forker, folder: Path, *words: str, **environment: str) -> tuple[
     """Returns the exit code and all output."""
     kept: Mapping[str, str] = {name: value for name, value in os.environ.items() if not name.startswith("TOWER_")}
     log_file = folder / "log"
-    with log_file.open("wb") as log:
-        program = forker.start([str(BIN / "tower"), *words], log, {**kept, "TOWER_VAR": str(folder), **environment})
+    with log_file.open("wb") as log, Path(os.devnull).open("rb") as nothing:
+        given = {**kept, "TOWER_VAR": str(folder), **environment}
+        program = forker.start([str(BIN / "tower"), *words], given, (nothing, log, log))
     return program.wait(ENDS_WITHIN_S), log_file.read_text()
 
 
@@ -82,6 +83,17 @@ def test_each_is_a_process_that_signals_end(tmp_path: Path) -> None:
             one.send_signal(number)
             codes.append(one.wait(ENDS_WITHIN_S))
         assert codes == [0, 0, -signal.SIGKILL]
+
+
+def test_it_reads_its_input_and_keeps_output_and_errors_apart(tmp_path: Path) -> None:
+    command = str(BIN / "tower")
+    given = {**os.environ, "TOWER_VAR": str(tmp_path)}
+    assert run_forked([command, "migrate"], given, b"")[0] == 0
+    add = [command, "user", "add", "Anna", "--password-stdin"]
+    code, out, err = run_forked(add, given, b"short\n")
+    assert (code, out, b"a password needs at least 12 characters" in err) == (1, b"", True), err
+    code, out, err = run_forked(add, given, b"four words are longer\n")
+    assert (code, b"Anna" in out, err) == (0, True, b""), err
 
 
 def test_the_installed_scripts_of_others_are_not_forked(tmp_path: Path) -> None:

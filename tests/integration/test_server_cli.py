@@ -1,4 +1,7 @@
-"""The `tower` command as people use it: a process, its output, its exit code."""
+"""The `tower` command as people use it: a process, its output, its exit code.
+
+Where only the words matter, and there are many commands, the process is forked (`worlds.program_forker`).
+"""
 
 import asyncio
 import os
@@ -7,20 +10,23 @@ import signal
 import socket
 import stat
 import sys
+from collections.abc import Sequence
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import httpx
 import pytest
 from tower_world import start_tower
+from worlds.forked_programs import run_forked
 
 TOWER = Path(sys.executable).with_name("tower")
 
 
 class Shell:
-    """Runs `tower` with its own environment."""
+    """Runs `tower` with its own environment. `as_installed`: the console script, in a new interpreter."""
 
-    def __init__(self, var: Path) -> None:
+    def __init__(self, var: Path, *, as_installed: bool = True) -> None:
+        self._as_installed = as_installed
         kept = {name: os.environ[name] for name in ("PATH", "HOME", "LANG", "PYTHONPATH") if name in os.environ}
         self.environment = kept | {
             "TOWER_VAR": str(var),
@@ -32,23 +38,35 @@ class Shell:
 
     async def run(self, *arguments: str, stdin: str = "", code: int = 0, **environment: str) -> str:
         """Returns standard output, or standard error if a failure is expected."""
-        process = await asyncio.create_subprocess_exec(
-            TOWER,
-            *arguments,
-            env=self.environment | environment,
-            stdin=asyncio.subprocess.PIPE,
-            stdout=asyncio.subprocess.PIPE,
-            stderr=asyncio.subprocess.PIPE,
-        )
-        out, err = await asyncio.wait_for(process.communicate(stdin.encode()), 120)
-        assert process.returncode == code, (out, err)
+        command, all_variables = (str(TOWER), *arguments), self.environment | environment
+        if self._as_installed:
+            exit_code, out, err = await _started(command, all_variables, stdin.encode())
+        else:
+            exit_code, out, err = await asyncio.to_thread(run_forked, command, all_variables, stdin.encode())
+        assert exit_code == code, (out, err)
         assert b"Traceback" not in err
         return (err if code else out).decode()
+
+
+async def _started(
+    command: Sequence[str], environment: dict[str, str], stdin: bytes
+) -> tuple[int | None, bytes, bytes]:
+    pipe = asyncio.subprocess.PIPE
+    process = await asyncio.create_subprocess_exec(*command, env=environment, stdin=pipe, stdout=pipe, stderr=pipe)
+    out, err = await asyncio.wait_for(process.communicate(stdin), 120)
+    return process.returncode, out, err
 
 
 @pytest.fixture
 async def shell(tmp_path: Path) -> Shell:
     shell = Shell(tmp_path / "var")
+    await shell.run("migrate")
+    return shell
+
+
+@pytest.fixture
+async def forked(tmp_path: Path) -> Shell:
+    shell = Shell(tmp_path / "var", as_installed=False)
     await shell.run("migrate")
     return shell
 
@@ -113,49 +131,49 @@ MISTAKES = (
 )
 
 
-async def test_mistakes_are_told_in_one_line_and_change_nothing(shell: Shell) -> None:
-    await shell.run("user", "add", "Root", "--role", "admin")
+async def test_mistakes_are_told_in_one_line_and_change_nothing(forked: Shell) -> None:
+    await forked.run("user", "add", "Root", "--role", "admin")
     for arguments, stdin, words in MISTAKES:
-        error = await shell.run(*arguments, stdin=stdin, code=1)
+        error = await forked.run(*arguments, stdin=stdin, code=1)
         assert error.startswith("tower: ")
         assert words in error
         assert error.count("\n") == 1
-    assert len((await shell.run("user", "list")).splitlines()) == 2
-    assert len((await shell.run("drone", "list")).splitlines()) == 1
+    assert len((await forked.run("user", "list")).splitlines()) == 2
+    assert len((await forked.run("drone", "list")).splitlines()) == 1
 
 
-async def test_drones(shell: Shell, tmp_path: Path) -> None:
+async def test_drones(forked: Shell, tmp_path: Path) -> None:
     token = tmp_path / "tokens" / "hawk"
-    await shell.run("user", "add", "Anna")
-    await shell.run("user", "add", "Ben")
-    out = await shell.run("drone", "add", "hawk", "--owner", "anna", "--owner", "Ben", "--token-file", str(token))
+    await forked.run("user", "add", "Anna")
+    await forked.run("user", "add", "Ben")
+    out = await forked.run("drone", "add", "hawk", "--owner", "anna", "--owner", "Ben", "--token-file", str(token))
     assert "twe_" not in out
     assert re.fullmatch(r"twe_[A-Za-z0-9_-]{43}\n", token.read_text())
     assert stat.S_IMODE(token.stat().st_mode) == 0o600
-    assert re.search(r"enrolment token: twe_\S{43}$", await shell.run("drone", "add", "kite"), re.MULTILINE)
-    await shell.run("drone", "unassign", "1", "ben")
-    await shell.run("drone", "assign", "kite", "ben")
-    listed = (await shell.run("drone", "list")).splitlines()
+    assert re.search(r"enrolment token: twe_\S{43}$", await forked.run("drone", "add", "kite"), re.MULTILINE)
+    await forked.run("drone", "unassign", "1", "ben")
+    await forked.run("drone", "assign", "kite", "ben")
+    listed = (await forked.run("drone", "list")).splitlines()
     none = ["none:", "not", "enrolled"]
     assert [line.split() for line in listed[1:]] == [["1", "hawk", "Anna", *none], ["2", "kite", "Ben", *none]]
     before = token.read_text()
-    await shell.run("drone", "enrol", "hawk", "--token-file", str(token))
+    await forked.run("drone", "enrol", "hawk", "--token-file", str(token))
     assert token.read_text() != before
     assert [path.name for path in token.parent.iterdir()] == ["hawk"]
-    assert "no agent can sign in as hawk until one is enrolled" in await shell.run("drone", "revoke", "1")
+    assert "no agent can sign in as hawk until one is enrolled" in await forked.run("drone", "revoke", "1")
 
 
-async def test_tokens(shell: Shell, tmp_path: Path) -> None:
-    await shell.run("user", "add", "Anna")
+async def test_tokens(forked: Shell, tmp_path: Path) -> None:
+    await forked.run("user", "add", "Anna")
     file = tmp_path / "anna.token"
-    out = await shell.run("token", "add", "anna", "flight log", "--scope", "watch", "--token-file", str(file))
+    out = await forked.run("token", "add", "anna", "flight log", "--scope", "watch", "--token-file", str(file))
     assert "twt_" not in out
     assert re.fullmatch(r"twt_[A-Za-z0-9_-]{43}\n", file.read_text())
     assert stat.S_IMODE(file.stat().st_mode) == 0o600
     both = ("--scope", "watch", "--scope", "fly", "--expires-days", "30")
-    assert re.search(r"token: twt_\S{43}$", await shell.run("token", "add", "anna", "QGC", *both), re.MULTILINE)
-    assert "only an admin's" in await shell.run("token", "add", "anna", "all", "--scope", "admin", code=1)
-    listed = (await shell.run("token", "list")).splitlines()
+    assert re.search(r"token: twt_\S{43}$", await forked.run("token", "add", "anna", "QGC", *both), re.MULTILINE)
+    assert "only an admin's" in await forked.run("token", "add", "anna", "all", "--scope", "admin", code=1)
+    listed = (await forked.run("token", "list")).splitlines()
     assert listed[1].split()[:6] == [
         "1",
         "flight",
@@ -165,8 +183,8 @@ async def test_tokens(shell: Shell, tmp_path: Path) -> None:
         f"{datetime.now(UTC) + timedelta(days=90):%Y-%m-%d}",
     ]
     assert "fly,watch" in listed[2]
-    assert await shell.run("token", "revoke", "1") == "token 1 is revoked\n"
-    assert len((await shell.run("token", "list")).splitlines()) == 2
+    assert await forked.run("token", "revoke", "1") == "token 1 is revoked\n"
+    assert len((await forked.run("token", "list")).splitlines()) == 2
 
 
 async def test_bad_settings_are_named_and_not_shown(shell: Shell) -> None:

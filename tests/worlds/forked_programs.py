@@ -13,12 +13,14 @@ import threading
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import IO, Final
 
 from worlds.program_forker import MODULES
 
 FORKER: Final = Path(__file__).with_name("program_forker.py")
 CHECKOUT: Final = FORKER.parents[2]
+RUNS_FOR_S: Final = 120.0
 
 
 class ForkedProgram:
@@ -81,12 +83,16 @@ class Forker:
         self.network = _network_of(str(self._process.pid))
         atexit.register(self.stop)
 
-    def start(self, command: Sequence[str], log: IO[bytes], environment: Mapping[str, str]) -> ForkedProgram:
+    def start(
+        self, command: Sequence[str], environment: Mapping[str, str], files: tuple[IO[bytes], IO[bytes], IO[bytes]]
+    ) -> ForkedProgram:
+        """`files`: standard input, output and error."""
         request = {"command": list(command), "environment": dict(environment), "folder": str(CHECKOUT)}
         ours, theirs = os.pipe()
         try:
             with self._asking:
-                socket.send_fds(self._control, [json.dumps(request).encode()], [log.fileno(), theirs])
+                fds = [*(file.fileno() for file in files), theirs]
+                socket.send_fds(self._control, [json.dumps(request).encode()], fds)
                 pid = int(self._control.recv(16) or 0)
         finally:
             os.close(theirs)
@@ -102,6 +108,21 @@ _forker: Final = cache(Forker)
 """One for each program, in each process that runs tests."""
 
 
+def run_forked(command: Sequence[str], environment: Mapping[str, str], stdin: bytes) -> tuple[int, bytes, bytes]:
+    """Runs one of our programs to its end. Returns its exit code, output and errors."""
+    with TemporaryFile() as given, TemporaryFile() as out, TemporaryFile() as err:
+        given.write(stdin)
+        given.seek(0)
+        program = _forker(Path(command[0]).name).start(command, environment, (given, out, err))
+        try:
+            code = program.wait(RUNS_FOR_S)
+        finally:
+            program.kill()
+        out.seek(0)
+        err.seek(0)
+        return code, out.read(), err.read()
+
+
 def fork(command: Sequence[str], log: IO[bytes], environment: Mapping[str, str]) -> ForkedProgram | None:
     """Starts one of our programs. Returns None, having done nothing, if only an ordinary start is the same."""
     program = Path(command[0])
@@ -109,8 +130,10 @@ def fork(command: Sequence[str], log: IO[bytes], environment: Mapping[str, str])
     if not is_ours or command[1:2] == ["connect"] or sys.platform != "linux":
         return None
     forker = _forker(program.name)
-    # A test may move its thread into another network namespace; an ordinary start would follow it there.
-    return forker.start(command, log, environment) if forker.network == _network_of("thread-self") else None
+    if forker.network != _network_of("thread-self"):
+        return None  # the test has moved this thread into another network namespace, and an ordinary start follows it
+    with Path(os.devnull).open("rb") as nothing:
+        return forker.start(command, environment, (nothing, log, log))
 
 
 def _network_of(process: str) -> int:

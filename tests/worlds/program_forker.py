@@ -1,7 +1,8 @@
 """Starts one of our programs again and again, by forking a process that has imported it once.
 
 Importing the tower takes most of the time of its start. Run as a script by `worlds.forked_programs`; it imports
-nothing of the tests. Control socket: one request per message, with the log and a pipe for the exit status.
+nothing of the tests. Control socket: one request per message, with the three standard files and a pipe for the exit
+status.
 
 A forked program shares no state with another: the forker only imports, so it has no event loop, no database, no open
 file and no second thread (it refuses to fork with one), and Python and OpenSSL reseed at a fork. It differs from an
@@ -56,21 +57,22 @@ class Forker:
                 os.read(woken, 4096)
                 self._report_ended()
             if self._control in ready:
-                message, fds, _, _ = socket.recv_fds(self._control, MAX_REQUEST_BYTES, 2)
+                message, fds, _, _ = socket.recv_fds(self._control, MAX_REQUEST_BYTES, 4)
                 if not message:
                     return None
-                log, exit_pipe = fds
+                *files, exit_pipe = fds
                 pid = os.fork()
                 if pid == 0:
                     signal.set_wakeup_fd(-1)
                     for fd in (woken, wakes, exit_pipe, *self._exit_pipes.values()):
                         os.close(fd)
                     self._control.close()
-                    os.dup2(log, 1)
-                    os.dup2(log, 2)
-                    os.close(log)
+                    for number, file in enumerate(files):
+                        os.dup2(file, number)
+                        os.close(file)
                     return dict(json.loads(message))
-                os.close(log)
+                for file in files:
+                    os.close(file)
                 self._exit_pipes[pid] = exit_pipe
                 self._control.send(str(pid).encode())
 
