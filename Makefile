@@ -15,6 +15,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check -qq
 RUN_READY := .venv/.ready-to-run
 DEV_READY := .venv/.ready-to-develop
 WEB_READY := web/node_modules/.ready
+PROJECTS := pyproject.toml deploy/packages/agent/pyproject.toml
 CONSOLE := web/dist/index.html
 WEB_SOURCES := $(shell find web -type f -not -path '*/node_modules/*' -not -path 'web/dist/*' 2>/dev/null)
 
@@ -102,16 +103,18 @@ clean: ## remove what was built and installed; data in var/ stays
 	  || { echo "Control Tower needs Python 3.11 or newer; $(PYTHON) is $$($(PYTHON) -V)." >&2; exit 1; }
 	@$(PYTHON) -m venv .venv
 
-$(RUN_READY): requirements/run.txt pyproject.toml | .venv/bin/python
+$(RUN_READY): requirements/run.txt $(PROJECTS) | .venv/bin/python
 	@$(SAY) "Installing Python packages (about a minute, once)"
 	@$(PIP) install --require-hashes -r requirements/run.txt
 	@$(PIP) install --no-deps --no-build-isolation --editable .
+	@$(PIP) install --no-deps --no-build-isolation --editable deploy/packages/agent
 	@touch $@
 
-$(DEV_READY): requirements/dev.txt pyproject.toml | .venv/bin/python
+$(DEV_READY): requirements/dev.txt $(PROJECTS) | .venv/bin/python
 	@$(SAY) "Installing Python packages for development (about a minute, once)"
 	@$(PIP) install --require-hashes -r requirements/dev.txt
 	@$(PIP) install --no-deps --no-build-isolation --editable .
+	@$(PIP) install --no-deps --no-build-isolation --editable deploy/packages/agent
 	@touch $@ $(RUN_READY)
 
 $(WEB_READY): web/package-lock.json

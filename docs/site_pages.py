@@ -5,6 +5,7 @@ MkDocs loads this as a hook. It starts no server and opens no database.
 
 from __future__ import annotations
 
+import argparse
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,7 +16,8 @@ from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 
-from onboard_agent.cli import app as agent_app
+from onboard_agent import VERSION as AGENT_VERSION
+from onboard_agent.command_line import command_line
 from server.app.cli import app as tower_app
 from server.app.composition import create_app
 from server.runtime.settings import Settings
@@ -25,7 +27,7 @@ ROOT: Final = Path(__file__).resolve().parent.parent
 PAPERS: Final = {"security.md": "SECURITY.md", "contributing.md": "CONTRIBUTING.md", "changelog.md": "CHANGELOG.md"}
 """Pages of the site by files in the root."""
 
-_COMMANDS: Final = {"tower": tower_app, "tower-agent": agent_app, "tower-sim": simulator_app}
+_COMMANDS: Final = {"tower": tower_app, "tower-sim": simulator_app}
 _METHODS: Final = ("get", "put", "post", "patch", "delete")
 
 
@@ -60,7 +62,23 @@ def commands_page() -> str:
         lines += [f"## {program}", "", typer.main.get_command(app).help or "", ""]
         for path, command in _leaves(typer.main.get_command(app), (program,)):
             lines += _command_lines(path, command)
-    return "\n".join(lines)
+    return "\n".join([*lines, *_agent_lines()])
+
+
+def _agent_lines() -> Iterator[str]:
+    """The commands of the agent, whose command line is argparse's."""
+    parser = command_line(AGENT_VERSION)
+    yield from ("## tower-agent", "", parser.description or "", "")
+    commands = next(one for one in parser._actions if isinstance(one, argparse._SubParsersAction))
+    for name, command in commands.choices.items():
+        arguments = [one for one in command._actions if not one.option_strings]
+        usage = " ".join(["tower-agent", name, *(str(one.metavar) for one in arguments)])
+        yield from (f"### tower-agent {name}", "", f"`{usage}`", "", command.description or "", "")
+        yield from ("| option | meaning |", "|---|---|")
+        for one in command._actions:
+            if one.option_strings and one.dest != "help":
+                yield f"| `{'`, `'.join(one.option_strings)}` | {_plain((one.help or '').replace('%%', '%'))} |"
+        yield ""
 
 
 def _leaves(command: Any, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Any]]:

@@ -6,8 +6,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
-import typer
-
 from onboard_agent.autopilot_port.port import AutopilotPort
 from onboard_agent.autopilot_port.schemes import make_port
 from onboard_agent.link.identity_file import read_identity, token_file_warning
@@ -43,7 +41,7 @@ async def check_all(
     except NoLink as error:
         good = _say(False, str(error))
     try:
-        heard = await _listen(port)
+        heard = await listen(port)
         good = _say(heard is not None, heard or f"no heartbeat on {port.name} within {LISTEN_S:.0f} s") and good
     except Unusable as error:
         good = _say(False, f"{error} (is the agent running?)")
@@ -52,7 +50,8 @@ async def check_all(
     return good
 
 
-async def _listen(port: AutopilotPort) -> str | None:
+async def listen(port: AutopilotPort) -> str | None:
+    """Returns what was heard of the autopilot, or None. Raises Unusable."""
     loop = asyncio.get_running_loop()
     onboard = Onboard(now=loop.time(), speaks_first=port.speaks_first)
     stream = FrameStream()
@@ -91,5 +90,5 @@ async def _greet(port: AutopilotPort, onboard: Onboard) -> None:
 
 
 def _say(good: bool, text: str) -> bool:
-    typer.echo(f"{'ok ' if good else '!! '} {text}")
+    print(f"{'ok ' if good else '!! '} {text}", flush=True)
     return good

@@ -1,5 +1,11 @@
-"""The `tower-agent` command: reads its settings, reports an error in them in one line, and runs the agent."""
+"""The `tower-agent` command: reads its settings, reports an error in them in one line, and runs the agent.
 
+argparse, because every package that the agent needs lies on each drone: typer would bring twelve more.
+"""
+
+from __future__ import annotations
+
+import argparse
 import asyncio
 import logging
 import os
@@ -7,23 +13,23 @@ import signal
 import sys
 import time
 from collections.abc import Coroutine
+from importlib.util import find_spec
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Any, Final
 
-import typer
-
+from onboard_agent import VERSION
 from onboard_agent.agent import Agent, AgentSettings
-from onboard_agent.autopilot_port.schemes import help_text, make_port
-from onboard_agent.check import check_all
+from onboard_agent.autopilot_port.schemes import make_port
+from onboard_agent.command_line import command_line
 from onboard_agent.link.enrolment import NotReached, check_can_keep
 from onboard_agent.link.enrolment import enrol as enrol_here
 from onboard_agent.link.identity_file import enrolment_token, read_identity, token_file_warning
 from onboard_agent.link.tower_url import TowerUrl, parse_tower_url
+from onboard_agent.settings import read_settings
 from onboard_agent.sockets.uplinks import parse_uplinks
 from onboard_agent.state_directory import state_directory
 from onboard_agent.unusable import Unusable
 from onboard_agent.video.camera_setting import NO_CAMERA, parse_camera
-from onboard_agent.video.sources.schemes import help_text as camera_help
 
 _log = logging.getLogger("onboard_agent")
 
@@ -32,121 +38,73 @@ UNUSABLE_EXIT_CODE: Final = 2
 
 ENROL_AGAIN_AFTER_S: Final = 1.0
 
-app = typer.Typer(add_completion=False, no_args_is_help=True, help="The agent on a drone's companion computer.")
 
-Tower = Annotated[
-    str, typer.Option("--tower", envvar="TOWER_AGENT_TOWER", help="https://HOST[:PORT]; http:// for loopback only.")
-]
-Token = Annotated[Path, typer.Option("--token", envvar="TOWER_AGENT_TOKEN", help="File with the drone's key.")]
-Autopilot = Annotated[str, typer.Option("--autopilot", envvar="TOWER_AGENT_AUTOPILOT", help=help_text())]
-Uplinks = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--uplink",
-        envvar="TOWER_AGENT_UPLINKS",
-        help="A way out, by the name of its interface or a local address. Several: each datagram goes by all of them.",
-    ),
-]
-State = Annotated[
-    Path | None,
-    typer.Option(
-        "--state",
-        envvar=["TOWER_AGENT_STATE", "STATE_DIRECTORY"],
-        help="Folder for what must outlast the agent. Default: ~/.local/state/tower-agent.",
-    ),
-]
-Camera = Annotated[
-    str,
-    typer.Option("--camera", envvar="TOWER_AGENT_CAMERA", help=f"{NO_CAMERA} (default); {camera_help()}"),
-]
-LogLevel = Annotated[
-    str, typer.Option("--log-level", envvar="TOWER_AGENT_LOG_LEVEL", help="debug, info, warning or error.")
-]
+def run(found: dict[str, Any]) -> None:
+    """Links an autopilot to the tower until stopped."""
+    address, port = parse_tower_url(found["tower"]), make_port(found["autopilot"])
+    token, state = Path(found["token"]), _path(found["state"])
+    camera = _usable_camera(parse_camera(found["camera"]))
+    _enrol_first(address, token)
+    identity = read_identity(token, lambda drone_id: state_directory(state, drone_id))
+    settings = AgentSettings(
+        tower=address,
+        identity=identity,
+        port=port,
+        uplinks=parse_uplinks(found["uplinks"] or ()),
+        camera=camera,
+        log_level=found["log_level"],
+        state=state_directory(state, identity.drone_id),
+    )
+    warning = token_file_warning(token)
+    if warning and identity.key is None:
+        _log.warning("%s", warning)
+    _run(_until_stopped(settings))
 
 
-@app.command()
-def run(
-    tower: Tower,
-    token: Token,
-    autopilot: Autopilot,
-    uplink: Uplinks = None,
-    state: State = None,
-    camera: Camera = NO_CAMERA,
-    log_level: LogLevel = "info",
-) -> None:
-    """Link an autopilot to the tower until stopped."""
-    try:
-        _set_up_logging(log_level)
-        address, port = parse_tower_url(tower), make_port(autopilot)
-        _enrol_first(address, token)
-        identity = read_identity(token, lambda drone_id: state_directory(state, drone_id))
-        settings = AgentSettings(
-            tower=address,
-            identity=identity,
-            port=port,
-            uplinks=parse_uplinks(uplink or ()),
-            camera=parse_camera(camera),
-            log_level=log_level,
-            state=state_directory(state, identity.drone_id),
-        )
-        warning = token_file_warning(token)
-        if warning and identity.key is None:
-            _log.warning("%s", warning)
-        _run(_until_stopped(settings))
-    except Unusable as error:
-        typer.echo(f"tower-agent: {error}", err=True)
-        raise typer.Exit(UNUSABLE_EXIT_CODE) from None
+def check(found: dict[str, Any]) -> bool:
+    """Tests the key file, the tower, the key, the autopilot and the camera. Returns whether all of them work."""
+    from onboard_agent.check import check_all
+
+    camera, state = parse_camera(found["camera"]), _path(found["state"])
+    checked = check_all(
+        found["tower"], Path(found["token"]), found["autopilot"], camera, lambda one: state_directory(state, one)
+    )
+    return bool(_run(checked))
 
 
-@app.command()
-def check(
-    tower: Tower,
-    token: Token,
-    autopilot: Autopilot,
-    state: State = None,
-    camera: Camera = NO_CAMERA,
-    log_level: LogLevel = "error",
-) -> None:
-    """Test the key file, the tower, the key, the autopilot and the camera, and print which of them work."""
-    try:
-        _set_up_logging(log_level)
-        if not _run(check_all(tower, token, autopilot, parse_camera(camera), lambda one: state_directory(state, one))):
-            raise typer.Exit(1)
-    except Unusable as error:
-        typer.echo(f"tower-agent: {error}", err=True)
-        raise typer.Exit(UNUSABLE_EXIT_CODE) from None
+def doctor(found: dict[str, Any]) -> bool:
+    """Tests every part separately, and says what to do about each that does not work."""
+    from onboard_agent.doctor import examine
+
+    return bool(_run(examine(found)))
 
 
-@app.command()
-def enrol(
-    tower: Annotated[str, typer.Argument(help="https://HOST[:PORT]", metavar="URL")],
-    one_time_token: Annotated[str, typer.Argument(help="As an admin's console shows it.", metavar="TOKEN")],
-    token: Annotated[
-        Path, typer.Option("--token", envvar="TOWER_AGENT_TOKEN", help="Where the drone's key is to be kept.")
-    ] = Path("/etc/tower-agent/token"),
-    autopilot: Annotated[
-        str, typer.Option("--autopilot", envvar="TOWER_AGENT_AUTOPILOT", help=f"Start at once. {help_text()}")
-    ] = "",
-    camera: Camera = NO_CAMERA,
-    log_level: LogLevel = "info",
-) -> None:
-    """Make this drone's key, register its public half with a one-time token, and start or print how to start."""
-    try:
-        address = parse_tower_url(tower)
-        if autopilot:
-            make_port(autopilot)  # reports an error before the token is spent
-        camera = parse_camera(camera)
-        check_can_keep(token)
-        drone = enrol_here(address, one_time_token, token)
-    except Unusable as error:
-        typer.echo(f"tower-agent: {error}", err=True)
-        raise typer.Exit(UNUSABLE_EXIT_CODE) from None
-    typer.echo(f"this is {drone} now; its key is in {token}")
+def enrol(found: dict[str, Any], tower: str, one_time_token: str) -> None:
+    """Makes this drone's key, registers its public half, and starts the agent or prints how to start it."""
+    address, token, autopilot = parse_tower_url(tower), Path(found["token"]), found["autopilot"]
     if autopilot:
-        run(tower=tower, token=token, autopilot=autopilot, uplink=None, camera=camera, log_level=log_level)
+        make_port(autopilot)  # reports an error before the token is spent
+    parse_camera(found["camera"])
+    check_can_keep(token)
+    drone = enrol_here(address, one_time_token, token)
+    print(f"this is {drone} now; its key is in {token}", flush=True)
+    if autopilot:
+        run({**found, "tower": tower})
         return
-    typer.echo(f"start it:  tower-agent run --tower {address} --token {token} --autopilot WHERE")
-    typer.echo("or, where the unit is installed:  systemctl enable --now tower-agent")
+    print(f"start it:  tower-agent run --tower {address} --token {token} --autopilot WHERE")
+    print("or, where the unit is installed:  systemctl enable --now tower-agent")
+
+
+def _usable_camera(camera: str) -> str:
+    """A drone without the video libraries flies without video."""
+    if camera != NO_CAMERA and find_spec("av") is None:
+        _log.error("no video: its libraries are not installed. pip install 'control-tower-agent[video]'")
+        return NO_CAMERA
+    return camera
+
+
+def _path(text: str | None) -> Path | None:
+    return None if text is None else Path(text)
 
 
 def _enrol_first(tower: TowerUrl, path: Path) -> None:
@@ -199,6 +157,37 @@ def _set_up_logging(level: str) -> None:
     _log.setLevel(number)
 
 
+def _command(said: argparse.Namespace) -> bool:
+    """Carries out what the command line says. Returns whether all is well. Raises Unusable."""
+    options = vars(said)
+    if said.command == "install":
+        from onboard_agent.install import install
+
+        return install(options)
+    if said.command == "enrol":
+        options["token"] = options["token"] or os.environ.get("TOWER_AGENT_TOKEN") or "/etc/tower-agent/token"
+        asked = {key: value for key, value in options.items() if key not in {"tower", "autopilot"}}
+        found = read_settings(asked, os.environ, said.config)
+        _set_up_logging(found["log_level"])
+        # A file of settings is for the service: it does not start the agent here.
+        autopilot = said.autopilot or os.environ.get("TOWER_AGENT_AUTOPILOT", "")
+        enrol({**found, "autopilot": autopilot}, said.tower, said.one_time_token)
+        return True
+    found = read_settings(options, os.environ, said.config)
+    _set_up_logging(found["log_level"] if said.command == "run" or said.log_level else "error")
+    if said.command == "run":
+        run(found)
+        return True
+    return check(found) if said.command == "check" else doctor(found)
+
+
 def main() -> None:
     """Entry point of the console script."""
-    app()
+    said = command_line(VERSION).parse_args()
+    try:
+        good = _command(said)
+    except Unusable as error:
+        print(f"tower-agent: {error}", file=sys.stderr)
+        raise SystemExit(UNUSABLE_EXIT_CODE) from None
+    if not good:
+        raise SystemExit(1)

@@ -1,23 +1,27 @@
 """Notifies systemd of readiness, liveness and status. Does nothing if systemd did not start the agent."""
 
+import contextlib
 import os
-
-from sdnotify import SystemdNotifier
+import socket
 
 
 class Systemd:
     """Wraps the notification socket and the watchdog's interval."""
 
     def __init__(self) -> None:
-        self._notifier = SystemdNotifier() if os.environ.get("NOTIFY_SOCKET") else None
+        self._address = _address(os.environ.get("NOTIFY_SOCKET", ""))
+        self._socket = None if self._address is None else socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        if self._socket is not None:
+            self._socket.setblocking(False)
         self._status = ""
         watchdog_us = os.environ.get("WATCHDOG_USEC", "")
         self._beat_s = int(watchdog_us) / 3e6 if watchdog_us.isdecimal() and int(watchdog_us) else None
         self._next_beat = 0.0
 
     def _notify(self, text: str) -> None:
-        if self._notifier is not None:
-            self._notifier.notify(text)
+        if self._socket is not None and self._address is not None:
+            with contextlib.suppress(OSError):  # systemd reads late, or is gone: flying goes on
+                self._socket.sendto(text.encode(), self._address)
 
     def ready(self) -> None:
         """The settings are valid and the agent works, whether or not the tower responds."""
@@ -38,3 +42,8 @@ class Systemd:
         if text != self._status:
             self._status = text
             self._notify(f"STATUS={text}")
+
+
+def _address(text: str) -> str | None:
+    """Returns the socket's address; `@` stands for the byte 0 of an abstract one. None: there is no socket."""
+    return "\0" + text[1:] if text.startswith("@") else text or None

@@ -1,12 +1,19 @@
 """The only module that imports a MAVLink dialect. Server and agent take messages and constants from here.
 
+The agent's own distribution carries a smaller copy of the same module (deploy/packages/agent/small_dialect.py), and
+needs no pymavlink.
+
 `mavlink` is the generated ardupilotmega module (it contains common and minimal). It is used off the hot path only, to
 build and to read single messages; forwarding never decodes a payload.
 """
 
+from importlib.util import find_spec
 from typing import Any, Final
 
-from pymavlink.dialects.v20 import ardupilotmega as _dialect
+if find_spec("wire.small_ardupilotmega") is not None:
+    from wire import small_ardupilotmega as _dialect  # type: ignore[attr-defined,unused-ignore]
+else:
+    from pymavlink.dialects.v20 import ardupilotmega as _dialect
 
 mavlink: Any = _dialect
 

@@ -148,6 +148,11 @@ class TowerLink:
         return self._opened is not None
 
     @property
+    def over_udp(self) -> bool:
+        """Whether the data channel goes over UDP now, and not over the control channel."""
+        return self._data is not None and self._data.over_udp
+
+    @property
     def room(self) -> int:
         """How many more messages that can wait may be sent. Half of the outbox is reserved for the others."""
         return max(0, OUTBOX // 2 - len(self._outbox))

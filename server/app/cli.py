@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import sys
-from importlib.metadata import version
 from typing import Annotated
 
 import typer
 
+from server import VERSION
 from server.app.commands import drones, moving, teams, tokens, users
 from server.app.commands.session import CommandError, settings_now, with_database
 from server.domain.refusal import Refusal
@@ -32,20 +32,30 @@ app.add_typer(teams.app, name="team")
 app.add_typer(tokens.app, name="token")
 
 
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(VERSION)
+        raise typer.Exit
+
+
 @app.callback()
 def tower(
-    show_version: Annotated[bool, typer.Option("--version", help="Print the version.", is_eager=True)] = False,
+    _version: Annotated[
+        bool, typer.Option("--version", help="Print the version.", callback=_print_version, is_eager=True)
+    ] = False,
 ) -> None:
-    if show_version:
-        typer.echo(version("control-tower"))
-        raise typer.Exit
+    pass
 
 
 @app.command("serve")
 def serve(
     standby: Annotated[bool, typer.Option("--standby", help="Wait while another tower serves this database.")] = False,
 ) -> None:
-    """Run the tower until it is stopped. Settings come from the environment: see docs/settings.md."""
+    """Run the tower until it is stopped. Settings come from the environment: see docs/settings.md.
+
+    In an empty folder it creates the database and prints the first admin's password.
+    """
+    from server.app.commands.first_start import FIRST_ADMIN, create_database, is_first_start
     from server.app.composition import create_app  # takes half a second to import, which the other commands do not need
     from server.app.log import configure_log
     from server.app.serving import run
@@ -54,6 +64,9 @@ def serve(
     configure_log(settings.log_format)
     listener = listen(settings.host, settings.port)
     address = settings.public_url or address_in_words(listener)
+    if is_first_start(settings) and not standby:
+        password = create_database(settings)
+        print(f"The first user is {FIRST_ADMIN} with the password {password}, to be changed at sign-in", flush=True)
     app = create_app(settings)
     app.tower.lock.address = address
     if standby:

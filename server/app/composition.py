@@ -7,13 +7,13 @@ import time
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import AsyncExitStack, asynccontextmanager
 from functools import partial
-from importlib.metadata import version
 from typing import Final
 from urllib.parse import urlsplit
 
 from fastapi import APIRouter
 from fastapi.routing import APIRoute
 
+from server import VERSION
 from server.api.accounts import (
     passkey_routes,
     preference_routes,
@@ -154,7 +154,7 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> TowerApp:
     app = TowerApp(
         tower,
         title="Control Tower",
-        version=version("control-tower"),
+        version=VERSION,
         description="Fly and watch drones through the internet. Live data is on the WebSocket `/api/v1/live`.",
         openapi_tags=[dict(one) for one in TAGS],
         lifespan=_lifespan,

@@ -15,14 +15,13 @@ from pathlib import Path
 from typing import Any, Final
 from urllib.parse import urlsplit
 
+from server.runtime.packaged import CONSOLE
 from server.runtime.tile_source import TileSource, read_tiles
 from server.runtime.vault import KEY_FILE, Vault, parse_keys
 
-_CHECKOUT: Final = Path(__file__).resolve().parents[2]
 _DAY_S: Final = 86_400
 _VAR: Final = Path("var")
 _UNSET: Final = Path()
-_WEB: Final = _CHECKOUT / "web" / "dist"
 
 
 class SettingsError(ValueError):
@@ -164,7 +163,7 @@ class Settings:
     database_url: str = _setting("", "DATABASE_URL", _database_url)
     database_timeout_s: float = _setting(2.0, "TOWER_DATABASE_TIMEOUT_S", _number(0.1, 60, float))
     """Maximum time to wait for one response of the database."""
-    web: Path = field(default=_WEB, metadata=_from("TOWER_WEB", Path))
+    web: Path = field(default=CONSOLE, metadata=_from("TOWER_WEB", Path))
     secret_keys: str = field(default="", repr=False, metadata=_from("TOWER_SECRET_KEYS", _keys))
     """Keys that seal secrets in the database that must be read again. Empty: those in `secret_key_file`."""
     secret_key_file: Path = field(default=_UNSET, metadata=_from("TOWER_SECRET_KEY_FILE", Path))

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Final
-
 from alembic import command
 from alembic.config import Config
 from alembic.runtime.migration import MigrationContext
@@ -12,10 +9,9 @@ from alembic.script import ScriptDirectory
 from sqlalchemy import Connection
 from sqlalchemy.exc import DBAPIError
 
+from server.runtime.packaged import MIGRATIONS
 from server.runtime.vault import Vault
 from server.store.database import Database
-
-MIGRATIONS: Final = Path(__file__).resolve().parents[2] / "migrations"
 
 
 class DatabaseNotReady(Exception):

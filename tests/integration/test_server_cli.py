@@ -89,7 +89,7 @@ async def test_commands_beside_a_tower_leave_its_write_ahead_log(tmp_path: Path)
 
 async def test_before_migrate_every_command_says_what_to_run(tmp_path: Path) -> None:
     shell = Shell(tmp_path / "var")
-    for arguments in (("serve",), ("user", "list"), ("drone", "list")):
+    for arguments in (("serve", "--standby"), ("user", "list"), ("drone", "list")):
         error = await shell.run(*arguments, code=1)
         assert error == "tower: the database is empty: run `tower migrate` first\n"
     for _ in range(2):

@@ -1,0 +1,161 @@
+"""The agent's settings: one table for the command line, the environment, and the file `agent.toml`.
+
+An option on the command line counts more than a variable, a variable more than the file, the file more than the
+default. `deploy/agent.toml` and docs/agent.md describe every key; tests compare them with this table.
+"""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from onboard_agent.autopilot_port.schemes import help_text as autopilot_help
+from onboard_agent.unusable import Unusable
+from onboard_agent.video.camera_setting import NO_CAMERA
+from onboard_agent.video.sources.schemes import help_text as camera_help
+
+DEFAULT_FILE: Final = Path("/etc/tower-agent/agent.toml")
+FILE_VARIABLE: Final = "TOWER_AGENT_CONFIG"
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One setting. `variables`: the first that is set counts. `example`: what the example file shows."""
+
+    key: str
+    variables: tuple[str, ...]
+    help: str
+    example: str | list[str]
+    default: str | None = None
+    required: bool = False
+    option: str = ""
+    many: bool = False
+    """A list in the file, several options on the command line, commas in the variable."""
+
+    @property
+    def flag(self) -> str:
+        return f"--{self.option or self.key.replace('_', '-')}"
+
+
+SETTINGS: Final = (
+    Setting(
+        "tower",
+        ("TOWER_AGENT_TOWER",),
+        "The tower's address: https://HOST[:PORT]; http:// for a tower on this machine only.",
+        "https://tower.example.org",
+        required=True,
+    ),
+    Setting(
+        "token",
+        ("TOWER_AGENT_TOKEN",),
+        "File with the drone's key, or with the one-time token for its enrolment.",
+        "/etc/tower-agent/token",
+        required=True,
+    ),
+    Setting(
+        "autopilot",
+        ("TOWER_AGENT_AUTOPILOT",),
+        f"The autopilot. {autopilot_help()}.",
+        "serial:/dev/serial0:921600",
+        required=True,
+    ),
+    Setting(
+        "camera",
+        ("TOWER_AGENT_CAMERA",),
+        f"The camera. {NO_CAMERA}: no video; {camera_help()}.",
+        NO_CAMERA,
+        default=NO_CAMERA,
+    ),
+    Setting(
+        "uplinks",
+        ("TOWER_AGENT_UPLINKS",),
+        "Ways out, by the name of an interface or a local address. Several: each datagram goes by all of them.",
+        ["wlan0", "wwan0"],
+        option="uplink",
+        many=True,
+    ),
+    Setting(
+        "state",
+        ("TOWER_AGENT_STATE", "STATE_DIRECTORY"),
+        "Folder for what must outlast the agent. Not set: what systemd gives, else ~/.local/state/tower-agent.",
+        "/var/lib/tower-agent",
+    ),
+    Setting(
+        "log_level",
+        ("TOWER_AGENT_LOG_LEVEL",),
+        "debug, info, warning or error.",
+        "info",
+        default="info",
+    ),
+)
+KEYS: Final = {one.key: one for one in SETTINGS}
+
+
+def read_settings(
+    options: Mapping[str, Any], environment: Mapping[str, str], file: Path | None = None
+) -> dict[str, Any]:
+    """Returns each setting's value by its key: text, a list, or None. `options`: what the command line said; `file`:
+    the file it named. Raises Unusable naming the file and the key, or a required setting that nobody gave."""
+    from_file = _read_file(file, environment)
+    found: dict[str, Any] = {}
+    for one in SETTINGS:
+        said = options.get(one.key)
+        in_environment = next((text for name in one.variables if (text := environment.get(name, "").strip())), None)
+        value = said or in_environment or from_file.get(one.key) or one.default
+        found[one.key] = [value] if one.many and isinstance(value, str) else value
+    missing = [one for one in SETTINGS if one.required and one.key in options and not found[one.key]]
+    if missing:
+        one = missing[0]
+        raise Unusable(f"{one.key} is not set: give {one.flag}, {one.variables[0]}, or {one.key} in {DEFAULT_FILE}")
+    return found
+
+
+def _read_file(file: Path | None, environment: Mapping[str, str]) -> dict[str, Any]:
+    named = file or (Path(text) if (text := environment.get(FILE_VARIABLE, "").strip()) else None)
+    try:
+        content = tomllib.loads((named or DEFAULT_FILE).read_text(encoding="utf-8"))
+    except OSError as error:
+        if named is None:
+            return {}  # the default file need not exist, and an installation of before may hide its folder
+        raise Unusable(f"{named} cannot be read: {error.strerror}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise Unusable(f"{named or DEFAULT_FILE} is not TOML: {error}") from None
+    for key, value in content.items():
+        _check(named or DEFAULT_FILE, key, value)
+    return content
+
+
+def _check(file: Path, key: str, value: object) -> None:
+    setting = KEYS.get(key)
+    if setting is None:
+        raise Unusable(f"{file}: there is no setting {key!r}; known: {', '.join(KEYS)}")
+    if setting.many and not (isinstance(value, list) and all(isinstance(one, str) for one in value)):
+        raise Unusable(f'{file}: {key} must be a list of texts, as in {key} = ["wlan0"]')
+    if not setting.many and not isinstance(value, str):
+        raise Unusable(f'{file}: {key} must be a text in quotes, as in {key} = "{setting.example}"')
+
+
+def as_toml(values: Mapping[str, Any]) -> str:
+    """Returns the file with these values. Settings without one are shown as examples, commented out."""
+    return "\n".join(_toml_lines(values)) + "\n"
+
+
+def _toml_lines(values: Mapping[str, Any]) -> Iterator[str]:
+    yield "# Settings of tower-agent. Command line and TOWER_AGENT_... variables count more than this file."
+    for one in SETTINGS:
+        yield ""
+        yield from _comment(one.help)
+        value = values.get(one.key)
+        # JSON's texts and lists of texts are TOML's.
+        line = f"{one.key} = {json.dumps(one.example if value is None else value, ensure_ascii=False)}"
+        yield line if value is not None else f"# {line}"
+
+
+def _comment(text: str, width: int = 118) -> Sequence[str]:
+    import textwrap
+
+    return textwrap.wrap(text, width, initial_indent="# ", subsequent_indent="# ", break_on_hyphens=False)

@@ -1,0 +1,55 @@
+"""The first `tower serve` in an empty folder: it creates the database and a first admin, who must change the password.
+
+Only for the embedded database. A shared one is created by `tower migrate`, once, on purpose.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+from typing import Final
+
+from sqlalchemy import make_url
+
+from server.app.commands.session import action_now, passwords_of
+from server.domain.people import Role
+from server.runtime.settings import Settings
+from server.store.accounts.passwords import generate_password
+from server.store.accounts.users import create_user
+from server.store.database import open_database
+from server.store.schema import migrate
+
+FIRST_ADMIN: Final = "admin"
+
+
+def is_first_start(settings: Settings) -> bool:
+    """Whether the embedded database does not exist yet."""
+    if not settings.is_sqlite:
+        return False
+    file = Path(make_url(settings.database_url).database or "")
+    return not file.exists() or file.stat().st_size == 0
+
+
+def create_database(settings: Settings) -> str:
+    """Creates the database and the first admin. Returns the admin's password."""
+    password = generate_password()
+
+    async def work() -> None:
+        password_hash = await passwords_of(settings).hash(password)
+        database = open_database(settings.database_url)
+        try:
+            await migrate(database, vault=settings.vault())
+            async with database.writing() as session:
+                await create_user(
+                    session,
+                    name=FIRST_ADMIN,
+                    role=Role.ADMIN,
+                    password_hash=password_hash,
+                    action=action_now(),
+                    must_change_password=True,
+                )
+        finally:
+            await database.close()
+
+    asyncio.run(work())
+    return password
