@@ -78,6 +78,11 @@ test: setup ## run every test: unit, integration, and the browser's; TEST_WORKER
 	@$(SAY) "Unit, integration and browser tests"
 	@TEST_WORKERS=$(TEST_WORKERS) $(BIN)/python tests/run_all.py
 
+.PHONY: release
+release: setup ## build wheels, packages for Debian, checksums and bills of materials into dist/
+	@$(SAY) "Building the release into dist/"
+	@$(BIN)/python deploy/release.py
+
 .PHONY: audit
 audit: $(DEV_READY) ## ask the public lists of known weaknesses about every pinned package
 	@$(SAY) "Known weaknesses of packages"

@@ -7,7 +7,6 @@ wherever TLS terminates, provided that the tower is configured with its proxy's 
 import hashlib
 from typing import Final
 
-from cryptography import x509
 from cryptography.exceptions import UnsupportedAlgorithm
 
 _WEAK: Final = frozenset({"md5", "sha1"})
@@ -20,6 +19,8 @@ class BadCertificate(ValueError):
 def end_point(certificate: bytes) -> bytes:
     """Hashes a certificate in DER with the hash of its signature; SHA-256 for MD5 and SHA-1, and for signatures without
     a hash of their own (Ed25519). Raises BadCertificate."""
+    from cryptography import x509  # takes 2 MB, which an agent without a bound channel does not need
+
     try:
         algorithm = x509.load_der_x509_certificate(certificate).signature_hash_algorithm
     except (ValueError, UnsupportedAlgorithm) as error:

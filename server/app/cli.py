@@ -55,7 +55,7 @@ def serve(
 
     In an empty folder it creates the database and prints the first admin's password.
     """
-    from server.app.commands.first_start import FIRST_ADMIN, create_database, is_first_start
+    from server.app.commands.first_start import create_database, in_words, is_first_start
     from server.app.composition import create_app  # takes half a second to import, which the other commands do not need
     from server.app.log import configure_log
     from server.app.serving import run
@@ -64,9 +64,8 @@ def serve(
     configure_log(settings.log_format)
     listener = listen(settings.host, settings.port)
     address = settings.public_url or address_in_words(listener)
-    if is_first_start(settings) and not standby:
-        password = create_database(settings)
-        print(f"The first user is {FIRST_ADMIN} with the password {password}, to be changed at sign-in", flush=True)
+    if not standby and is_first_start(settings) and (password := create_database(settings)):
+        print(in_words(password), flush=True)
     app = create_app(settings)
     app.tower.lock.address = address
     if standby:

@@ -86,6 +86,11 @@ class Visitor:
             with error:
                 return Answer(error.code, dict(error.headers), error.read())
 
+    def fetch(self, path: str) -> Answer:
+        """Returns a page or a file of the console."""
+        with self._opener.open(self.address + path, timeout=10) as answer:
+            return Answer(answer.status, dict(answer.headers), answer.read())
+
     def sign_in(self, name: str, password: str = PASSWORD) -> "Visitor":
         answer = self.ask("POST", "/session", {"name": name, "password": password})
         assert answer.status == 200, answer.body

@@ -16,6 +16,16 @@ MODULE: Final = "pymavlink.dialects.v20.ardupilotmega"
 
 _FOR_PEOPLE: Final = frozenset({"fielddisplays_by_name", "fieldunits_by_name"})
 
+_ENUM_ENTRY: Final = """
+__slots__ = ("name",)
+description = ""
+has_location = False
+param = label = {}
+def __init__(self, name, description):
+    self.name = name
+"""
+"""Two thousand of them, without a dictionary each for texts that are gone."""
+
 
 class _Smaller(ast.NodeTransformer):
     """Removes docstrings, annotations, and the texts of enums and fields."""
@@ -25,6 +35,9 @@ class _Smaller(ast.NodeTransformer):
         return node
 
     def visit_ClassDef(self, node: ast.ClassDef) -> ast.ClassDef:
+        if node.name == "EnumEntry":
+            node.body = ast.parse(_ENUM_ENTRY).body
+            return node
         node.body = self._body(node.body)
         return node
 
@@ -59,12 +72,12 @@ def _is_text(statement: ast.stmt) -> bool:
 
 
 def _describes_enum(target: ast.expr) -> bool:
-    """`enums["X"][1].param[2] = ...`, and the same with `label`."""
+    """`enums["X"][1].param[2] = ...`, the same with `label`, and `enums["X"][1].has_location = ...`."""
     return (
         isinstance(target, ast.Subscript)
         and isinstance(target.value, ast.Attribute)
         and target.value.attr in {"param", "label"}
-    )
+    ) or (isinstance(target, ast.Attribute) and target.attr == "has_location")
 
 
 def licence() -> str:

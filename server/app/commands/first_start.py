@@ -1,6 +1,6 @@
 """The first `tower serve` in an empty folder: it creates the database and a first admin, who must change the password.
 
-Only for the embedded database. A shared one is created by `tower migrate`, once, on purpose.
+`tower serve` does so for the embedded database only. A shared one is created by `tower migrate`, once, on purpose.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from server.app.commands.session import action_now, passwords_of
 from server.domain.people import Role
 from server.runtime.settings import Settings
 from server.store.accounts.passwords import generate_password
-from server.store.accounts.users import create_user
+from server.store.accounts.users import create_user, list_users
 from server.store.database import open_database
 from server.store.schema import migrate
 
@@ -30,15 +30,18 @@ def is_first_start(settings: Settings) -> bool:
     return not file.exists() or file.stat().st_size == 0
 
 
-def create_database(settings: Settings) -> str:
-    """Creates the database and the first admin. Returns the admin's password."""
+def create_database(settings: Settings) -> str | None:
+    """Creates the database, or upgrades it. If there is no user, adds the first admin and returns the password."""
     password = generate_password()
 
-    async def work() -> None:
-        password_hash = await passwords_of(settings).hash(password)
+    async def work() -> bool:
         database = open_database(settings.database_url)
         try:
             await migrate(database, vault=settings.vault())
+            async with database.reading() as session:
+                if await list_users(session):
+                    return False
+            password_hash = await passwords_of(settings).hash(password)
             async with database.writing() as session:
                 await create_user(
                     session,
@@ -48,8 +51,13 @@ def create_database(settings: Settings) -> str:
                     action=action_now(),
                     must_change_password=True,
                 )
+            return True
         finally:
             await database.close()
 
-    asyncio.run(work())
-    return password
+    return password if asyncio.run(work()) else None
+
+
+def in_words(password: str) -> str:
+    """What the person at the keyboard, or in the journal, has to know."""
+    return f"The first user is {FIRST_ADMIN} with the password {password}, to be changed at sign-in"

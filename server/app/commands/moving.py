@@ -12,6 +12,7 @@ from typing import Annotated, Any, Final, TypeVar
 
 import typer
 
+from server.app.commands.first_start import create_database, in_words
 from server.app.commands.session import CommandError, settings_now
 from server.domain.clock import utc_now
 from server.runtime.settings import Settings, SettingsError, read_settings
@@ -136,6 +137,9 @@ def migrate_database(
     to: Annotated[
         str, typer.Option(metavar="REVISION", help="Go to this revision, up or down; `base` is the empty database.")
     ] = "head",
+    first_admin: Annotated[
+        bool, typer.Option("--first-admin", help="If there is no user yet, add an admin and print the password.")
+    ] = False,
 ) -> None:
     """Create the database, or upgrade it to this version. `--to` also goes back, with the tower stopped."""
     settings = settings_now()
@@ -157,6 +161,8 @@ def migrate_database(
             await database.close()
 
     typer.echo(f"the database is at revision {asyncio.run(work()) or 'base: it is empty'}")
+    if first_admin and to == "head" and (password := create_database(settings)):
+        typer.echo(in_words(password))
 
 
 def _run(work: Coroutine[Any, Any, Answer]) -> Answer:

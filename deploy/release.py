@@ -1,0 +1,144 @@
+"""`make release`: everything that is released, into dist/, by one command.
+
+    python deploy/release.py [--out dist] [--architecture amd64 --architecture arm64] [--python 3.11]
+
+Wheels of tower and agent, packages for Debian of each architecture, bills of materials (CycloneDX), the example
+of the agent's settings, and SHA256SUMS over all. The packages hold the versions of `requirements/*.txt`, by their
+hashes; wheels of another architecture are fetched as they are, and nothing is compiled.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from packages.bill_of_materials import bill_of_materials
+from packages.debian import AGENT, AGENT_VIDEO, CHECKOUT, TOWER, Package, build_deb
+
+PLATFORMS: Final = {"amd64": "x86_64", "arm64": "aarch64", "armhf": "armv7l"}
+"""Debian's names, and those of wheels."""
+_GLIBC: Final = ("2_17", "2_26", "2_27", "2_28", "2_31", "2_34", "2_35", "2_36")
+"""Versions of the C library up to that of Debian 12."""
+LOCKS: Final = {TOWER.name: "tower.txt", AGENT.name: "agent.txt", AGENT_VIDEO.name: "agent-video.txt"}
+PIP: Final = (sys.executable, "-m", "pip", "--disable-pip-version-check", "-q")
+
+
+class CannotRelease(Exception):
+    """One line: what is wrong."""
+
+
+def main() -> int:
+    said = _arguments()
+    out: Path = said.out
+    os.environ.setdefault("SOURCE_DATE_EPOCH", _git("log", "-1", "--format=%ct"))
+    shutil.rmtree(out, ignore_errors=True)
+    out.mkdir(parents=True)
+    try:
+        wheels = build_wheels(out)
+        version = wheels[TOWER.name].name.split("-")[1]
+        _bills(out, version)
+        shutil.copy(CHECKOUT / "deploy" / "agent.toml", out / "agent.toml")
+        with tempfile.TemporaryDirectory(prefix="tower-release-") as work:
+            for architecture in said.architecture or ["amd64", "arm64"]:
+                for package in (TOWER, AGENT, AGENT_VIDEO):
+                    _deb(package, wheels, version, architecture, said.python, Path(work), out)
+    except (CannotRelease, subprocess.CalledProcessError) as error:
+        print(f"release: {error}", file=sys.stderr)
+        return 1
+    write_sums(out)
+    print(f"{len(list(out.iterdir()))} files of version {version} are in {out}")
+    return 0
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description="Build everything that is released.")
+    parser.add_argument("--out", type=Path, default=CHECKOUT / "dist")
+    parser.add_argument("--architecture", action="append", choices=sorted(PLATFORMS), help="Default: amd64 and arm64.")
+    parser.add_argument("--python", default="3.11", help="Python's minor version in the target's Debian.")
+    return parser.parse_args()
+
+
+def build_wheels(out: Path) -> dict[str, Path]:
+    """Builds the two wheels. Returns them by the names of their distributions."""
+    sources = {TOWER.name: CHECKOUT, AGENT.name: CHECKOUT / "deploy" / "packages" / "agent"}
+    command = (*PIP, "wheel", "--no-deps", "--no-build-isolation", "-w", str(out), *map(str, sources.values()))
+    subprocess.run(command, check=True)
+    return {name: next(out.glob(f"{name.replace('-', '_')}-[0-9]*.whl")) for name in sources}
+
+
+def _deb(
+    package: Package, wheels: dict[str, Path], version: str, architecture: str, python: str, work: Path, out: Path
+) -> None:
+    try:
+        fill = filler(package, wheels.get(package.name), architecture, python, work)
+        build_deb(package, version=version, architecture=architecture, python=python, fill=fill, work=work, out=out)
+    except subprocess.CalledProcessError as error:
+        raise CannotRelease(f"{package.name} for {architecture}: {error}. Has every package a wheel for it?") from None
+
+
+def filler(
+    package: Package, wheel: Path | None, architecture: str, python: str, work: Path
+) -> Callable[[Path], object]:
+    """Returns what puts a package's content into its folder."""
+    lock = CHECKOUT / "requirements" / LOCKS[package.name]
+    if package is AGENT_VIDEO:
+        lock = _without(lock, CHECKOUT / "requirements" / LOCKS[AGENT.name], work)
+    machine = PLATFORMS[architecture]
+    tags = [word for glibc in _GLIBC for word in ("--platform", f"manylinux_{glibc}_{machine}")]
+    target = ("--platform", f"manylinux2014_{machine}", *tags, "--python-version", python, "--implementation", "cp")
+
+    def fill(site: Path) -> None:
+        install = (*PIP, "install", "--target", str(site), "--no-compile", "--only-binary", ":all:", *target)
+        subprocess.run((*install, "--no-deps", "--require-hashes", "-r", str(lock)), check=True)
+        if wheel is not None:
+            subprocess.run((*install, "--no-deps", "--upgrade", str(wheel)), check=True)
+
+    return fill
+
+
+def _without(lock: Path, other: Path, work: Path) -> Path:
+    """Writes a lock file with what the other one lacks."""
+    entries = [re.split(r"\n(?=\S)", path.read_text(encoding="utf-8")) for path in (lock, other)]
+    made = work / lock.name
+    made.write_text("\n".join(one for one in entries[0] if one not in entries[1]), encoding="utf-8")
+    return made
+
+
+def _bills(out: Path, version: str) -> None:
+    moment = datetime.fromtimestamp(int(os.environ["SOURCE_DATE_EPOCH"]), UTC).isoformat()
+    for package, lock, console in (
+        (TOWER, "tower.txt", CHECKOUT / "web" / "package-lock.json"),
+        (AGENT, "agent-video.txt", None),
+    ):
+        made = bill_of_materials(
+            package.name, version, CHECKOUT / "requirements" / lock, moment=moment, console=console
+        )
+        (out / f"{package.name}-{version}.cdx.json").write_text(json.dumps(made, indent=1) + "\n", encoding="utf-8")
+
+
+def write_sums(out: Path) -> None:
+    """Writes SHA256SUMS, for `sha256sum --check`."""
+    files = sorted(path for path in out.iterdir() if path.name != "SHA256SUMS")
+    lines = [f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}\n" for path in files]
+    (out / "SHA256SUMS").write_text("".join(lines), encoding="utf-8")
+
+
+def _git(*words: str) -> str:
+    return subprocess.run(("git", *words), cwd=CHECKOUT, check=True, capture_output=True, text=True).stdout.strip()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
