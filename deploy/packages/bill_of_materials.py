@@ -17,6 +17,7 @@ from typing import Any, Final
 from packaging.markers import Marker
 
 _PIN: Final = re.compile(r"^([A-Za-z0-9._-]+)==([^ ;\\]+)(?: ;([^\\]+))?")
+_IMPORT: Final = re.compile(r"""(?:from|import)\s*\(?\s*['"](@?[a-z][^'"]*)['"]""")
 _HASH: Final = re.compile(r"--hash=sha256:([0-9a-f]{64})")
 
 
@@ -81,24 +82,34 @@ def _licence(name: str) -> dict[str, Any]:
 
 
 def npm_packages(lock: Path) -> list[dict[str, Any]]:
-    """Returns what the console is built from; tools of development are not in it."""
-    found = []
-    for path, one in json.loads(lock.read_text(encoding="utf-8"))["packages"].items():
-        if not path or one.get("dev") or one.get("link"):
+    """Returns what the console contains: what its sources import, and what that depends on. Every package is a tool of
+    development to npm, because the build leaves no package behind. Svelte is compiled in, so it is imported."""
+    known = json.loads(lock.read_text(encoding="utf-8"))["packages"]
+    waiting, found = sorted(_imported(lock.parent / "src")), {}
+    while waiting:
+        name = waiting.pop()
+        one = known.get(f"node_modules/{name}")
+        if one is None or name in found:
             continue
-        name = path.rpartition("node_modules/")[2]
-        reference = f"pkg:npm/{name.replace('@', '%40', 1) if name.startswith('@') else name}@{one['version']}"
-        component = {
-            "type": "library",
-            "bom-ref": reference,
-            "name": name,
-            "version": one["version"],
-            "purl": reference,
-        }
-        if "license" in one:
-            component["licenses"] = [{"expression": one["license"]}]
-        algorithm, _, digest = one.get("integrity", "").partition("-")
-        if algorithm == "sha512":
-            component["hashes"] = [{"alg": "SHA-512", "content": base64.b64decode(digest).hex()}]
-        found.append(component)
-    return found
+        waiting += sorted(one.get("dependencies", {}))
+        found[name] = _npm_package(name, one)
+    return [found[name] for name in sorted(found)]
+
+
+def _imported(folder: Path) -> set[str]:
+    """Returns the packages that sources import by name: `a` of `a/b`, `@a/b` of `@a/b/c`."""
+    texts = (path.read_text(encoding="utf-8") for path in folder.rglob("*") if path.suffix in {".ts", ".svelte"})
+    named = {name for text in texts for name in _IMPORT.findall(text)}
+    return {"/".join(name.split("/")[: 2 if name.startswith("@") else 1]) for name in named}
+
+
+def _npm_package(name: str, one: Mapping[str, Any]) -> dict[str, Any]:
+    reference = f"pkg:npm/{name.replace('@', '%40', 1)}@{one['version']}"
+    component: dict[str, Any] = {"type": "library", "bom-ref": reference, "name": name, "version": one["version"]}
+    component["purl"] = reference
+    if "license" in one:
+        component["licenses"] = [{"expression": one["license"]}]
+    algorithm, _, digest = one.get("integrity", "").partition("-")
+    if algorithm == "sha512":
+        component["hashes"] = [{"alg": "SHA-512", "content": base64.b64decode(digest).hex()}]
+    return component

@@ -6,6 +6,7 @@ dependency that the wheel does not declare is missing there as it would be anywh
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 import zipfile
@@ -17,15 +18,33 @@ from pathlib import Path
 from packaging.requirements import Requirement
 
 CHECKOUT = Path(__file__).resolve().parents[2]
-PROJECTS = {"control-tower": CHECKOUT, "control-tower-agent": CHECKOUT / "deploy" / "packages" / "agent"}
+DOCKERFILES = {
+    "control-tower": CHECKOUT / "deploy" / "Dockerfile.tower",
+    "control-tower-agent": CHECKOUT / "deploy" / "Dockerfile.agent",
+}
 
 
 def build_wheels(folder: Path, *projects: str) -> dict[str, Path]:
-    """Builds the wheels as the release does. Returns them by the names of their distributions."""
-    sources = [str(PROJECTS[name]) for name in projects]
-    command = [sys.executable, "-m", "pip", "wheel", "-q", "--disable-pip-version-check", "--no-deps", "--no-index"]
-    subprocess.run([*command, "--no-build-isolation", "-w", str(folder), *sources], check=True, timeout=120)
-    return {name: next(folder.glob(f"{name.replace('-', '_')}-[0-9]*.whl")) for name in projects}
+    """Builds wheels as the container images do: from the files that the stage `wheel` copies, with its own command.
+    Returns them by the names of their distributions."""
+    return {name: _build_stage(DOCKERFILES[name], folder / name, name) for name in projects}
+
+
+def _build_stage(dockerfile: Path, folder: Path, name: str) -> Path:
+    stage = re.split(r"^FROM .*$", dockerfile.read_text(), flags=re.MULTILINE)[-2]
+    for words in (line.split()[1:] for line in stage.splitlines() if line.startswith("COPY ")):
+        sources = [one for one in words[:-1] if not one.startswith("--from=")]
+        for source in (CHECKOUT / one.removeprefix("/build/") for one in sources):
+            target = folder / (words[-1] if len(sources) == 1 and words[-1] != "./" else source.name)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            if source.is_dir():
+                shutil.copytree(source, target, ignore=shutil.ignore_patterns("__pycache__"))
+            else:
+                shutil.copy(source, target)
+    command = next(line for line in stage.splitlines() if line.startswith("RUN pip wheel "))
+    words = [*command.removeprefix("RUN pip ").split(), "-q", "--disable-pip-version-check", "--no-index"]
+    subprocess.run([sys.executable, "-m", "pip", *words], cwd=folder, check=True, timeout=120)
+    return next((folder / "dist").glob(f"{name.replace('-', '_')}-[0-9]*.whl"))
 
 
 def closure(wheel: Path, extra: str = "") -> list[Distribution]:
