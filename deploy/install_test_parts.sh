@@ -1,11 +1,13 @@
 #!/usr/bin/env bash
-# Installs the parts of the tests that are not packages of this project: other people's ground stations (beside the packages of the virtual
-# environment, not among them), Chromium (with a font for its pages), PostgreSQL, FFmpeg's programs (they judge our recordings), iproute2
-# for the emulated networks, and promtool for the alert rules. The last five only where that is possible without asking anybody (root on a Debian); elsewhere the tests say what is missing.
+# Installs the parts of the tests that are not packages of this project: other people's ground stations and Caddy (beside
+# the packages of the virtual environment, not among them), Chromium (with a font for its pages), PostgreSQL, FFmpeg's
+# programs (they judge our recordings), iproute2 for the emulated networks, and promtool for the alert rules. All but the
+# first only where that is possible without asking anybody (root on a Debian); elsewhere the tests say what is missing.
 set -euo pipefail
 
 cd "$(dirname "$0")/.."
-clients="$("${PYTHON:-python3}" -c 'import sys; print(sys.prefix)')/stock-clients"
+prefix="$("${PYTHON:-python3}" -c 'import sys; print(sys.prefix)')"
+clients="$prefix/stock-clients"
 if ! cmp -s requirements/stock_clients.txt "$clients/installed.txt"; then
   printf '\033[1m==>\033[0m %s\n' "Installing MAVProxy and MAVSDK for the tests (about a minute, once)"
   rm -rf "$clients"
@@ -26,13 +28,21 @@ ls /usr/lib/postgresql/*/bin/initdb >/dev/null 2>&1 || command -v initdb >/dev/n
 command -v ffprobe >/dev/null 2>&1 || wanted+=(ffmpeg)
 command -v ip >/dev/null 2>&1 || wanted+=(iproute2)
 command -v promtool >/dev/null 2>&1 || wanted+=(prometheus)
+# Caddy's program alone: the package would start a web server on this machine.
+programs=()
+command -v caddy >/dev/null 2>&1 || [ -x "$prefix/programs/usr/bin/caddy" ] || programs+=(caddy)
 
-[ ${#wanted[@]} -gt 0 ] || exit 0
+[ $((${#wanted[@]} + ${#programs[@]})) -gt 0 ] || exit 0
 if [ "$(id -u)" -ne 0 ] || ! command -v apt-get >/dev/null; then
-  echo "Not installed: ${wanted[*]}. The tests that need them will be skipped." >&2
+  echo "Not installed: ${wanted[*]} ${programs[*]}. The tests that need them will be skipped." >&2
   exit 0
 fi
-printf '\033[1m==>\033[0m %s\n' "Installing for the tests: ${wanted[*]}"
+printf '\033[1m==>\033[0m %s\n' "Installing for the tests: ${wanted[*]} ${programs[*]}"
 export DEBIAN_FRONTEND=noninteractive
 apt-get update -qq
-apt-get install -y -qq --no-install-recommends "${wanted[@]}" >/dev/null
+[ ${#wanted[@]} -eq 0 ] || apt-get install -y -qq --no-install-recommends "${wanted[@]}" >/dev/null
+for one in "${programs[@]}"; do
+  packages="$(mktemp -d)"
+  (cd "$packages" && apt-get download -qq "$one" >/dev/null && dpkg-deb --extract "$one"_*.deb "$prefix/programs")
+  rm -rf "$packages"
+done
