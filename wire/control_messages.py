@@ -96,7 +96,8 @@ class Welcome(msgspec.Struct, frozen=True, tag="welcome", tag_field="type", kw_o
 
     `signature`: the tower's, over the transcript and the link's id (wire.sign_in). `credential_forgotten`: the bearer
     credential that this agent used is void; its key is valid. `ticket`: authorizes the agent's HTTP requests while this
-    link exists. All three are absent after a hello of protocol 1.
+    link exists. All three are absent after a hello of protocol 1. `tower_version`: for the agent's log; empty: from an
+    older tower.
     """
 
     drone_id: U32
@@ -111,6 +112,7 @@ class Welcome(msgspec.Struct, frozen=True, tag="welcome", tag_field="type", kw_o
     signature: bytes = b""
     credential_forgotten: bool = False
     ticket: str = ""
+    tower_version: Annotated[str, msgspec.Meta(max_length=40)] = ""
 
 
 class ResumeChallenge(msgspec.Struct, frozen=True, tag="resume_challenge", tag_field="type", kw_only=True):

@@ -19,6 +19,7 @@ class DropReason(StrEnum):
     FOREIGN_TAG = "foreign_tag"
     STALE_EPOCH = "stale_epoch"
     BAD_FRAME = "bad_frame"
+    NOT_UNDERSTOOD = "not_understood"  # a message of the tower that this agent does not know
     # frames from browsers
     MALFORMED = "malformed"
     UNKNOWN_DRONE = "unknown-drone"

@@ -229,7 +229,9 @@ class TowerLink:
             self._outbox, self._progress = deque(self._pending_state), deque(self._pending_state, PROGRESS_KEPT)
             self._pending_state.clear()
             self._state = None
-            _log.info("link up: drone %d (%s)", opened.welcome.drone_id, opened.welcome.name)
+            welcome = opened.welcome
+            version = welcome.tower_version or "older than 0.3"
+            _log.info("link up: drone %d (%s), tower %s", welcome.drone_id, welcome.name, version)
             self._user.link_up(opened.welcome)
             running = [asyncio.create_task(data.run()), asyncio.create_task(self._resend_state())]
             while (following := await self._serve(opened, data)) is not None and following.sealed is opened.sealed:

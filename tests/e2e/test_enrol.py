@@ -5,6 +5,8 @@ from playwright.sync_api import expect
 from test_accounts import NEW_PASSWORD, choose_password
 from worlds.processes import World, free_udp_ports
 
+from onboard_agent import VERSION as AGENT_VERSION
+
 HOME = (46.9481, 7.4474)
 """Position of this drone, far from those of the other tests."""
 
@@ -76,6 +78,7 @@ def test_a_pasted_command_puts_a_new_drone_on_its_owners_map(somebody_early: Som
     # The drone has its own key; without the key nobody flies it.
     admin.open("/#/admin/drones")
     expect(row.get_by_test_id("drone-key")).to_contain_text("SHA256:")
+    expect(row.get_by_test_id("drone-agent")).to_have_text(AGENT_VERSION)
     row.get_by_role("button", name="What to do with Harrier").click()
     admin.part("drone-revoke").click()
     admin.confirm("Harrier")

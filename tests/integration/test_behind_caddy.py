@@ -80,7 +80,9 @@ def proxied(tmp_path: Path, missing: Callable[[str], None], monkeypatch: pytest.
             stderr=subprocess.STDOUT,
         )
         try:
-            one = Proxied(world, f"https://localhost:{port}", plain_port, state / "caddy/pki/authorities/local/root.crt")
+            one = Proxied(
+                world, f"https://localhost:{port}", plain_port, state / "caddy/pki/authorities/local/root.crt"
+            )
 
             def answers() -> bool:
                 assert caddy.poll() is None, (tmp_path / "caddy.log").read_text()

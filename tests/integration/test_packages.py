@@ -166,7 +166,12 @@ def test_an_agent_alone_from_its_wheel_flies_a_simulator_through_that_tower(
     idle_kib = int(Path(f"/proc/{process.pid}/status").read_text().partition("VmRSS:")[2].split()[0])
     assert idle_kib < MAX_IDLE_KIB
     drone.start(
-        "simulator", tower_programs / "tower-sim", *("--home", HOME), *("--boot-s", "1"), "--out", f"udp:127.0.0.1:{port}"
+        "simulator",
+        tower_programs / "tower-sim",
+        *("--home", HOME),
+        *("--boot-s", "1"),
+        "--out",
+        f"udp:127.0.0.1:{port}",
     )
     alice = Visitor(address).sign_in("alice")
     wait_for("the drone to be online", lambda: alice.drone(1).get("online"))

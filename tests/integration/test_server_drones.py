@@ -63,6 +63,7 @@ async def test_a_new_drone_has_no_identity_until_an_agent_is_enrolled(world: Tow
         "may_watch_video": True,
         "lost_action": "return",
         "lost_action_s": 30.0,
+        "agent_version": None,
         "firmware": None,
         "release": None,
         "profile": None,

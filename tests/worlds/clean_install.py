@@ -99,6 +99,11 @@ def install(folder: Path, wheel: Path, extra: str = "") -> Path:
     fill(site, wheel, extra)
     # As pip does: a program that compiles itself takes twice the memory ever after.
     subprocess.run([folder / "bin" / "python", "-m", "compileall", "-q", str(site)], check=True, timeout=120)
+    return write_programs(folder, wheel)
+
+
+def write_programs(folder: Path, wheel: Path) -> Path:
+    """Writes the wheel's console scripts into the environment. Returns their folder."""
     for name, where in _programs(wheel):
         module, function = where.split(":")
         script = folder / "bin" / name

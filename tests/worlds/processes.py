@@ -231,18 +231,22 @@ class World:
     def address(self) -> str:
         return f"http://127.0.0.1:{self.port}"
 
-    def start_agent(self, drone: str, autopilot: str, *options: str) -> Process:
+    def start_agent(self, drone: str, autopilot: str, *options: str, program: str = "tower-agent") -> Process:
+        """`program`: of this checkout, or the path of another agent."""
         token = str(self.token_file(drone))
         where = ("--tower", self.address, "--token", token, "--autopilot", autopilot)
-        return self.start(f"agent-{drone}", "tower-agent", "run", *where, *options)
+        return self.start(f"agent-{drone}", program, "run", *where, *options)
 
-    def start_simulated(self, *drones: str, options: tuple[str, ...] = (), camera: str = "") -> None:
+    def start_simulated(
+        self, *drones: str, options: tuple[str, ...] = (), camera: str = "", agent: str = "tower-agent"
+    ) -> None:
         """Starts an agent for each drone and one simulator that flies them all. `camera`: each drone has a camera at
-        its port in `cameras`, and the agent requests such pictures (`width=320&height=240&rate=15`)."""
+        its port in `cameras`, and the agent requests such pictures (`width=320&height=240&rate=15`). `agent`: its
+        program."""
         ports = free_udp_ports(len(drones))
         self.cameras = {drone: free_tcp_port() for drone in drones} if camera else {}
         for drone, port in zip(drones, ports, strict=True):
-            self.start_agent(drone, f"udpin:127.0.0.1:{port}", *self.look_through(drone, camera))
+            self.start_agent(drone, f"udpin:127.0.0.1:{port}", *self.look_through(drone, camera), program=agent)
         outs = [word for port in ports for word in ("--out", f"udp:127.0.0.1:{port}")]
         outs += [word for port in self.cameras.values() for word in ("--camera", str(port))]
         home = ("--home", "47.3977,8.5456,488,0")

@@ -138,6 +138,10 @@ class RelayCollector(Collector):
             ("tower_drones_held", "Drones whose controls somebody has", counts.held),
         ):
             yield GaugeMetricFamily(name, words, value=value)
+        versions = GaugeMetricFamily("tower_agent_versions", "Agents signed in by their version", labels=("version",))
+        for version, agents in sorted(counts.agent_versions.items()):
+            versions.add_metric((version,), agents)
+        yield versions
         queues = ("text", "transactional", "state")
         yield _depths("tower_queue_depth", "What waits for all browsers together", queues, counts.waiting)
         yield _depths("tower_queue_deepest", "What waits for the slowest of them", queues, counts.deepest)

@@ -11,6 +11,7 @@ import structlog
 from starlette.responses import PlainTextResponse
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from server import VERSION
 from server.api.anonymous.anonymous_scope import admitted
 from server.api.anonymous.refusal_log import log_refusal
 from server.api.http.peer_address import address_of
@@ -53,15 +54,12 @@ from wire.datagram_lane import DatagramLane
 from wire.drops import Dropped, DropReason
 from wire.ids import LinkId
 from wire.key_agreement import BadPublicKey
-from wire.open_holds import OPEN_HOLDS
-from wire.parameter_metadata import PARAMETER_METADATA
+from wire.negotiation import TOWER_TAKES, version_of
 from wire.resuming import NONCE_BYTES, Challenge
 from wire.sealed_link import SealedLink
 from wire.sealing import read_link_id
 from wire.sign_in import SIGN_IN_PROTOCOL
 from wire.tail_probes import PROBES_AFTER_S
-from wire.transactions import TRANSACTIONS
-from wire.video import VIDEO
 
 HELLO_WITHIN_S: Final = 5.0
 MAX_WAITING: Final = 256
@@ -195,7 +193,7 @@ class AgentChannel:
         link = await self._resume(signed_in)
         if link is None:
             link = self._welcome(signed_in)
-            _log.info("link_up", drone_id=link.drone_id, link_id=link.link_id)
+            _log.info("link_up", drone_id=link.drone_id, link_id=link.link_id, agent_version=link.agent_version)
         else:
             _log.info("link_resumed", drone_id=link.drone_id, link_id=link.link_id)
         return link
@@ -269,6 +267,8 @@ class AgentChannel:
             takes=hello.takes,
             process=hello.process,
             ticket=ticket,
+            agent_version=version_of(hello.agent_version),
+            drops=self._hub.state.drops,
         )
         self._post(
             Welcome(
@@ -280,7 +280,8 @@ class AgentChannel:
                 epoch=drone.lease.epoch,
                 holder=drone.lease.holder.name if drone.lease.holder else None,
                 holder_present=drone.somebody_flies(),
-                takes=(TRANSACTIONS, VIDEO, OPEN_HOLDS, PARAMETER_METADATA),
+                takes=TOWER_TAKES,
+                tower_version=VERSION,
                 signature=signed_in.signature(link_id),
                 credential_forgotten=signed_in.credential_forgotten,
                 ticket=ticket,

@@ -134,6 +134,10 @@ class DroneView(BaseModel):
         Field(description="The operator from whom an admin took the controls; shut out until they are given back"),
     ]
     autopilot_heard: Annotated[bool, Field(description="The agent receives heartbeats from the autopilot")]
+    agent_version: Annotated[
+        str | None,
+        Field(description="Version of the agent that linked last; null: none has since the tower started"),
+    ] = None
     firmware: Annotated[
         str | None,
         Field(description="The autopilot's release (`4.6.2`, `4.7.0-dev`); null: not known", examples=["4.6.2"]),

@@ -1,6 +1,6 @@
 """One agent's live link as the hub sees it: the sealed data channel, its address, the way to its control channel."""
 
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Collection, Sequence
 from typing import Final
 
@@ -9,9 +9,10 @@ from server.live.relay.live_messages import LinkOver, LinkQuality
 from wire.content import MAX_URGENT_BYTES
 from wire.control_messages import HoldOrder, ToAgent, encode_message
 from wire.datagram_lane import STALLED_AFTER_S
-from wire.drops import Dropped, DropReason
+from wire.drops import DropCounts, Dropped, DropReason
 from wire.ids import DroneId, Epoch, LinkId
 from wire.link_quality import LONG_WINDOW_S
+from wire.negotiation import understands
 from wire.open_holds import OPEN_HOLDS
 from wire.sealed_link import Received, SealedLink
 
@@ -51,12 +52,16 @@ class AgentLink:
         takes: Collection[str] = (),
         process: int = 0,
         ticket: str = "",
+        agent_version: str | None = None,
+        drops: DropCounts | None = None,
     ) -> None:
         self.sealed = sealed
         self.ticket = ticket
         """Shown with what the agent does by HTTP; empty: nothing may be done by one."""
         self.takes = frozenset(takes)
         """Groups of messages that the agent understands besides those that all do."""
+        self.agent_version = agent_version
+        """As the agent reports; None: nothing that looks like one."""
         self.process = process
         """Number of the agent process at the other end; 0: not reported."""
         self.waiting = waiting or _nothing_waits
@@ -67,8 +72,8 @@ class AgentLink:
         self.has_channel = True
         """Whether the control channel is open, as far as is known."""
         self.routes = AgentRoutes()
-        self.post = post
-        """Puts a message onto the control channel. Never blocks; a channel that cannot take it is closed."""
+        self._post = post
+        self._drops = Counter() if drops is None else drops
         self.close = close
         """Closes the control channel with a code and a reason."""
         self._muted = False
@@ -94,6 +99,19 @@ class AgentLink:
     def knows_open_holds(self) -> bool:
         """Whether its agent tells how a hold goes on, and lets a return go on in an order that does not interrupt."""
         return OPEN_HOLDS in self.takes
+
+    def post(self, message: ToAgent) -> None:
+        """Puts a message onto the control channel. Never blocks; a channel that cannot take it is closed."""
+        if self._understands(message):
+            self._post(message)
+
+    def _understands(self, message: ToAgent) -> bool:
+        """The last check: an unknown message would end the channel. Whoever sends it has refused before that, in
+        words."""
+        if understands(self.takes, message):
+            return True
+        self._drops[DropReason.NOT_UNDERSTOOD] += 1
+        return False
 
     def quality(self, now: float) -> LinkQuality:
         """The link's figures for browsers, once a second."""
@@ -185,7 +203,7 @@ class AgentLink:
     def forget_channel(self) -> None:
         """The control channel is gone and the link continues. Posted messages wait for the next channel."""
         self.has_channel = False
-        self.post = _lose
+        self._post = _lose
         self.close = _close_nothing
         self.waiting = _nothing_waits
 
@@ -201,7 +219,7 @@ class AgentLink:
         """Another control channel takes the place of the one that it had. Orders that are open are posted on it."""
         self.has_channel = True
         self._send_datagram = send_datagram
-        self.post, self.close, self.channel, self.waiting = post, close, channel, waiting
+        self._post, self.close, self.channel, self.waiting = post, close, channel, waiting
         for order in self._orders:
             post(order)
 
@@ -215,8 +233,10 @@ class AgentLink:
     def send_urgent(self, message: ToAgent) -> None:
         """Sends a message on the data channel, several times, beside the control channel: a hold must not wait until
         TCP has noticed a lost packet. The agent counts it once."""
+        if not self._understands(message):
+            return
         text = encode_message(message).encode()
-        self.post(message)
+        self._post(message)
         if isinstance(message, HoldOrder):
             self._orders.append(message)
         if len(text) > MAX_URGENT_BYTES:
@@ -231,6 +251,8 @@ class AgentLink:
     def send_newest(self, message: ToAgent, now: float) -> None:
         """Sends a message once, and on the data channel only: the next one takes its place. Where there is no way, or
         one that has stalled, it is not sent at all."""
+        if not self._understands(message):
+            return
         newest = self.routes.newest
         if newest is None or self._muted or (newest == OVER_CHANNEL and self.sealed.unproven_s(now) > STALLED_AFTER_S):
             return

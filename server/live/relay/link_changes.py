@@ -38,6 +38,7 @@ class LinkChanges:
             drone.link.close(LINK_REPLACED, "the same drone has signed in again")
             self.detach(drone.link)
         drone.link = link
+        drone.agent_version = link.agent_version
         self._state.links[link.link_id] = link
         self._state.on_event(AgentLinked(drone.drone_id))
         link.post(drone.stream)

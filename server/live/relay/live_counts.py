@@ -1,6 +1,7 @@
 """Counts users, agents and queues on request. Off the frame path."""
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from server.live.relay.live_state import LiveState
@@ -26,6 +27,8 @@ class LiveCounts:
     agents_waiting: tuple[int, int]
     """Messages of the control channel, and datagrams that go by it."""
     agents_deepest: tuple[int, int]
+    agent_versions: Mapping[str, int]
+    """Agents signed in, by their version."""
 
 
 def count_live(state: LiveState) -> LiveCounts:
@@ -44,6 +47,7 @@ def count_live(state: LiveState) -> LiveCounts:
         deepest=(max(texts), max(transactional), max(kinds)),
         agents_waiting=(sum(messages), sum(datagrams)),
         agents_deepest=(max(messages), max(datagrams)),
+        agent_versions=Counter(link.agent_version or "unknown" for link in state.links.values()),
     )
 
 

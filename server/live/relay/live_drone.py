@@ -160,6 +160,8 @@ class LiveDrone:
     """The newest of the autopilot, as it came."""
     heartbeat_at: float = NEVER
     """When it came."""
+    agent_version: str | None = None
+    """Of the agent of its newest link since the tower started, also while it is offline."""
     firmware: int = 0
     """flight_sw_version of the autopilot, as the agent reports; 0: not known."""
     motion_check: MotionCheck = field(default_factory=MotionCheck)
@@ -317,6 +319,7 @@ class LiveDrone:
             epoch=self.lease.epoch,
             taken_from=_view_of(self.lease.taken_from),
             autopilot_heard=self.autopilot_heard,
+            agent_version=self.agent_version,
             firmware=firmware_words(self.firmware) or None,
             release=release_of(self.firmware),
             armed=self.armed if self.online else None,

@@ -77,6 +77,7 @@ class FakeAgent:
             close=lambda code, why: self.closed.append((code, why)),
             call_later=lambda delay_s, call: self.alarms.append((delay_s, call)),
             takes=takes,
+            drops=hub.state.drops,
         )
         hub.attach_link(self.link, now)
 

@@ -17,6 +17,7 @@ from wire.control_messages import AutopilotState, ControlChanged, HoldOrder, Hol
 from wire.dialect import build, mavlink
 from wire.drops import Dropped, DropReason
 from wire.ids import DroneId, Epoch, UserId
+from wire.open_holds import OPEN_HOLDS, Stay
 from wire.sealing import Sealer
 from wire.tagged import MAX_UPWARD_MESSAGE_BYTES, tag
 
@@ -287,6 +288,20 @@ def test_online_is_told_when_the_data_channel_works_and_when_it_falls_silent(wor
     assert alice.events() == []
     world.hub.tick(4.1)
     assert [event.drone.online for event in alice.events() if isinstance(event, live.DroneChanged)] == [False]
+
+
+def test_an_agent_is_sent_only_what_it_understands(world: HubWorld) -> None:
+    older, newer = world.agent(1), world.agent(2, takes=(OPEN_HOLDS,))
+    for agent in (older, newer):
+        agent.posted.clear()
+        agent.received()
+        agent.link.post(Stay(order_id=1, by="alice"))
+        agent.link.send_urgent(Stay(order_id=2, by="alice"))
+        agent.link.send_newest(Stay(order_id=3, by="alice"), 0.0)
+    assert (older.posted, older.sent_to) == ([], [])
+    assert world.hub.state.drops == {DropReason.NOT_UNDERSTOOD: 3}
+    assert newer.posted == [Stay(order_id=1, by="alice"), Stay(order_id=2, by="alice")]
+    assert newer.sent_to
 
 
 def test_the_agent_is_told_whether_the_holder_is_there(world: HubWorld) -> None:

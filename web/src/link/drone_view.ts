@@ -5,6 +5,7 @@
 import type { Drone, User } from './wire_types';
 
 const BEFORE_THESE_FIELDS = {
+  agent_version: null,
   firmware: null,
   release: null,
   armed: null,

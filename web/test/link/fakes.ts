@@ -127,6 +127,7 @@ export const A_DRONE: Drone = {
   epoch: 1,
   taken_from: null,
   autopilot_heard: true,
+  agent_version: null,
   firmware: null,
   release: null,
   armed: false,

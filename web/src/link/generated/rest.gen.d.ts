@@ -1566,6 +1566,8 @@ export interface components {
         };
         /** @description One drone: owners, holder, link and state. */
         readonly DroneView: {
+            /** @description Version of the agent that linked last; null: none has since the tower started */
+            readonly agent_version: string | null;
             /** @description As the agent reports; null: not known */
             readonly airborne: boolean | null;
             /** @description When it took off, as reported to the tower; null: not known */
