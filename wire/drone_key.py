@@ -9,7 +9,6 @@ from typing import Final
 
 from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey, Ed25519PublicKey
-from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
 
 from wire.ids import DroneId
 
@@ -58,7 +57,7 @@ def parse_drone_key(text: str) -> DroneKey:
 
 def public_half(private_key: Ed25519PrivateKey) -> bytes:
     """Returns the 32 bytes of the public key."""
-    return private_key.public_key().public_bytes(Encoding.Raw, PublicFormat.Raw)
+    return private_key.public_key().public_bytes_raw()
 
 
 def key_text(key: bytes) -> str:

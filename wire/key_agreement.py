@@ -10,7 +10,6 @@ from typing import NamedTuple
 from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey, X25519PublicKey
 from cryptography.hazmat.primitives.hashes import SHA256
 from cryptography.hazmat.primitives.kdf.hkdf import HKDF
-from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
 
 from wire.ids import LinkId
 
@@ -31,7 +30,7 @@ class LinkKeys(NamedTuple):
 
 def public_bytes(private_key: X25519PrivateKey) -> bytes:
     """Returns the 32 bytes to send to the other side."""
-    return private_key.public_key().public_bytes(Encoding.Raw, PublicFormat.Raw)
+    return private_key.public_key().public_bytes_raw()
 
 
 def agree(private_key: X25519PrivateKey, their_public_key: bytes, *, salt: bytes, link_id: LinkId) -> LinkKeys:
