@@ -273,6 +273,12 @@ def open_database(url: str, *, timeout_s: float = COMMAND_TIMEOUT_S) -> Database
     return Database(engine, timeout_s=timeout_s)
 
 
+def sqlite_file(url: str) -> Path | None:
+    """Returns the file of an SQLite database; None for one in memory, and for PostgreSQL."""
+    parsed = make_url(url)
+    return Path(parsed.database) if parsed.get_backend_name() == "sqlite" and parsed.database else None
+
+
 def _postgres(url: URL, timeout_s: float) -> AsyncEngine:
     # The server ends transactions that this process does not: a stopped tower must not execute one when it resumes, nor
     # keep its locks until then.

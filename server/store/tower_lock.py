@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Final, cast
 
 import structlog
-from sqlalchemy import Table, Update, bindparam, make_url, select, update
+from sqlalchemy import Table, Update, bindparam, select, update
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.ext.asyncio import AsyncSession
 
@@ -34,7 +34,7 @@ from server.domain.tower_lease import (
     LockWatch,
 )
 from server.runtime.life_file import LifeFile, has_died
-from server.store.database import Database, LockLost, open_database
+from server.store.database import Database, LockLost, open_database, sqlite_file
 from server.store.tower_lock_table import THE_ROW, TowerLockRow
 
 _log = structlog.get_logger(__name__)
@@ -74,8 +74,7 @@ class TowerLock:
         self._database: Database | None = None
         self._belief: LockBelief | None = None
         self._life: LifeFile | None = None
-        parsed = make_url(database_url)
-        self._beside = Path(parsed.database) if parsed.get_backend_name() == "sqlite" and parsed.database else None
+        self._beside = sqlite_file(database_url)
         self.address = ""
         """The address of this tower, for processes that find the lock held."""
         self.on_lost: Callable[[str], None] = lambda words: None

@@ -6,17 +6,14 @@
 from __future__ import annotations
 
 import asyncio
-from pathlib import Path
 from typing import Final
-
-from sqlalchemy import make_url
 
 from server.app.commands.session import action_now, passwords_of
 from server.domain.people import Role
 from server.runtime.settings import Settings
 from server.store.accounts.passwords import generate_password
 from server.store.accounts.users import create_user, list_users
-from server.store.database import open_database
+from server.store.database import open_database, sqlite_file
 from server.store.schema import migrate
 
 FIRST_ADMIN: Final = "admin"
@@ -24,10 +21,8 @@ FIRST_ADMIN: Final = "admin"
 
 def is_first_start(settings: Settings) -> bool:
     """Whether the embedded database does not exist yet."""
-    if not settings.is_sqlite:
-        return False
-    file = Path(make_url(settings.database_url).database or "")
-    return not file.exists() or file.stat().st_size == 0
+    file = sqlite_file(settings.database_url)
+    return file is not None and (not file.exists() or file.stat().st_size == 0)
 
 
 def create_database(settings: Settings) -> str | None:
