@@ -35,7 +35,48 @@ async function change(drone: Drone, action: ControlAction, question?: Question, 
   return true;
 }
 
-export const acquire = (drone: Drone): Promise<boolean> => change(drone, 'acquire');
+/**
+ * An operator has one drone at a time: taking another is one question, and one release. An admin may have several.
+ */
+export async function acquire(drone: Drone): Promise<boolean> {
+  const me = tower.user.get();
+  const held = [...tower.vehicles.get().values()]
+    .map((vehicle) => vehicle.drone.get())
+    .find(({ id, holder }) => id !== drone.id && holder?.id === me?.id);
+  if (!held || me?.role === 'admin') return change(drone, 'acquire');
+  const flies = inFlight(held);
+  const left =
+    flies === false
+      ? `${held.name} is on the ground.`
+      : `${held.name} ${flies ? 'is' : 'may be'} in the air and will have no pilot. If flown by hand, it holds.`;
+  const consent = await ask({
+    title: `You control ${held.name}. Release it and take ${drone.name}?`,
+    text: left,
+    confirmLabel: `Release ${held.name}, take ${drone.name}`,
+    isDanger: flies !== false,
+  });
+  if (!consent) return false;
+  await tower.control(held.id, 'release', {});
+  try {
+    await tower.control(drone.id, 'acquire', {});
+  } catch (error) {
+    const why = error instanceof Error ? error.message : String(error);
+    // Nobody asked for a drone without a pilot.
+    const isBack = await tower.control(held.id, 'acquire', {}).then(
+      () => true,
+      () => false,
+    );
+    throw new Error(`${why} ${isBack ? `You still control ${held.name}.` : `${held.name} is released.`}`, {
+      cause: error,
+    });
+  }
+  return true;
+}
+
+/** In flight if the agent or the autopilot says so; null: unknown. */
+function inFlight(drone: Drone): boolean | null {
+  return tower.vehicles.get().get(drone.id)?.isAirborne(drone, tower.clock.nowMs()) ?? drone.airborne;
+}
 
 export const release = (drone: Drone): Promise<boolean> =>
   change(

@@ -2,6 +2,7 @@
 
 import { isUnattended as isUnattendedNow } from './link/conditions';
 import type { FlightValues } from './link/flight_values';
+import { troubleOf } from './link/trouble';
 import type { Vehicle } from './link/vehicle';
 import { nearLines, type NearLine } from './link/separation';
 import type { SeparationEvent } from './link/wire_types';
@@ -25,15 +26,18 @@ export function sceneDrone(
   const height = measured(units, 'height', values.altRelM);
   const speed = measured(units, 'speed', values.groundSpeedMps);
   const isUnattended = isUnattendedNow(drone, values);
+  const trouble = troubleOf(drone, values, vehicle.wasAirborne);
+  const says = trouble && trouble.kind !== 'counting' ? trouble.badge.toLowerCase() : '';
   return {
     id: drone.id,
-    name: isUnattended ? `${drone.name}: unattended` : drone.name,
+    name: says ? `${drone.name}: ${says}` : drone.name,
     detail: age || (values.airborne ? `${height}  ${speed}` : ''),
     place: values.place,
     headingDeg: values.headingDeg ?? 0,
     state: values.state,
     track: vehicle.telemetry.track.slice(-trackPoints),
     isUnattended,
+    ...(trouble && trouble.kind !== 'unattended' ? { alarm: trouble.severity } : {}),
     isStale: age !== '' || values.state === 'lost',
   };
 }

@@ -26,6 +26,8 @@ export class BatteryMeter {
   #isInAir = false;
   #saidMs: number | null = null;
   #saidAtMs = 0;
+  /** MAV_BATTERY_CHARGE_STATE by battery. */
+  readonly #charges = new Map<number, number>();
 
   /** Whether the drone flies; each flight starts from scratch. */
   inAir(isInAir: boolean): void {
@@ -49,6 +51,17 @@ export class BatteryMeter {
   said(seconds: number, atMs: number): void {
     this.#saidMs = seconds > 0 ? seconds * 1000 : null;
     this.#saidAtMs = atMs;
+  }
+
+  charge(battery: number, state: number): void {
+    this.#charges.set(battery, state);
+  }
+
+  /** The worst of all batteries; null: never reported. */
+  get worstCharge(): number | null {
+    // 7 is "charging", which is no trouble.
+    const states = [...this.#charges.values()].map((state) => (state > 6 ? 1 : state));
+    return states.length === 0 ? null : Math.max(...states);
   }
 
   /** Null on the ground, and for the first minutes of a flight if the autopilot does not report the time. */

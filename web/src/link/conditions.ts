@@ -1,9 +1,9 @@
 /** Conditions of a drone that need attention as long as they last. Pure: from its values to a list, worst first. */
 
+import { batteryLevel, batteryWords } from './battery_level';
 import type { FlightValues } from './flight_values';
 import { DOES } from './hold_view';
-import { lostLinkWords } from './loss_countdown';
-import { flightTask } from './modes';
+import { lastHeard, lostLinkWords } from './loss_countdown';
 import type { Drone, HoldView } from './wire_types';
 
 export type AlertSeverity = 'critical' | 'warning' | 'notice';
@@ -17,8 +17,6 @@ export interface Condition {
 
 /** Judged by a clock, not by a message: see alert_feed.ts. */
 export const SILENCE = 'autopilot-silent';
-export const BATTERY_LOW_PERCENT = 30;
-export const BATTERY_CRITICAL_PERCENT = 15;
 
 const WRONG_PLACE = 'Its position on the map may be wrong, and others are not warned of it.';
 const MOTION_WORDS: Record<NonNullable<Drone['suspicious_motion']>, string> = {
@@ -48,11 +46,10 @@ export function conditionsOf(drone: Drone, values: FlightValues, wasAirborne: bo
     return found;
   }
   if (values.state === 'alert') say('emergency', 'critical', 'Its autopilot reports an emergency.');
-  const battery = values.batteryPercent;
-  if (battery !== null && battery <= BATTERY_CRITICAL_PERCENT) {
-    say('battery-critical', 'critical', `Battery at ${BATTERY_CRITICAL_PERCENT} % or less.`);
-  } else if (battery !== null && battery <= BATTERY_LOW_PERCENT) {
-    say('battery-low', 'warning', `Battery at ${BATTERY_LOW_PERCENT} % or less.`);
+  const level = batteryLevel(values);
+  if (level !== null) {
+    const severity = level === 'critical' ? 'critical' : 'warning';
+    say(`battery-${level}`, severity, `${batteryWords(level, values)}.`);
   }
   // On the ground an estimator may be uncertain until it is ready.
   if (values.airborne && values.ekfIsHealthy === false) {
@@ -86,12 +83,5 @@ function sayLostAction(hold: HoldView | null, say: Say): void {
 }
 
 function lastWords(drone: Drone, values: FlightValues): string {
-  return lostLinkWords('It', {
-    isAirborne: true,
-    mode: values.mode,
-    task: flightTask(values.autopilot, values.customMode),
-    hold: drone.hold,
-    lostAction: drone.lost_action,
-    lostActionS: drone.lost_action_s,
-  });
+  return lostLinkWords('It', lastHeard(drone, values, true));
 }

@@ -41,6 +41,8 @@ export interface FlightValues {
   readonly batteryV: number | null;
   readonly batteryA: number | null;
   readonly batteryTime: BatteryTime | null;
+  /** MAV_BATTERY_CHARGE_STATE, the worst of its batteries; null: not reported. */
+  readonly batteryCharge: number | null;
   /** The direction the wind comes from, and its speed, as the autopilot estimates. */
   readonly wind: { readonly fromDeg: number; readonly mps: number } | null;
   readonly estimator: EstimatorHealth | null;
@@ -70,6 +72,7 @@ export interface Beside {
   readonly link: LinkQuality | null;
   readonly airborneSinceMs: number | null;
   readonly batteryTime: BatteryTime | null;
+  readonly batteryCharge?: number | null;
 }
 
 const GPS_WORDS: Record<number, string> = {
@@ -142,6 +145,7 @@ export function flightValues(telemetry: Telemetry, beside: Beside, nowMs: number
     batteryV: system && system.voltage_battery !== UNKNOWN_U16 ? system.voltage_battery / 1000 : null,
     batteryA: system && system.current_battery >= 0 ? system.current_battery / 100 : null,
     batteryTime: beside.batteryTime,
+    batteryCharge: beside.batteryCharge ?? null,
     wind: wind ? { fromDeg: (wind.direction + 360) % 360, mps: wind.speed } : null,
     estimator: estimatorHealth(telemetry.newest('EKF_STATUS_REPORT')?.fields, system),
     gpsFix: gps ? (GPS_WORDS[gps.fix_type] ?? 'other') : null,

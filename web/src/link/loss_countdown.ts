@@ -4,8 +4,9 @@
  */
 
 import { DOING, dueMs, plainMode } from './hold_view';
-import type { FlightTask } from './modes';
-import type { HoldView, LostAction } from './wire_types';
+import type { FlightValues } from './flight_values';
+import { flightTask, type FlightTask } from './modes';
+import type { Drone, HoldView, LostAction } from './wire_types';
 
 /** The last known state. */
 export interface LastHeard {
@@ -16,6 +17,17 @@ export interface LastHeard {
   readonly hold: HoldView | null;
   readonly lostAction: LostAction;
   readonly lostActionS: number;
+}
+
+export function lastHeard(drone: Drone, values: FlightValues, isAirborne: boolean | null): LastHeard {
+  return {
+    isAirborne,
+    mode: values.mode,
+    task: flightTask(values.autopilot, values.customMode),
+    hold: drone.hold,
+    lostAction: drone.lost_action,
+    lostActionS: drone.lost_action_s,
+  };
 }
 
 export interface Silence extends LastHeard {
@@ -55,7 +67,7 @@ export function wasWords(last: LastHeard): string {
     return hold.stage === 'altitude' ? 'held its height only' : 'was ordered to hold, not confirmed';
   }
   if (task === 'mission') return 'was flying its mission';
-  if (task === 'by-hand') return `was in ${mode ?? 'a mode'}, which obeys sticks`;
+  if (task === 'by-hand') return `was flown by hand${mode === null ? '' : ` (${mode})`}`;
   return mode === null ? '' : `was in ${mode}`;
 }
 
@@ -73,15 +85,21 @@ function thenWords(last: LastHeard, when: string): string {
   if (task === 'return' || task === 'landing') return goesOn;
   const isOnMission = task === 'mission' && last.hold?.open !== true;
   const isToBeHeld = task === 'by-hand' && last.hold?.open !== true;
-  const agent = isToBeHeld ? 'its agent puts it on hold and' : 'its agent';
+  const agent = isToBeHeld
+    ? 'it holds, and its agent'
+    : isOnMission
+      ? 'it goes on with it until its agent'
+      : 'its agent';
+  /** "until its agent returns it", "its agent will return it" */
+  const does = (verb: string): string => (isOnMission ? `${verb}s it` : `will ${verb} it`);
   const surely = `(${IF_ALIVE})`;
   switch (actionOf(last)) {
     case 'return':
-      return `${agent} will return it ${when} ${surely}`;
+      return `${agent} ${does('return')} ${when} ${surely}`;
     case 'land':
-      return `${agent} will land it ${when} ${surely}`;
+      return `${agent} ${does('land')} ${when} ${surely}`;
     case 'stay':
-      return `${isOnMission ? `${goesOn}; ` : ''}${agent} returns it when the battery is needed for the way home ${surely}`;
+      return `${agent} returns it when the battery is needed for the way home ${surely}`;
     case 'continue':
       if (isOnMission) return goesOn;
       return `${agent} goes on with a mission, or leaves it where it is ${surely}`;
@@ -119,4 +137,25 @@ export function countdown(droneName: string, silence: Silence, nowMs: number): C
       ? `${beforeWords(droneName, silence, 'At the last contact, ')}. If it has lost the tower too, ${then}.`
       : `${beforeWords(droneName, silence)}; ${then}.`;
   return { whose, secondsLeft, text };
+}
+
+/** The same in a few words, for a row of a list: what it does now, and what comes next. */
+export function lostBrief(silence: Silence, nowMs: number): { readonly now: string; readonly next: string } {
+  const { hold, mode } = silence;
+  const task = taskOf(silence);
+  if (task === 'return' || task === 'landing') return { now: task === 'return' ? 'returning' : 'landing', next: '' };
+  const now = hold?.open
+    ? 'holds'
+    : task === 'mission'
+      ? 'goes on with its mission'
+      : task === 'by-hand'
+        ? 'flown by hand: holds'
+        : mode === null
+          ? 'not known what it does'
+          : `was in ${mode}`;
+  const action = actionOf(silence);
+  if (action !== 'return' && action !== 'land') return { now, next: '' };
+  const seconds = countdown('', silence, nowMs)?.secondsLeft ?? null;
+  const verb = action === 'return' ? 'returns' : 'lands';
+  return { now, next: seconds === null ? '' : seconds === 0 ? `${verb} now` : `${verb} in ${seconds} s` };
 }

@@ -18,20 +18,29 @@ export interface Progress {
   readonly reached: ReadonlySet<number>;
 }
 
+/** MISSION_STATE. */
+const ACTIVE = 3;
+
 const NONE: Progress = { current: null, reached: new Set() };
 
 export class MissionProgress {
   readonly now = new Store<Progress>(NONE);
   #hash: string | null | undefined = undefined;
+  /** The drone accepted a pause; until something resumes the mission. For autopilots that do not report it. */
+  wasPaused = false;
 
   /** The plan on board changed: no item of the new mission has been reached yet. */
   onBoard(hash: string | null): void {
-    if (this.#hash !== undefined && hash !== this.#hash) this.now.set(NONE);
+    if (this.#hash !== undefined && hash !== this.#hash) {
+      this.now.set(NONE);
+      this.wasPaused = false;
+    }
     this.#hash = hash;
   }
 
   /** A new start of the mission: no item has been reached. */
   begun(): void {
+    this.wasPaused = false;
     this.now.update(({ current }) => ({ current, reached: new Set() }));
   }
 
@@ -39,6 +48,7 @@ export class MissionProgress {
   receive(message: Message, autopilot: number | null): void {
     if (message.name !== 'MISSION_CURRENT' && message.name !== 'MISSION_ITEM_REACHED') return;
     if (autopilot === null) return;
+    if (message.name === 'MISSION_CURRENT' && message.fields.mission_state === ACTIVE) this.wasPaused = false;
     const item = message.fields.seq - (profileOf(autopilot)?.hasHomeSlot ? 1 : 0);
     const { current, reached } = this.now.get();
     if (message.name === 'MISSION_CURRENT') {

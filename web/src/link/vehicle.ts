@@ -9,13 +9,16 @@ import { GoToTarget } from './go_to_target';
 import { HoldFrame } from './hold_frame';
 import type { HoldLog } from './hold_log';
 import { readHold, type HoldReading } from './hold_view';
+import { lastHeard, type Silence } from './loss_countdown';
 import { severityOf, type Entry } from './journal';
 import type { Sending } from './live';
 import { Manual, manualControlFields } from './manual';
 import { encode } from './mavlink';
 import type { MessageFields } from './generated/mavlink.gen';
 import { AUTOPILOT_COMPID, CONSOLE } from './messages';
-import { MissionProgress } from './mission_progress';
+import { isMissionFlown, MissionProgress } from './mission_progress';
+import { missionPhase, type MissionPhase } from './mission_moves';
+import { flightTask } from './modes';
 import { isGood, outcomeWords, type Outcome } from './outcome';
 import type { ParametersKnown, PlanKind, PlanOnBoard } from './operation_types';
 import type { Rehearsal } from './rehearsal_log';
@@ -25,6 +28,7 @@ import type { Axes } from './sticks';
 import { Store } from './store';
 import { tag } from './tagged_frames';
 import { Telemetry } from './telemetry';
+import { troubleOf, type Trouble } from './trouble';
 import type { Drone, LinkQuality } from './wire_types';
 
 /** Autopilot statements within this time after an answer still belong to the action (arming: "PreArm: ..."). */
@@ -69,6 +73,10 @@ export class Vehicle {
   wasAirborne: boolean | null = null;
   /** Our clock minus the tower's time of day. */
   towerLagMs = 0;
+  /** Since when its hold is open; null: none, or it was open before this page. */
+  holdSinceMs: number | null = null;
+  /** Since when it is in its mode; null: since before this page. */
+  modeSinceMs: number | null = null;
 
   readonly #clock: Clock;
   readonly #uplink: Uplink;
@@ -104,6 +112,8 @@ export class Vehicle {
     else if (this.drone.get().online) this.silentSinceMs = nowMs;
     this.towerLagMs = towerLagMs;
     if (drone.online) this.wasAirborne = this.isAirborne(drone, nowMs) ?? this.wasAirborne;
+    if (drone.hold?.open !== true) this.holdSinceMs = null;
+    else if (this.drone.get().hold?.open !== true) this.holdSinceMs = nowMs;
     for (const plan of Object.values(drone.plans ?? {})) this.onBoard(plan);
     if (drone.parameters !== undefined) this.parameters.set(drone.parameters);
     this.drone.set(drone);
@@ -125,9 +135,42 @@ export class Vehicle {
     return readHold(hold, { droneName, lostActionS, towerLagMs: this.towerLagMs }, nowMs);
   }
 
+  /** What is wrong with it; null: nothing. */
+  trouble(nowMs: number): Trouble | null {
+    return troubleOf(this.drone.get(), this.values(nowMs), this.wasAirborne);
+  }
+
+  /** While the tower does not hear it, or this page does not hear the tower (`deafSinceMs`): what it did last. */
+  silence(deafSinceMs: number | null, nowMs: number): Silence | null {
+    const drone = this.drone.get();
+    const sinceMs = deafSinceMs ?? (drone.online ? null : this.silentSinceMs);
+    if (sinceMs === null) return null;
+    const values = this.values(nowMs);
+    // A drone that this page has never received data from.
+    if (this.wasAirborne === null && values.heartbeatAgeMs === null) return null;
+    const whose = deafSinceMs === null ? 'drone' : 'own';
+    return { ...lastHeard(drone, values, this.wasAirborne), whose, sinceMs, towerLagMs: this.towerLagMs };
+  }
+
+  missionPhase(values: FlightValues): MissionPhase {
+    const board = this.plans.get().mission;
+    return missionPhase({
+      count: board === undefined || board.hash === null ? null : board.count,
+      airborne: eitherSays(values.airborne, this.drone.get().airborne),
+      isFlown: isMissionFlown(values),
+      task: flightTask(values.autopilot, values.customMode),
+      missionState: this.telemetry.newest('MISSION_CURRENT')?.fields.mission_state ?? null,
+      wasPaused: this.mission.wasPaused,
+    });
+  }
+
   receive(frame: Uint8Array, nowMs: number): void {
+    const modeBefore = this.telemetry.newest('HEARTBEAT')?.fields.custom_mode;
     const message = this.telemetry.receive(frame, nowMs);
     if (!message) return;
+    if (message.name === 'HEARTBEAT' && this.telemetry.isFromAutopilot(message)) {
+      if (modeBefore !== undefined && message.fields.custom_mode !== modeBefore) this.modeSinceMs = nowMs;
+    }
     if (this.telemetry.isFromAutopilot(message)) {
       this.mission.receive(message, this.telemetry.newest('HEARTBEAT')?.fields.autopilot ?? null);
     }
@@ -144,6 +187,7 @@ export class Vehicle {
     } else if (message.name === 'SYS_STATUS' && this.telemetry.isFromAutopilot(message)) {
       if (message.fields.battery_remaining >= 0) this.#battery.percentage(message.fields.battery_remaining, nowMs);
     } else if (message.name === 'BATTERY_STATUS' && this.telemetry.isFromAutopilot(message)) {
+      this.#battery.charge(message.fields.id, message.fields.charge_state);
       if (message.fields.id === 0) this.#battery.said(message.fields.time_remaining, nowMs);
     } else if (message.name === 'HEARTBEAT' || message.name === 'EXTENDED_SYS_STATE') {
       const { airborne } = this.values(nowMs);
@@ -168,6 +212,7 @@ export class Vehicle {
       link,
       airborneSinceMs,
       batteryTime,
+      batteryCharge: this.#battery.worstCharge,
     };
     return flightValues(this.telemetry, beside, nowMs);
   }
@@ -180,7 +225,12 @@ export class Vehicle {
       } catch (error) {
         return { kind: 'failed', why: error instanceof Error ? error.message : String(error) };
       }
-      return this.target.follow(command, this.#uplink.command(this.drone.get().id, command));
+      const outcome = await this.target.follow(command, this.#uplink.command(this.drone.get().id, command));
+      if (command.command === 'pause' && isGood(outcome)) this.mission.wasPaused = true;
+      if ((command.command === 'resume' || command.command === 'start') && isGood(outcome)) {
+        this.mission.wasPaused = false;
+      }
+      return outcome;
     });
   }
 

@@ -16,6 +16,7 @@ interface Named {
     readonly detail: string;
     readonly state: DroneState;
     readonly isUnattended?: boolean;
+    readonly alarm?: 'critical' | 'warning';
   };
   readonly at: { readonly x: number; readonly y: number };
 }
@@ -29,7 +30,7 @@ export function drawLabels(
   last: ReadonlyMap<number, number>,
   inTheWay: readonly Box[],
 ): ReadonlyMap<number, number> {
-  const rank = ({ drone }: Named): number => (drone.id === selectedId ? 0 : RANK[drone.state]);
+  const rank = ({ drone }: Named): number => (drone.id === selectedId ? 0 : drone.alarm ? 0.5 : RANK[drone.state]);
   const ordered = [...drones].sort((a, b) => rank(a) - rank(b) || a.drone.id - b.drone.id);
   const wanted = ordered.map(({ drone, at }) => ({
     id: drone.id,

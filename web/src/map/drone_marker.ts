@@ -62,10 +62,11 @@ export interface MarkerLook {
   readonly isSelected: boolean;
   readonly isUnattended?: boolean;
   readonly isStale?: boolean;
+  readonly alarm?: 'critical' | 'warning';
 }
 
 export function drawMarker(pen: Pen, theme: MapTheme, x: number, y: number, look: MarkerLook): void {
-  const colour = theme.states[look.state];
+  const colour = look.alarm === 'critical' ? theme.states.alert : theme.states[look.state];
   pen.save();
   pen.translate(x, y);
   if (look.isUnattended) {
@@ -77,7 +78,14 @@ export function drawMarker(pen: Pen, theme: MapTheme, x: number, y: number, look
     pen.stroke();
     pen.setLineDash([]);
   }
-  if (look.isStale) pen.globalAlpha = 0.5;
+  if (look.alarm) {
+    pen.beginPath();
+    pen.arc(0, 0, MARKER_RADIUS_PX + 6, 0, 2 * Math.PI);
+    pen.strokeStyle = look.alarm === 'critical' ? theme.states.alert : theme.warning;
+    pen.lineWidth = 3;
+    pen.stroke();
+  }
+  if (look.isStale && !look.alarm) pen.globalAlpha = 0.5;
   if (look.isSelected) {
     pen.beginPath();
     pen.arc(0, 0, MARKER_RADIUS_PX + 6, 0, 2 * Math.PI);

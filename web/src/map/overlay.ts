@@ -35,6 +35,8 @@ export interface SceneDrone {
   readonly track: readonly Place[];
   /** In the air without a holder. */
   readonly isUnattended?: boolean;
+  /** Lost in the air, a battery near its end, and the like: see link/trouble.ts. */
+  readonly alarm?: 'critical' | 'warning';
   /** The last known position, not the current one. */
   readonly isStale?: boolean;
 }
@@ -57,6 +59,7 @@ interface Drawn {
   readonly at: Point;
 }
 
+const alarmOrder = ({ alarm }: SceneDrone): number => (alarm === undefined ? 0 : alarm === 'warning' ? 1 : 2);
 const EMPTY: Scene = { drones: [], selectedId: null, home: null, target: null, showsAim: false };
 const around = ({ x, y }: Point, radiusPx: number): Box => ({
   left: x - radiusPx,
@@ -113,9 +116,10 @@ export class Overlay {
     const isNear = ({ x, y }: Point): boolean =>
       x > -LABEL_MARGIN_PX && y > -MARKER_RADIUS_PX && x < width + MARKER_RADIUS_PX && y < height + MARKER_RADIUS_PX;
     const near = drones.map((drone) => ({ drone, at: projection.at(drone.place) })).filter(({ at }) => isNear(at));
-    // The selected drone is never hidden in a cluster.
-    const apart = zoom >= CLUSTER_BELOW_ZOOM ? near : near.filter(({ drone }) => drone.id === selectedId);
-    const together = zoom >= CLUSTER_BELOW_ZOOM ? [] : near.filter(({ drone }) => drone.id !== selectedId);
+    // Neither the selected drone nor one in trouble is ever hidden in a cluster.
+    const isApart = ({ drone }: Drawn): boolean => drone.id === selectedId || drone.alarm !== undefined;
+    const apart = zoom >= CLUSTER_BELOW_ZOOM ? near : near.filter(isApart);
+    const together = zoom >= CLUSTER_BELOW_ZOOM ? [] : near.filter((one) => !isApart(one));
     this.#clusters = [
       ...gather(together, CLUSTER_RADIUS_PX),
       ...apart.map((one) => ({ members: [one], x: one.at.x, y: one.at.y })),
@@ -138,7 +142,9 @@ export class Overlay {
         members.map(({ drone }) => drone.state),
       );
     }
-    for (const { drone, at } of singles) {
+    // Those in trouble last: on top of the others.
+    const inOrder = [...singles].sort((a, b) => alarmOrder(a.drone) - alarmOrder(b.drone));
+    for (const { drone, at } of inOrder) {
       drawMarker(pen, theme, at.x, at.y, { ...drone, isSelected: drone.id === selectedId });
     }
     this.#labelSlots = drawLabels(pen, theme, singles, selectedId, this.#labelSlots, inTheWay);

@@ -22,6 +22,7 @@ const sameDrone = (a: SceneDrone, b: SceneDrone): boolean =>
     a.state === b.state &&
     a.isUnattended === b.isUnattended &&
     a.isStale === b.isStale &&
+    a.alarm === b.alarm &&
     sameTrack(a.track, b.track));
 
 const sameTarget = (a: MapTarget | null, b: MapTarget | null): boolean =>

@@ -5,6 +5,8 @@ import { eitherSays } from '../link/drone_view';
 import type { DroneState, FlightValues } from '../link/flight_values';
 import type { HoldReading } from '../link/hold_view';
 import type { LinkReading } from '../link/link_quality';
+import type { Silence } from '../link/loss_countdown';
+import { TROUBLES, type Trouble } from '../link/trouble';
 import type { Drone, User } from '../link/wire_types';
 
 export interface SquadEntry {
@@ -12,6 +14,9 @@ export interface SquadEntry {
   readonly values: FlightValues;
   readonly link: LinkReading | null;
   readonly hold: HoldReading | null;
+  readonly trouble: Trouble | null;
+  /** What it did when its link was lost; null: it is heard. */
+  readonly silence: Silence | null;
 }
 
 export const FILTERS = ['all', 'mine', 'flying', 'unattended', 'attention', 'online', 'offline'] as const;
@@ -40,15 +45,14 @@ export interface Order {
 }
 
 const ATTENTION: Record<DroneState, number> = { alert: 0, flying: 2, armed: 3, lost: 4, idle: 5 };
+/** Without trouble: after all that have some. */
+const AFTER_TROUBLE = TROUBLES.length + 1;
 
 /** A person is lost, and the drone acts on its own or will. */
 const isCounted = ({ hold }: SquadEntry): boolean => hold !== null && hold.phase !== 'quiet';
 
-/** Smaller means more urgent: alerts, then drones without a holder, then drones in flight. */
-function attention(entry: SquadEntry): number {
-  const { drone, values } = entry;
-  return (isCounted(entry) || isUnattended(drone, values)) && values.state !== 'alert' ? 1 : ATTENTION[values.state];
-}
+/** Smaller means more urgent: what is in trouble, the worst first (link/trouble.ts), then drones in flight. */
+const attention = ({ trouble, values }: SquadEntry): number => trouble?.rank ?? AFTER_TROUBLE + ATTENTION[values.state];
 
 const VALUE_OF: Record<SortKey, (entry: SquadEntry) => string | number | null> = {
   name: ({ drone }) => drone.name,
@@ -104,8 +108,7 @@ export function passes(entry: SquadEntry, filter: Filter, user: Pick<User, 'id'>
     case 'unattended':
       return isUnattended(drone, values);
     case 'attention':
-      if (values.state === 'alert' || (values.state === 'lost' && drone.online)) return true;
-      return isCounted(entry) || isUnattended(drone, values);
+      return entry.trouble !== null || isCounted(entry) || (values.state === 'lost' && drone.online);
     case 'online':
       return drone.online;
     case 'offline':

@@ -22,7 +22,9 @@ const ALIVE = '(if its agent is alive)';
 
 describe('the words of a lost link', () => {
   it('say what it did last, and what its agent does about it, if there is one', () => {
-    expect(text({})).toBe(`Heron was flying its mission; its agent will return it in about 11 s ${ALIVE}.`);
+    expect(text({})).toBe(
+      `Heron was flying its mission; it goes on with it until its agent returns it in about 11 s ${ALIVE}.`,
+    );
     expect(text({}, 40_000)).toBe(`Heron was flying its mission; it should be returning now ${ALIVE}.`);
     expect(text({}, 500_000)).toBe(text({}, 40_000));
   });
@@ -31,7 +33,7 @@ describe('the words of a lost link', () => {
     [
       'by hand',
       { task: 'by-hand', mode: 'LOITER' },
-      `Heron was in LOITER, which obeys sticks; its agent puts it on hold and will return it in about 11 s ${ALIVE}.`,
+      `Heron was flown by hand (LOITER); it holds, and its agent will return it in about 11 s ${ALIVE}.`,
     ],
     [
       'by itself',
@@ -48,13 +50,13 @@ describe('the words of a lost link', () => {
     [
       'who knows where',
       { isAirborne: null },
-      `It is not known whether Heron is in the air. Heron was flying its mission; its agent will return it in about 11 s ${ALIVE}.`,
+      `It is not known whether Heron is in the air. Heron was flying its mission; it goes on with it until its agent returns it in about 11 s ${ALIVE}.`,
     ],
     ['set to go on', { lostAction: 'continue' }, 'Heron was flying its mission; it should go on with that.'],
     [
       'set to stay',
       { lostAction: 'stay', task: 'by-hand', mode: 'LOITER' },
-      `Heron was in LOITER, which obeys sticks; its agent puts it on hold and returns it when the battery is needed for the way home ${ALIVE}.`,
+      `Heron was flown by hand (LOITER); it holds, and its agent returns it when the battery is needed for the way home ${ALIVE}.`,
     ],
     [
       'set to what a newer tower knows',
@@ -80,7 +82,7 @@ describe('the words of a lost link', () => {
 
   it('do not claim to know more than a page that is deaf itself can', () => {
     expect(text({ whose: 'own' })).toBe(
-      `At the last contact, Heron was flying its mission. If it has lost the tower too, its agent will return it in about 11 s ${ALIVE}.`,
+      `At the last contact, Heron was flying its mission. If it has lost the tower too, it goes on with it until its agent returns it in about 11 s ${ALIVE}.`,
     );
     expect(text({ whose: 'own' }, 50_000)).toContain('If it has lost the tower too, it should be returning now');
   });
@@ -101,7 +103,7 @@ describe('the words of a lost link', () => {
 
   it('stand still in an alert', () => {
     expect(lostLinkWords('It', SILENCE)).toBe(
-      `It was flying its mission; its agent will return it after 30 s without the tower ${ALIVE}.`,
+      `It was flying its mission; it goes on with it until its agent returns it after 30 s without the tower ${ALIVE}.`,
     );
   });
 });

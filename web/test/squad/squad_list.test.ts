@@ -3,6 +3,7 @@ import { describe, expect, it } from 'vitest';
 import { flightValues, type FlightValues } from '../../src/link/flight_values';
 import { Telemetry } from '../../src/link/telemetry';
 import { readHold } from '../../src/link/hold_view';
+import { troubleOf } from '../../src/link/trouble';
 import type { Drone, HoldView } from '../../src/link/wire_types';
 import { matches, passes, sorted, windowOf, type SortKey, type SquadEntry } from '../../src/squad/squad_list';
 import { A_DRONE, A_HOLD, heartbeat } from '../link/fakes';
@@ -10,14 +11,18 @@ import { A_DRONE, A_HOLD, heartbeat } from '../link/fakes';
 const OLGA = { id: 5, name: 'olga' };
 const BESIDE = { online: true, armed: false, target: null, link: null, airborneSinceMs: null, batteryTime: null };
 
-function entry(drone: Partial<Drone>, values: Partial<FlightValues> = {}): SquadEntry {
+function entry(drone: Partial<Drone>, values: Partial<FlightValues> = {}, wasAirborne = false): SquadEntry {
   const telemetry = new Telemetry();
   telemetry.receive(heartbeat(5), 0);
+  const whole = { ...A_DRONE, ...drone };
+  const now = { ...flightValues(telemetry, BESIDE, 0), ...values };
   return {
-    drone: { ...A_DRONE, ...drone },
-    values: { ...flightValues(telemetry, BESIDE, 0), ...values },
+    drone: whole,
+    values: now,
     link: null,
     hold: null,
+    trouble: troubleOf(whole, now, wasAirborne),
+    silence: null,
   };
 }
 
@@ -46,15 +51,35 @@ describe('sorting', () => {
   });
 });
 
+describe('attention first', () => {
+  it('begins with a link lost in the air, then the batteries', () => {
+    const flies = { state: 'flying', airborne: true } as const;
+    const lost = entry({ id: 5, name: 'Lost', online: false }, { state: 'lost' }, true);
+    const critical = entry({ id: 6, name: 'Critical', holder: OLGA }, { ...flies, batteryCharge: 3 });
+    const low = entry({ id: 7, name: 'Low', holder: OLGA }, { ...flies, batteryCharge: 2 });
+    const order = { key: 'state', isDescending: false } as const;
+    expect(names(sorted([...SQUAD, low, critical, lost], order)).slice(0, 4)).toEqual([
+      'Lost',
+      'Critical',
+      'Low',
+      'Plover 9',
+    ]);
+    expect(passes(lost, 'attention', OLGA)).toBe(true);
+  });
+});
+
 describe('a drone whose lost action is counted down', () => {
   const reading = (phase: HoldView['phase']) =>
     readHold({ ...A_HOLD, phase }, { droneName: 'Heron', lostActionS: 30, towerLagMs: 0 }, 0);
 
   it('wants attention though somebody has its controls; one that is held alone does not', () => {
-    const [counted, held] = (['counting', 'quiet'] as const).map((phase) => ({ ...HERON, hold: reading(phase) }));
+    const [counted, held] = (['counting', 'quiet'] as const).map((phase) => ({
+      ...entry({ ...HERON.drone, hold: { ...A_HOLD, phase } }, { state: 'flying', airborne: true }),
+      hold: reading(phase),
+    }));
     expect(passes(counted!, 'attention', OLGA)).toBe(true);
     expect(passes(held!, 'attention', OLGA)).toBe(false);
-    const order = sorted([held!, { ...counted!, drone: { ...A_DRONE, name: 'Z' } }], {
+    const order = sorted([held!, { ...counted!, drone: { ...counted!.drone, name: 'Z' } }], {
       key: 'state',
       isDescending: false,
     });

@@ -1,0 +1,204 @@
+"""The flight bar: Hold works whatever is open, at every size; what is lost or low stands out; deeds counted in clicks.
+
+One world for the module: alice owns four drones. Kestrel's frames pass through a tap at its simulator's port, and
+Swift's battery is low.
+"""
+
+import time
+from collections.abc import Iterator
+from typing import Final
+
+import pytest
+from axe_look import AXE as AXE_FILE
+from axe_look import GRAVE, RUN
+from console_page import SIMULATOR, ConsolePage, Somebody, signed_in, visitors
+from playwright.sync_api import Browser, Locator, expect
+from worlds.frame_tap import FrameTap, frame_tap
+from worlds.free_ports import free_udp_ports
+from worlds.processes import World, kill_9
+
+DO_SET_MODE: Final = 176
+HOLD_LIMIT_S: Final = 0.5
+SIZES: Final = ((1440, 900), (1024, 768), (390, 844))
+TARGET_PX: Final = 44
+DIALOGS: Final = ("open-settings", "open-keys", "stick-setup", "rehearse", "action-arm")
+"""The buttons of the Control page that open one each."""
+
+
+@pytest.fixture(scope="module")
+def field(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[World, FrameTap]]:
+    with World(tmp_path_factory.mktemp("field")) as world:
+        world.add_user("alice")
+        world.add_user("admin", "admin")
+        ids = [world.add_drone(name, "alice") for name in ("Kestrel", "Merlin", "Osprey", "Swift")]
+        world.start_tower()
+        (port,) = free_udp_ports(1)
+        with frame_tap(port) as tap:
+            world.start_agent("Kestrel", f"udpin:127.0.0.1:{port}")
+            out = ("--out", f"udp:127.0.0.1:{tap.port}", "--home", "47.3977,8.5456,488,0")
+            world.start("tapped", "tower-sim", *out, *SIMULATOR)
+            (battery_port,) = free_udp_ports(1)
+            world.start_agent("Swift", f"udpin:127.0.0.1:{battery_port}")
+            world.start(
+                "low",
+                "tower-sim",
+                *("--out", f"udp:127.0.0.1:{battery_port}", "--home", "47.3979,8.5458,488,0"),
+                *("--fail", "battery-low", *SIMULATOR),
+            )
+            world.start_simulated("Merlin", "Osprey", options=SIMULATOR)
+            world.wait_until_online(world.visitor("admin"), *ids)
+            yield world, tap
+
+
+@pytest.fixture
+def come(chromium: Browser, field: tuple[World, FrameTap]) -> Iterator[Somebody]:
+    with visitors(chromium, field[0].address) as somebody:
+        yield somebody
+
+
+def expect_hold(console: ConsolePage, tap: FrameTap, press: str, where: str) -> None:
+    """Hold by "click", "key" or "tap" reaches the simulator's port in time."""
+    button = console.part("bar-hold")
+    box = button.bounding_box()
+    assert box is not None and box["height"] >= 48 and box["width"] >= 48, where
+    middle = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    at_s = time.monotonic()
+    if press == "click":
+        console.page.mouse.click(*middle)
+    elif press == "tap":
+        console.page.touchscreen.tap(*middle)
+    else:
+        console.page.keyboard.press("h")
+    console.wait(f"a hold by {press}: {where}", lambda: tap.first_after(at_s, DO_SET_MODE) is not None, timeout_s=5)
+    took_s = tap.first_after(at_s, DO_SET_MODE)
+    assert took_s is not None and took_s < HOLD_LIMIT_S, f"{where}: {press} took {took_s} s"
+    print(f"{where}: {press} {took_s * 1000:.0f} ms")
+
+
+def small(parts: Locator) -> list[str]:
+    """Those of these targets that are smaller than a finger."""
+    found: list[str] = parts.evaluate_all(
+        f"""(all) => all.filter((one) => one.getClientRects().length > 0).filter((one) => {{
+          const {{ width, height }} = one.getBoundingClientRect();
+          return width < {TARGET_PX} || height < {TARGET_PX};
+        }}).map((one) => one.outerHTML.slice(0, 120))"""
+    )
+    return found
+
+
+def expect_accessible(console: ConsolePage, state: str) -> None:
+    page = console.page
+    for theme in ("dark", "light"):
+        page.emulate_media(color_scheme=theme, reduced_motion="reduce")  # type: ignore[arg-type]
+        expect(page.locator(f"html[data-theme={theme}]")).to_have_count(1)
+        if not page.evaluate("'axe' in window"):
+            page.evaluate(AXE_FILE.read_text())
+        faults = [one for one in page.evaluate(RUN) if one["impact"] in GRAVE]
+        assert not faults, (state, theme, faults)
+
+
+def test_hold_works_with_every_dialog_open_at_three_sizes(come: Somebody, field: tuple[World, FrameTap]) -> None:
+    _, tap = field
+    alice = signed_in(come, "alice", "Kestrel", has_touch=True)
+    alice.acquire("Kestrel")
+    alice.wait("the autopilot", lambda: alice.word("mode") != "")
+    dialog = alice.page.get_by_role("dialog")
+    for width, height in SIZES:
+        alice.page.set_viewport_size({"width": width, "height": height})
+        for opener in DIALOGS:
+            alice.part(opener).click()
+            expect(dialog).to_be_visible()
+            for press in ("click", "key", "tap"):
+                expect_hold(alice, tap, press, f"{opener} at {width}")
+                expect(dialog).to_be_visible()
+            alice.page.keyboard.press("Escape")
+            expect(dialog).to_have_count(0)
+        expect_accessible(alice, f"control at {width}")
+        assert small(alice.part("flight-bar").locator("a, button")) == []
+    # On other pages, below the alerts, and in a text field, where a letter is a letter.
+    for page in ("#/", "#/missions", "#/account"):
+        alice.page.evaluate(f"window.location.hash = '{page}'")
+        expect(alice.part("bar-own")).to_contain_text("Kestrel")
+        alice.part("bar-alerts").click()
+        expect_hold(alice, tap, "key", page)
+        expect_hold(alice, tap, "tap", page)
+        alice.part("bar-alerts").click()
+    alice.page.evaluate("window.location.hash = '#/'")
+    sent = len(tap.commands)
+    alice.part("squad-search").press_sequentially("h")
+    expect(alice.part("squad-search")).to_have_value("h")
+    assert [which for _, which in tap.commands[sent:] if which == DO_SET_MODE] == []
+    alice.page.evaluate("window.location.hash = '#/drone/1'")
+    alice.part("control-release").click()
+    expect(alice.part("control-acquire")).to_be_visible()
+
+
+def test_a_full_screen_keeps_the_figures_and_hold(come: Somebody, field: tuple[World, FrameTap]) -> None:
+    _, tap = field
+    alice = signed_in(come, "alice", "Kestrel")
+    alice.acquire("Kestrel")
+    alice.page.keyboard.press("v")
+    alice.page.evaluate("document.documentElement.requestFullscreen()")
+    alice.page.wait_for_function("document.fullscreenElement !== null")
+    for part in ("height", "speed", "battery", "state", "alerts", "hold"):
+        expect(alice.part(f"bar-{part}")).to_be_visible()
+    for press in ("click", "key"):
+        expect_hold(alice, tap, press, "full screen")
+    alice.page.evaluate("document.exitFullscreen()")
+    alice.part("control-release").click()
+    expect(alice.part("control-acquire")).to_be_visible()
+
+
+def test_switching_drones_and_take_off_are_two_clicks_each(come: Somebody, field: tuple[World, FrameTap]) -> None:
+    alice = signed_in(come, "alice", "Kestrel")
+    alice.acquire("Kestrel")
+    alice.page.evaluate("window.location.hash = '#/drone/2'")
+    expect(alice.part("bar-own")).to_contain_text("Kestrel")
+    alice.part("bar-take").click()  # 1
+    expect(alice.page.get_by_role("dialog")).to_contain_text("You control Kestrel. Release it and take Merlin?")
+    alice.part("confirm-button").click()  # 2
+    expect(alice.part("bar-own")).to_contain_text("Merlin")
+    expect(alice.part("bar-other")).to_have_count(0)
+    alice.wait("a position", lambda: alice.word("gps") != "" and alice.number("latitude") > 40)
+    alice.part("action-takeoff").click()  # 1
+    alice.part("confirm-button").click()  # 2
+    alice.wait("the take-off", lambda: alice.number("altitude") > 5)
+
+
+def test_a_lost_drone_stands_out_everywhere(come: Somebody, field: tuple[World, FrameTap]) -> None:
+    world, _ = field
+    alice = signed_in(come, "alice", "Osprey")
+    if alice.part("bar-own").count():
+        alice.part("bar-take").click()
+        alice.part("confirm-button").click()
+    else:
+        alice.part("control-acquire").click()
+    expect(alice.part("bar-own")).to_contain_text("Osprey")
+    alice.take_off("Osprey", 8)
+    alice.part("manual-toggle").click()
+    alice.confirm("Osprey")
+    expect(alice.part("manual-bars")).to_have_attribute("data-phase", "flying")
+    alice.wait("LOITER", lambda: alice.word("mode") == "LOITER")
+    admin = signed_in(come, "admin")
+    admin.wait_for_frames(4)
+    alice.page.bring_to_front()
+    kill_9(world.running("agent-Osprey"))
+    state = alice.part("bar-state")
+    expect(state).to_contain_text("LINK LOST")
+    expect(state).to_contain_text("flown by hand: holds; returns in")
+    expect(state).to_have_attribute("data-tone", "danger")
+    expect(alice.part("countdown")).to_contain_text("was flown by hand (LOITER); it holds")
+    alice.page.evaluate("window.location.hash = '#/'")
+    alice.part("squad-sort").select_option(label="attention first")
+    first = alice.part("squad-row").first
+    expect(first).to_have_attribute("data-drone-id", "3")
+    expect(first).to_have_attribute("data-trouble", "link-lost")
+    expect(first.get_by_test_id("row-does")).to_contain_text("flown by hand: holds")
+    troubles = [row.get_attribute("data-trouble") for row in alice.part("squad-row").all()]
+    assert troubles == ["link-lost", "unattended", "battery-low", ""], "a low battery on the ground endangers nobody"
+    assert alice.squad()[2] == "4"
+    alice.page.get_by_role("button", name="Show Osprey on the map").click()
+    expect(alice.part("card-trouble")).to_have_text("Lost in the air")
+    # Somebody else finds it without a click.
+    expect(admin.part("bar-trouble")).to_have_attribute("data-drone-id", "3")
+    expect(admin.part("bar-trouble")).to_contain_text("Lost in the air")

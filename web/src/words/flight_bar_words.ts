@@ -1,0 +1,111 @@
+/** What the flight bar says of one drone: state, link, battery, in a few words each. Pure. */
+
+import { batteryLevel } from '../link/battery_level';
+import type { FlightValues } from '../link/flight_values';
+import type { HoldReading } from '../link/hold_view';
+import type { LinkReading } from '../link/link_quality';
+import { lostBrief, type Silence } from '../link/loss_countdown';
+import type { MissionPhase } from '../link/mission_moves';
+import { modeSetOf } from '../link/modes';
+import type { WayHome } from '../link/way_home';
+import type { Drone } from '../link/wire_types';
+import { duration, fixed, UNKNOWN } from './format';
+
+export type Tone = '' | 'good' | 'warning' | 'danger';
+
+export interface BarCell {
+  readonly text: string;
+  readonly detail: string;
+  readonly tone: Tone;
+}
+
+export interface BarFacts {
+  readonly drone: Drone;
+  readonly values: FlightValues;
+  readonly hold: HoldReading | null;
+  readonly silence: Silence | null;
+  readonly missionPhase: MissionPhase;
+  readonly holdSinceMs: number | null;
+  readonly modeSinceMs: number | null;
+  readonly nowMs: number;
+}
+
+/** "0:07", or nothing if it is not known since when. */
+const since = (fromMs: number | null, nowMs: number): string =>
+  fromMs === null ? '' : ` ${duration(Math.max(0, nowMs - fromMs))}`;
+const then = (...parts: readonly string[]): string => parts.filter((part) => part !== '').join('; ');
+
+/** What it does now, and what comes next. */
+export function stateCell(facts: BarFacts): BarCell {
+  const { drone, values, hold, silence, missionPhase, holdSinceMs, modeSinceMs, nowMs } = facts;
+  if (silence && silence.isAirborne !== false) {
+    const { now, next } = lostBrief(silence, nowMs);
+    const what = silence.whose === 'own' ? 'TOWER LOST' : 'LINK LOST';
+    return { text: what + since(silence.sinceMs, nowMs), detail: then(now, next), tone: 'danger' };
+  }
+  if (silence?.whose === 'own') return { text: 'Tower lost', detail: 'on the ground', tone: 'warning' };
+  if (!drone.may_watch) return { text: 'View taken', detail: '', tone: 'warning' };
+  if (!drone.online) return { text: 'Offline', detail: '', tone: '' };
+  if (values.state === 'lost') {
+    const isKnown = values.heartbeatAgeMs !== null;
+    return { text: isKnown ? 'AUTOPILOT SILENT' : 'Not heard yet', detail: '', tone: isKnown ? 'danger' : '' };
+  }
+  const isFlying = values.airborne !== false && values.armed !== false;
+  if (hold && (drone.hold?.open || hold.phase === 'counting')) {
+    const word = drone.hold?.open ? 'HOLD' : (values.mode ?? UNKNOWN);
+    return { text: word + since(holdSinceMs, nowMs), detail: hold.badge, tone: hold.tone };
+  }
+  const holds = values.autopilot === null ? null : modeSetOf(values.autopilot)?.hold;
+  if (isFlying && holds && holds.customMode === values.customMode) {
+    const next = missionPhase === 'paused' ? 'mission paused, until you fly on' : 'stays here until you fly on';
+    return { text: `HOLD${since(modeSinceMs, nowMs)}`, detail: `${holds.name}: ${next}`, tone: 'good' };
+  }
+  const doing = !isFlying
+    ? values.armed
+      ? 'motors running, on the ground'
+      : 'on the ground'
+    : missionPhase === 'paused'
+      ? 'mission paused'
+      : missionPhase === 'flown'
+        ? 'flies its mission'
+        : hold
+          ? hold.badge
+          : '';
+  return { text: values.mode ?? UNKNOWN, detail: doing, tone: values.state === 'alert' ? 'danger' : '' };
+}
+
+/** Below this, an age is the rhythm of the telemetry and no news. */
+const FRESH_MS = 2_500;
+
+export function linkCell(values: FlightValues, link: LinkReading | null, isDeaf: boolean): BarCell {
+  const ages = [values.positionAgeMs, values.heartbeatAgeMs].filter((age) => age !== null);
+  if (ages.length === 0) return { text: UNKNOWN, detail: 'not heard yet', tone: '' };
+  const ageMs = Math.min(...ages);
+  const loss = link?.over30s.lossUpPercent ?? values.linkLossPercent;
+  const detail = `${fixed(loss)} % lost`;
+  const isOld = isDeaf || ageMs > FRESH_MS;
+  if (isOld) return { text: `${fixed(ageMs / 1000)} s old`, detail: isDeaf ? 'no tower' : detail, tone: 'danger' };
+  const tone = link?.grade === 'bad' ? 'danger' : link?.grade === 'poor' ? 'warning' : '';
+  return { text: `${fixed(values.linkRttMs)} ms`, detail, tone };
+}
+
+/** Less than this after the way home wants a decision. */
+const SHORT_MS = 60_000;
+
+export function batteryCell(values: FlightValues, home: WayHome): BarCell {
+  const level = batteryLevel(values);
+  const text = `${fixed(values.batteryPercent)} %`;
+  const after = home.afterMs;
+  const detail =
+    after === null
+      ? values.airborne === false
+        ? `${fixed(values.batteryV, 1)} V`
+        : 'after home: unknown'
+      : after < 0
+        ? 'NOT enough for home'
+        : `${duration(after)} after home`;
+  const isShort = after !== null && after < SHORT_MS;
+  const tone = level === 'critical' || (after !== null && after < 0) ? 'danger' : level || isShort ? 'warning' : '';
+  const word = level === null ? '' : ` ${level}`;
+  return { text: text + word, detail, tone };
+}
