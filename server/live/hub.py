@@ -77,7 +77,7 @@ class Hub:
         self._socket_bounds = socket_bounds or SocketBounds()
         self._video_bounds = video_bounds or SocketBounds()
         self._next_browser = 0
-        state = self.state = LiveState()
+        state = self.state = LiveState(clock)
         """Drones, links, browsers, counters. Everybody may read it; only the hub and its parts write. `on_event` is for
         the one who acts on what the hub notices."""
         self.squads = Squads(state)
@@ -257,6 +257,8 @@ class Hub:
         drone = state.drones[link.sealed.drone_id]
         if not drone.online:
             drone.online = True
+            if drone.autopilot_heard:
+                drone.last_heard.heard_again()
             state.publish_drone(drone)
         if received.frames is not None:
             self._paths.up(drone, received.frames, now)

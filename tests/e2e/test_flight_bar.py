@@ -1,9 +1,10 @@
 """The flight bar: Hold works whatever is open, at every size; what is lost or low stands out; deeds counted in clicks.
 
-One world for the module: alice owns four drones. Kestrel's frames pass through a tap at its simulator's port, and
-Swift's battery is low.
+One world for the module: alice owns four drones, bob one. Kestrel's frames pass through a tap at its simulator's
+port, and Swift's battery is low.
 """
 
+import re
 import time
 from collections.abc import Iterator
 from typing import Final
@@ -21,6 +22,11 @@ DO_SET_MODE: Final = 176
 HOLD_LIMIT_S: Final = 0.5
 SIZES: Final = ((1440, 900), (1024, 768), (390, 844))
 TARGET_PX: Final = 44
+MISSION: Final = [
+    [22, 3, [0, 0, 0, None], 473977000, 85456000, 20, 1],
+    *([16, 3, [0, 0, 0, None], 473977000 + step * 90000, 85456000, 20, 1] for step in (1, 2)),
+]
+"""Kilometres long: it is flown for minutes."""
 DIALOGS: Final = ("open-settings", "open-keys", "stick-setup", "rehearse", "action-arm")
 """The buttons of the Control page that open one each."""
 
@@ -30,7 +36,9 @@ def field(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[World, Fra
     with World(tmp_path_factory.mktemp("field")) as world:
         world.add_user("alice")
         world.add_user("admin", "admin")
+        world.add_user("bob")
         ids = [world.add_drone(name, "alice") for name in ("Kestrel", "Merlin", "Osprey", "Swift")]
+        ids.append(world.add_drone("Harrier", "bob"))
         world.start_tower()
         (port,) = free_udp_ports(1)
         with frame_tap(port) as tap:
@@ -45,7 +53,7 @@ def field(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[World, Fra
                 *("--out", f"udp:127.0.0.1:{battery_port}", "--home", "47.3979,8.5458,488,0"),
                 *("--fail", "battery-low", *SIMULATOR),
             )
-            world.start_simulated("Merlin", "Osprey", options=SIMULATOR)
+            world.start_simulated("Merlin", "Osprey", "Harrier", options=SIMULATOR)
             world.wait_until_online(world.visitor("admin"), *ids)
             yield world, tap
 
@@ -199,6 +207,43 @@ def test_a_lost_drone_stands_out_everywhere(come: Somebody, field: tuple[World, 
     assert alice.squad()[2] == "4"
     alice.page.get_by_role("button", name="Show Osprey on the map").click()
     expect(alice.part("card-trouble")).to_have_text("Lost in the air")
+    # Whoever comes to the page after the loss learns the same from the tower.
+    alice.open("/#/drone/3")
+    alice.page.reload()
+    expect(alice.part("bar-state")).to_contain_text("LINK LOST")
+    expect(alice.part("bar-state")).to_contain_text("flown by hand: holds; return")
     # Somebody else finds it without a click.
     expect(admin.part("bar-trouble")).to_have_attribute("data-drone-id", "3")
     expect(admin.part("bar-trouble")).to_contain_text("Lost in the air")
+
+
+def test_a_drone_lost_in_its_mission_is_known_to_whoever_opens_the_console_later(
+    come: Somebody, field: tuple[World, FrameTap]
+) -> None:
+    world, _ = field
+    bob = signed_in(come, "bob", "Harrier")
+    bob.acquire("Harrier")
+    bob.take_off("Harrier", 20)
+    by_rest = world.visitor("bob")
+    put = by_rest.ask("PUT", "/drones/5/mission", {"items": MISSION, "while_flying": True})
+    assert put.json["state"] == "done", put.body
+    started = by_rest.ask("POST", "/drones/5/commands", {"command": "start"})
+    assert started.json["state"] == "done", started.body
+    expect(bob.part("bar-state")).to_contain_text("AUTO")
+    expect(bob.part("bar-state")).to_contain_text("flies its mission")
+    kill_9(world.running("agent-Harrier"))
+    expect(bob.part("bar-state")).to_contain_text("goes on with its mission; returns in")
+    expect(bob.part("countdown")).to_contain_text("it goes on with it until its agent returns it in about")
+
+    admin = signed_in(come, "admin")
+    admin.part("squad-sort").select_option(label="attention first")
+    row = admin.page.locator("[data-testid=squad-row][data-drone-id='5']")
+    expect(row).to_have_attribute("data-trouble", "link-lost")
+    expect(row.get_by_test_id("row-does")).to_contain_text("goes on with its mission; return")
+    expect(row).to_have_class(re.compile("critical"))
+    troubles = [one.get_attribute("data-trouble") for one in admin.part("squad-row").all()]
+    assert troubles == sorted(troubles, key=lambda kind: kind != "link-lost"), "whatever was lost comes first"
+    expect(admin.part("bar-trouble")).to_contain_text("Lost in the air")
+    admin.page.get_by_role("button", name="Show Harrier on the map").click()
+    expect(admin.part("card-trouble")).to_have_text("Lost in the air")
+    expect(admin.part("card-loss")).to_contain_text("Harrier was flying its mission; it ")

@@ -57,6 +57,7 @@ async def test_a_new_drone_has_no_identity_until_an_agent_is_enrolled(world: Tow
         "airborne": None,
         "hold": None,
         "airborne_since": None,
+        "last_heard": None,
         "offered": False,
         "assistant": None,
         "may_watch": True,

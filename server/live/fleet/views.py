@@ -90,6 +90,22 @@ class HoldView(BaseModel):
     stale: Annotated[bool, Field(description="The agent's link is down: this is its last report")]
 
 
+class LastHeardView(BaseModel):
+    """What the autopilot did when the tower heard it last."""
+
+    model_config = ConfigDict(frozen=True)
+
+    at: Annotated[datetime, Field(description="Since when link or autopilot are silent")]
+    armed: bool
+    airborne: Annotated[bool, Field(description="As the agent reported last")]
+    autopilot: Annotated[int | None, Field(description="MAV_AUTOPILOT; null: no heartbeat came")]
+    vehicle_type: Annotated[int | None, Field(description="MAV_TYPE")]
+    custom_mode: Annotated[int | None, Field(description="HEARTBEAT.custom_mode")]
+    lat: Annotated[float | None, Field(description="Degrees; null: no position came")]
+    lon: float | None
+    height_m: Annotated[float | None, Field(description="Above home")]
+
+
 class IdentityView(BaseModel):
     """How the agent proves its identity. `credential`: the bearer secret of an older version; the agent's next sign-in
     exchanges it for a key."""
@@ -151,6 +167,10 @@ class DroneView(BaseModel):
     hold: Annotated[HoldView | None, Field(description="null: no open hold, no loss, no lost action")] = None
     airborne_since: Annotated[
         datetime | None, Field(description="When it took off, as reported to the tower; null: not known")
+    ] = None
+    last_heard: Annotated[
+        LastHeardView | None,
+        Field(description="null while the autopilot is heard, and if it never was; or not for you to know"),
     ] = None
     offered: Annotated[bool, Field(description="Offered to `taken_from`, who has not accepted yet")] = False
     assistant: Annotated[UserRefView | None, Field(description="An admin who assists the holder")] = None

@@ -79,6 +79,9 @@ class AgentReports:
         drone.armed, drone.airborne = (state.armed, state.airborne) if state.heard else (None, None)
         if state.heard:
             drone.was_airborne = state.airborne
+        drone.last_heard.reported(state)
+        if not state.heard:
+            drone.silent(at or self._state.clock())
         drone.flight_start.report(heard=state.heard, airborne=state.airborne, at=at)
         if before != (drone.autopilot_heard, drone.armed, drone.airborne, drone.firmware):
             self._state.publish_drone(drone)

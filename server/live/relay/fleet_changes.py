@@ -125,7 +125,7 @@ class FleetChanges:
         if drone.link is not None and record.identity != drone.record.identity:
             drone.link.close(IDENTITY_GONE, "what this agent signed in by has been revoked or replaced")
             state.links.pop(drone.link.link_id, None)
-            drone.forget_link()
+            drone.forget_link(state.clock())
         drone.record, drone.crew_before = record, ties_before.crew
         # The lease in a snapshot may have been read before a change that has been applied meanwhile.
         if record.epoch >= drone.lease.epoch:

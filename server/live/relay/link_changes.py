@@ -56,7 +56,7 @@ class LinkChanges:
         self._state.links.pop(link.link_id, None)
         drone = self._state.drones.get(link.drone_id)
         if drone is not None and drone.link is link:
-            drone.forget_link()
+            drone.forget_link(self._state.clock())
             self._state.publish_drone(drone)
 
     def lose_channel(self, link: AgentLink, now: float) -> bool:

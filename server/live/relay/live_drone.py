@@ -17,6 +17,7 @@ from server.live.relay.browser import Browser
 from server.live.relay.flight_start import FlightStart
 from server.live.relay.hold_steps import HoldSteps
 from server.live.relay.holder_watch import HolderWatch
+from server.live.relay.last_heard import LastHeard
 from server.live.relay.live_messages import ToBrowser
 from server.live.relay.loan_limits import Home, Limits, LimitWatch
 from server.live.relay.open_hold import OpenHold
@@ -35,6 +36,9 @@ ONE_HAND_S: Final = 1.0
 
 SILENT_AFTER_S: Final = 5.0
 """A browser that has not answered a ping for this long is not live. Ten pings were sent meanwhile."""
+
+POSITION_BEFORE_S: Final = 10.0
+"""A position that is older than the last heartbeat by more than this is not where the drone fell silent."""
 
 NEVER: Final = float("-inf")
 
@@ -97,6 +101,8 @@ class Viewpoint(NamedTuple):
     view_taken: bool
     no_video: bool
     knows_team: bool
+    knows_last: bool
+    """What it did before it fell silent."""
 
 
 @dataclass
@@ -117,6 +123,7 @@ class LiveDrone:
     """As last known."""
     open_hold: OpenHold = field(default_factory=OpenHold)
     flight_start: FlightStart = field(default_factory=FlightStart)
+    last_heard: LastHeard = field(default_factory=LastHeard)
     fenced: bool = False
     """A change of control is pending in the database: no commands pass until it is decided."""
     sticks_at: float = NEVER
@@ -294,8 +301,14 @@ class LiveDrone:
         kept = self.holder_id is not None and watch.kept_by == self.holder_id
         return watch.missing_since is None and (kept or self.holder_present())
 
-    def forget_link(self) -> None:
+    def silent(self, at: datetime) -> None:
+        """Link or autopilot are not heard from this time on."""
+        is_of_now = self.position_at >= self.heartbeat_at - POSITION_BEFORE_S
+        self.last_heard.silent(at, self.heartbeat, self.position_frame if is_of_now else None)
+
+    def forget_link(self, at: datetime) -> None:
         """The agent's link is gone."""
+        self.silent(at)
         self.link = self.stream_state = None
         self.online = self.autopilot_heard = False
         self.armed = self.airborne = None
@@ -325,6 +338,7 @@ class LiveDrone:
             armed=self.armed if self.online else None,
             airborne=self.airborne if self.online else None,
             hold=self.open_hold.view(online=self.online),
+            last_heard=self.last_heard.view,
             airborne_since=self.flight_start.since if self.online and self.airborne else None,
             offered=self.lease.offered,
             assistant=_view_of(self.lease.assistant),
@@ -347,12 +361,14 @@ class LiveDrone:
     def standpoint_of(self, user_id: UserId, role: Role) -> Viewpoint:
         """The key of a user's view: users with equal keys get equal views."""
         relation = self.relation_of(user_id, role)
+        last = self.last_heard.view
         return Viewpoint(
             relation=relation,
             view_taken=user_id == self.user_without_view,
             no_video=user_id == self.no_video_user_id,
             # A borrower sees the drone but not its team.
             knows_team=relation is not Relation.BORROWER or user_id in self.record.ties.crew,
+            knows_last=last is None or self.knows_of(user_id, role, last.at),
         )
 
     def view_as(self, standpoint: Viewpoint) -> DroneView:
@@ -363,6 +379,8 @@ class LiveDrone:
             update["team"] = TeamRefView(id=team.id, name=team.name)
         if standpoint.no_video or standpoint.view_taken:
             update["may_watch_video"] = False
+        if standpoint.view_taken or not standpoint.knows_last:
+            update["last_heard"] = None
         if standpoint.view_taken:
             update |= {"may_watch": False, "plans": NO_PLANS, "parameters": NO_PARAMETERS, "suspicious_motion": None}
         return self.view().model_copy(update=update)

@@ -10,6 +10,7 @@ from datetime import datetime
 from msgspec import Raw
 from msgspec.structs import replace
 
+from server.domain.clock import Clock
 from server.live.hub_events import HoldToKeep, HubEvent
 from server.live.relay import live_messages as live
 from server.live.relay.agent_link import AgentLink
@@ -27,7 +28,9 @@ from wire.open_holds import LostAction
 class LiveState:
     """The dictionaries of the hub."""
 
-    def __init__(self) -> None:
+    def __init__(self, clock: Clock) -> None:
+        self.clock = clock
+        """The time of day, for people."""
         self.drones: dict[DroneId, LiveDrone] = {}
         self.links: dict[LinkId, AgentLink] = {}
         self.browsers: dict[int, Browser] = {}

@@ -95,6 +95,7 @@ class SafetyWatch:
         drone.link.send_keepalives(now)
         if drone.online and not drone.link.is_heard(now):
             drone.online = False
+            drone.silent(self._state.clock())
             self._state.publish_drone(drone)
 
     def _watch_holder(self, drone: LiveDrone, now: float) -> None:

@@ -11,6 +11,7 @@ const BEFORE_THESE_FIELDS = {
   armed: null,
   airborne: null,
   airborne_since: null,
+  last_heard: null,
   offered: false,
   assistant: null,
   may_watch: true,

@@ -2,7 +2,7 @@
 
 import type { BatteryTime } from './battery_time';
 import { estimatorHealth, type EstimatorHealth } from './estimator_health';
-import type { LinkQuality } from './wire_types';
+import type { LastHeardView, LinkQuality } from './wire_types';
 import { EKF_STATUS_FLAGS, GPS_FIX_TYPE, MAV_LANDED_STATE, MAV_MODE_FLAG, MAV_STATE } from './generated/mavlink.gen';
 import { distanceM } from './geometry';
 import type { Place, Target } from './messages';
@@ -73,6 +73,14 @@ export interface Beside {
   readonly airborneSinceMs: number | null;
   readonly batteryTime: BatteryTime | null;
   readonly batteryCharge?: number | null;
+  /** From the tower, if the drone fell silent before this page could hear it. */
+  readonly lastHeard?: HeardByTower | null;
+}
+
+/** What the autopilot did when the tower heard it last. `atMs`: by our clock. */
+export interface HeardByTower {
+  readonly view: LastHeardView;
+  readonly atMs: number;
 }
 
 const GPS_WORDS: Record<number, string> = {
@@ -112,25 +120,36 @@ export function flightValues(telemetry: Telemetry, beside: Beside, nowMs: number
   const homeAt = telemetry.newest('HOME_POSITION')?.fields;
   const landedState = telemetry.newest('EXTENDED_SYS_STATE')?.fields.landed_state ?? MAV_LANDED_STATE.UNDEFINED;
 
-  const heartbeatAgeMs = heartbeat ? nowMs - heartbeat.atMs : null;
+  const last = beside.lastHeard ?? null;
+  const lastAgeMs = last ? nowMs - last.atMs : null;
+  const lastPlace = last && last.view.lat !== null && last.view.lon !== null ? last.view : null;
+  const autopilot = last?.view.autopilot ?? heartbeat?.fields.autopilot ?? null;
+  const customMode = last?.view.custom_mode ?? heartbeat?.fields.custom_mode ?? null;
+  const vehicleType = last?.view.vehicle_type ?? heartbeat?.fields.type;
+
+  const heartbeatAgeMs = lastAgeMs ?? (heartbeat ? nowMs - heartbeat.atMs : null);
   const isHeard = beside.online && heartbeatAgeMs !== null && heartbeatAgeMs <= HEARTBEAT_LIMIT_MS;
   const armedHeard = heartbeat ? (heartbeat.fields.base_mode & MAV_MODE_FLAG.SAFETY_ARMED) !== 0 : null;
   const armed = !isHeard ? null : heartbeatAgeMs <= ARMED_LIMIT_MS ? armedHeard : beside.armed;
-  const altRelM = position ? position.relative_alt / 1000 : null;
+  const altRelM = lastPlace ? lastPlace.height_m : position ? position.relative_alt / 1000 : null;
   const airborne =
     armed &&
     (landedState === MAV_LANDED_STATE.UNDEFINED
       ? (altRelM ?? 0) > AIRBORNE_ABOVE_M
       : landedState !== MAV_LANDED_STATE.ON_GROUND);
-  const here = position ? place(position.lat, position.lon) : null;
+  const here = lastPlace
+    ? { latDeg: lastPlace.lat!, lonDeg: lastPlace.lon! }
+    : position
+      ? place(position.lat, position.lon)
+      : null;
   const home = homeAt ? place(homeAt.latitude, homeAt.longitude) : null;
 
   return {
     state: stateOf(heartbeat?.fields.system_status ?? 0, armed, airborne),
     heartbeatAgeMs,
-    autopilot: heartbeat?.fields.autopilot ?? null,
-    customMode: heartbeat?.fields.custom_mode ?? null,
-    mode: heartbeat ? modeName(heartbeat.fields.autopilot, heartbeat.fields.custom_mode, heartbeat.fields.type) : null,
+    autopilot,
+    customMode,
+    mode: autopilot === null || customMode === null ? null : modeName(autopilot, customMode, vehicleType),
     armed,
     airborne,
     landed: LANDED_WORDS[landedState] ?? null,
@@ -159,7 +178,7 @@ export function flightValues(telemetry: Telemetry, beside: Beside, nowMs: number
     linkRttMs: beside.online ? (beside.link?.rtt_ms ?? null) : null,
     linkLossPercent: beside.online && beside.link ? beside.link.loss * 100 : null,
     ekfIsHealthy: estimator ? isHealthy(estimator) : null,
-    positionAgeMs: positionCame ? nowMs - positionCame.atMs : null,
+    positionAgeMs: lastPlace ? lastAgeMs : positionCame ? nowMs - positionCame.atMs : null,
     batteryAgeMs: systemHeard ? nowMs - systemHeard.atMs : null,
   };
 }

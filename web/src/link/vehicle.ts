@@ -3,7 +3,7 @@
 import { BatteryMeter } from './battery_time';
 import type { Clock } from './clock';
 import type { DroneCommand } from './drone_commands';
-import { flightValues, type FlightValues } from './flight_values';
+import { flightValues, type FlightValues, type HeardByTower } from './flight_values';
 import { eitherSays } from './drone_view';
 import { GoToTarget } from './go_to_target';
 import { HoldFrame } from './hold_frame';
@@ -33,6 +33,9 @@ import type { Drone, LinkQuality } from './wire_types';
 
 /** Autopilot statements within this time after an answer still belong to the action (arming: "PreArm: ..."). */
 export const REASON_WINDOW_MS = 2_000;
+
+/** The tower notices a silence a few seconds after the last frame. */
+const SAME_MOMENT_MS = 10_000;
 
 /** The connection to the drone: the live channel for frames, the tower's operations for commands. */
 export interface Uplink {
@@ -67,7 +70,7 @@ export class Vehicle {
   #airborneSeenMs: number | null = null;
   /** Take-off as reported by the tower, on the link clock: a page opened in mid-flight does not start from zero. */
   #airborneReportedMs: number | null = null;
-  /** Since when the tower does not hear from it, as far as this page saw; null while it does. */
+  /** Since when the tower does not hear from it; null while it does, and if nobody knows. */
   silentSinceMs: number | null = null;
   /** In the air at the last report; null: never reported. */
   wasAirborne: boolean | null = null;
@@ -77,6 +80,8 @@ export class Vehicle {
   holdSinceMs: number | null = null;
   /** Since when it is in its mode; null: since before this page. */
   modeSinceMs: number | null = null;
+
+  #lastHeard: HeardByTower | null = null;
 
   readonly #clock: Clock;
   readonly #uplink: Uplink;
@@ -108,10 +113,17 @@ export class Vehicle {
   put(drone: Drone, nowMs: number, towerLagMs = 0): void {
     const sinceMs = drone.airborne_since === null ? NaN : Date.parse(drone.airborne_since) + towerLagMs;
     this.#airborneReportedMs = Number.isFinite(sinceMs) ? Math.min(sinceMs, nowMs) : null;
+    const lastHeardMs = drone.last_heard ? Date.parse(drone.last_heard.at) + towerLagMs : NaN;
+    this.#lastHeard =
+      drone.last_heard && Number.isFinite(lastHeardMs)
+        ? { view: drone.last_heard, atMs: Math.min(lastHeardMs, nowMs) }
+        : null;
     if (drone.online) this.silentSinceMs = null;
+    else if (this.#lastHeard) this.silentSinceMs = this.#lastHeard.atMs;
     else if (this.drone.get().online) this.silentSinceMs = nowMs;
     this.towerLagMs = towerLagMs;
-    if (drone.online) this.wasAirborne = this.isAirborne(drone, nowMs) ?? this.wasAirborne;
+    const isAirborne = drone.online ? this.isAirborne(drone, nowMs) : null;
+    this.wasAirborne = isAirborne ?? drone.last_heard?.airborne ?? this.wasAirborne;
     if (drone.hold?.open !== true) this.holdSinceMs = null;
     else if (this.drone.get().hold?.open !== true) this.holdSinceMs = nowMs;
     for (const plan of Object.values(drone.plans ?? {})) this.onBoard(plan);
@@ -213,8 +225,16 @@ export class Vehicle {
       airborneSinceMs,
       batteryTime,
       batteryCharge: this.#battery.worstCharge,
+      lastHeard: this.#unheardHere(),
     };
     return flightValues(this.telemetry, beside, nowMs);
+  }
+
+  /** What the tower heard last, unless this page heard the same. */
+  #unheardHere(): HeardByTower | null {
+    const last = this.#lastHeard;
+    const heardMs = this.telemetry.newest('HEARTBEAT')?.atMs;
+    return last && (heardMs === undefined || heardMs < last.atMs - SAME_MOMENT_MS) ? last : null;
   }
 
   /** Has the tower carry it out. `before`: a request to the tower that must precede it. */
@@ -278,4 +298,5 @@ export class Vehicle {
 }
 
 /** Only an armed drone holds: one that is offline with an open hold was presumably in the air. */
-const lastSaid = ({ airborne, hold }: Drone): boolean | null => airborne ?? (hold?.open === true ? true : null);
+const lastSaid = ({ airborne, last_heard, hold }: Drone): boolean | null =>
+  airborne ?? last_heard?.airborne ?? (hold?.open === true ? true : null);

@@ -24,6 +24,8 @@ export type Online = Schemas['OnlineView'];
 export type LostAction = Schemas['LostAction'];
 /** An open hold and a lost action, as the drone's agent last reported (wire/open_holds.py). */
 export type HoldView = Schemas['HoldView'];
+/** What the autopilot did when the tower heard it last, for pages that open after a loss. */
+export type LastHeardView = Schemas['LastHeardView'];
 /** How much telemetry a drone sends. */
 export type StreamProfile = Schemas['StreamProfile'];
 /** How the tower identifies a drone's agent. `credential`: a bearer secret, until the agent's next sign-in. */

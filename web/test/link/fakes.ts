@@ -133,6 +133,7 @@ export const A_DRONE: Drone = {
   armed: false,
   airborne: false,
   airborne_since: null,
+  last_heard: null,
   offered: false,
   assistant: null,
   may_watch: true,

@@ -3,7 +3,9 @@ import { beforeEach, describe, expect, it } from 'vitest';
 import type { DroneCommand } from '../../src/link/drone_commands';
 import type { Entry } from '../../src/link/journal';
 import type { Outcome } from '../../src/link/outcome';
+import { lostBrief } from '../../src/link/loss_countdown';
 import { Vehicle } from '../../src/link/vehicle';
+import type { Drone, LastHeardView } from '../../src/link/wire_types';
 import { A_DRONE, A_HOLD, AUTOPILOT, FakeClock, fromAutopilot, heartbeat, settled } from './fakes';
 
 let clock: FakeClock;
@@ -221,6 +223,74 @@ describe('the values', () => {
     expect(vehicle.telemetry.track).toHaveLength(600);
     hears(fromAutopilot('GLOBAL_POSITION_INT', { lat: 0, lon: 0 }));
     expect(vehicle.telemetry.track.at(-1)!.latDeg).toBeCloseTo(47.02, 2);
+  });
+});
+
+describe('a drone that fell silent before this page was opened', () => {
+  const LAG_MS = 5_000;
+  const opened = (last: Partial<LastHeardView> = {}, drone: Partial<Drone> = {}): void => {
+    const last_heard: LastHeardView = {
+      at: new Date(clock.nowMs() - LAG_MS - 12_000).toISOString(),
+      armed: true,
+      airborne: true,
+      autopilot: 3,
+      vehicle_type: 2,
+      custom_mode: 3,
+      lat: 47.5,
+      lon: 8.25,
+      height_m: 40,
+      ...last,
+    };
+    const gone = { ...A_DRONE, online: false, autopilot_heard: false, armed: null, airborne: null };
+    vehicle.put({ ...gone, last_heard, ...drone }, clock.nowMs(), LAG_MS);
+  };
+  const now = () => vehicle.values(clock.nowMs());
+
+  it('is lost in the air, and does what it did', async () => {
+    opened();
+    expect(vehicle.trouble(clock.nowMs())).toMatchObject({ kind: 'link-lost', rank: 0 });
+    const silence = vehicle.silence(null, clock.nowMs());
+    expect(silence).toMatchObject({ mode: 'AUTO', task: 'mission', isAirborne: true, whose: 'drone' });
+    expect(lostBrief(silence!, clock.nowMs())).toEqual({ now: 'goes on with its mission', next: 'returns in 18 s' });
+    await clock.pass(8_000);
+    expect(lostBrief(vehicle.silence(null, clock.nowMs())!, clock.nowMs()).next).toBe('returns in 10 s');
+    expect(now()).toMatchObject({ state: 'lost', armed: null, altRelM: 40, positionAgeMs: 20_000 });
+    expect(now().place).toEqual({ latDeg: 47.5, lonDeg: 8.25 });
+  });
+
+  it('is merely offline if it was on the ground', () => {
+    opened({ airborne: false, armed: false });
+    expect(vehicle.trouble(clock.nowMs())).toBeNull();
+  });
+
+  it('has no place and no mode where the tower has none', () => {
+    opened({ autopilot: null, custom_mode: null, vehicle_type: null, lat: null, lon: null, height_m: null });
+    expect(now()).toMatchObject({ mode: null, place: null, altRelM: null, positionAgeMs: null });
+    expect(vehicle.trouble(clock.nowMs())?.kind).toBe('link-lost');
+  });
+
+  it('is silent if only its autopilot is', () => {
+    opened({}, { online: true });
+    expect(vehicle.trouble(clock.nowMs())?.kind).toBe('silent');
+    opened({ airborne: false }, { online: true });
+    expect(vehicle.trouble(clock.nowMs())).toBeNull();
+  });
+
+  it('is what it says itself, once it is heard', () => {
+    opened();
+    hears(heartbeat(5, true));
+    expect(now()).toMatchObject({ mode: 'LOITER', place: null });
+    vehicle.put({ ...A_DRONE, armed: true, airborne: true }, clock.nowMs());
+    expect(vehicle.trouble(clock.nowMs())?.kind).toBe('unattended');
+  });
+
+  it('is what this page heard, unless the tower heard it later', async () => {
+    hears(heartbeat(5, true));
+    opened({ at: new Date(clock.nowMs() - LAG_MS + 3_000).toISOString() });
+    expect(now().mode).toBe('LOITER');
+    await clock.pass(60_000);
+    opened();
+    expect(now().mode).toBe('AUTO');
   });
 });
 

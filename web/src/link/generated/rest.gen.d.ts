@@ -1597,6 +1597,8 @@ export interface components {
              *     }
              */
             readonly identity: components["schemas"]["IdentityView"];
+            /** @description null while the autopilot is heard, and if it never was; or not for you to know */
+            readonly last_heard: components["schemas"]["LastHeardView"] | null;
             /**
              * @description Users it is lent to, and until when
              * @default []
@@ -1885,6 +1887,28 @@ export interface components {
         readonly LagView: {
             readonly now: number;
             readonly worst_60s: number;
+        };
+        /** @description What the autopilot did when the tower heard it last. */
+        readonly LastHeardView: {
+            /** @description As the agent reported last */
+            readonly airborne: boolean;
+            readonly armed: boolean;
+            /**
+             * Format: date-time
+             * @description Since when link or autopilot are silent
+             */
+            readonly at: string;
+            /** @description MAV_AUTOPILOT; null: no heartbeat came */
+            readonly autopilot: number | null;
+            /** @description HEARTBEAT.custom_mode */
+            readonly custom_mode: number | null;
+            /** @description Above home */
+            readonly height_m: number | null;
+            /** @description Degrees; null: no position came */
+            readonly lat: number | null;
+            readonly lon: number | null;
+            /** @description MAV_TYPE */
+            readonly vehicle_type: number | null;
         };
         readonly LayerView: {
             /** @description To show on the map; may be empty */
