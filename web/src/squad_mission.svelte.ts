@@ -26,7 +26,7 @@ export type SquadWork = 'upload' | 'start' | 'hold';
 const MOVED_M = 4;
 
 /** Whether this part's mission is the one on board its drone. */
-export type Standing = 'on the drone' | 'another' | 'unknown';
+export type Standing = 'on the drone' | 'another' | 'none' | 'unknown';
 
 export class SquadMission {
   readonly chosen = new SvelteSet<number>();
@@ -90,6 +90,7 @@ export class SquadMission {
   standing(part: SquadPart): Standing {
     const reported = tower.vehicles.get().get(part.member.id)?.plans.get().mission;
     if (!reported || reported.hash === null) return 'unknown';
+    if (reported.count === 0) return 'none';
     const hash = hashOf(part.plan);
     return reported.fit_to_fly && (hash === reported.hash || hash === reported.sent_hash) ? 'on the drone' : 'another';
   }

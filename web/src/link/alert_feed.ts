@@ -2,7 +2,7 @@
 
 import { Alerts } from './alerts';
 import { conditionsOf, SILENCE, type Condition } from './conditions';
-import { causeWords, holdWords } from './event_words';
+import { causeWords, holdWords, orderReason } from './event_words';
 import type { Entry } from './journal';
 import { Separations } from './separation';
 import type { Vehicle } from './vehicle';
@@ -62,7 +62,7 @@ export class AlertFeed {
     if (event.step === 'unconfirmed') {
       this.alerts.said(event.drone_id, 'critical', holdWords(event), nowMs);
     } else if (event.step === 'ordered') {
-      const text = `Put on hold: ${causeWords(event.cause ?? 'order')}.`;
+      const text = `Put on hold: ${causeWords(event.cause ?? 'order', orderReason(event))}.`;
       this.#orderedHold.set(event.drone_id, this.alerts.said(event.drone_id, 'warning', text, nowMs));
     } else if (event.step === 'not_needed') {
       const key = this.#orderedHold.get(event.drone_id);

@@ -36,8 +36,15 @@ const CAUSE_WORDS: Record<string, string> = {
   'sticks-stale': 'the sticks stopped or came too late',
 };
 
-/** Why a drone holds. */
-export const causeWords = (cause: string): string => CAUSE_WORDS[cause] ?? cause;
+/** Why a drone holds. `reason`: of an order, as the tower said it. */
+export const causeWords = (cause: string, reason = ''): string => {
+  const words = CAUSE_WORDS[cause] ?? cause;
+  return cause === 'order' && reason !== '' ? `${words}: ${reason.replace(/\.$/, '')}` : words;
+};
+
+/** The reason of an order to hold, from the event that announces it; empty in others. */
+export const orderReason = ({ step, detail, cause }: HoldEvent): string =>
+  step === 'ordered' && (cause ?? 'order') === 'order' ? detail : '';
 
 const STEP_WORDS: Record<string, string> = {
   ordered: 'ordered',

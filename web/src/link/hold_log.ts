@@ -1,5 +1,6 @@
 /** The newest hold of one drone, step by step. Pure: the next log from the last log and an event. */
 
+import { orderReason } from './event_words';
 import type { HoldEvent } from './wire_types';
 
 export type HoldPhase = 'running' | 'confirmed' | 'not_needed' | 'unconfirmed';
@@ -13,6 +14,8 @@ export interface HoldStep {
 export interface HoldLog {
   readonly epoch: number;
   readonly cause: string;
+  /** Of an order, as the tower said it; empty if this page did not hear it. */
+  readonly reason: string;
   readonly steps: readonly HoldStep[];
   readonly phase: HoldPhase;
   /** Time from the order to the confirmation; null until then. */
@@ -33,6 +36,7 @@ export function nextHold(last: HoldLog | null, event: HoldEvent, nowMs: number):
   return {
     epoch: event.epoch,
     cause,
+    reason: orderReason(event) || (goesOn ? last.reason : ''),
     steps,
     phase: FINAL_STEPS.has(event.step) ? (event.step as HoldPhase) : goesOn ? last.phase : 'running',
     confirmedMs: event.step === 'confirmed' ? event.elapsed_ms : goesOn ? last.confirmedMs : null,

@@ -8,7 +8,7 @@ import type { Enrolment } from './admin_types';
 import { AlertFeed } from './alert_feed';
 import { AssistTurns } from './assist_turns';
 import { mayCommand, readDrone } from './drone_view';
-import { causeWords, controlWords, farewellWords, holdWords } from './event_words';
+import { causeWords, controlWords, farewellWords, holdWords, orderReason } from './event_words';
 import { FINAL_STEPS, nextHold } from './hold_log';
 import { Journal, type Entry, type Severity } from './journal';
 import { Live, liveUrl, SUBPROTOCOL, type SocketLike } from './live';
@@ -283,7 +283,7 @@ export class Tower {
     this.alertFeed.hold(event, nowMs);
     // Whatever ordered the hold: manual flight resumes only when the pilot starts it again.
     if (event.step === 'ordered')
-      vehicle?.manual.stop(`it was put on hold (${causeWords(event.cause ?? 'order')})`, { holds: false });
+      vehicle?.manual.stop(`it was put on hold (${causeWords(event.cause ?? 'order', orderReason(event))})`, { holds: false });
     // The strip over the map shows the steps in between: here they would displace important entries.
     if (event.step !== 'ordered' && !FINAL_STEPS.has(event.step)) return;
     this.#say(event.drone_id, event.step === 'unconfirmed' ? 'error' : 'info', holdWords(event));

@@ -21,6 +21,18 @@ export interface Finding {
   readonly words: string;
 }
 
+/** How many findings a tab shows: errors alone if there are any. */
+export function checksBadge(findings: readonly Finding[]): {
+  badge: number;
+  tone: 'danger' | 'warning';
+  counts: string;
+} {
+  const errors = findings.filter(({ severity }) => severity === 'error').length;
+  const badge = errors || findings.length;
+  const one = errors > 0 ? 'error' : 'warning';
+  return { badge, tone: errors > 0 ? 'danger' : 'warning', counts: badge === 1 ? one : `${one}s` };
+}
+
 export interface CheckLimits {
   readonly autopilot: AutopilotKind;
   readonly firmware?: Firmware;

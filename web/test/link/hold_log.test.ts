@@ -54,6 +54,17 @@ describe('the log of a hold', () => {
     expect(logOf(hold('ordered'), hold('unconfirmed'), hold('mode_requested')).phase).toBe('unconfirmed');
   });
 
+  it('keeps the reason of an order', () => {
+    const ordered = hold('ordered', { detail: 'airspace closed.' });
+    const log = logOf(ordered, hold('sticks_centred', { detail: 'ALT_HOLD' }), hold('confirmed', { detail: 'BRAKE' }));
+    expect(log.reason).toBe('airspace closed.');
+    expect(causeWords(log.cause, log.reason)).toBe('ordered by the tower: airspace closed');
+    // The agent's own hold has details, but no reason of the tower.
+    expect(logOf(hold('ordered', { detail: 'BRAKE', cause: 'sticks-stale' })).reason).toBe('');
+    expect(causeWords('sticks-stale', 'x')).toBe('the sticks stopped or came too late');
+    expect(logOf(ordered, hold('confirmed'), hold('ordered')).reason).toBe('');
+  });
+
   it('is bounded, and takes an older tower without a cause', () => {
     const many = Array.from({ length: 50 }, () => hold('mode_requested', { cause: undefined as never }));
     expect(logOf(...many).steps.length).toBeLessThan(20);

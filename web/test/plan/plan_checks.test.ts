@@ -6,7 +6,7 @@ import { estimate, heightProfile, USUAL_FIGURES } from '../../src/plan/estimates
 import { FenceCheck } from '../../src/plan/fence_crossings';
 import { flownOrder, flownPath } from '../../src/plan/flown_path';
 import { distanceM, spotAt } from '../../src/plan/ground';
-import { planChecks, type CheckLimits } from '../../src/plan/plan_checks';
+import { checksBadge, planChecks, type CheckLimits, type Finding } from '../../src/plan/plan_checks';
 import { EMPTY_PLAN, spotOf, type FenceShape, type Plan, type Spot, type WireItem } from '../../src/plan/plan_types';
 import { planItems } from '../../src/plan/wire_items';
 
@@ -263,5 +263,17 @@ describe('the checks before an upload', () => {
     const plan = planOf([up, to(north(1_500)), back]);
     expect(planChecks(plan, limits)).toMatchObject([{ part: plan.items[1]!.id, kind: 'mission' }]);
     expect(distanceM(HOME, north(1_500))).toBeCloseTo(1_500, 1);
+  });
+});
+
+describe('the badge of the checks', () => {
+  const finding = (severity: Finding['severity']): Finding => ({ severity, kind: 'mission', part: null, words: '' });
+  const [error, warning] = [finding('error'), finding('warning')];
+
+  it('counts errors, and warnings where there are none', () => {
+    expect(checksBadge([]).badge).toBe(0);
+    expect(checksBadge([warning])).toEqual({ badge: 1, tone: 'warning', counts: 'warning' });
+    expect(checksBadge([warning, warning]).counts).toBe('warnings');
+    expect(checksBadge([warning, error, error])).toEqual({ badge: 2, tone: 'danger', counts: 'errors' });
   });
 });
