@@ -7,6 +7,7 @@ port, and Swift's battery is low.
 import re
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Final
 
 import pytest
@@ -29,6 +30,13 @@ MISSION: Final = [
 """Kilometres long: it is flown for minutes."""
 DIALOGS: Final = ("open-settings", "open-keys", "stick-setup", "rehearse", "action-arm")
 """The buttons of the Control page that open one each."""
+ELSEWHERE: Final = {
+    "#/": (("user-menu",), ("choose-all", "squad-hold")),
+    "#/missions/1": (("plan-menu", "plan-library"), ("plan-menu", "plan-save-as")),
+    "#/drone/1/parameters": (("parameter-compare",),),
+    "#/account/tokens": (("new-token",),),
+}
+"""What opens dialogs and menus of other pages, one press after the other."""
 
 
 @pytest.fixture(scope="module")
@@ -56,6 +64,17 @@ def field(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[World, Fra
             world.start_simulated("Merlin", "Osprey", "Harrier", options=SIMULATOR)
             world.wait_until_online(world.visitor("admin"), *ids)
             yield world, tap
+
+
+@pytest.fixture(autouse=True)
+def released(field: tuple[World, FrameTap]) -> Iterator[None]:
+    """Alice controls nothing when a test begins, whatever became of the one before."""
+    alice = field[0].visitor("alice")
+    me = alice.ask("GET", "/me").json["id"]
+    for drone in alice.ask("GET", "/drones").json:
+        if drone["holder"] and drone["holder"]["id"] == me:
+            assert alice.ask("POST", f"/drones/{drone['id']}/control/release").status == 200
+    yield
 
 
 @pytest.fixture
@@ -123,6 +142,20 @@ def test_hold_works_with_every_dialog_open_at_three_sizes(come: Somebody, field:
             expect(dialog).to_have_count(0)
         expect_accessible(alice, f"control at {width}")
         assert small(alice.part("flight-bar").locator("a, button")) == []
+    # With the dialogs and menus of other pages.
+    alice.page.set_viewport_size({"width": 1440, "height": 900})
+    for page, openers in ELSEWHERE.items():
+        alice.page.evaluate(f"window.location.hash = '{page}'")
+        for way in openers:
+            for opener in way:
+                alice.part(opener).click()
+            opened = alice.page.locator("[role=dialog], [role=menu]")
+            expect(opened.last).to_be_visible()
+            takes_text = alice.page.evaluate("document.activeElement.matches('input[type=text], input:not([type])')")
+            for press in ("click", "tap") if takes_text else ("click", "key", "tap"):
+                expect_hold(alice, tap, press, " ".join((page, *way)))
+            alice.page.keyboard.press("Escape")
+            expect(opened).to_have_count(0)
     # On other pages, below the alerts, and in a text field, where a letter is a letter.
     for page in ("#/", "#/missions", "#/account"):
         alice.page.evaluate(f"window.location.hash = '{page}'")
@@ -157,31 +190,65 @@ def test_a_full_screen_keeps_the_figures_and_hold(come: Somebody, field: tuple[W
     expect(alice.part("control-acquire")).to_be_visible()
 
 
-def test_switching_drones_and_take_off_are_two_clicks_each(come: Somebody, field: tuple[World, FrameTap]) -> None:
-    alice = signed_in(come, "alice", "Kestrel")
-    alice.acquire("Kestrel")
+@contextmanager
+def clicks(console: ConsolePage, deed: str, count: int) -> Iterator[None]:
+    """The deed within takes this many presses of a pointer or of a key, as the page counts them."""
+    console.page.evaluate(
+        """() => {
+          window.presses = 0;
+          window.countPress ??= () => (window.presses += 1);
+          for (const kind of ['pointerdown', 'keydown']) window.addEventListener(kind, window.countPress, true);
+        }"""
+    )
+    yield
+    pressed = console.page.evaluate("window.presses")
+    assert pressed == count, f"{deed}: {pressed} clicks"
+
+
+def test_the_commonest_deeds_counted_in_clicks(come: Somebody, field: tuple[World, FrameTap]) -> None:
+    """Besides finding the drone in trouble, which takes none: see the tests of lost drones."""
+    alice = signed_in(come, "alice")
+    with clicks(alice, "open a drone", 1):
+        alice.open_drone("Kestrel")
+    with clicks(alice, "take up the controls", 1):
+        alice.part("control-acquire").click()
+        expect(alice.part("bar-own")).to_contain_text("Kestrel")
     alice.page.evaluate("window.location.hash = '#/drone/2'")
-    expect(alice.part("bar-own")).to_contain_text("Kestrel")
-    alice.part("bar-take").click()  # 1
-    expect(alice.page.get_by_role("dialog")).to_contain_text("You control Kestrel. Release it and take Merlin?")
-    alice.part("confirm-button").click()  # 2
-    expect(alice.part("bar-own")).to_contain_text("Merlin")
+    expect(alice.part("bar-other")).to_contain_text("Merlin")
+    with clicks(alice, "switch drones", 2):
+        alice.part("bar-take").click()
+        expect(alice.page.get_by_role("dialog")).to_contain_text("You control Kestrel. Release it and take Merlin?")
+        alice.part("confirm-button").click()
+        expect(alice.part("bar-own")).to_contain_text("Merlin")
     expect(alice.part("bar-other")).to_have_count(0)
     alice.wait("a position", lambda: alice.word("gps") != "" and alice.number("latitude") > 40)
-    alice.part("action-takeoff").click()  # 1
-    alice.part("confirm-button").click()  # 2
-    alice.wait("the take-off", lambda: alice.number("altitude") > 5)
+    with clicks(alice, "arm and take off", 2):
+        alice.part("action-takeoff").click()
+        alice.part("confirm-button").click()
+        alice.wait("the take-off", lambda: alice.number("altitude") > 9)
+    with clicks(alice, "go to a place", 3):
+        alice.part("action-goto").click()
+        box = alice.part("map").bounding_box()
+        assert box is not None
+        alice.page.mouse.click(box["x"] + box["width"] * 0.6, box["y"] + box["height"] * 0.6)
+        alice.part("goto-confirm").click()
+        alice.wait("the way there", lambda: alice.number("speed") > 1)
+    for deed, button, mode in (("return", "action-return", "RTL"), ("land", "action-land", "LAND")):
+        with clicks(alice, deed, 2):
+            alice.part(button).click()
+            alice.part("confirm-button").click()
+            alice.wait(mode, lambda mode=mode: alice.word("mode") == mode)  # type: ignore[misc]
+        with clicks(alice, "hold", 1):
+            alice.part("bar-hold").click()
+            alice.wait("BRAKE", lambda: alice.word("mode") == "BRAKE")
+    with clicks(alice, "enlarge the video", 1):
+        alice.part("swap").click()
 
 
 def test_a_lost_drone_stands_out_everywhere(come: Somebody, field: tuple[World, FrameTap]) -> None:
     world, _ = field
     alice = signed_in(come, "alice", "Osprey")
-    if alice.part("bar-own").count():
-        alice.part("bar-take").click()
-        alice.part("confirm-button").click()
-    else:
-        alice.part("control-acquire").click()
-    expect(alice.part("bar-own")).to_contain_text("Osprey")
+    alice.acquire("Osprey")
     alice.take_off("Osprey", 8)
     alice.part("manual-toggle").click()
     alice.confirm("Osprey")

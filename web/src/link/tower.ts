@@ -283,7 +283,9 @@ export class Tower {
     this.alertFeed.hold(event, nowMs);
     // Whatever ordered the hold: manual flight resumes only when the pilot starts it again.
     if (event.step === 'ordered')
-      vehicle?.manual.stop(`it was put on hold (${causeWords(event.cause ?? 'order', orderReason(event))})`, { holds: false });
+      vehicle?.manual.stop(`it was put on hold (${causeWords(event.cause ?? 'order', orderReason(event))})`, {
+        holds: false,
+      });
     // The strip over the map shows the steps in between: here they would displace important entries.
     if (event.step !== 'ordered' && !FINAL_STEPS.has(event.step)) return;
     this.#say(event.drone_id, event.step === 'unconfirmed' ? 'error' : 'info', holdWords(event));

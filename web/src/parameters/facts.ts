@@ -9,11 +9,13 @@
  *
  * or, if the table of metadata has the rest, `NAME | title | what it does`. An unknown field is empty. `#` in a name
  * matches any number, and in the text it is that number; `*` at the end of a name matches any suffix, and in the title
- * it is that suffix. A comma in the text of a choice or a bit is written as `;`.
+ * it is that suffix, spelled out. A comma in the text of a choice or a bit is written as `;`.
  *
  * facts/*_metadata.json have units, ranges, defaults, choices and bits of nearly all parameters
  * (scripts/build_parameter_facts.py).
  */
+
+import { spelledOut } from './abbreviations';
 
 export interface Choice {
   readonly value: number;
@@ -222,14 +224,15 @@ function ownFactOf(facts: Facts, name: string): Fact | null {
   const bits = find(facts.bits, name)?.it;
   if (!found && !numbers && !choices && !bits) return null;
   const words = found?.it ?? NOTHING;
-  const filled = (text: string): string =>
-    text.replaceAll('#', found?.digits ?? '').replaceAll('*', () => found?.rest ?? '');
+  const filled = (text: string, rest: string): string =>
+    text.replaceAll('#', found?.digits ?? '').replaceAll('*', () => rest);
+  const rest = found?.rest ?? '';
   const [unit = '', least = null, most = null, standard = null, needsReboot = words.needsReboot] = numbers ?? [];
   const hasRange = least !== null || most !== null;
   return withOpenness(name, {
     ...words,
-    title: filled(words.title),
-    text: filled(words.text),
+    title: filled(words.title, spelledOut(rest)),
+    text: filled(words.text, rest),
     unit: unit || words.unit,
     least: hasRange ? least : words.least,
     most: hasRange ? most : words.most,

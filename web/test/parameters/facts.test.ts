@@ -2,6 +2,7 @@ import { readFileSync } from 'node:fs';
 
 import { describe, expect, it } from 'vitest';
 
+import { spelledOut } from '../../src/parameters/abbreviations';
 import {
   factOf,
   factsOf,
@@ -80,6 +81,14 @@ it.each([
   }
 });
 
+it('spells out what the names of a family abbreviate', async () => {
+  expect(spelledOut('MAIN_FUNC3')).toBe('main function 3');
+  expect(spelledOut('STRT_DUR')).toBe('STRT_DUR');
+  expect(spelledOut('STRT_TIME')).toBe('STRT time');
+  const facts = await loadFacts('arducopter');
+  expect(factOf(facts, 'ADSB_EMIT_TYPE')?.title).toBe('ADS-B: emitter kind');
+});
+
 it('knows what PX4 1.15 and 1.16 have brought', async () => {
   const facts = await loadFacts('px4');
   expect(factOf(facts, 'GF_ACTION')).toMatchObject({ least: 0, most: 5 });
@@ -139,7 +148,7 @@ it('says of the second of a kind what it says of the first, and of a family what
     lists: [],
   });
   expect(factOf(facts, 'BATT2_LOW')).toMatchObject({ title: 'Low at (2)', text: 'Below it the battery is low.' });
-  expect(factOf(facts, 'OSD3_WIND_X')).toMatchObject({ title: 'Page 3: WIND_X', text: 'What page 3 shows.', most: 60 });
+  expect(factOf(facts, 'OSD3_WIND_X')).toMatchObject({ title: 'Page 3: wind X', text: 'What page 3 shows.', most: 60 });
   expect(factOf(facts, 'OSD_WIND_X')).toBeNull();
 });
 

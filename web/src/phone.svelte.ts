@@ -1,0 +1,11 @@
+/** Whether the page is as narrow as a phone, where targets are larger (styles/base.css). */
+
+import { MediaQuery } from 'svelte/reactivity';
+
+const narrow = new MediaQuery('(max-width: 600px)');
+
+export const phone = {
+  get isNarrow(): boolean {
+    return narrow.current;
+  },
+};
