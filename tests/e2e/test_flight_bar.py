@@ -30,6 +30,7 @@ MISSION: Final = [
 """Kilometres long: it is flown for minutes."""
 DIALOGS: Final = ("open-settings", "open-keys", "stick-setup", "rehearse", "action-arm")
 """The buttons of the Control page that open one each."""
+TAKES_TEXT: Final = "input:is([type=text], [type=search], :not([type]))"
 ELSEWHERE: Final = {
     "#/": (("user-menu",), ("choose-all", "squad-hold")),
     "#/missions/1": (("plan-menu", "plan-library"), ("plan-menu", "plan-save-as")),
@@ -151,7 +152,7 @@ def test_hold_works_with_every_dialog_open_at_three_sizes(come: Somebody, field:
                 alice.part(opener).click()
             opened = alice.page.locator("[role=dialog], [role=menu]")
             expect(opened.last).to_be_visible()
-            takes_text = alice.page.evaluate("document.activeElement.matches('input[type=text], input:not([type])')")
+            takes_text = alice.page.evaluate(f"document.activeElement.matches('{TAKES_TEXT}')")
             for press in ("click", "tap") if takes_text else ("click", "key", "tap"):
                 expect_hold(alice, tap, press, " ".join((page, *way)))
             alice.page.keyboard.press("Escape")
@@ -243,6 +244,10 @@ def test_the_commonest_deeds_counted_in_clicks(come: Somebody, field: tuple[Worl
             alice.wait("BRAKE", lambda: alice.word("mode") == "BRAKE")
     with clicks(alice, "enlarge the video", 1):
         alice.part("swap").click()
+    with clicks(alice, "release the controls in flight", 2):
+        alice.part("control-release").click()
+        alice.part("confirm-button").click()
+        expect(alice.part("control-acquire")).to_be_visible()
 
 
 def test_a_lost_drone_stands_out_everywhere(come: Somebody, field: tuple[World, FrameTap]) -> None:

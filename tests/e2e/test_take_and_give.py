@@ -44,7 +44,7 @@ def test_who_loses_the_controls_in_flight_sees_who_why_and_the_confirmed_hold(so
     for console in (alice, admin):
         expect(console.part("hold-strip")).to_have_attribute("data-phase", "confirmed")
         expect(console.part("hold-strip")).to_contain_text("Hold confirmed in")
-        expect(console.part("hold-cause")).to_contain_text("ordered by the tower")
+        expect(console.part("hold-cause")).to_contain_text("ordered by the tower: airspace closed")
         # In guided flight it already stays by itself, so the page must not report drift.
         expect(console.part("hold-drift")).to_have_count(0)
         expect(console.part("hold-banner")).to_contain_text("Kestrel holds: BRAKE, stays by itself.")

@@ -19,6 +19,8 @@ SMALL: Final = """(least) => {
     .filter((one) => one.getClientRects().length > 0 && getComputedStyle(one).visibility !== 'hidden')
     // The label of a field is part of its target; a link within a sentence is read, and is as high as its line.
     .filter((one) => !one.matches('p a'))
+    // Nobody sees it, and its label or a button stands for it.
+    .filter((one) => !one.matches('.visually-hidden') || one.closest('label'))
     .filter((one) => {
       const label = one.matches('input[type=checkbox], input[type=radio], input[type=file]') && one.closest('label');
       return small((label || one).getBoundingClientRect());
