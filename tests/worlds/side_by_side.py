@@ -13,7 +13,12 @@ from typing import Any, Final
 import pytest
 from xdist.scheduler.loadscope import LoadScopeScheduling
 
-ALONE: Final = ("test_bench_network.py", "test_attacks_beside_a_flight.py", "test_tenants_beside_a_flight.py")
+ALONE: Final = (
+    "test_bench_network.py",
+    "test_attacks_beside_a_flight.py",
+    "test_tenants_beside_a_flight.py",
+    "test_flight_bar.py",
+)
 """Modules whose measurements parallel tests would spoil: while one of them runs, no other test does."""
 
 LONGEST_FIRST: Final = (
