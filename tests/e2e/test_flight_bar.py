@@ -33,7 +33,7 @@ DIALOGS: Final = ("open-settings", "open-keys", "stick-setup", "rehearse", "acti
 TAKES_TEXT: Final = "input:is([type=text], [type=search], :not([type]))"
 ELSEWHERE: Final = {
     "#/": (("user-menu",), ("choose-all", "squad-hold")),
-    "#/missions/1": (("plan-menu", "plan-library"), ("plan-menu", "plan-save-as")),
+    "#/missions/1": (("plan-menu", "plan-library"),),
     "#/drone/1/parameters": (("parameter-compare",),),
     "#/account/tokens": (("new-token",),),
 }
@@ -252,6 +252,8 @@ def test_the_commonest_deeds_counted_in_clicks(come: Somebody, field: tuple[Worl
 
 def test_a_lost_drone_stands_out_everywhere(come: Somebody, field: tuple[World, FrameTap]) -> None:
     world, _ = field
+    admin = signed_in(come, "admin")
+    admin.wait_for_frames(4)
     alice = signed_in(come, "alice", "Osprey")
     alice.acquire("Osprey")
     alice.take_off("Osprey", 8)
@@ -259,9 +261,6 @@ def test_a_lost_drone_stands_out_everywhere(come: Somebody, field: tuple[World, 
     alice.confirm("Osprey")
     expect(alice.part("manual-bars")).to_have_attribute("data-phase", "flying")
     alice.wait("LOITER", lambda: alice.word("mode") == "LOITER")
-    admin = signed_in(come, "admin")
-    admin.wait_for_frames(4)
-    alice.page.bring_to_front()
     kill_9(world.running("agent-Osprey"))
     state = alice.part("bar-state")
     expect(state).to_contain_text("LINK LOST")
