@@ -1,0 +1,6 @@
+/** The fixed heights of the squad list's rows, in pixels: only those in sight are drawn. */
+
+import { phone } from '../phone.svelte';
+
+export const squadRowPx = (): number => (phone.isNarrow ? 156 : 112);
+export const tableRowPx = (): number => (phone.isNarrow ? 46 : 32);
