@@ -139,7 +139,7 @@ def plan_and_upload(console: ConsolePage) -> None:
         console.part(f"squad-{setting}").fill(value)
     expect(console.part("squad-part")).to_have_count(3)
     expect(console.part("squad-conflicts")).to_have_attribute("data-value", "0")
-    assert answers(console, "standing") == ["another"] * 3
+    assert answers(console, "standing") == ["none"] * 3
 
     console.part("squad-upload").click()
     confirm_all(console)
