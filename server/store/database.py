@@ -28,6 +28,7 @@ from sqlalchemy.types import TypeDecorator
 
 from server.runtime.private_files import make_private_file
 from server.store.database_wait import DatabaseWait, EndingTasks, current_wait, giving_up_after, left_s, waiting_at_most
+from server.store.sqlite_driver import use_one_trip
 
 TIMEOUT_S: Final = 2.0
 """Maximum time for the database to respond, to be reached, or to be free for a writer."""
@@ -268,6 +269,7 @@ def open_database(url: str, *, timeout_s: float = COMMAND_TIMEOUT_S) -> Database
         path = Path(parsed.database)
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         event.listen(engine.sync_engine, "do_connect", lambda *_: make_private_file(path))
+    event.listen(engine.sync_engine, "do_connect", use_one_trip)
     event.listen(engine.sync_engine, "connect", partial(_prepare_sqlite, round(timeout_s * 1000)))
     event.listen(engine.sync_engine, "begin", partial(_begin_sqlite, timeout_s))
     return Database(engine, timeout_s=timeout_s)
