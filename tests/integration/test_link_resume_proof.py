@@ -63,13 +63,13 @@ def key_of(world: DataLinkWorld) -> DroneKey:
 
 
 async def test_a_control_channel_that_breaks_off_is_replaced_and_the_link_goes_on(world: DataLinkWorld) -> None:
-    link, posted = world.link, world.link.post
+    link, channel = world.link, world.link.channel
     for times in (1, 2):
         opened: Any = world.agent._link._opened
         opened.connection.transport.abort()
         await until(lambda opened=opened: world.agent._link._opened not in (None, opened))  # type: ignore[misc]
         assert world.hub.state.traffic.links_resumed == times
-    assert world.link is link and link.post != posted
+    assert world.link is link and link.channel is not channel
     # Messages pass on the new control channel, both ways.
     drone = world.hub.state.drones.get(world.drone_id)
     assert drone is not None

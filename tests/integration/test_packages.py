@@ -11,10 +11,12 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Final
 
 import pytest
 from packages.debian import AGENT, TOWER, Package, build_deb, debian_version
@@ -28,6 +30,7 @@ from server import VERSION
 
 MAX_IDLE_KIB = 50 * 1024
 MAX_BASE_BYTES = 100_000_000
+SPACE_BYTES: Final = 4_000_000_000
 HOME = "47.3977,8.5456,488,0"
 PYTHON = f"{sys.version_info.major}.{sys.version_info.minor}"
 
@@ -86,18 +89,36 @@ class Machine:
 
 
 @pytest.fixture(scope="module")
-def wheels(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    return build_wheels(tmp_path_factory.mktemp("wheels"), "control-tower", "control-tower-agent")
+def space(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """A folder for two gigabytes, in memory where there is room. On a disk, databases of other tests wait seconds for
+    their commits until all of it is written."""
+    memory = Path("/dev/shm")
+    if (
+        memory.is_dir()
+        and not os.statvfs(memory).f_flag & os.ST_NOEXEC
+        and shutil.disk_usage(memory).free > SPACE_BYTES
+    ):
+        with tempfile.TemporaryDirectory(dir=memory) as folder:
+            yield Path(folder)
+    else:
+        yield tmp_path_factory.mktemp("space")
 
 
 @pytest.fixture(scope="module")
-def tower_programs(wheels: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return install(tmp_path_factory.mktemp("tower") / "environment", wheels["control-tower"])
+def wheels(space: Path) -> dict[str, Path]:
+    folder = space / "wheels"
+    folder.mkdir()
+    return build_wheels(folder, "control-tower", "control-tower-agent")
 
 
 @pytest.fixture(scope="module")
-def agent_programs(wheels: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return install(tmp_path_factory.mktemp("agent") / "environment", wheels["control-tower-agent"])
+def tower_programs(wheels: dict[str, Path], space: Path) -> Path:
+    return install(space / "tower", wheels["control-tower"])
+
+
+@pytest.fixture(scope="module")
+def agent_programs(wheels: dict[str, Path], space: Path) -> Path:
+    return install(space / "agent", wheels["control-tower-agent"])
 
 
 @pytest.fixture(scope="module")
@@ -264,22 +285,24 @@ def test_the_base_agent_is_small_and_has_no_video(
 
 @pytest.mark.parametrize(("package", "program"), [(TOWER, "tower"), (AGENT, "tower-agent")], ids=["tower", "agent"])
 def test_a_package_for_debian_installs_runs_and_goes(
-    wheels: dict[str, Path], tmp_path: Path, package: Package, program: str
+    wheels: dict[str, Path], space: Path, package: Package, program: str
 ) -> None:
     if shutil.which("dpkg-deb") is None or os.geteuid() != 0:
         pytest.skip("needs dpkg and root")
     asked = subprocess.run(["dpkg", "--print-architecture"], check=True, capture_output=True, text=True)
+    folder = space / f"deb of {program}"
+    folder.mkdir()
     deb = build_deb(
         package,
         version=VERSION,
         architecture=asked.stdout.strip(),
         python=PYTHON,
-        work=tmp_path,
-        out=tmp_path,
+        work=folder,
+        out=folder,
         compression="none",
         fill=lambda site: fill(site, wheels[package.name]),
     )
-    root = tmp_path / "root"
+    root = folder / "root"
     script = Path(__file__).parents[2] / "deploy" / "packages" / "in_clean_root.sh"
     said = subprocess.run(
         ["bash", str(script), str(root), str(deb), program], capture_output=True, text=True, timeout=120, check=False
