@@ -2,14 +2,17 @@
 when it does (server/runtime/garbage.py)."""
 
 import asyncio
+import contextlib
 import gc
 import logging
 from collections import Counter
 from collections.abc import AsyncIterator, Awaitable, Callable
 from pathlib import Path
+from urllib.parse import urlsplit
 
 import pytest
 from tower_world import TowerWorld, start_tower
+from uvicorn.protocols.http.httptools_impl import RequestResponseCycle
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import InvalidStatus
 from websockets.server import ServerProtocol
@@ -29,7 +32,7 @@ from wire.control_messages import KEY_SUBPROTOCOL
 from wire.drone_key import DroneKey
 
 WATCHED = (
-    *(UpgradingHttp, DirectWebSocket, ServerProtocol),
+    *(UpgradingHttp, RequestResponseCycle, DirectWebSocket, ServerProtocol),
     *(AgentChannel, AgentLink, LiveChannel, LiveWriter, Browser),
 )
 EACH = 10
@@ -162,5 +165,45 @@ async def test_browsers_leave_nothing_behind(world: TowerWorld) -> None:
                     await connection.wait_closed()
                 await connection.close()
             await nothing_left(before, end)
+    finally:
+        gc.enable()
+
+
+def _posted(body: bytes) -> bytes:
+    head = (
+        b"POST /api/v1/session HTTP/1.1\r\nHost: tower\r\nContent-Type: application/json\r\nContent-Length: %d\r\n\r\n"
+    )
+    return head % len(body) + body
+
+
+GOT = b"GET /api/v1/%s HTTP/1.1\r\nHost: tower\r\n\r\n"
+SENT: dict[str, bytes] = {
+    "more requests than may wait": GOT % b"me" * 100,
+    "fewer, and it goes": GOT % b"me" * 3,
+    "a body that is no JSON": _posted(b"{a:"),
+    "a body that lacks everything": _posted(b"{}"),
+    "no such page": GOT % b"nothing",
+    "a wrong password": _posted(b'{"name": "nobody", "password": "wrong"}'),
+    "half a head": b"GET / HTTP/1.1\r\n",
+    "no HTTP": b"\0" * 100,
+}
+
+
+async def test_requests_leave_nothing_behind(world: TowerWorld) -> None:
+    await world.add_drone("hawk")
+    place = urlsplit(world.base_url)
+    gc.collect()
+    gc.disable()
+    try:
+        before = alive()
+        for what, sent in SENT.items():
+            for number in range(EACH):
+                reader, writer = await asyncio.open_connection(place.hostname, place.port)
+                writer.write(sent)
+                if number % 2:
+                    with contextlib.suppress(TimeoutError):
+                        await asyncio.wait_for(reader.read(), 0.03)
+                writer.transport.abort()
+            await nothing_left(before, what)
     finally:
         gc.enable()

@@ -320,6 +320,10 @@ async def _on_refusal(request: Request, error: Exception) -> JSONResponse:
 
 async def _on_invalid(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, RequestValidationError)
+    # FastAPI keeps the error in a variable of a frame that it passed through, a cycle with all data of the request.
+    for raised in (error, error.__cause__):
+        if raised is not None:
+            raised.__traceback__ = None
     found = error.errors()
     if any(one["type"] == "json_invalid" for one in found):
         return problem(MALFORMED_JSON, instance=request.url.path)

@@ -18,7 +18,7 @@
 import asyncio
 from typing import Any, Final, cast
 
-from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
+from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol, RequestResponseCycle
 
 from server.api.anonymous.anonymous_scope import ANONYMOUS_CONNECTION
 from server.api.anonymous.read_turns import ReadTurns
@@ -36,6 +36,10 @@ MAX_CHUNKING_FACTOR: Final = 8
 """A body in chunks of one byte takes six bytes for each."""
 
 _TOO_LARGE: Final = b"HTTP/1.1 431 Request Header Fields Too Large\r\ncontent-length: 0\r\nconnection: close\r\n\r\n"
+
+
+def _nothing() -> None:
+    pass
 
 
 class _TooMuchError(Exception):
@@ -66,6 +70,8 @@ class UpgradingHttp(HttpToolsProtocol):
         self._body = 0
         self._over: Over | None = None
         """Why the parsing was ended."""
+        self._running: RequestResponseCycle | None = None
+        """The request that is being answered; others may wait behind it."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
@@ -79,6 +85,15 @@ class UpgradingHttp(HttpToolsProtocol):
         if self.anonymous is not None and self._budget is not None:
             self._budget.connections.gone(self.anonymous)
         super().connection_lost(exc)
+        # uvicorn tells this only to the newest request. One that writes to a closed connection raises.
+        if self._running is not None:
+            self._running.disconnected = True
+            self._running.message_event.set()
+            self._running = None
+        # It also leaves requests that had not begun: each refers to this connection, and the connection to them.
+        for cycle, _ in self.pipeline:
+            cycle.on_response = _nothing
+        self.pipeline.clear()
 
     def data_received(self, data: bytes) -> None:
         if self.anonymous is None or self._turns is None or (self.anonymous.is_admitted and not self.unread):
@@ -179,6 +194,10 @@ class UpgradingHttp(HttpToolsProtocol):
     def on_headers_complete(self) -> None:
         self._head_is_there()
         super().on_headers_complete()
+
+    def _start_asgi_task(self, cycle: RequestResponseCycle, app: Any) -> None:
+        self._running = cycle
+        super()._start_asgi_task(cycle, app)
 
     def handle_websocket_upgrade(self) -> None:
         super().handle_websocket_upgrade()
