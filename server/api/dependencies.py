@@ -47,6 +47,7 @@ from server.store.fleet.enrolment_notifier import EnrolmentNotifier
 from server.store.fleet.roster import Roster
 from server.store.flight_logs.quota import FlightLogQuota
 from server.store.flight_logs.receiving import LogReceiver
+from server.store.flights.flights import Flights
 from server.store.recordings.recordings import Recordings
 from server.store.retention import Retention
 from server.store.tower_lock import TowerLock
@@ -81,6 +82,7 @@ class Parts:
     flight_log_quota: FlightLogQuota
     log_receiver: LogReceiver
     recordings: Recordings
+    flights: Flights
     retention: Retention
     map_folder: MapFolder
     loop_lag: LoopLag
@@ -162,6 +164,7 @@ SignInRulesDep = Annotated[SignInRules, _part(lambda parts: parts.sign_in_rules)
 FlightLogQuotaDep = Annotated[FlightLogQuota, _part(lambda parts: parts.flight_log_quota)]
 LogReceiverDep = Annotated[LogReceiver, _part(lambda parts: parts.log_receiver)]
 RecordingsDep = Annotated[Recordings, _part(lambda parts: parts.recordings)]
+FlightsDep = Annotated[Flights, _part(lambda parts: parts.flights)]
 MapFolderDep = Annotated[MapFolder, _part(lambda parts: parts.map_folder)]
 LoopLagDep = Annotated[LoopLag, _part(lambda parts: parts.loop_lag)]
 AnonymousBudgetDep = Annotated[AnonymousBudget, _part(lambda parts: parts.anonymous)]

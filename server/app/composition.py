@@ -33,6 +33,7 @@ from server.api.fleet import enrolment_routes, loan_routes
 from server.api.fleet import routes as fleet_routes
 from server.api.flight_commands import routes as command_routes
 from server.api.flight_logs import routes as log_routes
+from server.api.flights import routes as flight_routes
 from server.api.http import health
 from server.api.http.body import BodyCheck
 from server.api.http.console import serve_console
@@ -109,6 +110,7 @@ from server.store.fleet.roster import Roster
 from server.store.fleet.tower_identity import TowerIdentity, check_key_is_there
 from server.store.flight_logs.quota import new_flight_log_quota
 from server.store.flight_logs.receiving import LogReceiver
+from server.store.flights.flights import new_flights
 from server.store.operations.audit_writer import OperationAuditWriter
 from server.store.recordings.capture import HubVideo
 from server.store.recordings.recordings import new_recordings
@@ -137,6 +139,7 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     log_routes.router,
     operation_routes.router,
     recording_routes.router,
+    flight_routes.router,
     relay_routes.router,
     video_routes.router,
     tile_routes.router,
@@ -235,7 +238,10 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
     control = ControlService(leases, hub, on_changed=loss_checks.recheck, timeout_s=timeout_s)
     flight_log_quota = new_flight_log_quota(settings)
     recordings = new_recordings(settings, hub=hub, video=HubVideo(hub), database=database, clock=clock)
-    retention = new_retention(settings, database, clock, flight_log_quota, recordings.quota)
+    flights = new_flights(settings, hub=hub, database=database, clock=clock)
+    retention = new_retention(
+        settings, database, clock, logs=flight_log_quota, recordings=recordings.quota, flights=flights.quota
+    )
     audit_writer = OperationAuditWriter(database, clock)
     hub.operations.on_began, hub.operations.on_ended = audit_writer.began, audit_writer.ended
     hub.observed.on_settled = audit_writer.observed
@@ -286,6 +292,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         flight_log_quota=flight_log_quota,
         log_receiver=LogReceiver(flight_log_quota, lambda: file_accounts(hub)),
         recordings=recordings,
+        flights=flights,
         retention=retention,
         map_folder=MapFolder(settings.maps),
         loop_lag=LoopLag(),
@@ -297,7 +304,8 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
 
 async def _deleted_with_files(tower: Tower) -> frozenset[int]:
     """Returns deleted drones that still have files."""
-    there = await asyncio.to_thread(lambda: tower.flight_log_quota.drone_ids() | tower.recordings.store.drone_ids())
+    parts = tower.flight_log_quota, tower.recordings.store, tower.flights.files
+    there = await asyncio.to_thread(lambda: frozenset().union(*(one.drone_ids() for one in parts)))
     async with tower.database.reading() as session:
         return await deleted_among(session, there - frozenset(sorted(tower.hub.state.drones)))
 
@@ -336,6 +344,7 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         deleted = await _deleted_with_files(tower)
         await asyncio.to_thread(tower.flight_log_quota.sweep, deleted)
         await stack.enter_async_context(tower.recordings.working(deleted))
+        await stack.enter_async_context(tower.flights.working(deleted))
         for drone_id in sorted(tower.hub.state.drones):
             tower.loss_checks.recheck(drone_id)
         await stack.enter_async_context(in_background("roster", tower.roster.follow))

@@ -15,6 +15,7 @@ TAGS: Final = (
     {"name": "logs", "description": "Flight logs, on board and fetched."},
     {"name": "video", "description": "How it is with the video of a drone."},
     {"name": "recordings", "description": "Recorded video."},
+    {"name": "flights", "description": "Flights that the tower recorded."},
     {"name": "missions", "description": "The library of missions."},
     {"name": "operations", "description": "Work at drones that is going on."},
     {"name": "map", "description": "The tiles of the map."},

@@ -21,6 +21,7 @@ from server.domain.access import AccessRequest, Action, judge
 from server.domain.clock import Clock, utc_now
 from server.domain.fleet import FleetSnapshot
 from server.domain.people import SignInId, UserRef
+from server.live.flights.recorder import FlightRecorder
 from server.live.operations.follow_feed import FollowFeed
 from server.live.operations.observed_commands import ObservedCommands
 from server.live.operations.person import Fix
@@ -109,7 +110,10 @@ class Hub:
         """What a browser wants to see. For the live channel."""
         self.observed = ObservedCommands(clock)
         """Commands that came as raw frames. For the audit trail."""
-        self._paths = FramePaths(state, self.flood, self.observed)
+        self.flights = FlightRecorder(state)
+        """Records flights. For the store, and for whoever notes what belongs to a flight."""
+        state.on_told = self.flights.told
+        self._paths = FramePaths(state, self.flood, self.observed, self.flights)
 
     # -- database snapshots ----------------------------------------------------------------------------------
 
@@ -224,6 +228,7 @@ class Hub:
     def attach_link(self, link: AgentLink, now: float) -> None:
         """An agent signed in. A link that its drone already had is closed: the newest one counts."""
         self.links.attach(link, now)
+        self.flights.linked(self.state.drones[link.drone_id], now)
         self.video.link_changed(link.drone_id, now)
 
     def detach_link(self, link: AgentLink) -> None:
@@ -300,6 +305,7 @@ class Hub:
         self.follows.tick(now)
         self.separation.tick(now)
         self.video.tick(now)
+        self.flights.tick(now)
 
     def each_second(self, now: float) -> None:
         """Once a second: whose map shows which drones, and how the link of every drone is that is online."""

@@ -206,12 +206,20 @@ class Settings:
     maps: Path = field(default=_UNSET, metadata=_from("TOWER_MAPS", Path))
     """Folder of map files: each is a layer of the map. Not set: `maps` in `var`."""
     files: Path = field(default=_UNSET, metadata=_from("TOWER_FILES", Path))
-    """Folder of flight logs and recordings. Not set: `files` in `var`."""
+    """Folder of flight logs, recordings and flights. Not set: `files` in `var`."""
     files_budget_mb: int = _setting(5_000, "TOWER_FILES_BUDGET_MB", _number(1, 100_000_000))
     """Total of all flight logs, in millions of bytes; the oldest are removed first."""
     file_largest_mb: int = _setting(500, "TOWER_FILE_LARGEST_MB", _number(1, 100_000))
     recordings_budget_mb: int = _setting(20_000, "TOWER_RECORDINGS_BUDGET_MB", _number(1, 100_000_000))
     """Total of all video recordings, in millions of bytes; the oldest are removed first."""
+    record_flights: bool = _setting(True, "TOWER_RECORD_FLIGHTS", _yes_or_no)
+    flight_before_s: float = _setting(60.0, "TOWER_FLIGHT_BEFORE_S", _number(0, 300, float))
+    """How much of what came before arming is in a flight."""
+    flights_budget_mb: int = _setting(5_000, "TOWER_FLIGHTS_BUDGET_MB", _number(1, 100_000_000))
+    """Total of all recorded flights, in millions of bytes; the oldest are removed first."""
+    flight_largest_mb: int = _setting(500, "TOWER_FLIGHT_LARGEST_MB", _number(1, 100_000))
+    """A flight that reaches it goes on as another one."""
+    flights_keep_days: float = _setting(0.0, "TOWER_FLIGHTS_KEEP_DAYS", _number(0, 36_500, float))
     audit_keep_days: float = _setting(0.0, "TOWER_AUDIT_KEEP_DAYS", _number(0, 36_500, float))
     """Audit events older than this are removed. 0: none."""
     audit_most_events: int = _setting(0, "TOWER_AUDIT_MOST_EVENTS", _number(0, 1_000_000_000))

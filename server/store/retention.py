@@ -1,7 +1,7 @@
 """Removes what is older than the settings allow, in small steps in the background, so that no other work waits for it.
 
-The audit trail has a limit of age and one of size. Flight logs and recordings have a limit of age here; their size is
-that of their budgets (`file_budget`). A running recording and a log that arrives are never removed.
+The audit trail has a limit of age and one of size. Flight logs, recordings and flights have a limit of age here; their
+size is that of their budgets (`file_budget`). What is being recorded and a log that arrives are never removed.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from server.runtime.settings import Settings
 from server.store.audit.tables import AuditEventRow
 from server.store.database import Database, DatabaseUnavailable
 from server.store.flight_logs.quota import FlightLogQuota
+from server.store.flights.quota import FlightQuota
 from server.store.recordings.quota import RecordingQuota
 
 CHECK_EVERY_S: Final = 60.0
@@ -39,20 +40,29 @@ class Limits:
     max_events: int = 0
     flight_log_days: float = 0
     recording_days: float = 0
+    flight_days: float = 0
 
 
 class Retention:
     """One instance per tower. `removed`: how many of each kind since its start."""
 
     def __init__(
-        self, limits: Limits, *, database: Database, clock: Clock, logs: FlightLogQuota, recordings: RecordingQuota
+        self,
+        limits: Limits,
+        *,
+        database: Database,
+        clock: Clock,
+        logs: FlightLogQuota,
+        recordings: RecordingQuota,
+        flights: FlightQuota,
     ) -> None:
         self._limits = limits
         self._database = database
         self._clock = clock
         self._logs = logs
         self._recordings = recordings
-        self.removed: Counter[str] = Counter(audit_events=0, flight_logs=0, recordings=0)
+        self._flights = flights
+        self.removed: Counter[str] = Counter(audit_events=0, flight_logs=0, recordings=0, flights=0)
 
     async def work(self) -> None:
         """Runs until cancelled."""
@@ -71,6 +81,8 @@ class Retention:
             await self._in_steps("flight_logs", self._old_logs)
         if limits.recording_days:
             await self._in_steps("recordings", self._old_recordings)
+        if limits.flight_days:
+            await self._in_steps("flights", self._old_flights)
 
     async def _in_steps(self, what: str, step: Callable[[], Awaitable[int]]) -> None:
         count = 0
@@ -113,9 +125,18 @@ class Retention:
     async def _old_recordings(self) -> int:
         return await self._recordings.remove_older(self._before(self._limits.recording_days), FILES_A_STEP)
 
+    async def _old_flights(self) -> int:
+        return await self._flights.remove_older(self._before(self._limits.flight_days), FILES_A_STEP)
+
 
 def new_retention(
-    settings: Settings, database: Database, clock: Clock, logs: FlightLogQuota, recordings: RecordingQuota
+    settings: Settings,
+    database: Database,
+    clock: Clock,
+    *,
+    logs: FlightLogQuota,
+    recordings: RecordingQuota,
+    flights: FlightQuota,
 ) -> Retention:
     """Returns the retention that these settings ask for."""
     limits = Limits(
@@ -123,5 +144,6 @@ def new_retention(
         max_events=settings.audit_most_events,
         flight_log_days=settings.flight_logs_keep_days,
         recording_days=settings.recordings_keep_days,
+        flight_days=settings.flights_keep_days,
     )
-    return Retention(limits, database=database, clock=clock, logs=logs, recordings=recordings)
+    return Retention(limits, database=database, clock=clock, logs=logs, recordings=recordings, flights=flights)

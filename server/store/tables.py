@@ -8,9 +8,10 @@ from server.store.audit import tables as audit
 from server.store.control import tables as control
 from server.store.database import Base
 from server.store.fleet import tables as fleet
+from server.store.flights import tables as flights
 from server.store.missions import tables as missions
 from server.store.recordings import tables as recordings
 from server.store.teams import tables as teams
 
-ALL: Final = (accounts, audit, control, fleet, missions, recordings, teams, tower_lock)
+ALL: Final = (accounts, audit, control, fleet, flights, missions, recordings, teams, tower_lock)
 METADATA: Final = Base.metadata

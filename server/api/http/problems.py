@@ -40,6 +40,7 @@ from server.live.accounts.relying_party import PasskeysUnavailable
 from server.live.flight_commands.following import CannotFollow, NoSuchLeader
 from server.live.flight_commands.vehicle import NoSuchItem, NoSuchMode, NotKnownHow, NotKnownYet
 from server.live.flight_logs.refusals import BadCredential, FileIncomplete, FileNotTaken, NotAskedFor, UnknownLog
+from server.live.flights.refusals import BadPage, FlightElsewhere, FlightRunning, UnknownFlight
 from server.live.missions.document import DocumentTooLarge
 from server.live.missions.plan_body import BadPlan, MalformedBody
 from server.live.missions.plans import PlanNotRead
@@ -224,6 +225,10 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     NotAskedFor: Kind("not-asked-for", 404, "Nobody is waiting for it"),
     FileNotTaken: Kind("no-room", 413, "The file is refused"),
     FileIncomplete: Kind("incomplete", 400, "The file is incomplete"),
+    UnknownFlight: Kind("unknown-flight", 404, "No such flight"),
+    FlightElsewhere: Kind("flight-elsewhere", 409, "Its files are elsewhere"),
+    FlightRunning: Kind("flight-running", 409, "It is not over yet"),
+    BadPage: Kind("bad-page", 422, "No such page"),
     UnknownRecording: Kind("unknown-recording", 404, "No such recording"),
     NotReady: Kind("recording-not-ready", 409, "There is no file yet"),
     NotYoursToRecord: Kind("not-in-control", 409, "You do not have the controls"),

@@ -16,6 +16,7 @@ from server.api.http.problem_docs import answers
 from server.api.metrics.anonymous import AnonymousCollector
 from server.api.metrics.collector import RelayCollector
 from server.api.metrics.disk import DiskCollector
+from server.api.metrics.flights import FlightCollector
 from server.api.metrics.recordings import RecordingCollector
 from server.api.metrics.upkeep import UpkeepCollector
 from server.domain.access import Action, AdminsOnly, BadToken, NotSignedIn, ScopeMissing, SessionExpired
@@ -41,6 +42,7 @@ def new_registry(parts: Parts) -> CollectorRegistry:
     registry.register(RelayCollector(parts.hub, parts.database))
     registry.register(AnonymousCollector(parts.anonymous))
     registry.register(RecordingCollector(parts.recordings))
+    registry.register(FlightCollector(parts.flights))
     registry.register(DiskCollector(parts.settings.var))
     registry.register(UpkeepCollector(parts.database, parts.lock, parts.retention))
     ProcessCollector(registry=registry)

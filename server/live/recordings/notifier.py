@@ -23,6 +23,9 @@ class RecordingNotifier:
     def publish(self, event: What, view: RecordingView) -> None:
         """Notifies all who may watch the drone's video now."""
         self.counts[event] += 1
+        if event in ("begun", "ended"):
+            about = {"recording": view.id, "event": event, "quality": view.quality}
+            self._hub.flights.note(DroneId(view.drone_id), "video", about)
         state = self._hub.state
         drone = state.drones.get(DroneId(view.drone_id))
         if drone is not None:

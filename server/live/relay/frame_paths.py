@@ -3,6 +3,7 @@
 from typing import Final
 
 from server.domain.people import UserRef
+from server.live.flights.recorder import FlightRecorder
 from server.live.hub_events import TurnRequested
 from server.live.operations.observed_commands import ObservedCommands
 from server.live.operations.observed_table import ANSWERS
@@ -50,8 +51,9 @@ class RefusedByLoan(Dropped):
 class FramePaths:
     """No state of its own: all of it is in the drones and the browsers."""
 
-    def __init__(self, state: LiveState, flood: FloodGate, observed: ObservedCommands) -> None:
+    def __init__(self, state: LiveState, flood: FloodGate, observed: ObservedCommands, flights: FlightRecorder) -> None:
         self._state = state
+        self._flights = flights
         self._observed = observed
         self._flood = flood
 
@@ -72,12 +74,14 @@ class FramePaths:
         transactional: list[bytes] = []
         tag_bytes = tag(drone_id, b"")
         is_asked = self._observed.waits(drone_id)
+        has_secret = False
         for frame in frames:
             key = state_key(frame)
             if key is None:
                 kind = message_id(frame)
                 if kind == _SETUP_SIGNING:
                     self._state.drops[DropReason.NOT_ALLOWED] += 1
+                    has_secret = True
                     continue
                 if is_asked and kind in ANSWERS:
                     self._observed.heard(drone_id, frame)
@@ -93,6 +97,10 @@ class FramePaths:
                 drone.heartbeat, drone.heartbeat_at = frame, now
         for browser in watchers:
             browser.offer(drone_id, state, transactional)
+        if drone.tape is not None:
+            if has_secret:
+                frames = [frame for frame in frames if message_id(frame) != _SETUP_SIGNING]
+            drone.tape.add(frames, now)
 
     def down(self, browser: Browser, message: bytes, now: float) -> None:
         """A binary message of a browser: checks each frame in turn, passes on what may pass, answers the rest."""
@@ -156,12 +164,15 @@ class FramePaths:
         if not drone.link.send_frames(drone.lease.epoch, (frame,), now):
             raise Dropped(DropReason.OFFLINE)
         self._state.traffic.frames_to_agents += 1
+        if drone.tape is not None:
+            drone.tape.add((frame,), now)
         drone.commanded += changes_the_flight(frame, command)
         if not reads_only:
             self._observe(browser, drone_id, frame, kind, now)
         if kind is Kind.STICKS:
             drone.sticks_at = self._state.sticks_at = now
             drone.sticks_from = browser.number
+            self._flights.sticks(drone, user_id, browser.viewer.name, now)
 
     def _observe(self, browser: Browser, drone_id: DroneId, frame: bytes, kind: Kind, now: float) -> None:
         """For the audit trail, after the frame was sent."""

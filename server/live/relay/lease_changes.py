@@ -60,8 +60,10 @@ class LeaseChanges:
             _restart(drone)
         self._note_presence(drone, now)
         self._state.send_holder_to_agent(drone)
-        if waiting and drone.link is not None:
-            drone.link.send_frames(lease.epoch, waiting, now)
+        if waiting and drone.link is not None and drone.link.send_frames(lease.epoch, waiting, now):
+            self._state.traffic.frames_to_agents += len(waiting)
+            if drone.tape is not None:
+                drone.tape.add(waiting, now)
         self._state.publish_drone(drone)
         if event == "turn":
             flying = lease.assistant if drone.turn.whose == "assistant" else lease.holder

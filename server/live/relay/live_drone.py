@@ -9,6 +9,7 @@ from server.domain.fleet import DroneRecord
 from server.domain.people import Principal, Role, UserRef
 from server.domain.relations import Relation, Right, TeamRole, may, relation_of
 from server.live.fleet.views import DroneView, IdentityView, LoanView, TeamRefView, UserRefView
+from server.live.flights.tape import Tape
 from server.live.operations.onboard_state import OnboardState
 from server.live.operations.onboard_views import NO_PARAMETERS, NO_PLANS
 from server.live.relay.agent_link import AgentLink
@@ -173,6 +174,8 @@ class LiveDrone:
     """flight_sw_version of the autopilot, as the agent reports; 0: not known."""
     motion_check: MotionCheck = field(default_factory=MotionCheck)
     """Whether it moves as a machine can. Outlives its links."""
+    tape: Tape | None = None
+    """What the recorder of flights has of it. Outlives its links."""
     watchers: dict[int, Browser] = field(default_factory=dict)
     """Browsers that may see this drone, by their number."""
     crew_before: Mapping[UserId, TeamRole] = field(default_factory=dict)

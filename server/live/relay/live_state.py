@@ -40,6 +40,8 @@ class LiveState:
         """When the last stick frame of any user was forwarded."""
         self.on_event: Callable[[HubEvent], None] = lambda event: None
         """Whoever acts on what the hub notices."""
+        self.on_told: Callable[[LiveDrone, live.ToBrowser], None] = lambda drone, event: None
+        """Whoever remembers what all who may see a drone were told."""
 
     def anybody_flies_by_hand(self, now: float) -> bool:
         """Whether sticks have moved any drone within the last seconds."""
@@ -47,6 +49,7 @@ class LiveState:
 
     def notify_watchers(self, drone: LiveDrone, event: live.ToBrowser) -> None:
         """Notifies all who may see the drone."""
+        self.on_told(drone, event)
         for browser in drone.watchers.values():
             browser.notify(event)
 

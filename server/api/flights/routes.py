@@ -1,0 +1,206 @@
+"""`/api/v1/flights`: recorded flights, their index, their files, and the same in formats of other programs."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path as FilePath
+from typing import Annotated, Final
+
+from fastapi import APIRouter, Path, Query, Response
+from fastapi.responses import FileResponse, StreamingResponse
+from pydantic import AwareDatetime
+
+from server.api.access import Admin, Viewer
+from server.api.dependencies import AuditDep, DatabaseDep, FlightsDep, HubDep
+from server.api.flights.export_stream import FORMATS, FormatName, export_stream
+from server.api.http.problem_docs import answers
+from server.api.operations.operation_requests import refuse_observers, watched_drone
+from server.domain.access import UnknownDrone
+from server.domain.names import is_name
+from server.domain.people import Principal
+from server.domain.relations import Right
+from server.live.flights.refusals import BadPage, FlightElsewhere, FlightRunning, UnknownFlight
+from server.live.flights.views import FlightDetailView, FlightPageView, FlightVideoView
+from server.live.hub import Hub
+from server.live.operations.refusals import OnlyWatches, ViewTaken
+from server.live.relay.live_drone import LiveDrone
+from server.store.database import Database
+from server.store.flights import catalogue
+from server.store.flights.files import TLOG
+from server.store.flights.flights import Flights
+from server.store.flights.index_document import detail_document
+from server.store.flights.tables import FlightRow
+from server.store.recordings import catalogue as recordings_catalogue
+
+router = APIRouter(prefix="/api/v1/flights", tags=["flights"])
+
+TLOG_TYPE: Final = "application/octet-stream"
+MAX_PAGE: Final = 100
+PAGE: Final = 50
+MAX_LOOKS: Final = 10
+"""Pages of rows that are read for one answer, where most are of a time that the user may not know of."""
+MAX_NAME: Final = 64
+FlightPath = Annotated[int, Path(ge=1, le=2**31 - 1)]
+_ONE: Final = (UnknownFlight,)
+_FILE: Final = (UnknownFlight, FlightRunning, FlightElsewhere)
+
+
+def _readable(hub: Hub, principal: Principal, drone_id: int | None) -> dict[int, LiveDrone]:
+    """Returns the drones whose stored files this user may read now. Raises UnknownDrone, ViewTaken, OnlyWatches for a
+    drone that was named."""
+    if drone_id is not None:
+        drone = watched_drone(hub, principal, drone_id)
+        refuse_observers(drone, principal)
+        return {drone.drone_id: drone}
+    user_id, role = principal.user_id, principal.role
+    return {
+        drone.drone_id: drone
+        for drone in hub.squads.drones(user_id, role)
+        if drone.may(user_id, role, Right.READ) and user_id != drone.user_without_view
+    }
+
+
+async def _known(hub: Hub, database: Database, principal: Principal, flight_id: int) -> tuple[FlightRow, LiveDrone]:
+    """Raises UnknownFlight for every flight that this user may not read: others' look like none."""
+    async with database.reading() as session:
+        row = await catalogue.get(session, flight_id)
+    drone = _readable(hub, principal, None).get(row.drone_id)
+    if drone is None or not drone.knows_of(principal.user_id, principal.role, row.began_at):
+        raise UnknownFlight
+    return row, drone
+
+
+@router.get("", responses=answers(UnknownDrone, ViewTaken, OnlyWatches, BadPage))
+async def list_flights(
+    principal: Viewer,
+    hub: HubDep,
+    database: DatabaseDep,
+    drone_id: Annotated[int | None, Query(ge=1, le=0xFFFFFFFF, description="Of this drone only")] = None,
+    pilot: Annotated[str, Query(max_length=MAX_NAME, description="Name of somebody who had the controls")] = "",
+    since: Annotated[AwareDatetime | None, Query(description="Begun then or later")] = None,
+    until: Annotated[AwareDatetime | None, Query(description="Begun before then")] = None,
+    before: Annotated[str | None, Query(max_length=40, description="`next` of the page before")] = None,
+    limit: Annotated[int, Query(ge=1, le=MAX_PAGE)] = PAGE,
+) -> FlightPageView:
+    """Lists flights of the drones whose files the user may read, newest first."""
+    drones = _readable(hub, principal, drone_id)
+    cursor = None
+    if before is not None:
+        try:
+            cursor = catalogue.read_cursor(before)
+        except (ValueError, OverflowError):
+            raise BadPage from None
+    rows: list[FlightRow] = []
+    is_more = bool(drones) and (not pilot.strip() or is_name(pilot))
+    last: FlightRow | None = None
+    async with database.reading() as session:
+        for _ in range(MAX_LOOKS):
+            if not is_more or len(rows) >= limit:
+                break
+            query = catalogue.Query(list(drones), pilot.strip(), since, until, cursor)
+            found = await catalogue.search(session, query, limit + 1 - len(rows))
+            is_more = len(found) > limit - len(rows)
+            for row in found[: limit - len(rows)]:
+                last, cursor = row, (row.began_at, row.id)
+                if drones[row.drone_id].knows_of(principal.user_id, principal.role, row.began_at):
+                    rows.append(row)
+        pilots = await catalogue.pilots_of(session, [row.id for row in rows])
+    return FlightPageView(
+        flights=[catalogue.view_of(row, drones[row.drone_id].record.name, pilots.get(row.id, [])) for row in rows],
+        next=catalogue.cursor_of(last) if is_more and last is not None else None,
+    )
+
+
+@router.get("/{flight_id}", response_model=FlightDetailView, responses=answers(*_ONE))
+async def get_flight(
+    principal: Viewer, hub: HubDep, database: DatabaseDep, flights: FlightsDep, flight_id: FlightPath
+) -> Response:
+    """Returns one flight with its index: what happened, in order. Also while it is being recorded."""
+    row, drone = await _known(hub, database, principal, flight_id)
+    async with database.reading() as session:
+        pilots = await catalogue.pilots_of(session, [row.id])
+        videos = await recordings_catalogue.of_drone(session, row.drone_id)
+    view = catalogue.view_of(row, drone.record.name, pilots.get(row.id, []))
+    video = [
+        FlightVideoView(id=one.id, began_at=one.began_at, ended_at=one.ended_at, quality=one.quality, state=one.state)
+        for one in videos
+        if principal.user_id != drone.no_video_user_id
+        and (row.ended_at is None or one.began_at < row.ended_at)
+        and (one.ended_at is None or one.ended_at > row.began_at)
+    ]
+    is_here = row.store == flights.files.id
+    document = await asyncio.to_thread(
+        detail_document, flights.files if is_here else None, row.drone_id, row.file, view, video
+    )
+    return Response(document, media_type="application/json", headers={"Cache-Control": "no-store"})
+
+
+@router.get(
+    "/{flight_id}/tlog",
+    response_class=Response,
+    responses={
+        200: {"content": {TLOG_TYPE: {}}, "description": "The whole flight as a telemetry log"},
+        206: {"content": {TLOG_TYPE: {}}, "description": "The range that was asked for"},
+        400: {"description": "The range cannot be read"},
+        416: {"description": "The file has no such range"},
+        **answers(*_FILE),
+    },
+)
+async def get_flight_tlog(
+    principal: Viewer, hub: HubDep, database: DatabaseDep, flights: FlightsDep, flight_id: FlightPath
+) -> FileResponse:
+    """Downloads every frame of the flight, for Mission Planner, MAVProxy and pymavlink."""
+    row, drone = await _known(hub, database, principal, flight_id)
+    path = _whole(flights, row)
+    if not await asyncio.to_thread(path.is_file):
+        raise UnknownFlight
+    headers = {"Cache-Control": "private, no-cache"}
+    return FileResponse(path, media_type=TLOG_TYPE, filename=_name(drone, row, "tlog"), headers=headers)
+
+
+@router.get(
+    "/{flight_id}/export/{format_name}",
+    response_class=Response,
+    responses={
+        200: {
+            "content": {one.media_type: {} for one in FORMATS.values()},
+            "description": "The positions of the flight",
+        },
+        **answers(*_FILE),
+    },
+)
+async def export_flight(
+    principal: Viewer,
+    hub: HubDep,
+    database: DatabaseDep,
+    flights: FlightsDep,
+    flight_id: FlightPath,
+    format_name: FormatName,
+) -> StreamingResponse:
+    """Downloads the positions of the flight as CSV (with attitude, speeds, battery and mode), KML or GPX."""
+    row, drone = await _known(hub, database, principal, flight_id)
+    path = _whole(flights, row)
+    if not await asyncio.to_thread(path.is_file):
+        raise UnknownFlight
+    title = f"{drone.record.name} {row.began_at:%Y-%m-%d %H:%M:%S} UTC"
+    name = _name(drone, row, format_name)
+    return export_stream(path, format_name, title=title, file_name=name, turns=flights.export_turns)
+
+
+@router.delete("/{flight_id}", status_code=204, responses=answers(UnknownFlight, FlightRunning))
+async def delete_flight(principal: Admin, flights: FlightsDep, audit: AuditDep, flight_id: FlightPath) -> None:
+    """Admins: deletes a flight for good. Owners cannot: it may be wanted after an incident."""
+    await flights.service.delete(flight_id, audit.action(principal))
+
+
+def _whole(flights: Flights, row: FlightRow) -> FilePath:
+    """Raises FlightRunning, FlightElsewhere."""
+    if row.state == catalogue.RUNNING:
+        raise FlightRunning
+    if row.store != flights.files.id:
+        raise FlightElsewhere
+    return flights.files.path(row.drone_id, row.file, TLOG)
+
+
+def _name(drone: LiveDrone, row: FlightRow, ending: str) -> str:
+    return f"{drone.record.name}-{row.began_at:%Y%m%d-%H%M%S}.{ending}"

@@ -1,0 +1,148 @@
+"""The folder of flights: `drone-<id>/<file>.tlog` and, beside it, the index `<file>.jsonl`.
+
+Blocking; call it in a thread. A file grows while its flight is recorded, and is never changed afterwards. After a crash
+what is not whole is cut off (`close_unfinished`).
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import secrets
+import time
+from collections.abc import Container, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from server.live.flights.index import IndexSummary, read_index, whole_lines
+from server.live.flights.tlog import read_entries
+from server.live.flights.track import FlightSummary
+from server.store.file_budget import disk_takes, drone_folders, drones_with_files, folder_of, remove_folders
+from wire.ids import DroneId
+
+TLOG: Final = ".tlog"
+INDEX: Final = ".jsonl"
+_STORE: Final = "store-id"
+_STORE_ID: Final = re.compile(r"[0-9a-f]{16}")
+_OURS: Final = re.compile(r"([0-9a-f]{16})\.jsonl")
+MAX_TORN_BYTES: Final = 1024 * 1024
+"""What a crash leaves behind the last whole frame. More than that is no torn end, and stays for people to look at."""
+ENTRIES_A_TURN: Final = 500
+TURN_S: Final = 0.001
+"""The tower's loop comes first: reading a long flight takes the interpreter in small pieces."""
+
+
+@dataclass(frozen=True)
+class FlightFacts:
+    """What the two files say. `torn_bytes`: cut off, or left where it is too much."""
+
+    summary: FlightSummary
+    index: IndexSummary
+    size_bytes: int
+    torn_bytes: int
+
+
+@dataclass(frozen=True)
+class FoundFlight:
+    """Files that no row of the database knows."""
+
+    drone_id: int
+    file: str
+    size_bytes: int
+    kept_at: float
+
+
+class FlightFiles:
+    """`root`: need not exist yet. `id`: empty until opened."""
+
+    def __init__(self, root: Path) -> None:
+        self._root = root
+        self.id = ""
+
+    def open(self) -> None:
+        """Reads the folder's id, or assigns one. Raises OSError."""
+        self._root.mkdir(mode=0o700, parents=True, exist_ok=True)
+        path = self._root / _STORE
+        if not path.exists():
+            written = path.with_name(f"{_STORE}.part")
+            written.write_text(secrets.token_hex(8))
+            written.replace(path)
+        found = path.read_text().strip()
+        if not _STORE_ID.fullmatch(found):
+            raise OSError(f"{path} does not hold the number of a folder")
+        self.id = found
+
+    def path(self, drone_id: int, file: str, ending: str) -> Path:
+        """Returns the path of a file, whether it exists or not."""
+        return folder_of(self._root, DroneId(drone_id)) / f"{file}{ending}"
+
+    def remove(self, drone_id: int, file: str) -> None:
+        """Removes both files. Raises OSError."""
+        for ending in (TLOG, INDEX):
+            self.path(drone_id, file, ending).unlink(missing_ok=True)
+
+    def has_room(self, coming_bytes: int) -> bool:
+        """Whether the disk has room. Raises OSError."""
+        return disk_takes(self._root, coming_bytes)
+
+    def drone_ids(self) -> frozenset[int]:
+        """Drones with files, including deleted ones."""
+        return drones_with_files(self._root)
+
+    def remove_drones(self, drone_ids: Iterable[int]) -> None:
+        """Removes all files of deleted drones."""
+        remove_folders(self._root, drone_ids)
+
+    def unknown(self, known: Container[str]) -> list[FoundFlight]:
+        """Returns the flights that are not among the known ones, oldest first. Raises OSError."""
+        found: list[FoundFlight] = []
+        for drone_id, folder in drone_folders(self._root):
+            for path in list(folder.iterdir()):
+                ours = _OURS.fullmatch(path.name)
+                if ours is not None and ours[1] not in known:
+                    size = self.size(drone_id, ours[1])
+                    found.append(FoundFlight(drone_id, ours[1], size, path.stat().st_mtime))
+        return sorted(found, key=lambda one: one.kept_at)
+
+    def size(self, drone_id: int, file: str) -> int:
+        """Returns the bytes of both files; 0 if they are gone."""
+        total = 0
+        for ending in (TLOG, INDEX):
+            try:
+                total += self.path(drone_id, file, ending).stat().st_size
+            except FileNotFoundError:
+                continue
+        return total
+
+    def read_index(self, drone_id: int, file: str) -> list[bytes]:
+        """Returns the whole lines after the head. Raises OSError."""
+        return whole_lines(self.path(drone_id, file, INDEX).read_bytes())[1:]
+
+    def close_unfinished(self, drone_id: int, file: str) -> FlightFacts:
+        """Cuts off what is not whole, makes both files last, and sums them up. Raises OSError, NoIndex."""
+        index_path, tlog_path = self.path(drone_id, file, INDEX), self.path(drone_id, file, TLOG)
+        content = index_path.read_bytes()
+        lines = whole_lines(content)
+        index = read_index(lines)
+        _cut(index_path, len(content), sum(len(line) + 1 for line in lines))
+        summary = FlightSummary(index.began_us)
+        torn_bytes = 0
+        if tlog_path.exists():
+            with tlog_path.open("rb") as tlog:
+                for number, entry in enumerate(read_entries(tlog)):
+                    summary.take(entry)
+                    if number % ENTRIES_A_TURN == ENTRIES_A_TURN - 1:
+                        time.sleep(TURN_S)
+            size = tlog_path.stat().st_size
+            torn_bytes = size - summary.whole_bytes
+            if torn_bytes <= MAX_TORN_BYTES:
+                _cut(tlog_path, size, summary.whole_bytes)
+        return FlightFacts(summary, index, self.size(drone_id, file), torn_bytes)
+
+
+def _cut(path: Path, size: int, whole: int) -> None:
+    with path.open("r+b") as file:
+        if size > whole:
+            file.truncate(whole)
+        os.fdatasync(file.fileno())

@@ -1,0 +1,37 @@
+"""One flight with its index as one JSON document: the lines of the file go into it as they are, in order of time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import msgspec
+
+from server.live.flights.index import MAX_INDEX_BYTES
+from server.live.flights.views import FlightVideoView, FlightView
+from server.store.flights.files import FlightFiles
+
+
+class _Dated(msgspec.Struct):
+    at_us: int = 0
+
+
+_decoder: Final = msgspec.json.Decoder(_Dated)
+
+
+def detail_document(
+    files: FlightFiles | None, drone_id: int, file: str, view: FlightView, video: Sequence[FlightVideoView]
+) -> bytes:
+    """A FlightDetailView. `files`: None where the index is elsewhere. Blocking; call it in a thread."""
+    lines: list[bytes] = []
+    if files is not None:
+        try:
+            lines = files.read_index(drone_id, file)
+        except FileNotFoundError:
+            lines = []
+    is_whole = sum(map(len, lines)) + len(lines) < MAX_INDEX_BYTES - 64 * 1024
+    lines.sort(key=lambda line: _decoder.decode(line).at_us)  # a command's line is written with its answer
+    head = view.model_dump_json()[:-1].encode()
+    videos = b",".join(one.model_dump_json().encode() for one in video)
+    tail = b"true" if is_whole else b"false"
+    return b"".join((head, b',"video":[', videos, b'],"index":[', b",".join(lines), b'],"index_is_whole":', tail, b"}"))

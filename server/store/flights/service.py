@@ -1,0 +1,234 @@
+"""Carries recorded flights into the database: begun ones, those that are over, and those that a crash left behind.
+
+The files come first: a flight is recorded while the database is away, and gets its row when it is back. A flight whose
+row is missing altogether (the tower ended before it was written) is found by its files at the next start.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+import time
+from collections import deque
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Final
+
+import structlog
+
+from server.domain.clock import Clock
+from server.live.flights.index import NoIndex, Pilot, head_line, read_index
+from server.live.flights.recorder import FlightHead, FlightSink
+from server.store.audit.action import AuditAction
+from server.store.database import Database, DatabaseSession, DatabaseUnavailable
+from server.store.file_budget import MIN_FREE_BYTES
+from server.store.fleet.tables import DroneRow
+from server.store.flights import catalogue
+from server.store.flights.catalogue import RUNNING
+from server.store.flights.files import INDEX, TLOG, FlightFacts, FlightFiles, FoundFlight
+from server.store.flights.quota import FlightQuota
+from server.store.flights.tables import FlightRow
+from server.store.flights.writer import FULL, TOO_LARGE, FlightFile, FlightWriter
+
+LOOK_EVERY_S: Final = 0.5
+TIDY_EVERY_S: Final = 10.0
+TRY_AGAIN_AFTER_S: Final = 30.0
+"""After a disk that could not be written: the next flights are not begun before."""
+CRASHED: Final = "the tower ended while it was recorded"
+UNREADABLE: Final = "the files of the flight cannot be read"
+NO_SHARE: Final = "the space for flights of this drone's owner is used up"
+_log = structlog.get_logger(__name__)
+
+
+@dataclass(frozen=True)
+class _Due:
+    """A flight whose files are to be closed. `lost_frames`: as far as is known."""
+
+    drone_id: int
+    file: str
+    lost_frames: int = 0
+
+
+class FlightService:
+    """One for a tower. `begin` is for the recorder; `work` runs in the background."""
+
+    def __init__(
+        self,
+        *,
+        database: Database,
+        clock: Clock,
+        files: FlightFiles,
+        writer: FlightWriter,
+        quota: FlightQuota,
+        largest_bytes: int,
+    ) -> None:
+        self._database = database
+        self._clock = clock
+        self._files = files
+        self._writer = writer
+        self._quota = quota
+        self._largest_bytes = largest_bytes
+        self._running: dict[str, FlightFile] = {}
+        self._new: deque[tuple[FlightHead, str]] = deque()
+        """Without a row."""
+        self._due: deque[_Due] = deque()
+        self._disk_full = False
+        self._not_before = float("-inf")
+        self._tidy_at = float("-inf")
+        self._dirty = True
+
+    def begin(self, head: FlightHead) -> FlightSink | None:
+        """Returns at once; None where nothing can be recorded now."""
+        if not self._files.id or self._disk_full or time.monotonic() < self._not_before:
+            return None
+        name = secrets.token_hex(8)
+        file = FlightFile(
+            self._writer,
+            drone_id=head.drone_id,
+            file=name,
+            tlog=self._files.path(head.drone_id, name, TLOG),
+            index=self._files.path(head.drone_id, name, INDEX),
+            largest_bytes=self._largest_bytes,
+        )
+        file.event(head_line(head))
+        self._running[name] = file
+        self._new.append((head, name))
+        return file
+
+    @property
+    def failing(self) -> bool:
+        """Whether flights are not recorded because of the disk."""
+        return self._writer.failing or self._disk_full or not self._files.id
+
+    def running_bytes(self) -> int:
+        return sum(one.bytes_written + one.index_bytes for one in self._running.values())
+
+    async def recover(self) -> None:
+        """Finds what an earlier tower left. Call it before `work`, when no flight is being recorded. Raises OSError."""
+        async with self._database.reading() as session:
+            known = await catalogue.files_of_store(session, self._files.id)
+        for file, (drone_id, state) in known.items():
+            if state == RUNNING:
+                self._due.append(_Due(drone_id, file))
+        for found in await asyncio.to_thread(self._files.unknown, known):
+            if await self._adopt(found):
+                self._due.append(_Due(found.drone_id, found.file))
+            else:
+                self._quota.strays.append(found)
+
+    async def work(self) -> None:
+        """Runs until cancelled."""
+        while True:
+            try:
+                await self._step()
+            except (DatabaseUnavailable, OSError) as error:
+                _log.warning("flights_wait", error=type(error).__name__)
+            await asyncio.sleep(LOOK_EVERY_S)
+
+    async def _step(self) -> None:
+        for file in list(self._running.values()):
+            if file.problem and file.problem not in (TOO_LARGE, NO_SHARE):
+                self._not_before = time.monotonic() + TRY_AGAIN_AFTER_S
+            if file.closed:
+                del self._running[file.file]
+                self._due.append(_Due(file.drone_id, file.file, file.frames_lost))
+        while self._new:
+            await self._insert(*self._new[0])
+            self._new.popleft()
+        while self._due:
+            await self._finish(self._due[0])
+            self._due.popleft()
+            self._dirty = True
+        if time.monotonic() >= self._tidy_at and (self._running or self._dirty):
+            self._tidy_at = time.monotonic() + TIDY_EVERY_S
+            await self._tidy()
+            self._dirty = False
+
+    async def _tidy(self) -> None:
+        """Sees to it that the disk keeps its free part, and the flights their budget."""
+        was_full, self._disk_full = self._disk_full, not await asyncio.to_thread(self._files.has_room, 0)
+        if self._disk_full:
+            self._dirty = True  # looks again
+            if not was_full:
+                _log.error("flights_not_recorded", why=FULL, min_free_mb=MIN_FREE_BYTES // 1_000_000)
+        used: dict[int, int] = {}
+        for file in self._running.values():
+            used[file.drone_id] = used.get(file.drone_id, 0) + file.bytes_written + file.index_bytes
+        over = await self._quota.make_space(used)
+        for file in self._running.values():
+            if self._disk_full:
+                file.problem = file.problem or FULL
+            elif file.drone_id in over:
+                file.problem = file.problem or NO_SHARE
+
+    async def _insert(self, head: FlightHead, name: str) -> None:
+        pilots = [] if head.pilot is None else [Pilot(head.pilot.id, head.pilot.name)]
+        async with self._database.writing() as session:
+            if await session.get(DroneRow, head.drone_id) is None or await catalogue.by_file(session, name) is not None:
+                return
+            await catalogue.add(
+                session,
+                drone_id=head.drone_id,
+                store=self._files.id,
+                file=name,
+                began_at=head.began_at,
+                pilots=pilots,
+            )
+
+    async def _finish(self, due: _Due) -> None:
+        """Closes the files and completes the row; makes it, if there is none yet."""
+        facts: FlightFacts | None = None
+        try:
+            facts = await asyncio.to_thread(self._files.close_unfinished, due.drone_id, due.file)
+        except (NoIndex, FileNotFoundError) as error:
+            _log.error("flight_unreadable", drone_id=due.drone_id, file=due.file, why=str(error))
+        async with self._database.writing() as session:
+            row = await self._row(session, due, facts)
+            if row is None:
+                is_known = False
+            else:
+                is_known = True
+                if facts is None:
+                    catalogue.fail(row, UNREADABLE, self._clock())
+                else:
+                    words = facts.index.words if facts.index.is_over else CRASHED
+                    await catalogue.finish(session, row, facts, words=words, lost_frames=due.lost_frames)
+        if not is_known:  # its drone was deleted meanwhile
+            await asyncio.to_thread(self._files.remove, due.drone_id, due.file)
+        elif facts is not None:
+            about = {"drone_id": due.drone_id, "frames": facts.summary.frames, "torn_bytes": facts.torn_bytes}
+            _log.info("flight_recorded", **about, lost_frames=due.lost_frames, whole=facts.index.is_over)
+
+    async def _row(self, session: DatabaseSession, due: _Due, facts: FlightFacts | None) -> FlightRow | None:
+        row = await catalogue.by_file(session, due.file)
+        if row is not None or facts is None or await session.get(DroneRow, due.drone_id) is None:
+            return row
+        began_at = datetime.fromtimestamp(facts.index.began_us / 1e6, UTC)
+        return await catalogue.add(
+            session, drone_id=due.drone_id, store=self._files.id, file=due.file, began_at=began_at, pilots=[]
+        )
+
+    async def _adopt(self, found: FoundFlight) -> bool:
+        """Whether these files are of a drone that the database knows. A drone that was made after the flight is another
+        one: an older copy of the database may have given its number away again."""
+        try:
+            lines = await asyncio.to_thread(self._head, found)
+            index = read_index(lines)
+        except (NoIndex, OSError):
+            return False
+        async with self._database.reading() as session:
+            drone = await session.get(DroneRow, found.drone_id)
+        is_same = drone is not None and drone.created_at.timestamp() * 1e6 <= index.began_us
+        return is_same and index.drone_id == found.drone_id
+
+    def _head(self, found: FoundFlight) -> list[bytes]:
+        with self._files.path(found.drone_id, found.file, INDEX).open("rb") as file:
+            return [file.readline()]
+
+    async def delete(self, flight_id: int, action: AuditAction) -> None:
+        """Raises UnknownFlight, FlightRunning."""
+        async with self._database.writing() as session:
+            row = await catalogue.remove(session, flight_id, "flight.deleted", action)
+        if row.store == self._files.id:
+            await asyncio.to_thread(self._files.remove, row.drone_id, row.file)
+        self._dirty = True

@@ -1,0 +1,51 @@
+"""Flights that the tower recorded, and who flew them. The files have everything; these rows are their catalogue."""
+
+from __future__ import annotations
+
+from datetime import datetime
+
+from sqlalchemy import JSON, BigInteger, ForeignKey, Index, String
+from sqlalchemy.orm import Mapped, mapped_column
+
+from server.store.database import Base, UtcDateTime
+
+
+class FlightRow(Base):
+    __tablename__ = "flights"
+    __table_args__ = (
+        Index("ix_flights_began_at", "began_at", "id"),
+        Index("ix_flights_drone_id", "drone_id", "began_at", "id"),
+        {"sqlite_autoincrement": True},
+    )
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    drone_id: Mapped[int] = mapped_column(ForeignKey("drones.id", ondelete="CASCADE"))
+    store: Mapped[str] = mapped_column(String(32))
+    """The folder that contains the files: several towers may share a database."""
+    file: Mapped[str] = mapped_column(String(32), unique=True)
+    """The stem of the file names: random, as that of a recording."""
+    state: Mapped[str] = mapped_column(String(16), index=True)
+    """`recording`, `ready`, `failed`."""
+    words: Mapped[str] = mapped_column(String(200), default="")
+    began_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    ended_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    frames: Mapped[int] = mapped_column(BigInteger, default=0)
+    lost_frames: Mapped[int] = mapped_column(BigInteger, default=0)
+    size_bytes: Mapped[int] = mapped_column(BigInteger, default=0)
+    distance_m: Mapped[float | None]
+    max_height_m: Mapped[float | None]
+    track: Mapped[list[list[float]]] = mapped_column(JSON, default=list)
+    """Positions in degrees, for a picture of the way."""
+
+
+class FlightPilotRow(Base):
+    """Somebody who had the controls during a flight, in order."""
+
+    __tablename__ = "flight_pilots"
+
+    flight_id: Mapped[int] = mapped_column(ForeignKey("flights.id", ondelete="CASCADE"), primary_key=True)
+    number: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
+    user_id: Mapped[int | None] = mapped_column(ForeignKey("users.id", ondelete="SET NULL"), index=True)
+    name: Mapped[str] = mapped_column(String(64))
+    name_key: Mapped[str] = mapped_column(String(256), index=True)
+    """The name as it is compared."""
