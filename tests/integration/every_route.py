@@ -32,5 +32,5 @@ ROUTES: Final = [
 def path_of(route: APIRoute, drone_id: int) -> str:
     """Returns a path for this drone. Every other object that the path names does not exist."""
     path = route.path.replace("{drone_id}", str(drone_id)).replace("{name}", "units")
-    path = path.replace("{kind:plan_kind}", "mission")
+    path = path.replace("{kind:plan_kind}", "mission").replace("{format_name}", "csv")
     return re.sub(r"\{\w+_id\}", "9999", path)

@@ -42,11 +42,13 @@ _log = structlog.get_logger(__name__)
 
 @dataclass(frozen=True)
 class _Due:
-    """A flight whose files are to be closed. `lost_frames`: as far as is known."""
+    """A flight whose files are to be closed. `lost_frames`: as far as is known. `words`: why it ended; None: the index
+    says so, unless the tower crashed. A disk that is full has no room for the reason either."""
 
     drone_id: int
     file: str
     lost_frames: int = 0
+    words: str | None = None
 
 
 class FlightService:
@@ -131,7 +133,7 @@ class FlightService:
                 self._not_before = time.monotonic() + TRY_AGAIN_AFTER_S
             if file.closed:
                 del self._running[file.file]
-                self._due.append(_Due(file.drone_id, file.file, file.frames_lost))
+                self._due.append(_Due(file.drone_id, file.file, file.frames_lost, file.words))
         while self._new:
             await self._insert(*self._new[0])
             self._new.popleft()
@@ -191,7 +193,9 @@ class FlightService:
                 if facts is None:
                     catalogue.fail(row, UNREADABLE, self._clock())
                 else:
-                    words = facts.index.words if facts.index.is_over else CRASHED
+                    words = due.words
+                    if words is None:
+                        words = facts.index.words if facts.index.is_over else CRASHED
                     await catalogue.finish(session, row, facts, words=words, lost_frames=due.lost_frames)
         if not is_known:  # its drone was deleted meanwhile
             await asyncio.to_thread(self._files.remove, due.drone_id, due.file)
