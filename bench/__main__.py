@@ -11,7 +11,7 @@ from typing import Any
 
 import uvloop
 
-from bench import anonymous, audit, control, encoder, fuzz, missions, relay, scale
+from bench import anonymous, audit, control, encoder, fuzz, missions, recorder, relay, scale
 from bench.rows import Report
 from bench.video import bench_run as video
 
@@ -22,6 +22,7 @@ BENCHES: dict[str, tuple[Callable[[Report, argparse.Namespace], Coroutine[Any, A
     "encoder": (encoder.run, encoder.__doc__ or ""),
     "fuzz": (fuzz.run, fuzz.__doc__ or ""),
     "missions": (missions.run, missions.__doc__ or ""),
+    "recorder": (recorder.run, recorder.__doc__ or ""),
     "relay": (relay.run, relay.__doc__ or ""),
     "scale": (scale.run, scale.__doc__ or ""),
     "video": (video.run, video.__doc__ or ""),
@@ -53,7 +54,9 @@ def parse(words: list[str]) -> argparse.Namespace:
         default=Path("var/peers"),
         help="relay, missions, video: MAVProxy, MAVSDK, JSMpeg are installed there",
     )
-    parser.add_argument("--drones", type=int, help="scale: so many (1,000); control's flown table: at once (4)")
+    parser.add_argument(
+        "--drones", type=int, help="scale: so many (1,000); recorder: (100); control's flown table: at once (4)"
+    )
     parser.add_argument("--flown", action="store_true", help="control: the flown table, with tower-sim")
     parser.add_argument(
         "--autopilot",
@@ -74,7 +77,9 @@ def parse(words: list[str]) -> argparse.Namespace:
     )
     parser.add_argument("--browsers", type=int, help="scale: so many that watch all of them (20)")
     parser.add_argument(
-        "--seconds", type=float, help="scale: how long they fly (600); video: of each round (30); anonymous: (60)"
+        "--seconds",
+        type=float,
+        help="scale: how long they fly (600); video: of each round (30); anonymous: (60); recorder: (10)",
     )
     cases = f"video: only {', '.join([*video.CASES, video.LONG])}"
     cases += "; control's flown table: flights with A, or with all of B+C, in their name"
@@ -86,6 +91,7 @@ def parse(words: list[str]) -> argparse.Namespace:
     parser.add_argument("--datagrams", type=int, metavar="N", help="fuzz: so many (1,000,000)")
     parser.add_argument("--messages", type=int, metavar="N", help="fuzz: so many WebSocket messages (100,000)")
     parser.add_argument("--rows", type=int, metavar="N", help="audit: so many events (5,000,000)")
+    parser.add_argument("--kills", type=int, metavar="N", help="recorder: ends the tower so often (50)")
     parser.add_argument("--seed", type=int, default=1, help="fuzz: another one makes other bytes (1)")
     return parser.parse_args(words)
 

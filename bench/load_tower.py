@@ -104,11 +104,12 @@ async def load_tower(
     cpus: set[int] | None = None,
     settings: dict[str, str] | None = None,
     operators: Sequence[str] = (),
+    keys: list[str] | None = None,
 ) -> AsyncIterator[LoadTower]:
     """Runs until the block ends. `cpus`: processors that the process is bound to. `settings`: more environment
-    variables."""
+    variables. `keys`: of the drones, where the folder has a fleet already."""
     folder.mkdir(parents=True, exist_ok=True)  # noqa: ASYNC240 (before anything runs)
-    keys = await make_fleet(folder, drones, operators)
+    keys = await make_fleet(folder, drones, operators) if keys is None else keys
     log = folder / "tower.log"
     environment = {
         **os.environ,
@@ -175,9 +176,9 @@ async def _address(process: asyncio.subprocess.Process, log: Path) -> str:
     async with asyncio.timeout(START_S):
         while True:
             words = log.read_text(errors="replace")  # noqa: ASYNC240
-            found = re.search(r"http://[\d.]+:\d+", words)
+            found = re.search(r"is at (http://[\d.]+:\d+)", words)
             if found:
-                return found[0]
+                return found[1]
             if process.returncode is not None:
                 raise RuntimeError(words[-2000:])
             await asyncio.sleep(0.05)
