@@ -2,14 +2,15 @@
  * The current page, from the hash of the address. `#/` is the monitor, `#/drone/7` the control page of drone 7,
  * `#/drone/7/parameters` and `#/drone/7/logs` its others, `#/missions` the planner, `#/missions/7` the planner for
  * drone 7, `#/squad-mission/1,2` a task for drones 1 and 2, `#/videos` the videos of all drones, `#/videos/1,2` of
- * these, `#/account/tokens` a section of the user's account, `#/admin/users` one of the administration.
+ * these, `#/flights` the recorded flights, `#/account/tokens` a section of the user's account, `#/admin/users` one of
+ * the administration.
  */
 
 /** The pages that each drone has. */
 export type DronePage = 'control' | 'parameters' | 'logs' | 'missions';
 
 export type Route =
-  | { readonly page: 'monitor' }
+  | { readonly page: 'monitor' | 'flights' }
   | { readonly page: Exclude<DronePage, 'missions'>; readonly droneId: number }
   | { readonly page: 'missions'; readonly droneId: number | null }
   | { readonly page: 'squad-mission'; readonly droneIds: readonly number[] }
@@ -28,10 +29,11 @@ export function readRoute(hash: string): Route {
   }
   const sectioned = /^#\/(account|admin)(?:\/([a-z-]*))?$/.exec(hash);
   if (sectioned) return { page: sectioned[1] as 'account' | 'admin', section: sectioned[2] ?? '' };
-  return { page: 'monitor' };
+  return { page: hash === flightsHref ? 'flights' : 'monitor' };
 }
 
 export const monitorHref = '#/';
+export const flightsHref = '#/flights';
 export const controlHref = (droneId: number): string => `#/drone/${droneId}`;
 export const squadMissionHref = (droneIds: readonly number[]): string => `#/squad-mission/${droneIds.join(',')}`;
 export const videosHref = (droneIds: readonly number[] = []): string =>

@@ -673,6 +673,70 @@ export interface paths {
         readonly patch?: never;
         readonly trace?: never;
     };
+    readonly "/flights": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["list_flights"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/flights/{flight_id}": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["get_flight"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete: operations["delete_flight"];
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/flights/{flight_id}/export/{format_name}": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["export_flight"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/flights/{flight_id}/tlog": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["get_flight_tlog"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
     readonly "/health": {
         readonly parameters: {
             readonly query?: never;
@@ -1735,6 +1799,98 @@ export interface components {
             readonly enrolment: components["schemas"]["EnrolmentView"];
             readonly token: string;
         };
+        /** @description One flight with its index. */
+        readonly FlightDetailView: {
+            /**
+             * Format: date-time
+             * @description Armed
+             */
+            readonly began_at: string;
+            /** @description Over ground */
+            readonly distance_m: number | null;
+            readonly drone: string;
+            readonly drone_id: number;
+            readonly duration_s: number | null;
+            /** @description Disarmed, or the last frame */
+            readonly ended_at: string | null;
+            readonly frames: number;
+            readonly id: number;
+            /** @description What happened, as docs/flights.md lists it */
+            readonly index: readonly {
+                readonly [key: string]: unknown;
+            }[];
+            /** @description False: there was more than is kept */
+            readonly index_is_whole: boolean;
+            /** @description Passed on, and not recorded: the disk was too slow or full */
+            readonly lost_frames: number;
+            /** @description Above home */
+            readonly max_height_m: number | null;
+            readonly pilots: readonly components["schemas"]["PilotView"][];
+            readonly size_bytes: number;
+            /**
+             * @description `ready`: it can be downloaded; `failed`: its files cannot be read
+             * @enum {string}
+             */
+            readonly state: "recording" | "ready" | "failed";
+            /** @description Up to 200 positions, latitude and longitude */
+            readonly track: readonly (readonly [
+                number,
+                number
+            ])[];
+            readonly video: readonly components["schemas"]["FlightVideoView"][];
+            /** @description Why the recording ended, if not by disarming; for people */
+            readonly words: string;
+        };
+        /** @description Newest first. */
+        readonly FlightPageView: {
+            readonly flights: readonly components["schemas"]["FlightView"][];
+            /** @description For `before`: the next page; null: there is none */
+            readonly next: string | null;
+        };
+        /** @description A recording of video during the flight. */
+        readonly FlightVideoView: {
+            /** Format: date-time */
+            readonly began_at: string;
+            readonly ended_at: string | null;
+            readonly id: number;
+            readonly quality: string;
+            readonly state: string;
+        };
+        /** @description One flight, from arming to disarming. */
+        readonly FlightView: {
+            /**
+             * Format: date-time
+             * @description Armed
+             */
+            readonly began_at: string;
+            /** @description Over ground */
+            readonly distance_m: number | null;
+            readonly drone: string;
+            readonly drone_id: number;
+            readonly duration_s: number | null;
+            /** @description Disarmed, or the last frame */
+            readonly ended_at: string | null;
+            readonly frames: number;
+            readonly id: number;
+            /** @description Passed on, and not recorded: the disk was too slow or full */
+            readonly lost_frames: number;
+            /** @description Above home */
+            readonly max_height_m: number | null;
+            readonly pilots: readonly components["schemas"]["PilotView"][];
+            readonly size_bytes: number;
+            /**
+             * @description `ready`: it can be downloaded; `failed`: its files cannot be read
+             * @enum {string}
+             */
+            readonly state: "recording" | "ready" | "failed";
+            /** @description Up to 200 positions, latitude and longitude */
+            readonly track: readonly (readonly [
+                number,
+                number
+            ])[];
+            /** @description Why the recording ended, if not by disarming; for people */
+            readonly words: string;
+        };
         /** @description Keeps a fixed position relative to another drone until something ends it. */
         readonly Follow: {
             /**
@@ -2378,6 +2534,11 @@ export interface components {
              */
             readonly kind?: "password";
             readonly password: string;
+        };
+        /** @description Somebody who had the controls; `id` null if the account was deleted. */
+        readonly PilotView: {
+            readonly id: number | null;
+            readonly name: string;
         };
         /** @description What the drone's autopilot makes of a plan. */
         readonly PlanKeptView: {
@@ -4395,6 +4556,136 @@ export interface operations {
                     readonly [name: string]: unknown;
                 };
                 content?: never;
+            };
+        };
+    };
+    readonly list_flights: {
+        readonly parameters: {
+            readonly query?: {
+                /** @description `next` of the page before */
+                readonly before?: string | null;
+                /** @description Of this drone only */
+                readonly drone_id?: number | null;
+                readonly limit?: number;
+                /** @description Name of somebody who had the controls */
+                readonly pilot?: string;
+                /** @description Begun then or later */
+                readonly since?: string | null;
+                /** @description Begun before then */
+                readonly until?: string | null;
+            };
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["FlightPageView"];
+                };
+            };
+        };
+    };
+    readonly get_flight: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly flight_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["FlightDetailView"];
+                };
+            };
+        };
+    };
+    readonly delete_flight: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly flight_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 204: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content?: never;
+            };
+        };
+    };
+    readonly export_flight: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly flight_id: number;
+                readonly format_name: "csv" | "kml" | "gpx";
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description The positions of the flight */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/gpx+xml": unknown;
+                    readonly "application/vnd.google-earth.kml+xml": unknown;
+                    readonly "text/csv": unknown;
+                };
+            };
+        };
+    };
+    readonly get_flight_tlog: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly flight_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description The whole flight as a telemetry log */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/octet-stream": unknown;
+                };
+            };
+            /** @description The range that was asked for */
+            readonly 206: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/octet-stream": unknown;
+                };
             };
         };
     };

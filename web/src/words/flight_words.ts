@@ -1,0 +1,22 @@
+/** Recorded flights in words. */
+
+import type { Flight } from '../link/flights';
+import { UNKNOWN } from './format';
+import { playTime } from './recording_words';
+
+/** From arming to disarming; how long it has been so far while it goes on. */
+export function flightLength({ state, began_at, duration_s }: Flight, nowMs: number): string {
+  return playTime(state === 'recording' ? (nowMs - Date.parse(began_at)) / 1000 : duration_s);
+}
+
+export function pilotWords({ pilots }: Flight): string {
+  return pilots.length === 0 ? UNKNOWN : pilots.map(({ name }) => name).join(', ');
+}
+
+/** What is to be said of a flight beside its figures; empty for one that is recorded from arming to disarming. */
+export function flightNote({ state, words, lost_frames }: Flight): string {
+  if (state === 'recording') return 'Is being recorded';
+  const lost = lost_frames > 0 ? `${lost_frames} frames are missing` : '';
+  const noted = [state === 'failed' ? words || 'Cannot be read' : words, lost].filter(Boolean).join('; ');
+  return noted === '' ? '' : noted[0]!.toUpperCase() + noted.slice(1);
+}
