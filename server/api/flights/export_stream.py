@@ -1,7 +1,7 @@
 """Streams an export of a flight while it reads the file: in memory is one piece of it, whatever its length.
 
 A thread reads in turns of about a millisecond, so that the tower's loop has the interpreter in between, and few exports
-run at a time: the others wait.
+read at a time: the others wait.
 """
 
 from __future__ import annotations
@@ -53,14 +53,17 @@ def export_stream(
 
 
 async def _pieces(path: Path, export: exports.Export, title: str, turns: asyncio.Semaphore) -> AsyncIterator[bytes]:
-    async with turns:
-        file = await asyncio.to_thread(path.open, "rb")
-        try:
-            lines = export(title, fixes_in(_in_turns(read_entries(file))))
-            while piece := await asyncio.to_thread(lambda: "".join(islice(lines, PIECE_LINES))):
-                yield piece.encode()
-        finally:
-            file.close()
+    file = await asyncio.to_thread(path.open, "rb")
+    try:
+        lines = export(title, fixes_in(_in_turns(read_entries(file))))
+        while True:
+            async with turns:  # not while the piece is sent: a slow reader keeps nobody waiting
+                piece = await asyncio.to_thread(lambda: "".join(islice(lines, PIECE_LINES)))
+            if not piece:
+                return
+            yield piece.encode()
+    finally:
+        file.close()
 
 
 def _in_turns(entries: Iterator[Entry]) -> Iterator[Entry]:

@@ -21,6 +21,7 @@ from server.store.flights.files import FlightFacts
 from server.store.flights.tables import FlightPilotRow, FlightRow
 
 RUNNING: Final = "recording"
+FAILED: Final = "failed"
 OVERHEAD_BYTES: Final = 8192
 """What a flight takes beside its content: two files and some rows. A thousand empty flights are not for nothing."""
 _MAX_TEXT_LENGTH: Final = 200
@@ -123,8 +124,8 @@ async def finish(session: AsyncSession, row: FlightRow, facts: FlightFacts, *, w
 
 
 def fail(row: FlightRow, words: str, at: datetime) -> None:
-    """Its files cannot be read."""
-    row.state, row.words, row.ended_at = "failed", words[:_MAX_TEXT_LENGTH], at
+    """Its files cannot be read now. The next start tries again."""
+    row.state, row.words, row.ended_at = FAILED, words[:_MAX_TEXT_LENGTH], at
 
 
 async def _set_pilots(session: AsyncSession, flight_id: int, pilots: Sequence[Pilot]) -> None:

@@ -41,7 +41,7 @@ class Flights:
     before_s: float | None
     """None: flights are not recorded; those that are there can be read."""
     export_turns: asyncio.Semaphore = field(default_factory=lambda: asyncio.Semaphore(MAX_EXPORTS))
-    """Few exports run at a time: the others wait."""
+    """Few exports read at a time: the others wait."""
 
     @asynccontextmanager
     async def working(self, deleted: frozenset[int]) -> AsyncIterator[None]:

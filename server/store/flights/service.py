@@ -24,7 +24,7 @@ from server.store.database import Database, DatabaseSession, DatabaseUnavailable
 from server.store.file_budget import MIN_FREE_BYTES
 from server.store.fleet.tables import DroneRow
 from server.store.flights import catalogue
-from server.store.flights.catalogue import RUNNING
+from server.store.flights.catalogue import FAILED, RUNNING
 from server.store.flights.files import INDEX, TLOG, FlightFacts, FlightFiles, FoundFlight
 from server.store.flights.quota import FlightQuota
 from server.store.flights.tables import FlightRow
@@ -78,6 +78,8 @@ class FlightService:
         self._not_before = float("-inf")
         self._tidy_at = float("-inf")
         self._dirty = True
+        self._waits = False
+        """Database or disk cannot be reached, and the log says so."""
 
     def begin(self, head: FlightHead) -> FlightSink | None:
         """Returns at once; None where nothing can be recorded now."""
@@ -110,7 +112,7 @@ class FlightService:
         async with self._database.reading() as session:
             known = await catalogue.files_of_store(session, self._files.id)
         for file, (drone_id, state) in known.items():
-            if state == RUNNING:
+            if state in (RUNNING, FAILED):  # a disk that could not be read then
                 self._due.append(_Due(drone_id, file))
         for found in await asyncio.to_thread(self._files.unknown, known):
             if await self._adopt(found):
@@ -123,8 +125,11 @@ class FlightService:
         while True:
             try:
                 await self._step()
+                self._waits = False
             except (DatabaseUnavailable, OSError) as error:
-                _log.warning("flights_wait", error=type(error).__name__)
+                if not self._waits:
+                    _log.warning("flights_wait", error=type(error).__name__)
+                self._waits = True
             await asyncio.sleep(LOOK_EVERY_S)
 
     async def _step(self) -> None:
@@ -182,7 +187,7 @@ class FlightService:
         facts: FlightFacts | None = None
         try:
             facts = await asyncio.to_thread(self._files.close_unfinished, due.drone_id, due.file)
-        except (NoIndex, FileNotFoundError) as error:
+        except (NoIndex, OSError) as error:
             _log.error("flight_unreadable", drone_id=due.drone_id, file=due.file, why=str(error))
         async with self._database.writing() as session:
             row = await self._row(session, due, facts)
