@@ -40,6 +40,7 @@ MAX_UNKNOWN_S: Final = 1800.0
 """A flight is over when nobody has known for this long whether the drone is still armed."""
 LOOK_EVERY_S: Final = 0.5
 LINK_EVERY_S: Final = 5.0
+LINK_SLOTS: Final = 10
 STICKS_REST_S: Final = 3.0
 """Sticks that have been silent for this long are no longer in anybody's hands."""
 MAX_IN_A_ROW: Final = 6
@@ -102,10 +103,10 @@ class _Open:
     tape: Tape
     sink: FlightSink
     team: object
+    link_due: float
     over_at: float | None = None
     ended_at: datetime | None = None
     unknown_since: float | None = None
-    link_due: float = 0.0
     had_link: bool = True
 
 
@@ -273,7 +274,9 @@ class FlightRecorder:
             if began_at.timestamp() - at <= self.before_s:
                 sink.event(line)
         tape.events_before.clear()
-        self._open[drone_id] = _Open(drone, tape, sink, _team_of(drone))
+        # Not the links of all drones in the same look: a thousand would take 20 ms.
+        link_due = now + drone_id % LINK_SLOTS * LINK_EVERY_S / LINK_SLOTS
+        self._open[drone_id] = _Open(drone, tape, sink, _team_of(drone), link_due=link_due)
         self.counts["begun"] += 1
         pilot = None if holder is None else {"id": holder.id, "name": holder.name}
         self._note(drone, "armed", {"holder": pilot, "epoch": drone.lease.epoch}, began_at)
