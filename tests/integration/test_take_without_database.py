@@ -85,7 +85,8 @@ class Scene:
             reported = await who.event("notice", code="control-undecided")
             assert reported["text"] == "The database answers again: Alice has the controls."
         await until("a renewal", lambda: self.world.tower.lock.is_renewed)
-        while (await self.root.get("/api/v1/audit?limit=1")).status_code == 503:  # connections that broke are replaced
+        # Connections that broke are replaced; no event tells when.
+        while (await self.root.get("/api/v1/audit?limit=1")).status_code == 503:  # noqa: ASYNC110
             await asyncio.sleep(0.05)
         trail = await audit(self.root, "control.take")
         assert [one["detail"]["result"] for one in trail] == ["failed"]
