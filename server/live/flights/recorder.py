@@ -2,7 +2,8 @@
 
 A flight begins when the agent reports that the drone is armed, and ends `AFTER_S` after it is disarmed. A lost link
 ends nothing: the drone may be in the air. The recorder decides; a `FlightSink` of the store writes, in a thread of its
-own. The recorder never waits, and nothing of the relay depends on it: a sink that cannot write says so.
+own. The recorder never waits, and nothing of the relay depends on it: a sink that cannot write says so, and a fault of
+the recorder itself is counted and logged, and stops nothing else.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from typing import Any, Final, Protocol
 import msgspec
 
 from server.domain.people import UserRef
+from server.live.flights.harmless import harmless
 from server.live.flights.tape import Tape
 from server.live.hub_events import (
     HolderExpired,
@@ -119,7 +121,7 @@ class FlightRecorder:
         self.before_s: float | None = None
         """Seconds before a flight that are recorded; None: nothing is recorded at all."""
         self.on_begin: Callable[[FlightHead], FlightSink | None] = lambda head: None
-        self.counts: Counter[str] = Counter(begun=0, ended=0, not_recorded=0)
+        self.counts: Counter[str] = Counter(begun=0, ended=0, not_recorded=0, faults=0)
         self._open: dict[DroneId, _Open] = {}
         self._look_at = float("-inf")
 
@@ -134,6 +136,7 @@ class FlightRecorder:
 
     # -- what happens -------------------------------------------------------------------------------------------
 
+    @harmless
     def linked(self, drone: LiveDrone, now: float) -> None:
         """An agent has signed in: from here on the drone's frames are kept for a while."""
         if self.before_s is None:
@@ -146,12 +149,14 @@ class FlightRecorder:
         elif drone.drone_id not in self._open:
             self._set_clock(drone.tape, offset_us)
 
+    @harmless
     def told(self, drone: LiveDrone, event: live.ToBrowser) -> None:
         """Everybody who may see the drone is told this."""
         if drone.tape is not None and isinstance(event, _TOLD):
             about = msgspec.to_builtins(event)
             self._note(drone, about.pop("type"), {name: about[name] for name in about if name != "drone_id"})
 
+    @harmless
     def noticed(self, event: HubEvent) -> None:
         """The hub has noticed this."""
         if isinstance(event, _NOTICED):
@@ -160,6 +165,7 @@ class FlightRecorder:
             kind = "alert" if isinstance(event, _ALERTS) else "holder"
             self.note(event.drone_id, kind, {"what": type(event).__name__, **about})
 
+    @harmless
     def operation(self, operation: Operation) -> None:
         """An operation began or ended."""
         by = operation.by
@@ -174,6 +180,7 @@ class FlightRecorder:
         }
         self.note(operation.drone_id, "command", about)
 
+    @harmless
     def observed(self, command: CommandObserved) -> None:
         """A command that came as frames has its answer, or will have none."""
         about = {
@@ -187,6 +194,7 @@ class FlightRecorder:
         }
         self.note(command.drone_id, "command", about)
 
+    @harmless
     def sticks(self, drone: LiveDrone, by_id: int, name: str, now: float) -> None:
         """A frame with sticks was passed on."""
         tape = drone.tape
@@ -197,6 +205,7 @@ class FlightRecorder:
             tape.hand = (by_id, name)
             self._note(drone, "sticks", {"by": {"id": by_id, "name": name}})
 
+    @harmless
     def note(self, drone_id: DroneId, kind: str, about: dict[str, Any]) -> None:
         """One entry of the index: for alerts, video, and whatever else belongs to a flight. `about` goes into JSON."""
         drone = self._state.drones.get(drone_id)
@@ -216,6 +225,7 @@ class FlightRecorder:
 
     # -- time ---------------------------------------------------------------------------------------------------
 
+    @harmless
     def tick(self, now: float) -> None:
         """Several times a second."""
         for flight in self._open.values():

@@ -145,7 +145,7 @@ def test_the_end_is_some_seconds_after_disarming(scene: Scene) -> None:
     at, words = sink.ended
     assert (abs(at - landed) < timedelta(seconds=1), words) == (True, "")
     assert [one["kind"] for one in sink.kinds("armed", "disarmed", "end")] == ["armed", "disarmed", "end"]
-    assert scene.hub.flights.counts == {"begun": 1, "ended": 1, "not_recorded": 0}
+    assert scene.hub.flights.counts == {"begun": 1, "ended": 1, "not_recorded": 0, "faults": 0}
 
 
 def test_armed_again_is_another_flight(scene: Scene) -> None:
@@ -267,6 +267,20 @@ def test_a_disk_that_cannot_be_written_costs_the_recording_and_nothing_else(scen
     scene.takes = True
     scene.passes(120.0, frames=1)  # the next flight begins by itself
     assert len(scene.sinks) == 2
+
+
+def test_a_fault_of_the_recorder_reaches_nobody(scene: Scene) -> None:
+    def fails(*_: object) -> None:
+        raise RuntimeError("a fault")
+
+    scene.hub.flights.on_begin = fails
+    scene.says(armed=True)
+    scene.hub.flights._note = fails  # type: ignore
+    scene.browser.events()
+    scene.world.apply(record(1, (1,), holder=2, epoch=4), record(2, (2,)))
+    scene.passes(5.0)
+    assert scene.browser.events()
+    assert scene.hub.flights.counts["faults"] > 2
 
 
 def test_arming_again_and_again_makes_few_flights(scene: Scene) -> None:
