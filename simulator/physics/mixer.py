@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from simulator.physics.quadrotor_design import QuadrotorDesign
-from simulator.physics.rotation import Floats
+from simulator.physics.rotation import Floats, limited
 
 IDLE_SHARE = 0.06
 """Share of the full thrust that armed motors never go below in flight."""
@@ -24,13 +24,13 @@ class Mixer:
         spread = tilt.max(axis=0) - tilt.min(axis=0)
         tilt = tilt * np.minimum(1.0, (high - low) / np.maximum(spread, 1e-9))
         lift = self._per_thrust @ thrust_n[np.newaxis]
-        lift = np.clip(lift, low - tilt.min(axis=0), high - tilt.max(axis=0))
+        lift = limited(lift, low - tilt.min(axis=0), high - tilt.max(axis=0))
         level = lift + tilt
         yaw = self._per_yaw @ torque_nm[2:]
         room = np.where(yaw > 0.0, high - level, level - low)
         share = np.min(np.where(np.abs(yaw) > 1e-12, room / np.maximum(np.abs(yaw), 1e-12), 1.0), axis=0)
-        return np.asarray(level + yaw * np.clip(share, 0.0, 1.0))
+        return np.asarray(level + yaw * limited(share, 0.0, 1.0))
 
     def commands(self, thrust_n: Floats, torque_nm: Floats) -> Floats:
         """Returns shares of the full rotor speed, 0..1: thrust grows with the square of the speed."""
-        return np.sqrt(np.clip(self.thrusts_n(thrust_n, torque_nm) / self._full_n, 0.0, 1.0))
+        return np.sqrt(limited(self.thrusts_n(thrust_n, torque_nm) / self._full_n, 0.0, 1.0))

@@ -8,7 +8,7 @@ import numpy as np
 
 from simulator.physics.quadrotor_design import AIR_DENSITY_KGM3, QuadrotorDesign
 from simulator.physics.rigid_body import RigidBodies
-from simulator.physics.rotation import Floats, to_body, to_world
+from simulator.physics.rotation import Floats, limited, to_body, to_world
 
 MAX_GROUND_EFFECT = 1.3
 """Share of thrust on the ground. The formula holds for a rotor more than half a radius above it."""
@@ -40,7 +40,7 @@ class Quadrotors(RigidBodies):
     ) -> tuple[Floats, Floats]:
         """Spins the rotors and returns their force and the drag in world axes, and the torque in body axes."""
         design = self.design
-        wanted = np.clip(command, 0.0, 1.0) * self.motor_health * (design.full_speed_rps * np.sqrt(power))
+        wanted = limited(command, 0.0, 1.0) * self.motor_health * (design.full_speed_rps * np.sqrt(power))
         self.rotor_rps += (wanted - self.rotor_rps) * (1.0 - math.exp(-dt_s / design.motor_lag_s))
         thrust = design.thrust_per_speed2 * self.rotor_rps * self.rotor_rps
         if design.ground_effect:

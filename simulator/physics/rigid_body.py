@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from simulator.physics.rotation import (
     Floats,
@@ -13,13 +14,16 @@ from simulator.physics.rotation import (
     multiply,
     normalised,
     to_body,
-    to_euler,
 )
 
 GRAVITY_MSS = 9.80665
-GRIP_PER_S = 12.0
-"""How fast the ground takes horizontal speed away from a vehicle that stands on it."""
-STOPPED_MPS = 0.01
+FRICTION = 0.6
+"""Of the landing gear on the ground."""
+GEAR_SAG_M = 0.01
+"""How far the gear gives way under the vehicle's weight. A vehicle at rest is at height 0."""
+GEAR_DAMPING = 0.7
+LEVELLING_S = 0.06
+"""The gear stands on several feet: whoever touches down leaning is tipped upright in about this time."""
 
 
 class RigidBodies:
@@ -56,17 +60,22 @@ class RigidBodies:
 
     def advance(self, force_n: Floats, torque_nm: Floats, dt_s: float) -> None:
         """`force_n` without gravity, in world axes; `torque_nm` in body axes."""
+        gear_n = self._gear_n()
+        below = self.on_ground
+        if below.any():
+            torque_nm = self._upright(torque_nm, below, dt_s)
         self._turn(torque_nm, dt_s)
         acceleration = force_n / self.mass_kg
+        acceleration[2] -= gear_n / self.mass_kg
         acceleration[2] += GRAVITY_MSS
         self.position_m += self.velocity_mps * dt_s + (0.5 * dt_s * dt_s) * acceleration
         before = self.velocity_mps.copy()
         self.velocity_mps += acceleration * dt_s
-        self._touch_ground(force_n, dt_s)
+        if below.any():
+            self._rub(gear_n, below, dt_s)
         felt = (self.velocity_mps - before) / dt_s
         felt[2] -= GRAVITY_MSS
-        # The knock of a touchdown is a matter of milliseconds, not of a whole step: sensors see at most 4 g of it.
-        self.specific_force_mss = to_body(self.rotation, np.clip(felt, -4.0 * GRAVITY_MSS, 4.0 * GRAVITY_MSS))
+        self.specific_force_mss = to_body(self.rotation, felt)
 
     def _turn(self, torque_nm: Floats, dt_s: float) -> None:
         middle = self.rates_rps + (0.5 * dt_s) * self._spin_up(self.rates_rps, torque_nm)
@@ -79,22 +88,27 @@ class RigidBodies:
     def _spin_up(self, rates_rps: Floats, torque_nm: Floats) -> Floats:
         return (torque_nm - cross(rates_rps, self.inertia_kgm2 * rates_rps)) / self.inertia_kgm2
 
-    def _touch_ground(self, force_n: Floats, dt_s: float) -> None:
-        below = self.position_m[2] >= 0.0
-        self.impact_mps = np.where(below & ~self.on_ground, self.velocity_mps[2], 0.0)
-        self.on_ground = below
-        if not below.any():
-            return
-        self.position_m[2, below] = 0.0
-        self.velocity_mps[2, below] = np.minimum(self.velocity_mps[2, below], 0.0)
-        # Standing on its gear with little weight on it, a vehicle slides more easily.
-        weight = self.mass_kg[below] * GRAVITY_MSS
-        pressed = np.clip(1.0 + force_n[2, below] / weight, 0.2, 1.0)
-        sliding = self.velocity_mps[:2, below] * np.exp(-GRIP_PER_S * dt_s * pressed)
-        sliding[:, np.hypot(sliding[0], sliding[1]) < STOPPED_MPS] = 0.0
-        self.velocity_mps[:2, below] = sliding
-        # The gear stands level: of the attitude only the heading survives the touchdown.
-        self.rates_rps[:, below] = 0.0
-        yaw = to_euler(self.attitude[:, below])[2]
-        self.attitude[:, below] = level(yaw.size, yaw)
-        self.rotation[:, :, below] = matrix(self.attitude[:, below])
+    def _gear_n(self) -> Floats:
+        """Notices what is on the ground, and returns the upward force of its gear: a spring with a damper."""
+        squeezed = self.position_m[2] + GEAR_SAG_M
+        touching = squeezed > 0.0
+        self.impact_mps = np.where(touching & ~self.on_ground, self.velocity_mps[2], 0.0)
+        self.on_ground = touching
+        if not touching.any():
+            return np.zeros(self.count)
+        stiffness = GRAVITY_MSS / GEAR_SAG_M
+        push = stiffness * squeezed + 2.0 * GEAR_DAMPING * np.sqrt(stiffness) * self.velocity_mps[2]
+        return np.where(touching, self.mass_kg * np.maximum(push, 0.0), 0.0)
+
+    def _upright(self, torque_nm: Floats, below: npt.NDArray[np.bool_], dt_s: float) -> Floats:
+        """The gear takes up every torque and tips the vehicle upright, in a motion that gyroscopes feel."""
+        down = self.rotation[2][:, below]  # the world's down axis in body axes
+        tip_s = max(LEVELLING_S, 2.0 * dt_s)
+        self.rates_rps[:, below] = np.array([-down[1] / tip_s, down[0] / tip_s, np.zeros_like(down[0])])
+        return np.where(below, 0.0, torque_nm)
+
+    def _rub(self, gear_n: Floats, below: npt.NDArray[np.bool_], dt_s: float) -> None:
+        sliding = self.velocity_mps[:2, below]
+        speed = np.hypot(sliding[0], sliding[1])
+        slower = np.maximum(speed - FRICTION * gear_n[below] / self.mass_kg[below] * dt_s, 0.0)
+        self.velocity_mps[:2, below] = sliding * (slower / np.maximum(speed, 1e-12))

@@ -39,15 +39,13 @@ def normalised(q: Floats) -> Floats:
 def matrix(q: Floats) -> Floats:
     """Returns rotation matrices (3, 3, vehicles) from body axes to world axes."""
     w, x, y, z = q
+    rotation = np.empty((3, 3, *w.shape))
     xx, yy, zz = x * x, y * y, z * z
     xy, xz, yz, wx, wy, wz = x * y, x * z, y * z, w * x, w * y, w * z
-    return np.array(
-        [
-            [1.0 - 2.0 * (yy + zz), 2.0 * (xy - wz), 2.0 * (xz + wy)],
-            [2.0 * (xy + wz), 1.0 - 2.0 * (xx + zz), 2.0 * (yz - wx)],
-            [2.0 * (xz - wy), 2.0 * (yz + wx), 1.0 - 2.0 * (xx + yy)],
-        ]
-    )
+    rotation[0, 0], rotation[0, 1], rotation[0, 2] = 1.0 - 2.0 * (yy + zz), 2.0 * (xy - wz), 2.0 * (xz + wy)
+    rotation[1, 0], rotation[1, 1], rotation[1, 2] = 2.0 * (xy + wz), 1.0 - 2.0 * (xx + zz), 2.0 * (yz - wx)
+    rotation[2, 0], rotation[2, 1], rotation[2, 2] = 2.0 * (xz - wy), 2.0 * (yz + wx), 1.0 - 2.0 * (xx + yy)
+    return rotation
 
 
 def to_world(rotation: Floats, body: Floats) -> Floats:
@@ -59,6 +57,11 @@ def to_body(rotation: Floats, world: Floats) -> Floats:
     return np.asarray(np.einsum("jin,jn->in", rotation, world))
 
 
+def limited(values: Floats, low: Floats | float, high: Floats | float) -> Floats:
+    """`numpy.clip` in a third of its time, for the small arrays of a step."""
+    return np.asarray(np.minimum(np.maximum(values, low), high))
+
+
 def cross(a: Floats, b: Floats) -> Floats:
     return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
@@ -66,7 +69,11 @@ def cross(a: Floats, b: Floats) -> Floats:
 def from_vector(turn_rad: Floats) -> Floats:
     """Returns the quaternions of rotations about the axis `turn_rad` by its length."""
     half = 0.5 * np.sqrt(np.einsum("in,in->n", turn_rad, turn_rad))
-    return np.concatenate((np.cos(half)[np.newaxis], 0.5 * np.sinc(half / np.pi) * turn_rad))
+    quaternion = np.empty((4, *half.shape))
+    quaternion[0] = np.cos(half)
+    half = np.maximum(half, 1e-12)
+    quaternion[1:] = (0.5 * np.sin(half) / half) * turn_rad
+    return quaternion
 
 
 def to_vector(q: Floats) -> Floats:

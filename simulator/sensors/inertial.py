@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.physics.rotation import Floats
+from simulator.physics.rotation import Floats, limited
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,4 +59,5 @@ class Inertial:
         fresh = self._random.standard_normal((2, *truth.shape))
         self.bias += (errors.bias_walk * math.sqrt(dt_s)) * fresh[0]
         spread = np.sqrt(errors.noise**2 / (2.0 * dt_s) + (errors.vibration * load) ** 2) * self.noise_factor
-        return np.clip(self._scale * truth + self.bias + spread * fresh[1], -errors.limit, errors.limit)
+        read = self._scale * truth + self.bias + spread * fresh[1]
+        return limited(read, -errors.limit, errors.limit)
