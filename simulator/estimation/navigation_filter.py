@@ -1,0 +1,216 @@
+"""The navigation filter: inertial sensors carry the belief on, compass, barometer and satellites correct it.
+
+`align` starts it on the ground; `step` is called with each step's readings. Measurements are late; they are compared
+with what the filter believed when they were taken.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulator.estimation.error_state import ErrorState, FilterNoise, FirstDoubts
+from simulator.estimation.fusion import Component, Flags, Fused, fuse
+from simulator.physics.rigid_body import GRAVITY_MSS
+from simulator.physics.rotation import Floats, from_euler, from_vector, matrix, multiply, normalised, to_body, to_world
+from simulator.sensors.board import Readings
+from simulator.sensors.magnetometer import earth_field_gauss
+from simulator.sensors.sampling import Reading
+
+COVARIANCE_S = 0.04
+MAX_HISTORY_S = 0.3
+GPS_DISBELIEVED_S = 7.0
+"""After satellites have contradicted the filter for so long, it is the filter that is wrong."""
+COMPASS_DISBELIEVED_S = 10.0
+AIDED_S = 6.0
+"""A position counts for so long after the last accepted one."""
+STANDING_MPS = 0.03
+
+
+@dataclass(frozen=True, slots=True)
+class Believed:
+    """What the filter believed at an earlier step."""
+
+    at_s: float
+    position_m: Floats
+    velocity_mps: Floats
+    rotation: Floats
+    corrected: Floats
+    """The sum of all corrections of velocity and position until then, (6, vehicles)."""
+
+
+class NavigationFilter:
+    def __init__(self, count: int, noise: FilterNoise | None = None) -> None:
+        self.state = ErrorState(count, noise or FilterNoise())
+        self.aligned = False
+        self.fused: dict[str, Fused] = {}
+        """The last measurement of each kind: `gps`, `velocity`, `compass`, `barometer`."""
+        self.rates_rps = np.zeros((3, count))
+        """Without bias."""
+        self.acceleration_mss = np.zeros((3, count))
+        """Of the vehicle, in world axes, without gravity."""
+        self.gps_accepted_s = np.full(count, -math.inf)
+        self.compass_accepted_s = np.full(count, -math.inf)
+        self.barometer_accepted_s = np.full(count, -math.inf)
+        self._field = earth_field_gauss()
+        self._history: deque[Believed] = deque()
+        self._corrected = np.zeros((6, count))
+        self._turn = np.zeros((3, count))
+        self._force = np.zeros((3, count))
+        self._over_s = 0.0
+        self._now_s = 0.0
+        self._standing_due_s = 0.0
+
+    @property
+    def position_ok(self) -> Flags:
+        return np.asarray(self._now_s - self.gps_accepted_s < AIDED_S)
+
+    def align(self, acceleration_mss: Floats, rates_rps: Floats, field_gauss: Floats, doubts: FirstDoubts) -> None:
+        """Starts from means over a second or more of standing still: attitude, and the bias of the gyroscope."""
+        state = self.state
+        ax, ay, az = acceleration_mss
+        roll, pitch = np.arctan2(-ay, -az), np.arctan2(ax, np.hypot(ay, az))
+        level = to_world(matrix(from_euler(roll, pitch, np.zeros_like(roll))), field_gauss)
+        declination = math.atan2(self._field[1, 0], self._field[0, 0])
+        state.attitude = from_euler(roll, pitch, declination - np.arctan2(level[1], level[0]))
+        state.rotation = matrix(state.attitude)
+        state.gyro_bias_rps = rates_rps.copy()
+        state.doubt(doubts)
+        self.aligned = True
+
+    def step(self, readings: Readings, dt_s: float, standing: Flags | None = None) -> None:
+        """`standing`: vehicles known to stand still on the ground."""
+        self._now_s = readings.now_s
+        self._carry_on(readings, dt_s)
+        if readings.barometer is not None:
+            self._take_barometer(readings.barometer)
+        if readings.magnetometer is not None:
+            self._take_compass(readings.magnetometer)
+        if readings.gps is not None:
+            self._take_gps(readings.gps)
+        if standing is not None and readings.now_s >= self._standing_due_s and standing.any():
+            self._standing_due_s = readings.now_s + 0.2
+            self._take_standing(standing)
+
+    def _carry_on(self, readings: Readings, dt_s: float) -> None:
+        state = self.state
+        rates = readings.rates_rps - state.gyro_bias_rps
+        force = readings.acceleration_mss - state.acceleration_bias_mss
+        turn = rates * dt_s
+        before = state.rotation
+        state.attitude = normalised(multiply(state.attitude, from_vector(turn)))
+        state.rotation = matrix(state.attitude)
+        # The force acts at the attitude in the middle of the step.
+        acceleration = to_world(0.5 * (before + state.rotation), force)
+        acceleration[2] += GRAVITY_MSS
+        state.position_m = state.position_m + state.velocity_mps * dt_s + (0.5 * dt_s * dt_s) * acceleration
+        state.velocity_mps = state.velocity_mps + acceleration * dt_s
+        self.rates_rps, self.acceleration_mss = rates, acceleration
+        self._history.append(
+            Believed(readings.now_s, state.position_m, state.velocity_mps, state.rotation, self._corrected)
+        )
+        while self._history[0].at_s < readings.now_s - MAX_HISTORY_S:
+            self._history.popleft()
+        self._turn += turn
+        self._force += force * dt_s
+        self._over_s += dt_s
+        if self._over_s >= COVARIANCE_S - 1e-9:
+            state.spread_out(self._turn, self._force / self._over_s, self._over_s, dt_s)
+            self._turn, self._force, self._over_s = np.zeros_like(turn), np.zeros_like(turn), 0.0
+
+    def _remember(self) -> None:
+        state = self.state
+        self._history.append(
+            Believed(self._now_s, state.position_m, state.velocity_mps, state.rotation, self._corrected)
+        )
+
+    def _at(self, taken_s: float) -> Believed:
+        """Returns what the filter now thinks of the time of a measurement: what it believed then, with all corrections
+        since."""
+        then = self._history[0]
+        for believed in reversed(self._history):
+            if believed.at_s <= taken_s + 1e-9:
+                then = believed
+                break
+        since = self._corrected - then.corrected
+        return Believed(
+            then.at_s, then.position_m + since[3:], then.velocity_mps + since[:3], then.rotation, self._corrected
+        )
+
+    def _take(self, kind: str, components: list[Component], measured: Flags) -> Fused:
+        error, fused = fuse(self.state.covariance, components, measured)
+        self.state.inject(error)
+        self._corrected = self._corrected + error.T[3:9]
+        self.fused[kind] = fused
+        return fused
+
+    def _take_barometer(self, reading: Reading) -> None:
+        then = self._at(reading.taken_s)
+        innovation = reading.value + then.position_m[2] - self.state.barometer_bias_m
+        late_s = self._now_s - reading.taken_s
+        component = Component(innovation, ((8, -1.0), (5, late_s), (21, 1.0)), self.state.noise.barometer_m**2)
+        fused = self._take("barometer", [component], reading.fresh)
+        self.barometer_accepted_s = np.where(fused.accepted, self._now_s, self.barometer_accepted_s)
+
+    def _take_compass(self, reading: Reading) -> None:
+        state = self.state
+        then = self._at(reading.taken_s)
+        field = to_body(then.rotation, np.broadcast_to(self._field, reading.value.shape))
+        innovation = reading.value - field - state.compass_bias_gauss
+        x, y, z = field
+        # d(field in body axes) / d(attitude) is the cross product matrix of that field.
+        slopes = (((1, -z), (2, y)), ((0, z), (2, -x)), ((0, -y), (1, x)))
+        variance = state.noise.compass_gauss**2
+        components = [Component(innovation[axis], (*slopes[axis], (15 + axis, 1.0)), variance) for axis in range(3)]
+        fused = self._take("compass", components, reading.fresh)
+        self.compass_accepted_s = np.where(fused.accepted, self._now_s, self.compass_accepted_s)
+        lost = reading.fresh & (self._now_s - self.compass_accepted_s > COMPASS_DISBELIEVED_S)
+        if lost.any() and self._now_s > COMPASS_DISBELIEVED_S:
+            # Another field beside the sensor: learn it anew, and keep the heading from the gyroscope.
+            for axis in range(15, 18):
+                state.covariance[lost, axis, axis] += 0.3**2
+            self.compass_accepted_s[lost] = self._now_s
+
+    def _take_gps(self, reading: Reading) -> None:
+        state = self.state
+        then = self._at(reading.taken_s)
+        late_s = self._now_s - reading.taken_s
+        position = reading.value[:3] - then.position_m - state.gps_bias_m
+        velocity = reading.value[3:] - then.velocity_mps
+        noise = state.noise
+        place = [
+            Component(position[axis], ((6 + axis, 1.0), (3 + axis, -late_s), (18 + axis, 1.0)), noise.gps_m[axis] ** 2)
+            for axis in range(3)
+        ]
+        motion = [Component(velocity[axis], ((3 + axis, 1.0),), noise.gps_mps[axis] ** 2) for axis in range(3)]
+        fused = self._take("gps", place, reading.fresh)
+        self._take("velocity", motion, reading.fresh)
+        self.gps_accepted_s = np.where(fused.accepted, self._now_s, self.gps_accepted_s)
+        lost = reading.fresh & (self._now_s - self.gps_accepted_s > GPS_DISBELIEVED_S)
+        if lost.any() and self._now_s > GPS_DISBELIEVED_S:
+            self._start_position_again(reading, lost)
+
+    def _start_position_again(self, reading: Reading, lost: Flags) -> None:
+        state = self.state
+        state.position_m, state.velocity_mps = state.position_m.copy(), state.velocity_mps.copy()
+        state.position_m[:2, lost] = reading.value[:2, lost]
+        state.velocity_mps[:, lost] = reading.value[3:, lost]
+        state.gps_bias_m[:2, lost] = 0.0
+        for axes, spread in (((6, 7), 0.7), ((3, 4, 5), 0.2), ((18, 19), 0.6)):
+            for axis in axes:
+                state.covariance[lost, axis, :] = 0.0
+                state.covariance[lost, :, axis] = 0.0
+                state.covariance[lost, axis, axis] = spread**2
+        self._history.clear()
+        self._history.append(
+            Believed(self._now_s, state.position_m, state.velocity_mps, state.rotation, self._corrected)
+        )
+        self.gps_accepted_s[lost] = self._now_s
+
+    def _take_standing(self, standing: Flags) -> None:
+        innovation = -self.state.velocity_mps
+        components = [Component(innovation[axis], ((3 + axis, 1.0),), STANDING_MPS**2) for axis in range(3)]
+        self._take("standing", components, standing)

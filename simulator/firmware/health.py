@@ -1,0 +1,125 @@
+"""What the commander knows of its parts: flags, and the faults that follow from them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import IntEnum, StrEnum
+
+
+class Sensor(StrEnum):
+    ACCELEROMETER = "Accelerometer"
+    GYROSCOPE = "Gyroscope"
+    COMPASS = "Compass"
+    BAROMETER = "Barometer"
+    GPS = "GPS"
+    BATTERY = "Battery monitor"
+
+
+class Weight(IntEnum):
+    """Of a fault in flight."""
+
+    MINOR = 1
+    MAJOR = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """`text` is what STATUSTEXT says."""
+
+    text: str
+    weight: Weight = Weight.MINOR
+
+
+@dataclass(slots=True)
+class Health:
+    """Flags of one vehicle. They begin as those of a healthy one that has not started."""
+
+    present: frozenset[Sensor] = frozenset(Sensor)
+    calibrated: frozenset[Sensor] = frozenset(Sensor)
+    radio: bool = True
+    radio_required: bool = True
+    """False: there is no receiver on board, and sticks come from a ground station."""
+    mavlink_in: bool = True
+    """Heartbeats of a ground station arrive."""
+    mavlink_out: bool = True
+    mavlink_required: bool = False
+    """A ground station was heard since the start, so its loss counts."""
+    tasks_running: bool = True
+    outputs: bool = True
+    motors: bool = True
+    """No motor has failed."""
+    attitude_known: bool = False
+    position_known: bool = False
+    gps_fix: bool = False
+    gps_believed: bool = True
+    compass_believed: bool = True
+    barometer_moving: bool = True
+    vibration_low: bool = True
+    battery_volts_ok: bool = True
+    battery_flat: bool = False
+    in_place: bool = True
+    """Near the reference: False in wind that is too strong."""
+    armed: bool = False
+
+
+def check_init(health: Health) -> list[Fault]:
+    """What must be there: sensors and outputs."""
+    faults = [Fault(f"{sensor} not found", Weight.MAJOR) for sensor in Sensor if sensor not in health.present]
+    if not health.outputs:
+        faults.append(Fault("Motor outputs not found", Weight.MAJOR))
+    return faults
+
+
+def check_startup(health: Health) -> list[Fault]:
+    """What must be ready: calibrations, tasks, attitude."""
+    faults = [Fault(f"{sensor} not calibrated") for sensor in Sensor if sensor not in health.calibrated]
+    if not health.tasks_running:
+        faults.append(Fault("Control tasks not running", Weight.MAJOR))
+    if not health.attitude_known:
+        faults.append(Fault("Attitude unknown", Weight.MAJOR))
+    return faults
+
+
+def check_run_manual(health: Health) -> list[Fault]:
+    """What flying with sticks needs."""
+    faults = []
+    if health.radio_required and not health.radio:
+        faults.append(Fault("Radio lost"))
+    return [*faults, *_machine(health)]
+
+
+def check_run_auto(health: Health) -> list[Fault]:
+    """What flying without sticks needs."""
+    faults = []
+    if not health.gps_fix:
+        faults.append(Fault("GPS lost"))
+    elif not health.gps_believed:
+        faults.append(Fault("GPS glitch"))
+    if not health.position_known:
+        faults.append(Fault("Position unknown"))
+    if health.mavlink_required and not (health.mavlink_in and health.mavlink_out):
+        faults.append(Fault("MAVLink lost"))
+    if not health.in_place:
+        faults.append(Fault("Blown away"))
+    return [*faults, *_machine(health)]
+
+
+def _machine(health: Health) -> list[Fault]:
+    return [
+        fault
+        for bad, fault in (
+            (not health.motors, Fault("Motor failure", Weight.MAJOR)),
+            (health.battery_flat, Fault("Battery empty", Weight.MAJOR)),
+            (not health.battery_volts_ok, Fault("Battery voltage low")),
+            (not health.attitude_known, Fault("Attitude unknown", Weight.MAJOR)),
+            (not health.compass_believed, Fault("Compass inconsistent")),
+            (not health.barometer_moving, Fault("Barometer stuck")),
+            (not health.vibration_low, Fault("Vibration high")),
+        )
+        if bad
+    ]
+
+
+def worst(faults: Iterable[Fault]) -> Weight | None:
+    return max((fault.weight for fault in faults), default=None)
