@@ -11,7 +11,7 @@ from typing import Any
 
 import uvloop
 
-from bench import anonymous, audit, control, encoder, fuzz, missions, recorder, relay, scale
+from bench import anonymous, audit, control, encoder, fuzz, missions, recorder, relay, scale, simulator
 from bench.rows import Report
 from bench.video import bench_run as video
 
@@ -25,6 +25,7 @@ BENCHES: dict[str, tuple[Callable[[Report, argparse.Namespace], Coroutine[Any, A
     "recorder": (recorder.run, recorder.__doc__ or ""),
     "relay": (relay.run, relay.__doc__ or ""),
     "scale": (scale.run, scale.__doc__ or ""),
+    "simulator": (simulator.run, simulator.__doc__ or ""),
     "video": (video.run, video.__doc__ or ""),
 }
 
@@ -55,7 +56,9 @@ def parse(words: list[str]) -> argparse.Namespace:
         help="relay, missions, video: MAVProxy, MAVSDK, JSMpeg are installed there",
     )
     parser.add_argument(
-        "--drones", type=int, help="scale: so many (1,000); recorder: (100); control's flown table: at once (4)"
+        "--drones",
+        type=int,
+        help="scale: so many (1,000); recorder, simulator: (100); control's flown table: at once (4)",
     )
     parser.add_argument("--flown", action="store_true", help="control: the flown table, with tower-sim")
     parser.add_argument(
@@ -79,7 +82,8 @@ def parse(words: list[str]) -> argparse.Namespace:
     parser.add_argument(
         "--seconds",
         type=float,
-        help="scale: how long they fly (600); video: of each round (30); anonymous: (60); recorder: (10)",
+        help="scale: how long they fly (600); simulator: (300); video: of each round (30); anonymous: (60); "
+        "recorder: (10)",
     )
     cases = f"video: only {', '.join([*video.CASES, video.LONG])}"
     cases += "; control's flown table: flights with A, or with all of B+C, in their name"

@@ -49,7 +49,7 @@ def crc8_dvb_s2(data: bytes) -> int:
     return reduce(lambda crc, byte: _CRC[crc ^ byte], data, 0)
 
 
-def xor(data: bytes) -> int:
+def xor(data: bytes | bytearray) -> int:
     return reduce(lambda total, byte: total ^ byte, data, 0)
 
 
