@@ -34,8 +34,8 @@ class Gains:
     yaw_p: float = 6.0
     yaw_d: float = 4.5
     yaw_i: float = 1.0
-    max_lean_rad: float = 0.6
-    max_push_mss: float = 6.0
+    max_lean_rad: float = 0.8
+    max_push_mss: float = 9.0
     """Largest acceleration that the integral of the wind may ask for."""
     max_lift_mss: float = 4.0
     """The same of the height's."""

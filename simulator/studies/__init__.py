@@ -1,0 +1,1 @@
+"""Experiments with the flight controller whose results are in the documentation."""
