@@ -55,6 +55,8 @@ class NavigationFilter:
         self.gps_accepted_s = np.full(count, -math.inf)
         self.compass_accepted_s = np.full(count, -math.inf)
         self.barometer_accepted_s = np.full(count, -math.inf)
+        self.barometer_trusted = np.ones(count, dtype=np.bool_)
+        """False: its readings are not used (a monitor found them stuck)."""
         self._field = earth_field_gauss()
         self._history: deque[Believed] = deque()
         self._corrected = np.zeros((6, count))
@@ -152,7 +154,7 @@ class NavigationFilter:
         innovation = reading.value + then.position_m[2] - self.state.barometer_bias_m
         late_s = self._now_s - reading.taken_s
         component = Component(innovation, ((8, -1.0), (5, late_s), (21, 1.0)), self.state.noise.barometer_m**2)
-        fused = self._take("barometer", [component], reading.fresh)
+        fused = self._take("barometer", [component], reading.fresh & self.barometer_trusted)
         self.barometer_accepted_s = np.where(fused.accepted, self._now_s, self.barometer_accepted_s)
 
     def _take_compass(self, reading: Reading) -> None:

@@ -216,6 +216,7 @@ class Fleet:
 
     def _command(self) -> None:
         self.monitor.judge(self)
+        self.filter.barometer_trusted = self.monitor.barometer_moving
         for vehicle, commander in enumerate(self.commanders):
             self.monitor.tell(vehicle, commander.health)
             commander.update(self.now_s)

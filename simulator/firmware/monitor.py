@@ -55,6 +55,10 @@ class Monitor:
         self._dt_s = 0.0
 
     @property
+    def barometer_moving(self) -> Flags:
+        return np.asarray(self._repeated < STUCK_AFTER_READINGS)
+
+    @property
     def vibration_mss(self) -> Floats:
         return np.sqrt(self._vibration)
 
@@ -89,7 +93,7 @@ class Monitor:
             "gps_fix": fix,
             "gps_believed": ~aligned | (now_s - navigation.gps_accepted_s < DISBELIEVED_S) | ~navigation.position_ok,
             "compass_believed": ~aligned | (now_s - navigation.compass_accepted_s < DISBELIEVED_S),
-            "barometer_moving": self._repeated < STUCK_AFTER_READINGS,
+            "barometer_moving": self.barometer_moving,
             "vibration_low": self.vibration_mss < MAX_VIBRATION_MSS,
             "battery_volts_ok": self._volts > LOW_V,
             "battery_flat": self._volts < FLAT_V,
