@@ -61,6 +61,14 @@ class Airframe:
         """Roll, pitch and yaw, radians."""
         return self._roll_pitch_yaw
 
+    @property
+    def true_pose(self) -> tuple[float, float, float, tuple[float, float, float, float]]:
+        """North, east, height and quaternion, whatever the vehicle believes: what a camera sees."""
+        return self.north_m, self.east_m, self.alt_m, (self.qw, self.qx, self.qy, self.qz)
+
+    def lose_gps(self, lost: bool) -> None:
+        """Nothing to lose here: the vehicle knows the truth, and the estimator decides for how long."""
+
     def ground_speed_mps(self) -> float:
         return math.hypot(self.vn_mps, self.ve_mps)
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from simulator.airframe_model import AirframeModel
 from simulator.ardupilot import ARDUPILOT, RELEASES, USUAL, arducopter
 from simulator.failure_modes import Failure
 from simulator.flight_state import FlightSettings
@@ -79,6 +80,10 @@ def simulate(
         Receiver,
         typer.Option(help="The receiver: its throttle rests low, all its sticks are centred, or there is none."),
     ] = Receiver.LOW,
+    model: Annotated[
+        AirframeModel,
+        typer.Option(help="exact: the vehicle knows the truth; sensing: it has sensors with errors, and a filter."),
+    ] = AirframeModel.EXACT,
     battery_mah: Annotated[float, typer.Option(min=100)] = 5200.0,
     param: Annotated[list[str] | None, typer.Option(help="NAME=VALUE, set before the start.")] = None,
     param_count: Annotated[int, typer.Option(min=0, max=5000, help="Fill the table up to so many.")] = 0,
@@ -108,6 +113,7 @@ def simulate(
                 receiver=radio,
                 battery_mah=battery_mah,
                 seed=seed,
+                model=model,
             ),
             system_id=sysid,
             parameters=tuple(parse_parameter(text) for text in param or ()),

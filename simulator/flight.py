@@ -187,6 +187,7 @@ class Flight(FlightState):
         self._disarm_when_done()
 
     def _apply_failures(self) -> None:
+        self.body.lose_gps(Failure.GPS_LOST in self.failures)
         self.body.motor_health[0] = 0.7 if Failure.MOTOR_WEAK in self.failures else 1.0
         if Failure.BATTERY_LOW in self.failures:
             self.battery.used_mah = max(self.battery.used_mah, 0.88 * self.battery.capacity_mah)

@@ -13,7 +13,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
 
-from simulator.airframe import Airframe, Commands
+from simulator.airframe import Commands
+from simulator.airframe_model import AirframeModel, make_airframe
 from simulator.attitude_control import IDLE_COMMAND, AttitudeControl
 from simulator.battery import Battery
 from simulator.estimator import Estimator
@@ -46,6 +47,7 @@ class FlightSettings:
     receiver: Receiver = Receiver.LOW
     battery_mah: float = 5200.0
     seed: int = 1
+    model: AirframeModel = AirframeModel.EXACT
 
 
 class FailsafeFlags:
@@ -82,7 +84,8 @@ class FlightState(ABC):
         self.failures = failures
         self.now_s = 0.0
         self.origin = LocalFrame(settings.place)
-        self.body = Airframe(math.radians(settings.heading_deg))
+        heading_rad = math.radians(settings.heading_deg)
+        self.body = make_airframe(settings.model, heading_rad, settings.seed, settings.boot_s)
         self.battery = Battery(settings.battery_mah)
         self.wind = Wind(settings.wind_mps, settings.wind_from_deg, random.Random(settings.seed))  # noqa: S311
         self.sticks = sticks

@@ -145,10 +145,9 @@ class VehicleCamera:
         while unplug_requests:
             vehicle.plan_failure(PlannedFailure(now_s, Failure.CAMERA_UNPLUGGED, now_s + unplug_requests.popleft()))
         process.plug(number, Failure.CAMERA_UNPLUGGED not in vehicle.failures)
-        body = vehicle.flight.body
-        north_m, east_m = self._stands_at
-        quaternion = (body.qw, body.qx, body.qy, body.qz)
-        process.poses.write(number, Pose(north_m + body.north_m, east_m + body.east_m, body.alt_m, quaternion), now_s)
+        north_m, east_m, height_m, quaternion = vehicle.flight.body.true_pose
+        north_m, east_m = north_m + self._stands_at[0], east_m + self._stands_at[1]
+        process.poses.write(number, Pose(north_m, east_m, height_m, quaternion), now_s)
 
 
 class SquadCameras:

@@ -57,6 +57,8 @@ class NavigationFilter:
         self.barometer_accepted_s = np.full(count, -math.inf)
         self.barometer_trusted = np.ones(count, dtype=np.bool_)
         """False: its readings are not used (a monitor found them stuck)."""
+        self.compass_trusted = np.ones(count, dtype=np.bool_)
+        """False while it is being calibrated."""
         self._field = earth_field_gauss()
         self._history: deque[Believed] = deque()
         self._corrected = np.zeros((6, count))
@@ -167,9 +169,9 @@ class NavigationFilter:
         slopes = (((1, -z), (2, y)), ((0, z), (2, -x)), ((0, -y), (1, x)))
         variance = state.noise.compass_gauss**2
         components = [Component(innovation[axis], (*slopes[axis], (15 + axis, 1.0)), variance) for axis in range(3)]
-        fused = self._take("compass", components, reading.fresh)
+        fused = self._take("compass", components, reading.fresh & self.compass_trusted)
         self.compass_accepted_s = np.where(fused.accepted, self._now_s, self.compass_accepted_s)
-        lost = reading.fresh & (self._now_s - self.compass_accepted_s > COMPASS_DISBELIEVED_S)
+        lost = reading.fresh & self.compass_trusted & (self._now_s - self.compass_accepted_s > COMPASS_DISBELIEVED_S)
         if lost.any() and self._now_s > COMPASS_DISBELIEVED_S:
             # Another field beside the sensor: learn it anew, and keep the heading from the gyroscope.
             for axis in range(15, 18):

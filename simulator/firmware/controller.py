@@ -82,6 +82,7 @@ class Fleet:
         self.board = SensorBoard(
             self.count, settings.seed, warm_start=settings.warm_start, battery_mah=settings.battery_mah
         )
+        self._calibrated = settings.calibrated
         if settings.calibrated:
             self._come_calibrated(np.random.default_rng((settings.seed, 101)))
         self.filter = NavigationFilter(self.count)
@@ -116,6 +117,11 @@ class Fleet:
             self.step()
             if all(c.state is SystemState.SAFE and c.health.position_known for c in self.commanders):
                 return
+
+    def load_calibration(self, calibration: MagnetometerCalibration) -> None:
+        """Before the start: of a flight that these vehicles flew earlier."""
+        self.board.magnetometer.calibration = calibration
+        self._calibrated = True
 
     def arm(self) -> None:
         """All of them, for automatic flight. Raises RequestRefused."""
@@ -189,7 +195,7 @@ class Fleet:
             self._samples[1] += 1
         if self.now_s >= ALIGN_S and self._samples[1]:
             force, rates, field = self._sums
-            doubts = FirstDoubts() if self.settings.calibrated else UNCALIBRATED
+            doubts = FirstDoubts() if self._calibrated else UNCALIBRATED
             self.filter.align(force / self._samples[0], rates / self._samples[0], field / self._samples[1], doubts)
 
     def _notice_ground(self) -> None:
