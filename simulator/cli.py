@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import sys
 from collections.abc import Coroutine
 from enum import StrEnum
 from typing import TYPE_CHECKING, Annotated, Any
@@ -38,6 +39,7 @@ try:
 except ImportError:  # not available on every system
     uvloop = None
 
+FLIGHT_COMMANDS = ("shell", "fly", "plot")
 FLAVOURS = {flavour.name: flavour for flavour in (ARDUPILOT, PX4)}
 
 
@@ -159,4 +161,9 @@ def _run(flight: Coroutine[Any, Any, None]) -> None:
 
 
 def main() -> None:
+    if sys.argv[1:2] and sys.argv[1] in FLIGHT_COMMANDS:
+        # NumPy takes time and memory, so it is imported only for these.
+        from simulator.firmware.command_line import app as flight_controller
+
+        flight_controller()
     app()

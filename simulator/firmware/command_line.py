@@ -1,0 +1,96 @@
+"""`tower-sim shell`, `tower-sim fly` and `tower-sim plot`: the flight controller without a ground station."""
+
+from __future__ import annotations
+
+import os
+import select
+import sys
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from simulator.control.trajectory import Trajectory
+from simulator.firmware.controller import Fleet, FleetSettings
+from simulator.firmware.flight_csv import PERIOD_S, FlightCsv, NotALog, read
+from simulator.firmware.shell import WAYS, Shell
+from simulator.plots.flight_plot import flight_picture
+
+POLL_S = 0.05
+MAX_BEHIND_S = 0.5
+"""A machine that cannot keep up runs late."""
+
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+
+Seed = Annotated[int, typer.Option(help="Of all that is random.")]
+Wind = Annotated[float, typer.Option(min=0.0, max=30.0, help="m/s, with gusts of 15 %.")]
+
+
+@app.command()
+def shell(seed: Seed = 1, wind: Wind = 0.0) -> None:
+    """Commands for one flight controller, in real time. `help` lists them; the end of the input ends it."""
+
+    def make_fleet() -> Fleet:
+        return Fleet(FleetSettings(seed=seed, wind_mps=wind, warm_start=False))
+
+    terminal = Shell(make_fleet(), make_fleet)
+    typer.echo("help lists the commands")
+    waiting, last_s = b"", time.monotonic()
+    while True:
+        ready, _, _ = select.select([sys.stdin], [], [], POLL_S)
+        now_s = time.monotonic()
+        for line in terminal.advance(min(now_s - last_s, MAX_BEHIND_S)):
+            typer.echo(line)
+        last_s = now_s
+        if not ready:
+            continue
+        data = os.read(sys.stdin.fileno(), 4096)
+        if not data:
+            return
+        *lines, waiting = (waiting + data).split(b"\n")
+        waiting = waiting[-4096:]
+        for words in lines:
+            answer = terminal.execute(words.decode("utf-8", "replace"))
+            if answer:
+                typer.echo(answer)
+        last_s = time.monotonic()
+
+
+@app.command()
+def fly(
+    way: Annotated[str, typer.Argument(help=f"One of {', '.join(WAYS)}.")],
+    log: Annotated[Path, typer.Option(help="Where the flight is written, as CSV.")],
+    seconds: Annotated[float, typer.Option(min=1.0, max=3600.0)] = 60.0,
+    period_s: Annotated[float, typer.Option(min=0.0, help="Between two lines; 0 writes every step.")] = PERIOD_S,
+    seed: Seed = 1,
+    wind: Wind = 0.0,
+) -> None:
+    """Fly one vehicle as fast as this machine can, and write its log."""
+    if way not in WAYS:
+        raise typer.BadParameter(f"one of {', '.join(WAYS)}")
+    fleet = Fleet(FleetSettings(seed=seed, wind_mps=wind))
+    fleet.boot()
+    fleet.arm()
+    path: Trajectory = WAYS[way]()
+    writer, began_s = FlightCsv(fleet, period_s=period_s), fleet.now_s
+    with log.open("w") as file:
+        file.write(writer.header())
+        while fleet.now_s < began_s + seconds:
+            fleet.step(path.at(fleet.now_s - began_s))
+            file.write(writer.note())
+    typer.echo(f"{log}: {fleet.now_s - began_s:.0f} s, {fleet.commanders[0].state}")
+
+
+@app.command()
+def plot(
+    log: Annotated[Path, typer.Argument(help="A log that fly wrote.")],
+    out: Annotated[Path, typer.Argument(help="The picture, SVG.")],
+) -> None:
+    """Draw a flight: path, height, attitude, estimate against truth, motors."""
+    try:
+        columns = read(log.read_text())
+    except (OSError, NotALog) as error:
+        raise typer.BadParameter(str(error)) from error
+    out.write_text(flight_picture(columns))
+    typer.echo(str(out))

@@ -1,0 +1,234 @@
+"""The command line of a flight controller: words in, text out. Thin terminals drive it (`simulator.firmware.terminal`).
+
+Commands that would change the machine under way are active in SYS_SAFE only.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulator.control.reference import Reference
+from simulator.control.trajectory import PlanLimits, Trajectory, WayPoint, plan
+from simulator.firmware import faults
+from simulator.firmware.calibration_flight import calibrate
+from simulator.firmware.commander import RequestRefused
+from simulator.firmware.controller import COMMANDER_S, Fleet
+from simulator.firmware.states import SystemState
+from simulator.physics.rotation import to_euler
+from simulator.sensors import barometer, magnetometer, satellites
+from simulator.sensors.magnetometer_calibration import CalibrationRefused
+
+UP_M = 10.0
+MAX_DISPLAY_LINES = 100
+MAX_LINE = 200
+"""Of input; a longer one is refused."""
+
+
+class ShellRefused(ValueError):
+    """The command is not carried out; the text says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Command:
+    run: Callable[[Shell, list[str]], str]
+    help: str
+    safe_only: bool = False
+
+
+class Shell:
+    """Of the first vehicle of a fleet. `advance` moves the time on; commands act at once."""
+
+    def __init__(self, fleet: Fleet, make_fleet: Callable[[], Fleet]) -> None:
+        self.fleet = fleet
+        self._make_fleet = make_fleet
+        self._way: Trajectory | None = None
+        self._way_from_s = 0.0
+        self._busy_s = 0.0
+        self._flown_s = 0.0
+        self._displays = 0
+        self._display_due_s = 0.0
+
+    @property
+    def state(self) -> SystemState:
+        return self.fleet.commanders[0].state
+
+    # Time.
+
+    def advance(self, seconds: float, clock: Callable[[], float] = time.process_time) -> list[str]:
+        """Returns the lines that came up meanwhile: notices of the commander, and repeated displays."""
+        lines: list[str] = []
+        began, end_s = clock(), self.fleet.now_s + seconds
+        while self.fleet.now_s < end_s - 1e-9:
+            self.fleet.step(self._reference())
+            notices = self.fleet.commanders[0].texts
+            while notices:
+                lines.append(f"[{self.fleet.now_s:.2f}] {notices.popleft().text}")
+            if self._displays and self.fleet.now_s >= self._display_due_s:
+                self._displays -= 1
+                self._display_due_s = self.fleet.now_s + 1.0
+                lines.append(self._display_line())
+        self._busy_s += clock() - began
+        self._flown_s += seconds
+        return lines
+
+    def _reference(self) -> Reference | None:
+        if self._way is None or not self.fleet.armed[0]:
+            return None
+        return self._way.at(self.fleet.now_s - self._way_from_s)
+
+    # Commands.
+
+    def execute(self, line: str) -> str:
+        """Returns the answer; a refusal begins with `refused:`."""
+        words = line.split()
+        if len(line) > MAX_LINE:
+            return "refused: too long"
+        if not words:
+            return ""
+        command = _COMMANDS.get(words[0])
+        if command is None:
+            return f"refused: no command {words[0]!r}; try help"
+        try:
+            if command.safe_only and self.state is not SystemState.SAFE:
+                raise ShellRefused(f"in {SystemState.SAFE} only; this is {self.state}")
+            return command.run(self, words[1:])
+        except (ShellRefused, RequestRefused, CalibrationRefused) as error:
+            return f"refused: {error}"
+
+    def _help(self, _words: list[str]) -> str:
+        return "\n".join(f"{name:10} {command.help}" for name, command in _COMMANDS.items())
+
+    def _info(self, _words: list[str]) -> str:
+        design, health = self.fleet.design, self.fleet.commanders[0].health
+        sensors = ", ".join(f"{s.value}{'' if s in health.calibrated else ' (not calibrated)'}" for s in sorted(health.present))
+        return (
+            f"frame {design.frame}, {design.mass_kg:.2f} kg, full thrust {4 * design.full_thrust_n:.1f} N\n"
+            f"{self.state}, step {self.fleet.dt_s * 1000:g} ms, seed {self.fleet.settings.seed}\n{sensors}"
+        )
+
+    def _top(self, _words: list[str]) -> str:
+        share = 100.0 * self._busy_s / self._flown_s if self._flown_s else 0.0
+        return f"up {self.fleet.now_s:.1f} s; {share:.1f} % of a core at real time"
+
+    def _tasks(self, _words: list[str]) -> str:
+        step_hz = 1.0 / self.fleet.dt_s
+        rates = {
+            "inertial sensors": step_hz,
+            "filter, carried on": step_hz,
+            "attitude and position control": step_hz,
+            "compass": magnetometer.RATE_HZ,
+            "barometer": barometer.RATE_HZ,
+            "GPS": satellites.RATE_HZ,
+            "commander": 1.0 / COMMANDER_S,
+        }
+        return "\n".join(f"{name:30} {rate:6.1f} Hz" for name, rate in rates.items())
+
+    def _display(self, words: list[str]) -> str:
+        """Once, or so many times, a second apart."""
+        times = _whole(words[0], 1, MAX_DISPLAY_LINES) if words else 1
+        self._displays, self._display_due_s = times - 1, self.fleet.now_s + 1.0
+        return self._display_line()
+
+    def _display_line(self) -> str:
+        state, battery = self.fleet.filter.state, self.fleet.board.batteries
+        north, east, down = state.position_m[:, 0]
+        roll, pitch, yaw = np.degrees(to_euler(state.attitude)[:, 0])
+        return (
+            f"{self.fleet.now_s:8.2f} s {self.state:14} N {north:7.2f} E {east:7.2f} up {-down:6.2f} m  "
+            f"roll {roll:6.1f} pitch {pitch:6.1f} yaw {yaw:6.1f}  {battery.voltage_v[0]:.2f} V"
+        )
+
+    def _arm(self, _words: list[str]) -> str:
+        self.fleet.arm()
+        return f"armed: {self.state}"
+
+    def _auto(self, words: list[str]) -> str:
+        """A climb, a square or an eight: flown at once if armed, else after the arming."""
+        name = words[0] if words else "hover"
+        if name not in WAYS:
+            raise ShellRefused(f"no flight {name!r}; one of {', '.join(WAYS)}")
+        if self._way is not None and self.fleet.armed[0] and name != "land":
+            raise ShellRefused("it flies already; auto land first")
+        if name == "land":
+            if not self.fleet.armed[0]:
+                raise ShellRefused("not armed")
+            here = self._reference()
+            way = Trajectory(here.position_m if here is not None else np.zeros(3))
+            way.land(PlanLimits())
+            self._way = way
+        else:
+            self.fleet.commanders[0].auto()
+            self.fleet.arm()
+            self._way = WAYS[name]()
+        self._way_from_s = self.fleet.now_s
+        return f"{name}: {self.state}"
+
+    def _manual(self, _words: list[str]) -> str:
+        """Without sticks of its own the shell lets a vehicle on the ground idle, and one in the air stay."""
+        self.fleet.commanders[0].run_manual()
+        return f"{self.state}"
+
+    def _calibrate(self, _words: list[str]) -> str:
+        self.fleet.arm()
+        calibration = calibrate(self.fleet)
+        offset = ", ".join(f"{value:.3f}" for value in calibration.offset_gauss[:, 0])
+        return f"compass calibrated in flight: offsets {offset} gauss"
+
+    def _stop(self, _words: list[str]) -> str:
+        if self.fleet.armed[0] and not self.fleet.landed[0]:
+            raise ShellRefused("it is in the air; auto land")
+        self.fleet.stop()
+        self._way = None
+        return f"{self.state}"
+
+    def _reset(self, _words: list[str]) -> str:
+        self.fleet, self._way = self._make_fleet(), None
+        return f"{self.state}"
+
+    def _fault(self, words: list[str]) -> str:
+        known = ", ".join(faults.FaultName)
+        if not words or words[0] not in set(faults.FaultName):
+            raise ShellRefused(f"fault NAME [off], NAME one of {known}")
+        name = faults.FaultName(words[0])
+        if words[1:] == ["off"]:
+            faults.end(self.fleet, name)
+            return f"{name} ended"
+        faults.begin(self.fleet, name)
+        return f"{name}: {faults.TABLE[name].alert or 'no fault in automatic flight'}"
+
+
+def _whole(word: str, low: int, high: int) -> int:
+    if not word.isascii() or not word.isdigit() or not low <= int(word) <= high:
+        raise ShellRefused(f"a number from {low} to {high}")
+    return int(word)
+
+
+def _square() -> Trajectory:
+    corners = [WayPoint(10, 0, UP_M), WayPoint(10, 10, UP_M), WayPoint(0, 10, UP_M), WayPoint(0, 0, UP_M)]
+    return plan(corners, take_off_m=UP_M, pause_s=1.0)
+
+
+WAYS: Mapping[str, Callable[[], Trajectory]] = {
+    "hover": lambda: plan([], take_off_m=UP_M, land=False),
+    "square": _square,
+    "land": lambda: plan([], take_off_m=UP_M),
+}
+
+_COMMANDS: Mapping[str, _Command] = {
+    "help": _Command(Shell._help, "this"),
+    "info": _Command(Shell._info, "frame, mass, state, sensors"),
+    "top": _Command(Shell._top, "time since the start, and what it costs"),
+    "tasks": _Command(Shell._tasks, "what runs how often"),
+    "display": _Command(Shell._display, "display [N]: the state once, or N times a second apart"),
+    "arm": _Command(Shell._arm, "arm for automatic flight", safe_only=True),
+    "auto": _Command(Shell._auto, f"auto [{'|'.join(WAYS)}]: arm and fly"),
+    "manual": _Command(Shell._manual, "arm for flight by hand, or change to it"),
+    "stop": _Command(Shell._stop, "disarm on the ground"),
+    "calibrate": _Command(Shell._calibrate, "fly the calibration of the compass", safe_only=True),
+    "reset": _Command(Shell._reset, "switch off and on", safe_only=True),
+    "fault": _Command(Shell._fault, "fault NAME [off]"),
+}
