@@ -27,13 +27,15 @@ class JetGains:
     step: float = 0.01
     """Of the engine's throttle."""
     dead_band_m: float = 0.0
+    map_error: float = 0.0
+    """By which the governor's idea of the speed that carries the weight is wrong."""
 
 
 class JetGovernor:
     def __init__(self, design: JetQuadrotorDesign, count: int, gains: JetGains | None = None) -> None:
         self.gains = gains or JetGains()
         self._idle = design.jet.idle_share
-        self._carrying = design.carrying_share
+        self._carrying = design.carrying_share + self.gains.map_error
         self._learned = np.zeros(count)
 
     def command(self, motion: Motion, reference: Reference, dt_s: float) -> tuple[Floats, Floats]:

@@ -104,7 +104,9 @@ class Shell:
 
     def _info(self, _words: list[str]) -> str:
         design, health = self.fleet.design, self.fleet.commanders[0].health
-        sensors = ", ".join(f"{s.value}{'' if s in health.calibrated else ' (not calibrated)'}" for s in sorted(health.present))
+        sensors = ", ".join(
+            f"{s.value}{'' if s in health.calibrated else ' (not calibrated)'}" for s in sorted(health.present)
+        )
         return (
             f"frame {design.frame}, {design.mass_kg:.2f} kg, full thrust {4 * design.full_thrust_n:.1f} N\n"
             f"{self.state}, step {self.fleet.dt_s * 1000:g} ms, seed {self.fleet.settings.seed}\n{sensors}"

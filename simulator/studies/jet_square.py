@@ -1,8 +1,9 @@
 """The square test of the jet quadcopter: take-off to 10 m, a square of 10 m sides, landing.
 
 Flown three times: by the quadrotor alone, with the jet, and with the jet refined (an engine that spools more slowly, in
-coarser steps of its throttle, with a dead band of a metre). Gains and masses of the published machine are unknown. Ours
-were chosen so that the published findings appear: the model explains them, it does not predict them.
+coarser steps of its throttle, with a dead band of a metre and a map that is wrong by a little). Gains and masses of the
+published machine are unknown. Ours were chosen so that the published findings appear: the model explains them, it does
+not predict them.
 """
 
 from __future__ import annotations
@@ -21,12 +22,14 @@ from simulator.physics.quadrotor import Quadrotors
 from simulator.physics.rotation import Floats
 
 SIDE_M = HEIGHT_M = 10.0
-PAUSE_S = 5.0
+PAUSE_S = 8.0
 SETTLED_S = 1.6
 """Of each pause: its end, in which oscillation and steady error are measured."""
+LATE_S = 30.0
+"""Before the landing: what is there then is not the take-off any more."""
 POSITION_NOISE_M, VELOCITY_NOISE_MPS = 0.02, 0.05
 """Of what the controller is told (standard deviations)."""
-VERTICAL_JET_DEG = 20.0
+VERTICAL_JET_DEG = 25.0
 
 
 class Case(StrEnum):
@@ -37,7 +40,7 @@ class Case(StrEnum):
 
 _ALONE = Gains(position_p=8.0, position_d=5.0, attitude_p=45.0, attitude_d=11.0, max_lean_rad=0.6)
 _CARRIED = replace(_ALONE, height_p=1.0, height_d=1.6, height_i=0.0)
-_REFINED = replace(_ALONE, height_p=0.8, height_d=1.2, height_i=0.0)
+_REFINED = replace(_ALONE, height_p=0.7, height_d=1.2, height_i=0.0)
 _SETTINGS: Mapping[Case, tuple[Gains, JetDesign, JetGains]] = {
     Case.ALONE: (_ALONE, JetDesign(), JetGains()),
     Case.JET: (
@@ -48,7 +51,15 @@ _SETTINGS: Mapping[Case, tuple[Gains, JetDesign, JetGains]] = {
     Case.REFINED: (
         _REFINED,
         JetDesign(spool_share_per_s=0.08, spool_s=1.5),
-        JetGains(height_p=0.025, height_d=0.0, height_i=0.002, max_learned=0.3, step=0.02, dead_band_m=1.0),
+        JetGains(
+            height_p=0.025,
+            height_d=0.0,
+            height_i=0.0015,
+            max_learned=0.3,
+            step=0.03,
+            dead_band_m=1.0,
+            map_error=0.025,
+        ),
     ),
 }
 
@@ -81,16 +92,21 @@ class SquareFlight:
     def overshoot_m(self) -> float:
         return float(-self.position_m[:, 2].min() - HEIGHT_M)
 
+    def _late_height_m(self) -> Floats:
+        """Over the reference, in the last `LATE_S` before the landing."""
+        end_s = max(leg.from_s for leg in self.trajectory.legs if leg.motion.distance_m == 0.0)
+        late = (self.times_s > end_s - LATE_S) & (self.times_s < end_s)
+        return np.asarray(self.reference_m[late, 2] - self.position_m[late, 2])
+
     @property
     def steady_error_m(self) -> float:
-        """Of the height, over the last three corners."""
-        return float(np.mean([off[:, 2].mean() for off in self._settled()[-3:]]))
+        """Of the height: the mean of its last part."""
+        return float(self._late_height_m().mean())
 
     @property
     def height_oscillation_m(self) -> float:
-        """Half of the height's range over the last three corners."""
-        heights = np.concatenate([off[:, 2] for off in self._settled()[-3:]])
-        return float(np.ptp(heights) / 2.0)
+        """Half of the height's range in its last part."""
+        return float(np.ptp(self._late_height_m()) / 2.0)
 
     @property
     def worst_tilt_deg(self) -> float:
@@ -122,7 +138,7 @@ def fly(case: Case, *, dt_s: float = 0.01, seed: int = 1) -> SquareFlight:
     noise = np.random.default_rng(seed)
     trajectory, still = square(), np.zeros((3, 1))
     rows = []
-    for step in range(round((trajectory.duration_s + 4.0) / dt_s)):
+    for step in range(round((trajectory.duration_s + 8.0) / dt_s)):
         reference = trajectory.at(step * dt_s)
         motion = Motion(
             body.position_m + noise.normal(0.0, POSITION_NOISE_M, (3, 1)),
