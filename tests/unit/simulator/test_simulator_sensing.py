@@ -1,0 +1,63 @@
+"""`--model sensing`: the modes of ArduCopter fly on what a filter makes of sensors with errors."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from simulator.airframe_model import AirframeModel
+from simulator.dialect import mavlink
+from simulator.failure_modes import Failure
+from simulator.modes import Mode
+
+MakeGround = Callable[..., Any]
+
+
+def apart_m(station: Any) -> float:
+    """How far the vehicle is from where it believes to be."""
+    body = station.body
+    north_m, east_m, height_m, _ = body.true_pose
+    return math.dist((north_m, east_m, height_m), (body.north_m, body.east_m, body.alt_m))
+
+
+def test_it_takes_off_holds_and_lands_on_its_estimate(ground: MakeGround) -> None:
+    station = ground(model=AirframeModel.SENSING, wind_mps=4.0, boot_s=2.0).take_off(6.0)
+    station.run(3.0)
+    assert station.body.true_pose[2] == pytest.approx(6.0, abs=0.6)
+    assert 0.0 < apart_m(station) < 2.0, "it believes, it does not know"
+    assert station.tilt_deg() > 1.0, "there is wind"
+    assert station.set_mode(Mode.LAND) == mavlink.MAV_RESULT_ACCEPTED
+    station.until(lambda: not station.flight.armed)
+    assert station.body.true_pose[2] == pytest.approx(0.0, abs=0.05)
+
+
+def test_without_gps_its_position_drifts_and_it_lands_as_measured(ground: MakeGround) -> None:
+    station = ground(model=AirframeModel.SENSING, boot_s=2.0).take_off(4.0)
+    station.flight.failures.add(Failure.GPS_LOST)
+    station.until(lambda: station.flight.mode is Mode.LAND, timeout_s=12.0)
+    assert "EKF Failsafe: changed to LAND Mode" in station.texts()
+    assert bool(station.body.board.gps.lost[0])
+    assert station.now_s - station.body.filter.gps_accepted_s[0] > 5.0
+
+
+def test_the_same_seed_gives_the_same_bytes_and_another_one_others(ground: MakeGround) -> None:
+    def believed(seed: int) -> list[float]:
+        station = ground(model=AirframeModel.SENSING, seed=seed, boot_s=1.0).ready()
+        station.run(0.5)
+        body = station.body
+        return [body.north_m, body.alt_m, body.qx, *np.ravel(body.board.gyroscope.bias)]
+
+    assert believed(1) == believed(1)
+    assert believed(1) != believed(2)
+
+
+def test_the_exact_model_needs_no_numpy() -> None:
+    """A drone's machine, or a small server, flies the default without it."""
+    code = "import sys, simulator.cli; assert 'numpy' not in sys.modules, 'numpy was imported'"
+    assert subprocess.run([sys.executable, "-c", code], check=False, capture_output=True, text=True).stderr == ""
