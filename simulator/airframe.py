@@ -7,6 +7,9 @@ module knows neither flight modes nor MAVLink: motor commands in, motion out.
 from __future__ import annotations
 
 import math
+from collections.abc import Set
+
+from simulator.failure_modes import Failure
 
 GRAVITY_MSS = 9.80665
 MASS_KG = 1.5
@@ -23,6 +26,8 @@ DRAG_LINEAR = 0.25
 DRAG_QUADRATIC = 0.030
 """Measured: 10.2 m/s at full lean; 1.6 m/s of that remain five seconds and 23 m after levelling."""
 ROTATION_DRAG = 0.4
+
+STEADY_INNOVATIONS = (0.02, 0.02, 0.02, 0.02)
 
 WEIGHT_N = MASS_KG * GRAVITY_MSS
 HOVER_COMMAND = WEIGHT_N / (4.0 * MOTOR_MAX_N)
@@ -66,8 +71,16 @@ class Airframe:
         """North, east, height and quaternion, whatever the vehicle believes: what a camera sees."""
         return self.north_m, self.east_m, self.alt_m, (self.qw, self.qx, self.qy, self.qz)
 
-    def lose_gps(self, lost: bool) -> None:
-        """Nothing to lose here: the vehicle knows the truth, and the estimator decides for how long."""
+    def suffer(self, failures: Set[Failure]) -> None:
+        """Called each tick with the failures at work. This body knows the truth: no sensor can fail."""
+
+    def contradictions(self) -> tuple[str, ...]:
+        """What is wrong with its sensors, as the vehicle notices it: texts for the ground station."""
+        return ()
+
+    def innovations(self) -> tuple[float, float, float, float]:
+        """Of velocity, horizontal position, height and compass, as shares of what the filter still believes."""
+        return STEADY_INNOVATIONS
 
     def ground_speed_mps(self) -> float:
         return math.hypot(self.vn_mps, self.ve_mps)

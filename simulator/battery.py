@@ -23,6 +23,8 @@ class Battery:
         self.used_mah = 0.0
         self.current_a = IDLE_A
         self.voltage_v = FULL_V
+        self.extra_ohm = 0.0
+        """Of a bad plug."""
 
     @property
     def left(self) -> float:
@@ -41,7 +43,7 @@ class Battery:
         load = thrust_n / WEIGHT_N
         self.current_a = IDLE_A + HOVER_A * load * math.sqrt(load)
         self.used_mah += self.current_a * dt_s / 3.6
-        self.voltage_v = CELLS * _cell_volts(self.left) - self.current_a * RESISTANCE_OHM
+        self.voltage_v = CELLS * _cell_volts(self.left) - self.current_a * (RESISTANCE_OHM + self.extra_ohm)
 
 
 def _cell_volts(left: float) -> float:

@@ -24,10 +24,13 @@ from simulator.notices import Severity
 from simulator.parameters import Parameters
 from simulator.pilot_input import PilotInput
 from simulator.receiver import Receiver
+from simulator.wind import NO_GUST
 
 LANDED_AFTER_S = 1.8
 SWITCH_DEBOUNCE_S = 0.2
 HARD_IMPACT_MPS = 5.0
+SAG_OHM = 0.2
+GUST_MPS = (8.5, 8.5, 0.0)
 
 
 class OwnFailsafes(FailsafeFlags, ABC):
@@ -86,6 +89,7 @@ class Flight(FlightState):
         self._autopilot = autopilot
         self.fence = Fence(autopilot.fence_limits, autopilot.on_fence_breach)
         self._behaviours = autopilot.make_behaviours(self)
+        self._contradictions: tuple[str, ...] = ()
         self._throttle_zero_since_s: float | None = None
         self._switch_seen: int | None = None
         self._switch_since_s = 0.0
@@ -172,6 +176,7 @@ class Flight(FlightState):
             never_ready=Failure.NEVER_READY in self.failures,
         )
         self._notice_ready()
+        self._notice_contradictions()
         self.sticks.update(now_s, transmitter_lost=Failure.RADIO_LOST in self.failures)
         self._read_mode_switch()
         self.failsafes.update(self)
@@ -187,8 +192,12 @@ class Flight(FlightState):
         self._disarm_when_done()
 
     def _apply_failures(self) -> None:
-        self.body.lose_gps(Failure.GPS_LOST in self.failures)
+        self.body.suffer(self.failures)
         self.body.motor_health[0] = 0.7 if Failure.MOTOR_WEAK in self.failures else 1.0
+        if Failure.MOTOR_LOST in self.failures:
+            self.body.motor_health[0] = 0.0
+        self.battery.extra_ohm = SAG_OHM if Failure.BATTERY_SAG in self.failures else 0.0
+        self.wind.gust_mps = GUST_MPS if Failure.WIND_GUST in self.failures else NO_GUST
         if Failure.BATTERY_LOW in self.failures:
             self.battery.used_mah = max(self.battery.used_mah, 0.88 * self.battery.capacity_mah)
 
@@ -200,6 +209,14 @@ class Flight(FlightState):
             self.set_home(self.place())
         self.notify(Severity.INFO, "EKF3 IMU0 is using GPS")
         self.notify(Severity.INFO, "EKF3 IMU0 origin set")
+
+    def _notice_contradictions(self) -> None:
+        """Says each once, and again only after it was gone."""
+        found = self.body.contradictions()
+        for text in found:
+            if text not in self._contradictions:
+                self.notify(Severity.WARNING, text)
+        self._contradictions = found
 
     def _read_mode_switch(self) -> None:
         """Acts on a change of the switch, not on its position: that is how an expiring channel 5 changes the mode."""

@@ -147,7 +147,8 @@ def ekf_status(flight: Flight) -> Message:
         flags = _EKF_PLACED
     else:
         flags = _EKF_LEVEL if 0.0 < estimator.lost_for_s < STILL_AIDED_S else _EKF_STANDING
-    return mavlink.MAVLink_ekf_status_report_message(flags, 0.02, 0.02, 0.02, 0.02, 0.0)
+    velocity, horizontal, vertical, compass = flight.body.innovations()
+    return mavlink.MAVLink_ekf_status_report_message(flags, velocity, horizontal, vertical, compass, 0.0)
 
 
 def extended_state(flight: Flight) -> Message:

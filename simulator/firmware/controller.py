@@ -150,7 +150,7 @@ class Fleet:
         self.now_s += self.dt_s
         readings = self.board.read(self.body, self.now_s, self.dt_s)
         self._estimate(readings)
-        self.monitor.watch(readings, self.filter, self.dt_s)
+        self.monitor.watch(readings, self.dt_s)
         self._notice_ground()
         if self.now_s >= self._commander_due_s - 1e-9:
             self._commander_due_s = self.now_s + COMMANDER_S

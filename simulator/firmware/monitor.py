@@ -8,7 +8,6 @@ import numpy as np
 import numpy.typing as npt
 
 from simulator.estimation.error_state import ATTITUDE
-from simulator.estimation.navigation_filter import NavigationFilter
 from simulator.firmware.health import Health, Sensor
 from simulator.firmware.watched import Watched
 from simulator.physics.rotation import Floats, conjugate, limited, multiply, to_vector
@@ -62,9 +61,8 @@ class Monitor:
     def vibration_mss(self) -> Floats:
         return np.sqrt(self._vibration)
 
-    def watch(self, readings: Readings, navigation: NavigationFilter, dt_s: float) -> None:
+    def watch(self, readings: Readings, dt_s: float) -> None:
         """Called each step."""
-        del navigation
         self._dt_s += dt_s
         blend = dt_s / VIBRATION_S
         off = limited(readings.acceleration_mss - self._mean_mss, -MAX_KNOCK_MSS, MAX_KNOCK_MSS)

@@ -7,22 +7,31 @@ truth is in `truth`; only the ground, the camera and tests look at it.
 from __future__ import annotations
 
 import math
+from collections.abc import Set
 from typing import Final
 
 import numpy as np
 
 from simulator.airframe import MOTOR_MAX_N, Airframe, Commands
 from simulator.estimation.error_state import FirstDoubts
+from simulator.estimation.fusion import GATE_SIGMAS
 from simulator.estimation.navigation_filter import NavigationFilter
+from simulator.failure_modes import Failure
+from simulator.firmware.faults import JUMP_GAUSS, JUMP_M, NOISE_FACTOR
+from simulator.firmware.monitor import DISBELIEVED_S, MAX_VIBRATION_MSS, Monitor
 from simulator.physics.quadrotor import Quadrotors
 from simulator.physics.quadrotor_design import QuadrotorDesign
 from simulator.physics.rotation import Floats
 from simulator.sensors.board import Readings, SensorBoard
 from simulator.sensors.magnetometer_calibration import MagnetometerCalibration
+from simulator.sensors.satellites import Fix
 
 DESIGN: Final = QuadrotorDesign(motor_kg=0.105, arm_kg=0.08, core_kg=0.76)
 """Mass, inertia, thrust and drag of `simulator.airframe`, from dimensions."""
 MAX_ALIGN_S = 2.0
+SETTLING_S = 2.0
+"""After the start, until every sensor has been heard."""
+MAX_INNOVATION = 10.0
 ALIGN_SHARE = 0.3
 """Of the boot time."""
 _STANDING: Final = np.ones(1, dtype=np.bool_)
@@ -40,14 +49,43 @@ class SensingAirframe(Airframe):
             compass.hard_iron_gauss + 0.004 * left[0], compass.soft_iron * (1.0 + 0.006 * left[1])
         )
         self.filter = NavigationFilter(1)
+        self.monitor = Monitor(1)
         self._share = MOTOR_MAX_N / DESIGN.full_thrust_n
         self._now_s = 0.0
         self._align_s = min(MAX_ALIGN_S, ALIGN_SHARE * boot_s)
         self._sums: list[Floats] = [np.zeros((3, 1)) for _ in range(3)]
         self._samples = [0, 0]
 
-    def lose_gps(self, lost: bool) -> None:
-        self.board.gps.lost[:] = lost
+    def suffer(self, failures: Set[Failure]) -> None:
+        board = self.board
+        board.gps.lost[:] = Failure.GPS_LOST in failures
+        board.gps.jump_m[:2] = JUMP_M if Failure.GPS_JUMP in failures else 0.0
+        board.magnetometer.jump_gauss[1] = JUMP_GAUSS if Failure.COMPASS_JUMP in failures else 0.0
+        noise = NOISE_FACTOR if Failure.IMU_NOISE in failures else 1.0
+        board.accelerometer.noise_factor[:] = board.gyroscope.noise_factor[:] = noise
+        board.barometer.stuck[:] = Failure.BARO_STUCK in failures
+
+    def contradictions(self) -> tuple[str, ...]:
+        navigation = self.filter
+        if not navigation.aligned or self._now_s < self._align_s + SETTLING_S:
+            return ()
+        believed_s = self._now_s - DISBELIEVED_S
+        gps = bool(self.board.gps.fix[0] >= Fix.FIX_3D) and bool(navigation.gps_accepted_s[0] < believed_s)
+        found = (
+            ("GPS glitch", gps and bool(navigation.position_ok[0])),
+            ("Compass inconsistent", bool(navigation.compass_accepted_s[0] < believed_s)),
+            ("Barometer stuck", not bool(self.monitor.barometer_moving[0])),
+            ("Vibration high", bool(self.monitor.vibration_mss[0] > MAX_VIBRATION_MSS)),
+        )
+        return tuple(text for text, wrong in found if wrong)
+
+    def innovations(self) -> tuple[float, float, float, float]:
+        fused = self.filter.fused
+        kinds = ("velocity", "gps", "barometer", "compass")
+        velocity, gps, height, compass = (
+            min(float(fused[kind].worst[0]) / GATE_SIGMAS, MAX_INNOVATION) if kind in fused else 0.0 for kind in kinds
+        )
+        return velocity, gps, height, compass
 
     @property
     def true_pose(self) -> tuple[float, float, float, tuple[float, float, float, float]]:
@@ -63,6 +101,8 @@ class SensingAirframe(Airframe):
         truth.step(speed, dt_s, np.reshape(wind_mps, (3, 1)), power)
         self._now_s += dt_s
         readings = self.board.read(truth, self._now_s, dt_s)
+        self.monitor.watch(readings, dt_s)
+        self.filter.barometer_trusted = self.monitor.barometer_moving
         parked = not any(commands) and bool(truth.on_ground[0])
         if self.filter.aligned:
             self.filter.step(readings, dt_s, _STANDING if parked else _FLYING)

@@ -46,6 +46,29 @@ def test_without_gps_its_position_drifts_and_it_lands_as_measured(ground: MakeGr
     assert station.now_s - station.body.filter.gps_accepted_s[0] > 5.0
 
 
+def test_each_failure_of_a_sensor_is_told_once_and_flown_with(ground: MakeGround) -> None:
+    station = ground(model=AirframeModel.SENSING, boot_s=2.0).take_off(5.0)
+    assert max(station.body.innovations()) < 1.0
+    texts = {
+        Failure.GPS_JUMP: "GPS glitch",
+        Failure.COMPASS_JUMP: "Compass inconsistent",
+        Failure.IMU_NOISE: "Vibration high",
+        Failure.BARO_STUCK: "Barometer stuck",
+    }
+    for failure, text in texts.items():
+        assert text not in station.texts()
+        station.flight.failures.add(failure)
+        station.run(2.5)
+        assert station.texts().count(text) == 1, failure
+        if failure is Failure.GPS_JUMP:
+            station.run(0.1)
+            assert station.body.innovations()[1] > 1.0, "EKF_STATUS_REPORT shows it"
+        station.flight.failures.discard(failure)
+        station.run(1.0)
+    assert station.body.true_pose[2] == pytest.approx(5.0, abs=1.5)
+    assert station.tilt_deg() < 20.0
+
+
 def test_the_same_seed_gives_the_same_bytes_and_another_one_others(ground: MakeGround) -> None:
     def believed(seed: int) -> list[float]:
         station = ground(model=AirframeModel.SENSING, seed=seed, boot_s=1.0).ready()
