@@ -24,6 +24,7 @@ FLIGHT_S = 300.0
 SPEED_S = 20.0
 OUTAGE_S = 30.0
 UP_M = 6.0
+NEAR_M = 0.3
 Way = Trajectory | FigureOfEight
 
 
@@ -33,6 +34,7 @@ async def run(report: Report, options: argparse.Namespace) -> None:
         count, flight_s = options.drones or 10, options.seconds or 40.0
     _speed(report, sorted({1, 10, count}))
     _five_minutes(report, count, flight_s)
+    _arrivals(report, count)
     _eight(report, count)
     _hover(report, count)
 
@@ -101,6 +103,25 @@ def _five_minutes(report: Report, count: int, flight_s: float) -> None:
 def _worst(case: str, report: Report, off_m: Floats) -> None:
     report.spread(case, "worst_of_each_off_reference", level(off_m).max(axis=0).tolist(), "m")
     report.add(case, "worst_height", float(np.abs(off_m[:, 2]).max()), "m")
+
+
+def _arrivals(report: Report, count: int) -> None:
+    """Arrived: within `NEAR_M` of the way-point, for the vehicle as for its reference."""
+    points = [WayPoint(10, 0, UP_M, 10.0), WayPoint(10, 8, UP_M, 16.0), WayPoint(0, 0, UP_M, 23.0)]
+    fleet, way = _ready(count, wind_mps=3.0), plan(points, take_off_m=UP_M, land=False)
+    recorder = Recorder(fleet, period_s=0.02)
+    _fly(fleet, way, way.duration_s + 2.0, recorder)
+    times_s = np.array(recorder.times_s) - recorder.times_s[0]
+    place, wanted = recorder.column("estimate_m"), recorder.column("reference_m")
+    off_s: list[float] = []
+    for point in points:
+        arrive_s = point.arrive_s or 0.0
+        goal = np.array([point.north_m, point.east_m, -point.alt_m])[:, np.newaxis]
+        near = (times_s > arrive_s - 3.0) & (times_s < arrive_s + 2.0)
+        due_s = times_s[near][np.argmax(np.linalg.norm(wanted[near] - goal, axis=1) < NEAR_M, axis=0)]
+        come = np.linalg.norm(place[near] - goal, axis=1) < NEAR_M
+        off_s += np.where(come.any(axis=0), np.abs(times_s[near][np.argmax(come, axis=0)] - due_s), np.inf).tolist()
+    report.spread(f"times of arrival, within {NEAR_M} m", "off", off_s, "s")
 
 
 def _eight(report: Report, count: int) -> None:
