@@ -22,12 +22,13 @@ from server.app.cli import app as tower_app
 from server.app.composition import create_app
 from server.runtime.settings import Settings
 from simulator.cli import app as simulator_app
+from simulator.firmware.command_line import app as flight_controller_app
 
 ROOT: Final = Path(__file__).resolve().parent.parent
 PAPERS: Final = {"security.md": "SECURITY.md", "contributing.md": "CONTRIBUTING.md", "changelog.md": "CHANGELOG.md"}
 """Pages of the site by files in the root."""
 
-_COMMANDS: Final = {"tower": tower_app, "tower-sim": simulator_app}
+_COMMANDS: Final = {"tower": (tower_app,), "tower-sim": (simulator_app, flight_controller_app)}
 _METHODS: Final = ("get", "put", "post", "patch", "delete")
 
 
@@ -58,9 +59,10 @@ def from_root(text: str) -> str:
 def commands_page() -> str:
     """Every command and option, as `--help` says it."""
     lines = ["# Commands", "", "Made from the code: what `--help` prints.", ""]
-    for program, app in _COMMANDS.items():
-        lines += [f"## {program}", "", typer.main.get_command(app).help or "", ""]
-        for path, command in _leaves(typer.main.get_command(app), (program,)):
+    for program, apps in _COMMANDS.items():
+        commands = [typer.main.get_command(app) for app in apps]
+        lines += [f"## {program}", "", commands[0].help or "", ""]
+        for path, command in (leaf for one in commands for leaf in _leaves(one, (program,))):
             lines += _command_lines(path, command)
     return "\n".join([*lines, *_agent_lines()])
 

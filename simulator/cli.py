@@ -100,7 +100,7 @@ def simulate(
     gimbal: Annotated[bool, typer.Option("--gimbal", help="Each has a gimbal as a MAVLink component.")] = False,
     fail: Annotated[list[str] | None, typer.Option(help=FAIL_HELP)] = None,
 ) -> None:
-    """Fly simulated quadrotors that speak MAVLink 2."""
+    """Fly simulated quadrotors that speak MAVLink 2; or one of shell, fly and plot, as the first word."""
     try:
         place, heading_deg = parse_home(home)
         wind_mps, wind_from_deg = parse_wind(wind)
