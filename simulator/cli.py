@@ -161,9 +161,14 @@ def _run(flight: Coroutine[Any, Any, None]) -> None:
 
 
 def main() -> None:
-    if sys.argv[1:2] and sys.argv[1] in FLIGHT_COMMANDS:
-        # NumPy takes time and memory, so it is imported only for these.
-        from simulator.firmware.command_line import app as flight_controller
+    try:
+        if sys.argv[1:2] and sys.argv[1] in FLIGHT_COMMANDS:
+            # NumPy takes time and memory, so it is imported only for these and for --model sensing.
+            from simulator.firmware.command_line import app as flight_controller
 
-        flight_controller()
-    app()
+            flight_controller()
+        app()
+    except ModuleNotFoundError as error:
+        if error.name != "numpy":
+            raise
+        raise SystemExit("tower-sim: this needs NumPy, which the extra [sim] of control-tower installs") from error
