@@ -43,6 +43,7 @@ check-python: $(DEV_READY)
 	@MYPYPATH=tests $(BIN)/mypy --explicit-package-bases tests/real  # CI has no autopilot to run them
 	@$(BIN)/lint-imports
 	@$(BIN)/python deploy/check_structure.py
+	@$(BIN)/python deploy/check_autopilots.py
 
 check-console: $(WEB_READY)
 	@$(SAY) "Console: format, lint, types"

@@ -28,8 +28,8 @@ from bench.peers.environment import CannotInstall
 from bench.peers.mavsdk_server import Installed, PeerFailed, mavsdk_in
 from bench.rig import wait_for
 from bench.rows import Report
+from wire.autopilots.ardupilot_plans import ArduPilot
 from wire.plan_keeping import same_plan
-from wire.plan_keeping_ardupilot import ArduPilot
 from wire.plans import PlanKind, plan_from_json
 
 ITEMS: Final = 200

@@ -1,6 +1,6 @@
 """What an autopilot does with one number of a plan item: keeps, rounds, drops or refuses it. Pure.
 
-A rule covers one field of one command; an autopilot's table (plan_keeping_ardupilot, plan_keeping_px4) combines rules.
+A rule covers one field of one command; an autopilot's table (`wire/autopilots/*_plans.py`) combines rules.
 Numbers are those of MISSION_ITEM_INT, 32 bits wide; None is NaN ("as the autopilot likes").
 """
 

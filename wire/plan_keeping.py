@@ -1,7 +1,7 @@
 """Compares the plan read back with the plan sent, by what the autopilot keeps of each item. Pure.
 
 One source for agent, tower and console: the agent compares what came back, the tower predicts what will not be kept.
-The tables with their sources: plan_keeping_ardupilot, plan_keeping_px4.
+The tables with their sources: `wire/autopilots/*_plans.py`.
 """
 
 from collections.abc import Sequence

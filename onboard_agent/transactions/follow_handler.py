@@ -42,6 +42,8 @@ MAX_REFUSALS: Final = 3
 """Consecutive refusals."""
 
 _AUTOPILOT: Final = 1
+_LED: Final = " or ".join(dict.fromkeys(f"{one.family.label}'s" for one in registry.PROFILES if one.roles.targets))
+"""The families whose vehicles can follow."""
 _POSITION: Final = mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT
 _BEAT: Final = mavlink.MAVLINK_MSG_ID_HEARTBEAT
 _ACK: Final = mavlink.MAVLINK_MSG_ID_COMMAND_ACK
@@ -220,7 +222,7 @@ class FollowHandler:
         if self._one is not None:
             return f"it follows {self._one.work.leader_name}; stop that first"
         if _targets_mode(around) is None:
-            return "it is no multicopter of ArduPilot's or PX4's"
+            return f"it is no multicopter of {_LED}"
         if any(isnan(value) for value in (work.north_m, work.east_m, work.up_m)):
             return "no place was told"
         return why_not_there(work) or self._why_not_flying(around)

@@ -15,6 +15,7 @@ from typing import Final
 from onboard_agent.autopilot.flight_modes import commanded_mode
 from onboard_agent.autopilot.mode_names import mission_modes
 from onboard_agent.autopilot.own_frames import FrameMaker, Sender, agent_sender
+from wire.autopilots.registry import FAMILIES
 from wire.dialect import mavlink
 from wire.frames import message_id, payload, source
 
@@ -44,9 +45,9 @@ _ASKED_OTHERWISE: Final = frozenset(
 )
 """Commands that start the mission with some parameters, or in some modes."""
 
-_AUTO_SWITCH: Final = 16.0
-"""For ArduPilot (param1 of DO_AUX_FUNCTION): AUTO, or back to the radio's mode, which may be AUTO too."""
-_ARMING_SWITCHES: Final = frozenset({153.0, 154.0, 165.0})
+_MISSION_SWITCHES: Final = frozenset[float]().union(*(one.mission_switches for one in FAMILIES.values()))
+_ARMING_SWITCHES: Final = frozenset[float]().union(*(one.arming_switches for one in FAMILIES.values()))
+"""param1 of DO_AUX_FUNCTION, of any autopilot."""
 _CUSTOM: Final = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
 _AUTO: Final = mavlink.MAV_MODE_FLAG_AUTO_ENABLED
 _OLD_MODE: Final = mavlink.MAVLINK_MSG_ID_SET_MODE
@@ -74,7 +75,7 @@ def starts_mission(frame: bytes, *, autopilot_kind: int, vehicle_type: int, cust
     if command == mavlink.MAV_CMD_COMPONENT_ARM_DISARM:
         return bool(param1 != 0.0) and custom_mode in missions
     if command == _SWITCH:
-        return param1 == _AUTO_SWITCH or (param1 in _ARMING_SWITCHES and custom_mode in missions)
+        return param1 in _MISSION_SWITCHES or (param1 in _ARMING_SWITCHES and custom_mode in missions)
     if command == _STANDARD_MODE:  # PX4 rounds it
         return bool(abs(param1 - mavlink.MAV_STANDARD_MODE_MISSION) <= 0.5)
     if command == _OVERRIDE:

@@ -18,7 +18,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final, NamedTuple, TypeVar, cast
 
-from sqlalchemy import URL, DateTime, Dialect, MetaData, event, make_url
+from sqlalchemy import URL, DateTime, Dialect, Executable, MetaData, event, make_url
 from sqlalchemy.exc import DataError, DBAPIError, IntegrityError, ProgrammingError, SQLAlchemyError
 from sqlalchemy.exc import TimeoutError as GaveUp
 from sqlalchemy.ext.asyncio import AsyncConnection, AsyncEngine, AsyncSession, async_sessionmaker, create_async_engine
@@ -28,6 +28,7 @@ from sqlalchemy.types import TypeDecorator
 
 from server.runtime.private_files import make_private_file
 from server.store.database_wait import DatabaseWait, EndingTasks, current_wait, giving_up_after, left_s, waiting_at_most
+from server.store.repeated_statement import RepeatedStatement
 from server.store.sqlite_driver import use_one_trip
 
 TIMEOUT_S: Final = 2.0
@@ -147,6 +148,7 @@ class Database:
         """Called at the beginning of each writing transaction; raises if this process may not write."""
         self._timeout_s = timeout_s
         self._ending = EndingTasks()
+        self._repeated: list[RepeatedStatement] = []
         sqlite = engine.dialect.name == "sqlite"
         reader = engine if sqlite else engine.execution_options(isolation_level="REPEATABLE READ")
         writer = engine.execution_options(tower_begin="BEGIN IMMEDIATE") if sqlite else engine
@@ -220,6 +222,17 @@ class Database:
         finally:
             self._writers.release()
 
+    def repeated(self, statement: Executable) -> RepeatedStatement:
+        """Prepares a statement that runs again and again. Its connection closes with the database."""
+        prepared = RepeatedStatement(self.engine, statement)
+        self._repeated.append(prepared)
+        return prepared
+
+    async def ask(self, question: RepeatedStatement) -> Any:
+        """Reads one value, as a transaction that is timed and counted. Raises DatabaseUnavailable."""
+        async with self._in_time(wrote=False):
+            return await question.scalar()
+
     async def in_time(self, work: Coroutine[Any, Any, Found]) -> Found:
         """For queries with a fallback: does not wait for the end of a transaction that was given up either. Raises
         DatabaseUnavailable, and what `work` raises."""
@@ -252,6 +265,8 @@ class Database:
         return PoolUse(pool.checkedout(), pool.checkedin(), pool.size()) if isinstance(pool, QueuePool) else None
 
     async def close(self) -> None:
+        for statement in self._repeated:
+            await statement.close()
         await self.engine.dispose()
 
 

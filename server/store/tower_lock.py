@@ -33,8 +33,10 @@ from server.domain.tower_lease import (
     LockState,
     LockWatch,
 )
+from server.runtime.aligned_timers import rest
 from server.runtime.life_file import LifeFile, has_died
 from server.store.database import Database, LockLost, open_database, sqlite_file
+from server.store.repeated_statement import RepeatedStatement
 from server.store.tower_lock_table import THE_ROW, TowerLockRow
 
 _log = structlog.get_logger(__name__)
@@ -86,9 +88,9 @@ class TowerLock:
         self.lost_words = ""
         self._answered = True
         self._ending: set[asyncio.Task[int]] = set()
-        # One statement, built once, on the table and not the mapper: it runs twice a second for ever.
         table = cast("Table", TowerLockRow.__table__)
-        self._renewal = (
+        self._renewal: RepeatedStatement | None = None
+        self._renewing = (
             table.update()
             .where(table.c.id == THE_ROW, table.c.owner == self._owner)
             .values(renewals=table.c.renewals + 1, renewed_at=bindparam("at"))
@@ -144,7 +146,7 @@ class TowerLock:
             if answers != self._answered:
                 answers = self._answered
                 (_log.info if answers else _log.error)("tower_lock_renewed" if answers else "tower_lock_not_renewed")
-            await asyncio.sleep(RENEW_EVERY_S)
+            await rest(RENEW_EVERY_S)
 
     async def release(self) -> None:
         """Another process may become the tower from now on. Does nothing if the lock is not ours."""
@@ -162,7 +164,7 @@ class TowerLock:
             self._life.unlock()
         if self._database is not None:
             await self._database.close()
-            self._database = None
+            self._database, self._renewal = None, None
 
     async def check(self, session: AsyncSession) -> None:
         """Inside a transaction that is about to write: raises LockLost if another process is the tower. On PostgreSQL
@@ -222,8 +224,9 @@ class TowerLock:
 
     async def _write_renewal(self) -> int:
         """Returns how often other processes have checked the lock; _NOT_MINE if it is not ours."""
-        async with self._open().writing() as session:
-            looks = await session.scalar(self._renewal, {"at": self._clock()})
+        if self._renewal is None:
+            self._renewal = self._open().repeated(self._renewing)
+        looks = await self._renewal.scalar(at=self._clock())
         return _NOT_MINE if looks is None else int(looks)
 
     def _ended(self, attempt: asyncio.Task[int]) -> None:

@@ -14,11 +14,11 @@ import pytest
 from agent_fakes import FakeTower, keep_key, running_tower, until
 from worlds.free_ports import free_udp_ports
 
+from wire.autopilots.ardupilot_plans import ArduPilot
+from wire.autopilots.px4_plans import Px4
 from wire.control_messages import ToTower
 from wire.dialect import build, decode, mavlink
 from wire.plan_keeping import as_kept
-from wire.plan_keeping_ardupilot import ArduPilot
-from wire.plan_keeping_px4 import Px4
 from wire.plans import Plan, PlanItem, PlanKind, pack_plan, plan_hash
 from wire.transactions import (
     TRANSACTIONS,

@@ -22,10 +22,10 @@ from worlds.processes import World, free_udp_ports, wait_for
 
 from simulator.mission_storage import COMMANDS as COPTER_COMMANDS
 from simulator.px4.mission_storage import COMMANDS as PX4_COMMANDS
+from wire.autopilots.ardupilot_plans import ArduPilot
+from wire.autopilots.px4_plans import Px4
 from wire.plan_fields import Effect, KeptFields
 from wire.plan_keeping import as_kept, changes_ahead, differences
-from wire.plan_keeping_ardupilot import ArduPilot
-from wire.plan_keeping_px4 import Px4
 from wire.plans import Plan, PlanItem, PlanKind, plan_from_json, plan_hash, plan_to_json
 
 PLANS_OF_EACH = 250

@@ -29,12 +29,12 @@ from simulator.flight_state import FlightSettings
 from simulator.geodesy import Place
 from simulator.modes import Mode
 from simulator.vehicle import Vehicle, VehicleSettings
+from wire.autopilots.ardupilot_plans import ArduPilot
 from wire.control_messages import SafetySettings
 from wire.dialect import build, mavlink
 from wire.ids import DroneId, LinkId, UserId
 from wire.open_holds import LostAction
 from wire.plan_keeping import same_plan
-from wire.plan_keeping_ardupilot import ArduPilot
 from wire.plans import Plan, PlanItem, plan_hash
 from wire.tagged import tag
 from wire.transactions import CommandWork, Outcome, PlanUploadWork

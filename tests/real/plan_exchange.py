@@ -13,11 +13,11 @@ from bench.real_autopilot import RealAutopilot, Receiver
 from bench.rig import wait_for
 from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.transactions.plan_handler import PlanHandler, PlanWork
+from wire.autopilots.ardupilot_plans import ArduPilot
 from wire.dialect import mavlink
 from wire.firmware import release_of
 from wire.frames import MalformedFrame, split_frames
 from wire.plan_fields import KeptFields
-from wire.plan_keeping_ardupilot import ArduPilot
 from wire.plans import Plan, PlanItem, PlanKind, unpack_plan
 from wire.transactions import PlanClearWork, PlanDownloadWork, PlanUploadWork, Transaction, TransactionResult
 

@@ -22,9 +22,9 @@ from worlds.modest_chromium import modest
 from worlds.processes import World, wait_for
 
 from bench.rig import HOME
+from wire.autopilots.ardupilot_plans import ArduPilot
 from wire.plan_fields import Effect
 from wire.plan_keeping import as_kept, changes_ahead
-from wire.plan_keeping_ardupilot import ArduPilot
 from wire.plans import PlanItem, PlanKind
 
 SQUAD: Final = {1: "Kestrel", 2: "Merlin", 3: "Osprey"}

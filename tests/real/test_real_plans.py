@@ -17,10 +17,9 @@ import pytest
 from pymavlink import mavwp
 from real.plan_exchange import PlanExchange, plan_exchange
 
+from wire.autopilots.ardupilot_plans import ARDUPILOT_ROOM, ArduPilot
 from wire.plan_fields import Effect
 from wire.plan_keeping import changes_ahead, differences
-from wire.plan_keeping_ardupilot import ArduPilot
-from wire.plan_room import ARDUPILOT_ROOM
 from wire.plans import Plan, PlanItem, PlanKind
 from wire.transactions import Outcome, PlanUploadWork
 

@@ -13,10 +13,9 @@ import msgspec
 from real.plan_exchange import PlanExchange
 from real.real_px4 import flying_px4
 
+from wire.autopilots.px4_plans import PX4_ROOM, Px4
 from wire.plan_fields import Effect
 from wire.plan_keeping import changes_ahead, differences
-from wire.plan_keeping_px4 import Px4
-from wire.plan_room import PX4_ROOM
 from wire.plans import Plan, PlanItem, PlanKind
 from wire.transactions import Outcome, PlanUploadWork
 

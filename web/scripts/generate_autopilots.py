@@ -15,7 +15,8 @@ sys.path.insert(0, str(CHECKOUT))
 
 from wire.autopilots import registry  # noqa: E402
 from wire.autopilots.commands import CommandTable  # noqa: E402
-from wire.autopilots.profile import AutopilotProfile, FlightMode, Sticks  # noqa: E402
+from wire.autopilots.profile import AutopilotFamily, AutopilotProfile, FlightMode, Sticks  # noqa: E402
+from wire.dialect import mavlink  # noqa: E402
 
 TABLE = CHECKOUT / "web" / "src" / "link" / "generated" / "autopilots.gen.ts"
 HEADER = """\
@@ -57,7 +58,6 @@ def profile_row(profile: AutopilotProfile) -> dict[str, Any]:
         "autopilot": profile.family.autopilot,
         "vehicleTypes": sorted(profile.vehicle_types),
         "hasHomeSlot": profile.family.has_home_slot,
-        "missionSince": {command: list(since) for command, since in sorted(profile.family.mission_since.items())},
         "roles": {
             "hold": number_of(roles.hold),
             "returns": number_of(roles.returns),
@@ -73,11 +73,33 @@ def profile_row(profile: AutopilotProfile) -> dict[str, Any]:
     }
 
 
+def family_row(family: AutopilotFamily) -> dict[str, Any]:
+    """One family: what the planner knows of it. `requires`: parameters that must not be unset, counted
+    from 0."""
+    room = family.keeping(int(mavlink.MAV_TYPE_QUADROTOR), None).room
+    return {
+        "label": family.label,
+        "autopilot": family.autopilot,
+        "room": {kind.value: count for kind, count in room.items()},
+        "missionSince": {command: list(since) for command, since in sorted(family.mission_since.items())},
+        "lacks": sorted(family.mission_lacks),
+        "hides": sorted(family.mission_hides),
+        "requires": {number: [at - 1 for at in places] for number, places in sorted(family.mission_requires.items())},
+        "looksByLegacyRoi": family.looks_by_legacy_roi,
+    }
+
+
 def typescript() -> str:
     """The whole file."""
     names = " | ".join(f"'{one.name}'" for one in fields(CommandTable))
     rows = json.dumps([profile_row(profile) for profile in registry.PROFILES], indent=2, ensure_ascii=False)
-    return f"{HEADER}export type PilotCommandName = {names};\n\nexport const AUTOPILOTS = {rows} as const;\n"
+    families = {family.name: family_row(family) for family in registry.FAMILIES.values()}
+    return (
+        f"{HEADER}export type PilotCommandName = {names};\n\n"
+        f"export const FAMILIES = {json.dumps(families, indent=2, ensure_ascii=False)} as const;\n\n"
+        f"export const USUAL_FAMILY = '{registry.USUAL.name}';\n\n"
+        f"export const AUTOPILOTS = {rows} as const;\n"
+    )
 
 
 def main() -> None:

@@ -6,6 +6,7 @@ import { SvelteSet } from 'svelte/reactivity';
 
 import { commandDrone } from './link/drone_commands';
 import { distanceM } from './link/geometry';
+import { USUAL_FAMILY } from './link/generated/autopilots.gen';
 import { familyOf } from './link/modes';
 import type { Place } from './link/messages';
 import { MissionRest } from './link/mission_rest';
@@ -81,7 +82,7 @@ export class SquadMission {
     return [...this.chosen].flatMap((id): Member[] => {
       const vehicle = vehicles.get(id);
       if (!vehicle) return [];
-      const autopilot = familyOf(vehicle.values(tower.clock.nowMs()).autopilot) ?? 'ardupilot';
+      const autopilot = familyOf(vehicle.values(tower.clock.nowMs()).autopilot) ?? USUAL_FAMILY;
       const { name } = vehicle.drone.get();
       return [{ id, name, home: this.#homes.get(id) ?? null, autopilot }];
     });

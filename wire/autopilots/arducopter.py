@@ -95,7 +95,7 @@ _KNOWN: Final = {
     )
 }
 _MODES: Final = modes_in("COPTER_MODE", _KNOWN)
-TURTLE: Final = next(mode.custom_mode for mode in _MODES if mode.name == "TURTLE")
+_TURTLE: Final = next(mode.custom_mode for mode in _MODES if mode.name == "TURTLE")
 """Spins motors of a drone that lies on its back."""
 
 
@@ -167,6 +167,7 @@ PROFILE: Final = AutopilotProfile(
     family=ARDUPILOT,
     vehicle_types=MULTICOPTERS,
     modes=_MODES,
+    arming_modes=frozenset({_TURTLE}),
     roles=ModeRoles(
         hold=_BRAKE, returns=_RTL, land=_LAND, mission=_AUTO, guided=_GUIDED, targets=_GUIDED, by_hand=_LOITER
     ),

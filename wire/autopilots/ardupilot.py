@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
+from wire.autopilots import ardupilot_loss
+from wire.autopilots.ardupilot_plans import SINCE, ArduPilot
 from wire.autopilots.profile import AutopilotFamily, FlightMode
 from wire.autopilots.vehicle_types import PLANES
 from wire.dialect import mavlink
 from wire.firmware import Release
 from wire.open_holds import AfterSticks
 from wire.plan_fields import KeptFields
-from wire.plan_keeping_ardupilot import SINCE, ArduPilot
 
 _R: Final = AfterSticks
 _FS_OPTIONS_GO_ON: Final = {3: 1, 4: 4, 9: 8}
@@ -19,6 +20,11 @@ _FS_OPTIONS_GO_ON: Final = {3: 1, 4: 4, 9: 8}
 _FS_THR_ACTIONS: Final = {1: _R.RETURNS, 2: _R.RETURNS, 3: _R.LANDS, 4: _R.RETURNS, 5: _R.LANDS, 6: _R.RETURNS}
 _AUTO: Final = 3
 _CONTINUES_AUTO: Final = 2
+
+_ARMING_SWITCHES: Final = frozenset({151.0, 153.0, 154.0, 165.0})
+"""TURTLE, ARMDISARM, ARMDISARM_AIRMODE, ARM_EMERGENCY_STOP."""
+_AUTO_SWITCH: Final = 16.0
+"""AUTO, or back to the radio's mode, which may be AUTO too."""
 
 GROUND_STATION: Final = ("SYSID_MYGCS", "MAV_GCS_SYSID")
 """Up to ArduPilot 4.6, and from 4.7 on."""
@@ -82,7 +88,22 @@ ARDUPILOT: Final = AutopilotFamily(
     deciding_parameters=("FS_THR_ENABLE", "FS_GCS_ENABLE", "RC_OVERRIDE_TIME"),
     after_sticks=_after_sticks,
     keeping=_keeping,
+    loss_sentences=ardupilot_loss.loss_sentences,
+    without_receiver=ardupilot_loss.WITHOUT_RECEIVER,
+    is_simulated=ardupilot_loss.is_simulated,
+    mission_lacks=frozenset({int(mavlink.MAV_CMD_DO_VTOL_TRANSITION)}),
+    mission_requires={
+        int(mavlink.MAV_CMD_DO_SET_CAM_TRIGG_DIST): (2, 4),
+        int(mavlink.MAV_CMD_IMAGE_START_CAPTURE): (4,),
+        int(mavlink.MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW): (1, 2, 3, 4),
+    },
     mission_since=SINCE,
+    looks_by_legacy_roi=True,
+    arming_switches=_ARMING_SWITCHES,
+    # MOTOR_ESTOP, MOTOR_INTERLOCK and DISARM besides.
+    stopping_switches=_ARMING_SWITCHES | {31.0, 32.0, 81.0},
+    mission_switches=frozenset({_AUTO_SWITCH}),
+    arming_commands=frozenset({int(mavlink.MAV_CMD_SOLO_BTN_FLY_CLICK), int(mavlink.MAV_CMD_SOLO_BTN_FLY_HOLD)}),
 )
 
 

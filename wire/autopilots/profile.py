@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
@@ -19,6 +19,9 @@ from wire.autopilots.commands import (
     UnknownMode,
     VehicleState,
 )
+from wire.autopilots.loss_sentence import Sentence
+from wire.autopilots.wanted_parameter import WantedParameter
+from wire.control_messages import LossParameters, SafetySettings
 from wire.dialect import mavlink
 from wire.firmware import Release
 from wire.open_holds import AfterSticks
@@ -123,6 +126,13 @@ AfterSticksRule = Callable[[int, Mapping[str, float], bool], AfterSticks]
 """(custom_mode, parameters by name, whether the mode flies without sticks) -> what the drone does without a receiver.
 """
 
+LossSentences = Callable[[LossParameters, SafetySettings], Iterable[Sentence]]
+"""What it does on a loss, from its parameters, in words."""
+
+
+def _never_proved(values: Mapping[str, float]) -> bool:
+    return False
+
 
 @dataclass(frozen=True, kw_only=True)
 class AutopilotFamily:
@@ -168,6 +178,28 @@ class AutopilotFamily:
     after_sticks: AfterSticksRule
     keeping: Callable[[int, Release | None], KeptFields]
     """What it keeps of a plan's items, by MAV_TYPE and release (None: not known)."""
+    loss_sentences: LossSentences | None = None
+    """None: what it does on a loss is unknown."""
+    without_receiver: tuple[WantedParameter, ...] = ()
+    """What it needs to fly without a radio receiver."""
+    is_simulated: Callable[[Mapping[str, float]], bool] = _never_proved
+    """Whether these parameters prove that it is a simulation."""
+    mission_lacks: frozenset[int] = frozenset()
+    """Mission commands of the planner that it does not carry out."""
+    mission_hides: frozenset[int] = frozenset()
+    """Mission commands that the planner does not offer: it refuses them with a position."""
+    mission_requires: Mapping[int, tuple[int, ...]] = field(default_factory=dict)
+    """Mission command to those of its parameters (1 to 4) that may be NaN for others and not for it."""
+    looks_by_legacy_roi: bool = False
+    """All its releases know DO_SET_ROI, and not all know DO_SET_ROI_LOCATION."""
+    arming_switches: frozenset[float] = frozenset()
+    """param1 of DO_AUX_FUNCTION that arms."""
+    stopping_switches: frozenset[float] = frozenset()
+    """param1 of DO_AUX_FUNCTION that stops motors."""
+    mission_switches: frozenset[float] = frozenset()
+    """param1 of DO_AUX_FUNCTION that may start the mission."""
+    arming_commands: frozenset[int] = frozenset()
+    """Commands that arm beside what they are for."""
     mission_since: Mapping[int, Release] = field(default_factory=dict)
     """Mission commands that releases before this one refuse."""
 
@@ -187,6 +219,8 @@ class AutopilotProfile:
     commands: CommandTable
     failsafe: FailsafeModes | None = None
     """None: the agent never changes modes by itself."""
+    arming_modes: frozenset[int] = frozenset()
+    """custom_mode of each mode that arms."""
     stands_in: bool = False
     """Names the modes of vehicles of its family that have no profile."""
 

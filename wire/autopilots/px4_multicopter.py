@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
-from wire.autopilots import common
+from wire.autopilots import common, px4_loss
 from wire.autopilots.commands import (
     CommandStep,
     CommandTable,
@@ -36,12 +36,12 @@ from wire.autopilots.profile import (
     change_mode,
     into,
 )
+from wire.autopilots.px4_plans import Px4
 from wire.autopilots.vehicle_types import MULTICOPTERS
 from wire.dialect import mavlink
 from wire.firmware import Release
 from wire.open_holds import AfterSticks
 from wire.plan_fields import KeptFields
-from wire.plan_keeping_px4 import Px4
 
 _M: Final = mavlink
 _T: Final = FlightTask
@@ -147,6 +147,18 @@ def _keeping(vehicle_type: int, release: Release | None) -> KeptFields:
     return Px4()
 
 
+_NOT_IN_MISSIONS: Final = frozenset(
+    {
+        int(_M.MAV_CMD_NAV_SPLINE_WAYPOINT),
+        int(_M.MAV_CMD_NAV_LOITER_TURNS),
+        int(_M.MAV_CMD_CONDITION_DELAY),
+        int(_M.MAV_CMD_CONDITION_DISTANCE),
+        int(_M.MAV_CMD_CONDITION_YAW),
+        int(_M.MAV_CMD_DO_SET_RELAY),
+        int(_M.MAV_CMD_DO_SET_SERVO),
+    }
+)
+
 PX4: Final = AutopilotFamily(
     autopilot=int(_M.MAV_AUTOPILOT_PX4),
     name="px4",
@@ -176,6 +188,13 @@ PX4: Final = AutopilotFamily(
     deciding_parameters=("COM_RC_IN_MODE", "NAV_RCL_ACT", "NAV_DLL_ACT"),
     after_sticks=_after_sticks,
     keeping=_keeping,
+    mission_lacks=_NOT_IN_MISSIONS,
+    mission_hides=frozenset({int(_M.MAV_CMD_DO_SET_HOME), int(_M.MAV_CMD_DO_LAND_START)}),
+    # It makes a mission start of the second one.
+    arming_commands=frozenset({int(_M.MAV_CMD_MISSION_START), int(_M.MAV_CMD_DO_LAND_START)}),
+    loss_sentences=px4_loss.loss_sentences,
+    without_receiver=px4_loss.WITHOUT_RECEIVER,
+    is_simulated=px4_loss.is_simulated,
 )
 
 

@@ -25,7 +25,8 @@ _BY_VEHICLE: Final = {
     (profile.family.autopilot, vehicle): profile for profile in PROFILES for vehicle in profile.vehicle_types
 }
 _STAND_INS: Final = {profile.family.autopilot: profile for profile in PROFILES if profile.stands_in}
-_USUAL: Final = int(mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA)
+USUAL: Final = FAMILIES[int(mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA)]
+"""An unknown autopilot is read as one of these."""
 
 
 def of(autopilot: int, vehicle_type: int) -> AutopilotProfile | None:
@@ -35,8 +36,8 @@ def of(autopilot: int, vehicle_type: int) -> AutopilotProfile | None:
 
 def nearest(autopilot: int, vehicle_type: int) -> AutopilotProfile:
     """Returns the same, or the nearest related profile. Only for reading modes in doubt, never for commands: an unknown
-    autopilot is read as ArduPilot."""
-    known = autopilot if autopilot in FAMILIES else _USUAL
+    autopilot is read as one of `USUAL`."""
+    known = autopilot if autopilot in FAMILIES else USUAL.autopilot
     return of(known, vehicle_type) or _STAND_INS[known]
 
 

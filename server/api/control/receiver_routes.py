@@ -1,6 +1,6 @@
 """`/api/v1/drones/{id}/receiver-setup`: shows and sets the parameters for flying without a radio receiver."""
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from fastapi import APIRouter, Path
 from pydantic import BaseModel, Field
@@ -50,7 +50,7 @@ class SetupRowView(BaseModel):
 class ReceiverSetupView(BaseModel):
     """Parameters that the autopilot needs to fly without a radio receiver."""
 
-    autopilot: Literal["ardupilot", "px4", ""]
+    autopilot: Annotated[str, Field(description="Family of autopilots: `ardupilot`, `px4`; empty: another")]
     has_radio: Annotated[bool | None, Field(description="null: not known")]
     needed: Annotated[bool, Field(description="There is no receiver, and some values are not the required ones")]
     known: Annotated[bool, Field(description="All these parameters were read")]
@@ -60,7 +60,7 @@ class ReceiverSetupView(BaseModel):
     @classmethod
     def of(cls, setup: ReceiverSetup) -> "ReceiverSetupView":
         return cls(
-            autopilot="ardupilot" if setup.autopilot == "ardupilot" else "px4" if setup.autopilot == "px4" else "",
+            autopilot=setup.autopilot,
             has_radio=setup.has_radio,
             needed=setup.needed,
             known=setup.known,

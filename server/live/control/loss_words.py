@@ -1,7 +1,7 @@
 """What happens if operator, tower or radio are lost, in plain words. Pure.
 
-Facts about the autopilots are in `loss_words_ardupilot.py` and `loss_words_px4.py`. This file has what the agent does,
-and what is the same for all autopilots.
+The profiles have the facts about the autopilots (`wire/autopilots/*_loss.py`). This file has what the agent does, and
+what is the same for all autopilots.
 """
 
 import hashlib
@@ -11,9 +11,8 @@ from math import isfinite
 import msgspec
 
 from server.domain.drone_settings import ALTITUDE_HOLDS, DroneSettings
-from server.live.control.loss_sentence import Sentence, danger, info, warning
-from server.live.control.loss_words_ardupilot import ardupilot_sentences
-from server.live.control.loss_words_px4 import px4_sentences
+from wire.autopilots import registry
+from wire.autopilots.loss_sentence import Sentence, danger, info, warning
 from wire.control_messages import LossParameters
 from wire.open_holds import LostAction
 
@@ -37,14 +36,12 @@ def loss_sentences(parameters: LossParameters | None, settings: DroneSettings) -
     parameters = msgspec.structs.replace(parameters, values=sane)
     if not parameters.complete:
         found.append(warning("operator", "Not all parameters that matter for a loss are known."))
-    if parameters.autopilot == "ardupilot":
-        found += ardupilot_sentences(parameters)
-    elif parameters.autopilot == "px4":
-        found += px4_sentences(parameters, settings)
+    family = registry.family_named(parameters.autopilot)
+    if family is not None and family.loss_sentences is not None:
+        found += family.loss_sentences(parameters, settings.safety)
     else:
-        found.append(
-            warning("operator", "This autopilot is neither ArduPilot nor PX4: what it does on a loss is unknown.")
-        )
+        known = " nor ".join(one.label for one in registry.FAMILIES.values() if one.loss_sentences is not None)
+        found.append(warning("operator", f"This autopilot is neither {known}: what it does on a loss is unknown."))
     order = ("operator", "tower", "radio")
     return sorted(found, key=lambda sentence: order.index(sentence.about))
 

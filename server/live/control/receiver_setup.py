@@ -4,21 +4,12 @@ Without a receiver the end of the agent's sticks is a radio failsafe: these make
 sticks, and go on in one that needs none.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from math import isfinite
-from typing import Final
 
+from wire.autopilots import registry
+from wire.autopilots.wanted_parameter import WantedParameter
 from wire.control_messages import LossParameters
-
-MAX_OVERRIDE_S: Final = 10.0
-USUAL_OVERRIDE_S: Final = 3.0
-GOES_ON: Final = 1 | 4 | 8
-"""FS_OPTIONS: missions, guided flight and landings go on without a radio."""
-EXCEPTED: Final = 1 | 2 | 4
-"""COM_RCL_EXCEPT: mission, hold, offboard."""
-RETURN: Final = 2.0
-JOYSTICK: Final = 1.0
 
 
 @dataclass(frozen=True)
@@ -37,7 +28,7 @@ class SetupRow:
 
 @dataclass(frozen=True)
 class ReceiverSetup:
-    """The setup of one drone. `autopilot`: `ardupilot`, `px4`, or empty for another."""
+    """The setup of one drone. `autopilot`: the name of a family of profiles, or empty for another."""
 
     autopilot: str
     has_radio: bool | None
@@ -62,7 +53,8 @@ class ReceiverSetup:
     def text(self) -> str:
         """For people, in a sentence or two."""
         if not self.rows:
-            return "This set-up exists for ArduPilot and PX4 only. The autopilot is not known to be one of them."
+            known = " and ".join(one.label for one in registry.FAMILIES.values() if one.without_receiver)
+            return f"This set-up exists for {known} only. The autopilot is not known to be one of them."
         if self.has_radio is None:
             return "It is not known whether a radio receiver is on board."
         if self.has_radio:
@@ -74,51 +66,16 @@ class ReceiverSetup:
         return "There is no radio receiver, and the autopilot is set up to fly without one."
 
 
-@dataclass(frozen=True)
-class _Wanted:
-    name: str
-    value: Callable[[float], float]
-    """For the present value."""
-    why: str
-
-
-def _with_bits(bits: int) -> Callable[[float], float]:
-    return lambda now: float(int(now) | bits)
-
-
-def _override_s(now: float) -> float:
-    return now if 0 < now <= MAX_OVERRIDE_S else USUAL_OVERRIDE_S
-
-
-_ARDUPILOT: Final = (
-    _Wanted(
-        "FS_THR_ENABLE",
-        lambda now: 1.0,
-        "It returns to launch when sticks from the tower end in a mode that needs them.",
-    ),
-    _Wanted("FS_OPTIONS", _with_bits(GOES_ON), "Missions, guided holds and landings go on without a radio."),
-    _Wanted("RC_OVERRIDE_TIME", _override_s, "Sticks from the tower count, and expire if the computer on board fails."),
-)
-_PX4: Final = (
-    _Wanted("COM_RC_IN_MODE", lambda now: JOYSTICK, "Sticks come from the tower, and no radio is asked for."),
-    _Wanted(
-        "NAV_RCL_ACT",
-        lambda now: now if now > 0 else RETURN,
-        "It does something when sticks from the tower end in a mode that needs them: it returns.",
-    ),
-    _Wanted("COM_RCL_EXCEPT", _with_bits(EXCEPTED), "Missions, holds and offboard flight go on without sticks."),
-)
-_BY_AUTOPILOT: Final = {"ardupilot": _ARDUPILOT, "px4": _PX4}
-
-
 def receiver_setup(parameters: LossParameters | None) -> ReceiverSetup:
     """`parameters`: None until the agent has reported them."""
     if parameters is None:
         return ReceiverSetup("", None, ())
-    rows = tuple(_row(one, parameters.values.get(one.name)) for one in _BY_AUTOPILOT.get(parameters.autopilot, ()))
+    family = registry.family_named(parameters.autopilot)
+    wanted = () if family is None else family.without_receiver
+    rows = tuple(_row(one, parameters.values.get(one.name)) for one in wanted)
     return ReceiverSetup(parameters.autopilot, parameters.has_radio, rows)
 
 
-def _row(one: _Wanted, now: float | None) -> SetupRow:
+def _row(one: WantedParameter, now: float | None) -> SetupRow:
     known = now if now is not None and isfinite(now) else None
     return SetupRow(one.name, known, one.value(known if known is not None else 0.0), one.why)

@@ -1,17 +1,12 @@
 """Whether an autopilot is simulated, by its parameters. Pure."""
 
+from wire.autopilots import registry
 from wire.control_messages import LossParameters
 
 
 def is_simulator(parameters: LossParameters | None) -> bool:
-    """Whether the parameters prove it.
-
-    Only a simulated ArduPilot has any whose name begins with SIM_. A PX4 on a real board may have some as well, so
-    there only those count that switch a simulation on: SYS_HITL (in the loop, or on the board itself) and SIM_GZ_EN.
-    """
+    """Whether the parameters prove it."""
     if parameters is None:
         return False
-    values = parameters.values
-    if parameters.autopilot == "ardupilot":
-        return any(name.startswith("SIM_") for name in values)
-    return any(values.get(name, 0) > 0 for name in ("SYS_HITL", "SIM_GZ_EN"))
+    family = registry.family_named(parameters.autopilot)
+    return family is not None and family.is_simulated(parameters.values)

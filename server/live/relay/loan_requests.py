@@ -23,12 +23,15 @@ from server.live.relay.loan_tables import (
     UP_OR_DOWN,
 )
 from server.live.relay.policy import CommandSeen, arms, spins_motors
-from wire.autopilots.arducopter import TURTLE
 from wire.autopilots.profile import AutopilotFamily
+from wire.autopilots.registry import PROFILES
 from wire.dialect import mavlink
 from wire.frames import message_id, payload
 
 _M: Final = mavlink
+
+ARMING_MODES: Final = frozenset[int]().union(*(profile.arming_modes for profile in PROFILES))
+"""custom_mode of each mode that arms any known autopilot."""
 
 
 class LoanBlock(StrEnum):
@@ -136,7 +139,7 @@ def _may_start_motors(frame: bytes, command: CommandSeen | None) -> bool:
     """Arms a disarmed drone: by command, by mode, or by sticks in a corner."""
     msgid, body = message_id(frame), payload(frame)
     if msgid == _M.MAVLINK_MSG_ID_SET_MODE:
-        return int.from_bytes(body[:4], "little") == TURTLE or bool(body[5:6] and body[5] & 0x80)
+        return int.from_bytes(body[:4], "little") in ARMING_MODES or bool(body[5:6] and body[5] & 0x80)
     if msgid == _M.MAVLINK_MSG_ID_MANUAL_CONTROL:
         _, _, _, turn, buttons = Struct("<hhhhH").unpack_from(body.ljust(10, b"\0"))
         return abs(turn) > _TO_ONE_SIDE or buttons != 0 or any(body[11:13])
@@ -146,7 +149,7 @@ def _may_start_motors(frame: bytes, command: CommandSeen | None) -> bool:
         return False
     if command.command == _M.MAV_CMD_DO_SET_MODE:
         armed_flag = isfinite(command.param1) and int(command.param1) & 0x80
-        return bool(armed_flag) or command.param2 == TURTLE
+        return bool(armed_flag) or command.param2 in ARMING_MODES
     return arms(command) or spins_motors(command)
 
 

@@ -10,6 +10,7 @@ from enum import StrEnum
 from struct import Struct
 from typing import Final
 
+from wire.autopilots.registry import FAMILIES
 from wire.dialect import mavlink
 from wire.drops import DropReason
 from wire.frames import message_id, payload
@@ -61,21 +62,13 @@ COMMANDS: Final[Mapping[int, Permission]] = {
 }
 """MAV_CMD to who may send it; what is not here is the holder's."""
 
-AUX_ARMS: Final = frozenset({151.0, 153.0, 154.0, 165.0})
-"""Switches of an ArduPilot (param1 of MAV_CMD_DO_AUX_FUNCTION) that arm: TURTLE, ARMDISARM,
-ARMDISARM_AIRMODE, ARM_EMERGENCY_STOP."""
+AUX_ARMS: Final = frozenset[float]().union(*(family.arming_switches for family in FAMILIES.values()))
+"""Switches (param1 of MAV_CMD_DO_AUX_FUNCTION) that arm any known autopilot."""
 
-AUX_STOPS: Final = AUX_ARMS | {31.0, 32.0, 81.0}
-"""Those that stop motors: MOTOR_ESTOP, MOTOR_INTERLOCK and DISARM besides."""
+AUX_STOPS: Final = AUX_ARMS.union(*(family.stopping_switches for family in FAMILIES.values()))
+"""Those that stop motors."""
 
-_ARM_TOO: Final = frozenset(
-    {
-        _M.MAV_CMD_MISSION_START,  # PX4 arms for it
-        _M.MAV_CMD_DO_LAND_START,  # and makes a mission start of this one
-        _M.MAV_CMD_SOLO_BTN_FLY_CLICK,
-        _M.MAV_CMD_SOLO_BTN_FLY_HOLD,  # an ArduCopter arms and takes off
-    }
-)
+_ARM_TOO: Final = frozenset[int]().union(*(family.arming_commands for family in FAMILIES.values()))
 
 _FLIES: Final = frozenset(
     {

@@ -12,7 +12,7 @@ from server.domain.clock import Clock
 from server.live.fleet.live_picture import LivePicture
 from server.runtime.aligned_timers import rest
 from server.store.database import Database
-from server.store.fleet.snapshot import load_snapshot, read_revision
+from server.store.fleet.snapshot import REVISION, load_snapshot
 
 POLL_S: Final = 1.0
 _log = structlog.get_logger(__name__)
@@ -43,12 +43,11 @@ class Roster:
 
     async def follow(self) -> None:
         """Runs until cancelled. Logs an unreachable database once, not every second, and leaves the fleet as it is."""
-        in_reach = True
+        in_reach, revision = True, self._database.repeated(REVISION)
         while True:
             await rest(self._poll_s)
             try:
-                async with self._database.reading() as session:
-                    newest = await read_revision(session)
+                newest = await self._database.ask(revision) or 0
                 if newest > self._applied:
                     await self.refresh()
             except (SQLAlchemyError, OSError) as error:

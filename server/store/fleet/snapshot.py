@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from datetime import datetime
+from typing import Final
 
 from sqlalchemy import select, update
 from sqlalchemy.ext.asyncio import AsyncSession
@@ -18,9 +19,11 @@ from server.store.teams.tables import TeamDroneRow, TeamMemberRow, TeamRow
 from wire.drone_key import key_bytes
 from wire.ids import DroneId, Epoch, UserId
 
+REVISION: Final = select(FleetRevisionRow.revision)
+
 
 async def read_revision(session: AsyncSession) -> int:
-    return await session.scalar(select(FleetRevisionRow.revision)) or 0
+    return await session.scalar(REVISION) or 0
 
 
 async def begin_fleet_change(session: AsyncSession) -> None:

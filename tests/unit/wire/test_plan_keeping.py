@@ -10,6 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from wire.autopilots.ardupilot_plans import ArduPilot
+from wire.autopilots.px4_plans import Px4
 from wire.dialect import mavlink
 from wire.plan_fields import Effect, KeptFields, fields_of, item_of
 from wire.plan_keeping import (
@@ -22,8 +24,6 @@ from wire.plan_keeping import (
     same_plan,
     to_send,
 )
-from wire.plan_keeping_ardupilot import ArduPilot
-from wire.plan_keeping_px4 import Px4
 from wire.plans import Plan, PlanItem, PlanKind
 
 MISSION, FENCE, RALLY = PlanKind.MISSION, PlanKind.FENCE, PlanKind.RALLY
@@ -356,7 +356,6 @@ ROOM: Final = MEASURED.with_name("plan_room.json")
 
 
 def test_more_items_than_an_autopilot_has_room_for_are_told_before_they_are_sent() -> None:
-    """The console's tests compare the file with its own table."""
     rooms = msgspec.json.decode(ROOM.read_bytes(), type=dict[str, dict[PlanKind, int]])
     assert rooms == {"ardupilot": dict(ArduPilot().room), "px4": dict(Px4().room)}
     for keeping, kind in ((ArduPilot(), MISSION), (Px4(), PlanKind.RALLY)):

@@ -1,6 +1,6 @@
 /** The flight modes of the known autopilots, from the generated table of their profiles (wire/autopilots/). */
 
-import { AUTOPILOTS, type PilotCommandName } from './generated/autopilots.gen';
+import { AUTOPILOTS, FAMILIES, type PilotCommandName } from './generated/autopilots.gen';
 import { MAV_TYPE } from './generated/mavlink.gen';
 
 /** What a drone in the air does in a mode, as relevant for a lost connection. */
@@ -39,7 +39,7 @@ export interface ModeSet {
 export interface AutopilotProfile {
   readonly key: string;
   readonly label: string;
-  readonly family: 'ardupilot' | 'px4';
+  readonly family: keyof typeof FAMILIES;
   readonly autopilot: number;
   readonly vehicleTypes: readonly number[];
   /** Item 0 of its mission is home. */
@@ -125,5 +125,5 @@ export function modeName(autopilot: number, customMode: number, vehicleType?: nu
 }
 
 /** Mission commands that releases of this family before the given one refuse. */
-export const missionSince = (family: string): Readonly<Record<string, readonly [number, number]>> =>
-  AUTOPILOTS.find((one) => one.family === family)?.missionSince ?? {};
+export const missionSince = (family: keyof typeof FAMILIES): Readonly<Record<string, readonly [number, number]>> =>
+  FAMILIES[family].missionSince;

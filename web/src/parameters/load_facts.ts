@@ -2,11 +2,14 @@
 
 import { factsOf, NO_FACTS, type Facts, type Metadata } from './facts';
 
-export type Autopilot = 'arducopter' | 'px4' | 'other';
+import type { FAMILIES } from '../link/generated/autopilots.gen';
+
+/** A family of profiles (wire/autopilots/), or another autopilot. */
+export type Autopilot = keyof typeof FAMILIES | 'other';
 
 export async function loadFacts(autopilot: Autopilot): Promise<Facts> {
   switch (autopilot) {
-    case 'arducopter': {
+    case 'ardupilot': {
       const [{ ARDUCOPTER_WORDS }, { default: metadata }] = await Promise.all([
         import('./facts/arducopter_words'),
         import('./facts/arducopter_metadata.json'),

@@ -2,8 +2,11 @@
  * The commands that the planner knows: names, whether they have a place, parameters, and which autopilots carry them
  * out in a mission. Sources: MAVLink's common.xml, ArduPilot's mission list (Copter 4.6) and PX4's parser and
  * feasibility check. An item with another command is kept unchanged, with numbers instead of names. The tower reports
- * how an autopilot changes a value (wire/plan_keeping.py); both keep the defaults here unchanged.
+ * how an autopilot changes a value (wire/plan_keeping.py); both keep the defaults here unchanged. What one autopilot
+ * lacks or requires comes from its profile (wire/autopilots/).
  */
+
+import { FAMILIES } from '../link/generated/autopilots.gen';
 
 export const CMD = {
   WAYPOINT: 16,
@@ -47,8 +50,7 @@ export const CMD = {
   RALLY: 5100,
 } as const;
 
-export type AutopilotKind = 'ardupilot' | 'px4';
-export const AUTOPILOT_WORDS: Record<AutopilotKind, string> = { ardupilot: 'ArduPilot', px4: 'PX4' };
+export type AutopilotKind = keyof typeof FAMILIES;
 
 export type ParamUnit = 's' | 'm' | 'm/s' | 'deg' | 'deg/s' | '%' | 'us' | '';
 
@@ -61,10 +63,8 @@ export interface ParamSpec {
   readonly most?: number;
   readonly whole?: boolean;
   readonly choices?: readonly (readonly [number, string])[];
-  /** May be unset: the autopilot decides. */
+  /** May be unset: the autopilot decides, unless its profile requires a number. */
   readonly mayBeOpen?: boolean;
-  /** The autopilots that accept it unset; undefined: all. */
-  readonly openTo?: readonly AutopilotKind[];
   readonly initial: number | null;
 }
 
@@ -84,16 +84,9 @@ export interface CommandSpec {
   /** The drone flies to its place. */
   readonly flies: boolean;
   readonly params: readonly ParamSpec[];
-  readonly knownTo: readonly AutopilotKind[];
-  /** The autopilots for which it is offered, if not all that support it. */
-  readonly offeredTo?: readonly AutopilotKind[];
   /** Meaning of x and z without a place: more parameters. */
   readonly raw?: { readonly x?: number; readonly z?: number };
 }
-
-const BOTH: readonly AutopilotKind[] = ['ardupilot', 'px4'];
-const ARDUPILOT: readonly AutopilotKind[] = ['ardupilot'];
-const PX4: readonly AutopilotKind[] = ['px4'];
 
 const param = (at: 0 | 1 | 2 | 3, name: string, unit: ParamUnit, rest: Partial<ParamSpec> = {}): ParamSpec => ({
   at,
@@ -113,16 +106,11 @@ function spec(
   command: number,
   label: string,
   place: PlaceUse,
-  knownTo: readonly AutopilotKind[],
   params: readonly ParamSpec[] = [],
-  uses: Partial<Pick<CommandSpec, 'height' | 'flies' | 'offeredTo' | 'raw'>> = {},
+  uses: Partial<Pick<CommandSpec, 'height' | 'flies' | 'raw'>> = {},
 ): CommandSpec {
-  return { command, label, place, knownTo, params, height: false, flies: false, ...uses };
+  return { command, label, place, params, height: false, flies: false, ...uses };
 }
-
-/** PX4 does not accept it with a place. */
-const WITHOUT_PLACE_ON_PX4 = { height: true, offeredTo: ARDUPILOT };
-const OPEN_TO_PX4 = { mayBeOpen: true, openTo: PX4 };
 
 /** Jumps are checked against their plan; this is only the range of the number. */
 const MAX_SEQ = 65_535;
@@ -134,18 +122,16 @@ const SPECS: readonly CommandSpec[] = [
     CMD.WAYPOINT,
     'Waypoint',
     'needed',
-    BOTH,
     [HOLD, REACHED, param(2, 'Pass by at', 'm', { least: -1_000, most: 1_000 }), YAW],
     GOES,
   ),
-  spec(CMD.SPLINE_WAYPOINT, 'Spline waypoint', 'needed', ARDUPILOT, [HOLD], GOES),
-  spec(CMD.TAKEOFF, 'Take-off', 'here-if-none', BOTH, [param(0, 'Pitch', 'deg', { least: 0, most: 90 }), YAW], GOES),
-  spec(CMD.VTOL_TAKEOFF, 'Take-off (VTOL)', 'here-if-none', BOTH, [YAW], GOES),
+  spec(CMD.SPLINE_WAYPOINT, 'Spline waypoint', 'needed', [HOLD], GOES),
+  spec(CMD.TAKEOFF, 'Take-off', 'here-if-none', [param(0, 'Pitch', 'deg', { least: 0, most: 90 }), YAW], GOES),
+  spec(CMD.VTOL_TAKEOFF, 'Take-off (VTOL)', 'here-if-none', [YAW], GOES),
   spec(
     CMD.LAND,
     'Land',
     'here-if-none',
-    BOTH,
     [
       param(0, 'Abort height', 'm', { least: 0, most: 1_000 }),
       param(1, 'Precision landing', '', {
@@ -163,18 +149,16 @@ const SPECS: readonly CommandSpec[] = [
     CMD.VTOL_LAND,
     'Land (VTOL)',
     'here-if-none',
-    BOTH,
     [param(2, 'Approach height', 'm', { mayBeOpen: true, least: 0, most: 1_000 }), YAW],
     GOES,
   ),
-  spec(CMD.RETURN, 'Return', 'none', BOTH),
-  spec(CMD.LOITER_UNLIMITED, 'Loiter, unlimited', 'here-if-none', BOTH, [RADIUS, YAW], GOES),
+  spec(CMD.RETURN, 'Return', 'none'),
+  spec(CMD.LOITER_UNLIMITED, 'Loiter, unlimited', 'here-if-none', [RADIUS, YAW], GOES),
   spec(
     CMD.LOITER_TURNS,
     'Loiter, turns',
     'here-if-none',
-    ARDUPILOT,
-    // ArduPilot stores turns and radius in one byte each.
+    // One byte each where an autopilot packs its items.
     [param(0, 'Turns', '', { least: 0.1, most: 255, initial: 1 }), RADIUS],
     GOES,
   ),
@@ -182,24 +166,21 @@ const SPECS: readonly CommandSpec[] = [
     CMD.LOITER_TIME,
     'Loiter, time',
     'here-if-none',
-    BOTH,
     [param(0, 'Time', 's', { least: 0, most: 65_535, initial: 10 }), RADIUS],
     GOES,
   ),
-  spec(CMD.LOITER_TO_HEIGHT, 'Loiter to height', 'here-if-none', BOTH, [{ ...RADIUS, at: 1 }], GOES),
-  spec(CMD.NAV_DELAY, 'Wait', 'none', BOTH, [
+  spec(CMD.LOITER_TO_HEIGHT, 'Loiter to height', 'here-if-none', [{ ...RADIUS, at: 1 }], GOES),
+  spec(CMD.NAV_DELAY, 'Wait', 'none', [
     param(0, 'Time, -1: until a time of day', 's', { least: -1, most: 65_535, initial: 10 }),
     param(1, 'Hour (UTC), -1: any', '', { least: -1, most: 23, whole: true, initial: -1 }),
     param(2, 'Minute, -1: any', '', { least: -1, most: 59, whole: true, initial: -1 }),
     param(3, 'Second, -1: any', '', { least: -1, most: 59, whole: true, initial: -1 }),
   ]),
-  spec(CMD.CONDITION_DELAY, 'Delay, time', 'none', ARDUPILOT, [
-    param(0, 'Time', 's', { least: 0, most: 65_535, initial: 5 }),
-  ]),
-  spec(CMD.CONDITION_DISTANCE, 'Delay, distance', 'none', ARDUPILOT, [
+  spec(CMD.CONDITION_DELAY, 'Delay, time', 'none', [param(0, 'Time', 's', { least: 0, most: 65_535, initial: 5 })]),
+  spec(CMD.CONDITION_DISTANCE, 'Delay, distance', 'none', [
     param(0, 'Distance to the next waypoint', 'm', { least: 0, most: 100_000, initial: 10 }),
   ]),
-  spec(CMD.CONDITION_YAW, 'Heading', 'none', ARDUPILOT, [
+  spec(CMD.CONDITION_YAW, 'Heading', 'none', [
     param(0, 'Angle', 'deg', { least: 0, most: 360 }),
     param(1, 'Turn rate', 'deg/s', { least: 0, most: 360 }),
     param(2, 'Direction', '', {
@@ -216,11 +197,11 @@ const SPECS: readonly CommandSpec[] = [
       ],
     }),
   ]),
-  spec(CMD.JUMP, 'Jump', 'none', BOTH, [
+  spec(CMD.JUMP, 'Jump', 'none', [
     param(0, 'To item', '', { least: 0, most: MAX_SEQ, whole: true }),
     param(1, 'Repeats, -1: forever', '', { least: -1, most: 32_767, whole: true, initial: 1 }),
   ]),
-  spec(CMD.CHANGE_SPEED, 'Speed', 'none', BOTH, [
+  spec(CMD.CHANGE_SPEED, 'Speed', 'none', [
     param(0, 'Type', '', {
       choices: [
         [0, 'airspeed'],
@@ -237,7 +218,6 @@ const SPECS: readonly CommandSpec[] = [
     CMD.SET_HOME,
     'Set home',
     'here-if-none',
-    BOTH,
     [
       param(0, 'Home', '', {
         choices: [
@@ -246,23 +226,15 @@ const SPECS: readonly CommandSpec[] = [
         ],
       }),
     ],
-    WITHOUT_PLACE_ON_PX4,
+    { height: true },
   ),
-  spec(
-    CMD.ROI_LOCATION,
-    'Look at',
-    'needed',
-    BOTH,
-    [param(0, 'Gimbal, 0: all', '', { least: 0, most: 255, whole: true })],
-    {
-      height: true,
-    },
-  ),
+  spec(CMD.ROI_LOCATION, 'Look at', 'needed', [param(0, 'Gimbal, 0: all', '', { least: 0, most: 255, whole: true })], {
+    height: true,
+  }),
   spec(
     CMD.ROI,
     'Look at (legacy)',
     'here-if-none',
-    BOTH,
     [
       param(0, 'Target', '', {
         choices: [
@@ -279,43 +251,40 @@ const SPECS: readonly CommandSpec[] = [
     ],
     { height: true },
   ),
-  spec(CMD.ROI_NONE, 'Look ahead', 'none', BOTH, [
-    param(0, 'Gimbal, 0: all', '', { least: 0, most: 255, whole: true }),
-  ]),
-  spec(CMD.TRIGGER_DISTANCE, 'Camera, by distance', 'none', BOTH, [
+  spec(CMD.ROI_NONE, 'Look ahead', 'none', [param(0, 'Gimbal, 0: all', '', { least: 0, most: 255, whole: true })]),
+  spec(CMD.TRIGGER_DISTANCE, 'Camera, by distance', 'none', [
     param(0, 'Distance, 0: stop', 'm', { least: 0, most: 10_000, initial: 20 }),
-    param(1, 'Shutter, milliseconds', '', { least: -1, most: 60_000, ...OPEN_TO_PX4 }),
+    param(1, 'Shutter, milliseconds', '', { least: -1, most: 60_000, mayBeOpen: true }),
     param(2, 'First picture at once', '', {
       choices: [
         [0, 'no'],
         [1, 'yes'],
       ],
     }),
-    param(3, 'Camera, 0: all', '', { least: 0, most: 255, whole: true, ...OPEN_TO_PX4 }),
+    param(3, 'Camera, 0: all', '', { least: 0, most: 255, whole: true, mayBeOpen: true }),
   ]),
   // x triggers the picture.
-  spec(CMD.CAMERA_SHOT, 'Camera, single picture', 'none', BOTH, [], { raw: { x: 1 } }),
-  spec(CMD.IMAGE_START, 'Camera, picture series', 'none', BOTH, [
+  spec(CMD.CAMERA_SHOT, 'Camera, single picture', 'none', [], { raw: { x: 1 } }),
+  spec(CMD.IMAGE_START, 'Camera, picture series', 'none', [
     param(0, 'Camera, 0: all', '', { least: 0, most: 255, whole: true }),
     param(1, 'Interval', 's', { least: 0, most: 65_535 }),
     param(2, 'Count, 0: until stopped', '', { least: 0, most: 65_535, whole: true, initial: 1 }),
-    param(3, 'First number', '', { least: 0, most: 65_535, whole: true, ...OPEN_TO_PX4 }),
+    param(3, 'First number', '', { least: 0, most: 65_535, whole: true, mayBeOpen: true }),
   ]),
-  spec(CMD.IMAGE_STOP, 'Camera, stop series', 'none', BOTH, [
+  spec(CMD.IMAGE_STOP, 'Camera, stop series', 'none', [
     param(0, 'Camera, 0: all', '', { least: 0, most: 255, whole: true }),
   ]),
-  spec(CMD.VIDEO_START, 'Record video', 'none', BOTH, [
+  spec(CMD.VIDEO_START, 'Record video', 'none', [
     param(0, 'Stream, 0: all', '', { least: 0, most: 255, whole: true }),
     param(1, 'Reports a second', '', { least: 0, most: 100 }),
   ]),
-  spec(CMD.VIDEO_STOP, 'Stop recording', 'none', BOTH, [
+  spec(CMD.VIDEO_STOP, 'Stop recording', 'none', [
     param(0, 'Stream, 0: all', '', { least: 0, most: 255, whole: true }),
   ]),
   spec(
     CMD.MOUNT_CONTROL,
     'Gimbal (legacy)',
     'none',
-    BOTH,
     [
       param(0, 'Pitch', 'deg', { least: -180, most: 180 }),
       param(1, 'Roll', 'deg', { least: -180, most: 180 }),
@@ -324,17 +293,17 @@ const SPECS: readonly CommandSpec[] = [
     // MAV_MOUNT_MODE: by these angles.
     { raw: { z: 2 } },
   ),
-  spec(CMD.GIMBAL_PITCH_YAW, 'Gimbal', 'none', BOTH, [
-    param(0, 'Pitch', 'deg', { least: -180, most: 180, ...OPEN_TO_PX4 }),
-    param(1, 'Yaw', 'deg', { least: -360, most: 360, ...OPEN_TO_PX4 }),
-    param(2, 'Pitch rate', 'deg/s', { least: -360, most: 360, ...OPEN_TO_PX4 }),
-    param(3, 'Yaw rate', 'deg/s', { least: -360, most: 360, ...OPEN_TO_PX4 }),
+  spec(CMD.GIMBAL_PITCH_YAW, 'Gimbal', 'none', [
+    param(0, 'Pitch', 'deg', { least: -180, most: 180, mayBeOpen: true }),
+    param(1, 'Yaw', 'deg', { least: -360, most: 360, mayBeOpen: true }),
+    param(2, 'Pitch rate', 'deg/s', { least: -360, most: 360, mayBeOpen: true }),
+    param(3, 'Yaw rate', 'deg/s', { least: -360, most: 360, mayBeOpen: true }),
   ]),
-  spec(CMD.SET_SERVO, 'Servo', 'none', ARDUPILOT, [
+  spec(CMD.SET_SERVO, 'Servo', 'none', [
     param(0, 'Servo', '', { least: 1, most: 32, whole: true, initial: 9 }),
     param(1, 'Pulse', 'us', { least: 0, most: 3_000, whole: true, initial: 1_500 }),
   ]),
-  spec(CMD.SET_RELAY, 'Relay', 'none', ARDUPILOT, [
+  spec(CMD.SET_RELAY, 'Relay', 'none', [
     param(0, 'Relay', '', { least: 0, most: 15, whole: true }),
     param(1, 'Switch', '', {
       choices: [
@@ -343,7 +312,7 @@ const SPECS: readonly CommandSpec[] = [
       ],
     }),
   ]),
-  spec(CMD.GRIPPER, 'Gripper', 'none', BOTH, [
+  spec(CMD.GRIPPER, 'Gripper', 'none', [
     param(0, 'Gripper', '', { least: 0, most: 6, whole: true, initial: 1 }),
     param(1, 'Action', '', {
       choices: [
@@ -352,8 +321,8 @@ const SPECS: readonly CommandSpec[] = [
       ],
     }),
   ]),
-  spec(CMD.LAND_START, 'Landing sequence', 'here-if-none', BOTH, [], WITHOUT_PLACE_ON_PX4),
-  spec(3000, 'VTOL transition', 'none', PX4, [
+  spec(CMD.LAND_START, 'Landing sequence', 'here-if-none', [], { height: true }),
+  spec(3000, 'VTOL transition', 'none', [
     param(0, 'To', '', {
       choices: [
         [3, 'hovering'],
@@ -368,16 +337,24 @@ export const CATALOGUE: ReadonlyMap<number, CommandSpec> = new Map(SPECS.map((on
 
 export const specOf = (command: number): CommandSpec | null => CATALOGUE.get(command) ?? null;
 
+const has = (commands: readonly number[], command: number): boolean => commands.includes(command);
+
+/** Whether this autopilot carries it out in a mission. */
+export const isKnownTo = ({ command }: CommandSpec, autopilot: AutopilotKind): boolean =>
+  !has(FAMILIES[autopilot].lacks, command);
+
 /** Whether it is offered in a plan for this autopilot. */
 export const isOffered = (
-  { command, knownTo, offeredTo }: CommandSpec,
+  spec: CommandSpec,
   autopilot: AutopilotKind,
   lacks: ReadonlySet<number> = new Set(),
-): boolean => (offeredTo ?? knownTo).includes(autopilot) && !lacks.has(command);
+): boolean => isKnownTo(spec, autopilot) && !has(FAMILIES[autopilot].hides, spec.command) && !lacks.has(spec.command);
 
-/** Whether this autopilot accepts the parameter unset. */
-export const isOpenTo = ({ mayBeOpen, openTo }: ParamSpec, autopilot: AutopilotKind): boolean =>
-  mayBeOpen === true && (openTo ?? BOTH).includes(autopilot);
+/** Whether this autopilot accepts the parameter of a command unset. */
+export const isOpenTo = (command: number, { at, mayBeOpen }: ParamSpec, autopilot: AutopilotKind): boolean => {
+  const requires: Readonly<Record<number, readonly number[]>> = FAMILIES[autopilot].requires;
+  return mayBeOpen === true && !requires[command]?.includes(at);
+};
 
 export const commandWords = (command: number): string => specOf(command)?.label ?? `Command ${command}`;
 

@@ -1,4 +1,4 @@
-/** What the release of a drone's autopilot lacks in missions (wire/plan_keeping_ardupilot.py). */
+/** What the release of a drone's autopilot lacks in missions (wire/autopilots/ardupilot_plans.py). */
 
 export interface Firmware {
   /** For people: `4.6.2`; empty: not known. */

@@ -3,14 +3,14 @@
  * fly it into danger; a warning may be intended.
  */
 
-import { AUTOPILOT_WORDS, CMD, commandWords, isOpenTo, specOf, type AutopilotKind } from './catalogue';
+import { FAMILIES } from '../link/generated/autopilots.gen';
+import { CMD, commandWords, isKnownTo, isOpenTo, specOf, type AutopilotKind } from './catalogue';
 import { FenceCheck, type Breach } from './fence_crossings';
 import type { Firmware } from './firmware';
 import { itemFaults, rallyFaults, shapeFaults } from './field_checks';
 import { flownPath, heightAboveHomeM, type FlownPath } from './flown_path';
 import { distanceM } from './ground';
 import { MAX_ITEMS, type PartId, type Plan, type PlanKind } from './plan_types';
-import { ROOM } from './plan_room';
 import { itemsOf } from './wire_items';
 
 export interface Finding {
@@ -63,7 +63,7 @@ export function planChecks(plan: Plan, limits: CheckLimits, path: FlownPath = fl
 
   for (const kind of ['mission', 'fence', 'rally'] as const) {
     const count = itemsOf(plan, kind).length;
-    const [autopilot, room] = [AUTOPILOT_WORDS[limits.autopilot], ROOM[limits.autopilot][kind]];
+    const [autopilot, room] = [FAMILIES[limits.autopilot].label, FAMILIES[limits.autopilot].room[kind]];
     if (count > MAX_ITEMS) {
       const words = `The ${kind} has ${count} items; a drone takes ${MAX_ITEMS} at most.`;
       findings.push({ severity: 'error', kind, part: null, words });
@@ -76,16 +76,16 @@ export function planChecks(plan: Plan, limits: CheckLimits, path: FlownPath = fl
     for (const fault of itemFaults(item, items.length)) addFinding('error', seq, `is not right. ${fault.words}`);
     const spec = specOf(item.command);
     if (!spec) addFinding('warning', seq, 'is not known here: nothing of it is checked.');
-    else if (!spec.knownTo.includes(limits.autopilot)) {
-      addFinding('error', seq, `is not a part of missions of ${AUTOPILOT_WORDS[limits.autopilot]}.`);
+    else if (!isKnownTo(spec, limits.autopilot)) {
+      addFinding('error', seq, `is not a part of missions of ${FAMILIES[limits.autopilot].label}.`);
     } else if (limits.firmware?.lacks.has(item.command)) {
-      const words = `${AUTOPILOT_WORDS[limits.autopilot]} ${limits.firmware.words}`;
+      const words = `${FAMILIES[limits.autopilot].label} ${limits.firmware.words}`;
       addFinding('error', seq, `is not a part of missions of ${words}; later releases have it.`);
     }
     for (const one of spec?.params ?? []) {
-      if (item.params[one.at] !== null || !one.mayBeOpen || isOpenTo(one, limits.autopilot)) continue;
+      if (item.params[one.at] !== null || !one.mayBeOpen || isOpenTo(item.command, one, limits.autopilot)) continue;
       const name = one.name.split(',')[0]!;
-      addFinding('error', seq, `is not right. ${name}: ${AUTOPILOT_WORDS[limits.autopilot]} needs a number.`);
+      addFinding('error', seq, `is not right. ${name}: ${FAMILIES[limits.autopilot].label} needs a number.`);
     }
   }
   checkCourse(plan, path, addFinding);

@@ -99,7 +99,7 @@ export interface Plan {
   readonly nextId: PartId;
 }
 
-/** The tower's limit (MAX_ITEMS_ANY of wire/plans.py); the autopilots' limits are in plan_room.ts. */
+/** The tower's limit (MAX_ITEMS_ANY of wire/plans.py); the autopilots' limits are in their profiles. */
 export const MAX_ITEMS = 724;
 
 export const EMPTY_PLAN: Plan = {

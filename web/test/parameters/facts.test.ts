@@ -57,7 +57,7 @@ describe.each([
 });
 
 it('tells of numbered parameters by their pattern, with their number', async () => {
-  const facts = await loadFacts('arducopter');
+  const facts = await loadFacts('ardupilot');
   expect(factOf(facts, 'RC7_MAX')?.title).toBe('Channel 7: highest');
   expect(factOf(facts, 'EK3_SRC2_YAW')?.title).toBe('Heading from (set 2)');
   expect(factOf(facts, 'BATT_CAPACITY')?.title).toBe('Capacity');
@@ -65,7 +65,7 @@ it('tells of numbered parameters by their pattern, with their number', async () 
 });
 
 it.each([
-  ['arducopter', 1001],
+  ['ardupilot', 1001],
   ['px4', 907],
 ] as const)('has words about each parameter that a real %s lists', async (kind, count) => {
   const facts = await loadFacts(kind);
@@ -85,7 +85,7 @@ it('spells out what the names of a family abbreviate', async () => {
   expect(spelledOut('MAIN_FUNC3')).toBe('main function 3');
   expect(spelledOut('STRT_DUR')).toBe('STRT_DUR');
   expect(spelledOut('STRT_TIME')).toBe('STRT time');
-  const facts = await loadFacts('arducopter');
+  const facts = await loadFacts('ardupilot');
   expect(factOf(facts, 'ADSB_EMIT_TYPE')?.title).toBe('ADS-B: emitter kind');
 });
 
@@ -100,7 +100,7 @@ it('knows what PX4 1.15 and 1.16 have brought', async () => {
 });
 
 it('says a range, a unit, choices and bits where only the metadata has them', async () => {
-  const facts = await loadFacts('arducopter');
+  const facts = await loadFacts('ardupilot');
   const fact = factOf(facts, 'ACRO_RP_RATE');
   expect(fact).toMatchObject({ title: 'Fastest roll and pitch', unit: 'deg/s', least: 1, most: 1080, standard: 360 });
   expect(unusualWords(fact, 2000)).toBe('Usually not above 1080 deg/s.');
@@ -111,7 +111,7 @@ it('says a range, a unit, choices and bits where only the metadata has them', as
 });
 
 it('has our words for a value first, and those of the metadata for the rest', async () => {
-  const facts = await loadFacts('arducopter');
+  const facts = await loadFacts('ardupilot');
   const functions = factOf(facts, 'SERVO5_FUNCTION')!.choices;
   expect(functions.find(({ value }) => value === 10)?.words).toBe('Camera trigger');
   expect(functions.length).toBeGreaterThan(120);
@@ -121,7 +121,7 @@ it('has our words for a value first, and those of the metadata for the rest', as
 });
 
 it('lets other values be typed where the choices are some of many', async () => {
-  const [copter, px4] = [await loadFacts('arducopter'), await loadFacts('px4')];
+  const [copter, px4] = [await loadFacts('ardupilot'), await loadFacts('px4')];
   const isOpen = (name: string): boolean | undefined => factOf(copter, name)?.isOpen;
   expect(['GPS1_RATE_MS', 'RELAY1_PIN', 'NTF_BUZZ_PIN', 'PSC_ANGLE_MAX', 'BATT_CAPACITY'].map(isOpen)).toEqual([
     true,
@@ -152,7 +152,7 @@ it('says of the second of a kind what it says of the first, and of a family what
   expect(factOf(facts, 'OSD_WIND_X')).toBeNull();
 });
 
-it.each(['arducopter', 'px4'] as const)(
+it.each(['ardupilot', 'px4'] as const)(
   'the metadata of %s has lists that can be read, and no name twice',
   async (kind) => {
     const { choices, bits, numbers } = await loadFacts(kind);
@@ -169,7 +169,7 @@ it.each(['arducopter', 'px4'] as const)(
 );
 
 it('says a value in words', async () => {
-  const facts = await loadFacts('arducopter');
+  const facts = await loadFacts('ardupilot');
   expect(meaningOf(factOf(facts, 'FLTMODE3'), 6)).toBe('Return');
   expect(meaningOf(factOf(facts, 'FENCE_TYPE'), 3)).toBe('Greatest height, Circle around home');
   expect(meaningOf(factOf(facts, 'FENCE_TYPE'), 0)).toBe('none');
@@ -178,7 +178,7 @@ it('says a value in words', async () => {
 });
 
 it('says a range in words', async () => {
-  const facts = await loadFacts('arducopter');
+  const facts = await loadFacts('ardupilot');
   expect(rangeWords(factOf(facts, 'ACRO_RP_RATE'))).toBe('Usually 1 to 1080 deg/s');
   expect(rangeWords(factOf(facts, 'BATT_CAPACITY'))).toBe('Usually from 0 mAh');
   expect(rangeWords(factOf(facts, 'FLTMODE1'))).toBe('');

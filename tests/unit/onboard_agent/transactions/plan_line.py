@@ -19,8 +19,8 @@ from simulator.mission_plan import Item
 from simulator.mission_plan import PlanKind as ServerKind
 from simulator.missions import MissionServer
 from simulator.parameters import Parameters
-from wire.plan_keeping_ardupilot import ArduPilot
-from wire.plan_keeping_px4 import Px4
+from wire.autopilots.ardupilot_plans import ArduPilot
+from wire.autopilots.px4_plans import Px4
 from wire.plans import Plan, PlanItem, PlanKind
 from wire.transactions import (
     Outcome,

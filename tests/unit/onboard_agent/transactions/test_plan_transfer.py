@@ -24,9 +24,9 @@ from plan_line import (
 
 from simulator.dialect import Codec, Message, mavlink
 from simulator.px4.flavour import PX4
+from wire.autopilots.ardupilot_plans import ArduPilot
+from wire.autopilots.px4_plans import Px4
 from wire.plan_keeping import as_kept
-from wire.plan_keeping_ardupilot import ArduPilot
-from wire.plan_keeping_px4 import Px4
 from wire.plans import PlanItem, PlanKind, pack_plan, plan_hash
 
 FENCE = tuple(PlanItem(5001, 0, (3.0, 0.0, 0.0, 0.0), 473970000 + i * 1000, 85450000 - i * i) for i in range(3))

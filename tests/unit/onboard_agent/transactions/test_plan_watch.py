@@ -14,9 +14,9 @@ from simulator.failure_modes import Failure
 from simulator.mission_plan import Item
 from simulator.mission_plan import PlanKind as ServerKind
 from simulator.px4.flavour import PX4
+from wire.autopilots.ardupilot_plans import ArduPilot
+from wire.autopilots.px4_plans import Px4
 from wire.plan_keeping import as_kept
-from wire.plan_keeping_ardupilot import ArduPilot
-from wire.plan_keeping_px4 import Px4
 from wire.plans import PlanItem, PlanKind, plan_hash
 from wire.transactions import (
     Outcome,

@@ -2,23 +2,15 @@
 
 export type PilotCommandName = 'arm' | 'disarm' | 'mode' | 'takeoff' | 'goto' | 'hold' | 'pause' | 'resume' | 'land' | 'rtl' | 'speed' | 'turn' | 'set_home' | 'start' | 'jump' | 'orbit' | 'roi';
 
-export const AUTOPILOTS = [
-  {
-    "key": "arducopter",
-    "label": "ArduCopter",
-    "family": "ardupilot",
+export const FAMILIES = {
+  "ardupilot": {
+    "label": "ArduPilot",
     "autopilot": 3,
-    "vehicleTypes": [
-      2,
-      3,
-      4,
-      13,
-      14,
-      15,
-      29,
-      35
-    ],
-    "hasHomeSlot": true,
+    "room": {
+      "mission": 649,
+      "fence": 70,
+      "rally": 46
+    },
     "missionSince": {
       "188": [
         4,
@@ -37,6 +29,73 @@ export const AUTOPILOTS = [
         6
       ]
     },
+    "lacks": [
+      3000
+    ],
+    "hides": [],
+    "requires": {
+      "206": [
+        1,
+        3
+      ],
+      "1000": [
+        0,
+        1,
+        2,
+        3
+      ],
+      "2000": [
+        3
+      ]
+    },
+    "looksByLegacyRoi": true
+  },
+  "px4": {
+    "label": "PX4",
+    "autopilot": 12,
+    "room": {
+      "mission": 724,
+      "fence": 64,
+      "rally": 32
+    },
+    "missionSince": {},
+    "lacks": [
+      18,
+      82,
+      112,
+      114,
+      115,
+      181,
+      183
+    ],
+    "hides": [
+      179,
+      189
+    ],
+    "requires": {},
+    "looksByLegacyRoi": false
+  }
+} as const;
+
+export const USUAL_FAMILY = 'ardupilot';
+
+export const AUTOPILOTS = [
+  {
+    "key": "arducopter",
+    "label": "ArduCopter",
+    "family": "ardupilot",
+    "autopilot": 3,
+    "vehicleTypes": [
+      2,
+      3,
+      4,
+      13,
+      14,
+      15,
+      29,
+      35
+    ],
+    "hasHomeSlot": true,
     "roles": {
       "hold": 17,
       "returns": 6,
@@ -385,24 +444,6 @@ export const AUTOPILOTS = [
       25
     ],
     "hasHomeSlot": true,
-    "missionSince": {
-      "188": [
-        4,
-        6
-      ],
-      "195": [
-        4,
-        7
-      ],
-      "197": [
-        4,
-        7
-      ],
-      "534": [
-        4,
-        6
-      ]
-    },
     "roles": {
       "hold": 12,
       "returns": 11,
@@ -755,24 +796,6 @@ export const AUTOPILOTS = [
       11
     ],
     "hasHomeSlot": true,
-    "missionSince": {
-      "188": [
-        4,
-        6
-      ],
-      "195": [
-        4,
-        7
-      ],
-      "197": [
-        4,
-        7
-      ],
-      "534": [
-        4,
-        6
-      ]
-    },
     "roles": {
       "hold": null,
       "returns": null,
@@ -982,24 +1005,6 @@ export const AUTOPILOTS = [
       12
     ],
     "hasHomeSlot": true,
-    "missionSince": {
-      "188": [
-        4,
-        6
-      ],
-      "195": [
-        4,
-        7
-      ],
-      "197": [
-        4,
-        7
-      ],
-      "534": [
-        4,
-        6
-      ]
-    },
     "roles": {
       "hold": null,
       "returns": null,
@@ -1180,7 +1185,6 @@ export const AUTOPILOTS = [
       35
     ],
     "hasHomeSlot": false,
-    "missionSince": {},
     "roles": {
       "hold": 50593792,
       "returns": 84148224,

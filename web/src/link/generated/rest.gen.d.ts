@@ -2676,8 +2676,8 @@ export interface components {
         };
         /** @description Parameters that the autopilot needs to fly without a radio receiver. */
         readonly ReceiverSetupView: {
-            /** @enum {string} */
-            readonly autopilot: "ardupilot" | "px4" | "";
+            /** @description Family of autopilots: `ardupilot`, `px4`; empty: another */
+            readonly autopilot: string;
             /** @description null: not known */
             readonly has_radio: boolean | null;
             /** @description All these parameters were read */

@@ -1,6 +1,7 @@
 /** The commands, grouped as people look for them. */
 
-import { AUTOPILOT_WORDS, CATALOGUE, CMD, type AutopilotKind, type CommandSpec } from '../../plan/catalogue';
+import { FAMILIES } from '../../link/generated/autopilots.gen';
+import { CATALOGUE, CMD, isKnownTo, type AutopilotKind, type CommandSpec } from '../../plan/catalogue';
 
 export interface CommandGroup {
   readonly title: string;
@@ -45,5 +46,5 @@ export const COMMAND_GROUPS: readonly CommandGroup[] = [
 ];
 
 /** With a note if this autopilot does not carry it out. */
-export const choiceWords = ({ label, knownTo }: CommandSpec, autopilot: AutopilotKind): string =>
-  knownTo.includes(autopilot) ? label : `${label} (not ${AUTOPILOT_WORDS[autopilot]})`;
+export const choiceWords = (spec: CommandSpec, autopilot: AutopilotKind): string =>
+  isKnownTo(spec, autopilot) ? spec.label : `${spec.label} (not ${FAMILIES[autopilot].label})`;

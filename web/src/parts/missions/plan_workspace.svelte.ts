@@ -1,5 +1,6 @@
 /** The plan in progress with its drawing and selection: the shared state of the Missions page. */
 
+import { USUAL_FAMILY } from '../../link/generated/autopilots.gen';
 import type { AutopilotKind } from '../../plan/catalogue';
 import { specOf } from '../../plan/catalogue';
 import {
@@ -52,7 +53,7 @@ export class PlanWorkspace {
   settings = $state.raw<PatternSettings>(USUAL_SETTINGS);
   figures = $state.raw<FlightFigures>(USUAL_FIGURES);
   limits = $state.raw<Pick<CheckLimits, 'highestM' | 'farthestM'>>({ highestM: 120, farthestM: null });
-  autopilot = $state<AutopilotKind>('ardupilot');
+  autopilot = $state<AutopilotKind>(USUAL_FAMILY);
   firmware = $state.raw<Firmware>(ANY_FIRMWARE);
   name = $state('');
   library = $state.raw<LibraryPlace | null>(null);

@@ -4,6 +4,8 @@
  * refer to an item's `doJumpId`, not its index.
  */
 
+import { FAMILIES, USUAL_FAMILY } from '../../link/generated/autopilots.gen';
+import type { AutopilotKind } from '../catalogue';
 import { FRAME } from '../frames';
 import {
   EMPTY_PLAN,
@@ -28,8 +30,7 @@ import {
 } from './plan_file';
 import { readMission } from './qgc_mission';
 
-/** MAV_AUTOPILOT and MAV_TYPE of the file's header: QGroundControl requires them; the items are the same for all. */
-const FIRMWARE = { ardupilot: 3, px4: 12 } as const;
+/** MAV_TYPE of the file's header, which also has MAV_AUTOPILOT: QGroundControl requires them; the items are the same. */
 const QUADROTOR = 2;
 const FENCE_VERSION = 2;
 
@@ -173,7 +174,7 @@ function itemJson(item: PlanItem, seq: number, jumpIdOf: ReadonlyMap<number, num
 }
 
 /** `autopilot`: the one that QGroundControl assumes for the plan. */
-export function writeQgcPlan(plan: Plan, autopilot: keyof typeof FIRMWARE = 'ardupilot'): WrittenFile {
+export function writeQgcPlan(plan: Plan, autopilot: AutopilotKind = USUAL_FAMILY): WrittenFile {
   const dropped: string[] = [];
   const { shapes, returnPoint } = plan.fence;
   if (shapes.some((shape) => shape.group !== 0)) dropped.push('The groups of the fence: QGroundControl has none.');
@@ -205,7 +206,7 @@ export function writeQgcPlan(plan: Plan, autopilot: keyof typeof FIRMWARE = 'ard
     groundStation: 'Control Tower',
     mission: {
       cruiseSpeed: plan.defaults.speedMS,
-      firmwareType: FIRMWARE[autopilot],
+      firmwareType: FAMILIES[autopilot].autopilot,
       globalPlanAltitudeMode: 1,
       hoverSpeed: plan.defaults.speedMS,
       items: plan.items.map((item, seq) => itemJson(item, seq, jumpIdOf)),

@@ -1,5 +1,6 @@
 /** The file formats of a plan: names, extensions, and what each omits, in words. */
 
+import type { AutopilotKind } from '../catalogue';
 import { documentOf } from '../plan_document';
 import type { Plan } from '../plan_types';
 import { writeGeoJson } from './geojson_plan';
@@ -25,7 +26,7 @@ export interface NamedFile extends WrittenFile {
 /** A valid file name from what people type. */
 const fileName = (name: string): string => name.replaceAll(/[^\p{L}\p{N}._-]+/gu, ' ').trim() || 'plan';
 
-export function savePlan(plan: Plan, name: string, format: SaveFormat, autopilot: 'ardupilot' | 'px4'): NamedFile {
+export function savePlan(plan: Plan, name: string, format: SaveFormat, autopilot: AutopilotKind): NamedFile {
   const called = `${fileName(name)}.${format}`;
   switch (format) {
     case 'plan':

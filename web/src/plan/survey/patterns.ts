@@ -3,6 +3,7 @@
  * as a preview.
  */
 
+import { FAMILIES } from '../../link/generated/autopilots.gen';
 import { flownPath } from '../flown_path';
 import { distanceM } from '../ground';
 import { EMPTY_PLAN, type Plan, type Spot, type WireItem } from '../plan_types';
@@ -140,7 +141,7 @@ export function patternPreview(
         isClockwise,
         fromDeg: angleDeg,
         lookAtM: look,
-        looksByLegacyRoi: autopilot === 'ardupilot',
+        looksByLegacyRoi: FAMILIES[autopilot].looksByLegacyRoi,
       });
       return { ...NONE, items, lengthM: lengthOf(items), areaM2: Math.PI * radiusM ** 2 };
     }

@@ -47,7 +47,7 @@ from wire.plan_fields import (
     unused_or_open,
     whole,
 )
-from wire.plan_room import ARDUPILOT_ROOM, Room
+from wire.plan_room import Room, room
 from wire.plans import PlanItem, PlanKind, as_float32
 
 HEIGHT_STEP_M: Final = 0.0101
@@ -226,6 +226,12 @@ _CORNERS: Final = (5001, 5002)
 _CIRCLES: Final = (5003, 5004)
 _RETURN_POINT: Final = 5000
 _RALLY_POINT: Final = 5100
+
+
+ARDUPILOT_ROOM: Final = room(649, 70, 46)
+"""Copter with 16 KiB of storage. Source: StorageManager's layout (4.7-dev of July 2025): 9,758 bytes for the mission at
+15 an item are 650, including home; 560 at 8 for the fence, 690 at 15 for rally points. Tested on its own simulator
+(tests/real). Boards of 15 KiB take 302 mission items, those of 32 KiB 1,305; with an SD card more."""
 
 
 class ArduPilot:

@@ -3,11 +3,12 @@
 For a missing parameter it assumes ArduPilot's default only if that is the worse case.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Final
 
-from server.live.control.loss_sentence import Sentence, danger, info, warning
-from wire.control_messages import LossParameters
+from wire.autopilots.loss_sentence import Sentence, danger, info, warning
+from wire.autopilots.wanted_parameter import WantedParameter, with_bits
+from wire.control_messages import LossParameters, SafetySettings
 
 _ACTIONS: Final = {
     1: "returns to launch",
@@ -39,9 +40,33 @@ PILOTED_GOES_ON_WITHOUT_GCS: Final = 1 << 4
 _DEFAULT_OVERRIDE_S: Final = 3.0
 _DEFAULT_RADIO_FAILSAFE_S: Final = 1.0
 _LONG_OVERRIDE_S: Final = 10.0
+_GOES_ON: Final = 1 | 4 | 8
+"""FS_OPTIONS: missions, guided flight and landings go on without a radio."""
 
 
-def ardupilot_sentences(parameters: LossParameters) -> Iterable[Sentence]:
+def _override_s(now: float) -> float:
+    return now if 0 < now <= _LONG_OVERRIDE_S else _DEFAULT_OVERRIDE_S
+
+
+WITHOUT_RECEIVER: Final = (
+    WantedParameter(
+        "FS_THR_ENABLE",
+        lambda now: 1.0,
+        "It returns to launch when sticks from the tower end in a mode that needs them.",
+    ),
+    WantedParameter("FS_OPTIONS", with_bits(_GOES_ON), "Missions, guided holds and landings go on without a radio."),
+    WantedParameter(
+        "RC_OVERRIDE_TIME", _override_s, "Sticks from the tower count, and expire if the computer on board fails."
+    ),
+)
+
+
+def is_simulated(values: Mapping[str, float]) -> bool:
+    """Only a simulated autopilot has parameters whose name begins with SIM_."""
+    return any(name.startswith("SIM_") for name in values)
+
+
+def loss_sentences(parameters: LossParameters, safety: SafetySettings) -> Iterable[Sentence]:
     """In no particular order."""
     values = parameters.values
     yield from _overrides(values)

@@ -31,8 +31,8 @@ from wire.plan_fields import (
     unused_or_open,
     whole,
 )
-from wire.plan_room import PX4_ROOM
-from wire.plans import PlanItem, PlanKind, as_float32
+from wire.plan_room import room
+from wire.plans import MAX_ITEMS_ANY, PlanItem, PlanKind, as_float32
 
 _FRAMES: Final = {0: 5, 5: 5, 3: 6, 6: 6}
 _MISSION_FRAME: Final = 2
@@ -68,6 +68,10 @@ _CORNERS: Final = (5001, 5002)
 _CIRCLES: Final = (5003, 5004)
 _FENCE: Final = (5000, *_CORNERS, *_CIRCLES)
 _RALLY_POINT: Final = 5100
+
+
+PX4_ROOM: Final = room(MAX_ITEMS_ANY, 64, 32)
+"""Source: dataman (1.16): 2,000 mission items, more than a plan here has; boards with little flash take fewer."""
 
 
 class Px4:

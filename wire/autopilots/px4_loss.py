@@ -1,11 +1,11 @@
 """What PX4 does on a loss, from its parameters. Pure; facts from its documentation."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Final
 
-from server.domain.drone_settings import DroneSettings
-from server.live.control.loss_sentence import About, Sentence, danger, info, warning
-from wire.control_messages import LossParameters
+from wire.autopilots.loss_sentence import About, Sentence, danger, info, warning
+from wire.autopilots.wanted_parameter import WantedParameter, with_bits
+from wire.control_messages import LossParameters, SafetySettings
 
 _ACTIONS: Final = {
     1: "holds its place",
@@ -31,7 +31,30 @@ _EXCEPT: Final = {1: "a mission", 2: "a hold", 4: "offboard flight"}
 """Bits of COM_RCL_EXCEPT."""
 
 
-def px4_sentences(parameters: LossParameters, settings: DroneSettings) -> Iterable[Sentence]:
+_RETURN: Final = 2.0
+_JOYSTICK: Final = 1.0
+_ALL_EXCEPTED: Final = 1 | 2 | 4
+
+WITHOUT_RECEIVER: Final = (
+    WantedParameter("COM_RC_IN_MODE", lambda now: _JOYSTICK, "Sticks come from the tower, and no radio is asked for."),
+    WantedParameter(
+        "NAV_RCL_ACT",
+        lambda now: now if now > 0 else _RETURN,
+        "It does something when sticks from the tower end in a mode that needs them: it returns.",
+    ),
+    WantedParameter(
+        "COM_RCL_EXCEPT", with_bits(_ALL_EXCEPTED), "Missions, holds and offboard flight go on without sticks."
+    ),
+)
+
+
+def is_simulated(values: Mapping[str, float]) -> bool:
+    """A real board may have parameters whose name begins with SIM_. Only those count that switch a simulation on: in
+    the loop, on the board itself, or in Gazebo."""
+    return any(values.get(name, 0) > 0 for name in ("SYS_HITL", "SIM_GZ_EN"))
+
+
+def loss_sentences(parameters: LossParameters, safety: SafetySettings) -> Iterable[Sentence]:
     """In no particular order."""
     values = parameters.values
     source = values.get("COM_RC_IN_MODE")
@@ -39,7 +62,7 @@ def px4_sentences(parameters: LossParameters, settings: DroneSettings) -> Iterab
         ignored = f"COM_RC_IN_MODE is {source:g}: the autopilot ignores sticks from the tower"
         if source == STICKS_OF_THE_FIRST:
             ignored += " while the radio is on"
-        if HOLDS_WITHOUT_STICKS in settings.safety.hold_ladder:
+        if HOLDS_WITHOUT_STICKS in safety.hold_ladder:
             yield warning(
                 "operator", f"{ignored}. Flying by hand through the tower is impossible; the hold needs none."
             )
