@@ -94,7 +94,7 @@ async def test_a_backup_of_a_running_tower_is_restored_elsewhere(tmp_path: Path,
         said = await shell.run("backup", str(archive), **old)
         ends.set()
         await renaming
-        assert "2 files, the keys" in said
+        assert "3 files, the keys" in said  # a log, and the numbers of two folders
         error = await shell.run("backup", str(archive), code=1, **old)
         assert "is there already" in error
         # A tower runs: its database has rows, and nothing is overwritten.

@@ -57,13 +57,13 @@ class FlightFiles:
     """`root`: need not exist yet. `id`: empty until opened."""
 
     def __init__(self, root: Path) -> None:
-        self._root = root
+        self.root = root
         self.id = ""
 
     def open(self) -> None:
         """Reads the folder's id, or assigns one. Raises OSError."""
-        self._root.mkdir(mode=0o700, parents=True, exist_ok=True)
-        path = self._root / _STORE
+        self.root.mkdir(mode=0o700, parents=True, exist_ok=True)
+        path = self.root / _STORE
         if not path.exists():
             written = path.with_name(f"{_STORE}.part")
             written.write_text(secrets.token_hex(8))
@@ -75,7 +75,7 @@ class FlightFiles:
 
     def path(self, drone_id: int, file: str, ending: str) -> Path:
         """Returns the path of a file, whether it exists or not."""
-        return folder_of(self._root, DroneId(drone_id)) / f"{file}{ending}"
+        return folder_of(self.root, DroneId(drone_id)) / f"{file}{ending}"
 
     def remove(self, drone_id: int, file: str) -> None:
         """Removes both files. Raises OSError."""
@@ -84,20 +84,20 @@ class FlightFiles:
 
     def has_room(self, coming_bytes: int) -> bool:
         """Whether the disk has room. Raises OSError."""
-        return disk_takes(self._root, coming_bytes)
+        return disk_takes(self.root, coming_bytes)
 
     def drone_ids(self) -> frozenset[int]:
         """Drones with files, including deleted ones."""
-        return drones_with_files(self._root)
+        return drones_with_files(self.root)
 
     def remove_drones(self, drone_ids: Iterable[int]) -> None:
         """Removes all files of deleted drones."""
-        remove_folders(self._root, drone_ids)
+        remove_folders(self.root, drone_ids)
 
     def unknown(self, known: Container[str]) -> list[FoundFlight]:
         """Returns the flights that are not among the known ones, oldest first. Raises OSError."""
         found: list[FoundFlight] = []
-        for drone_id, folder in drone_folders(self._root):
+        for drone_id, folder in drone_folders(self.root):
             for path in list(folder.iterdir()):
                 ours = _OURS.fullmatch(path.name)
                 if ours is not None and ours[1] not in known:

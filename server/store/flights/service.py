@@ -28,12 +28,12 @@ from server.store.flights.catalogue import FAILED, RUNNING
 from server.store.flights.files import INDEX, TLOG, FlightFacts, FlightFiles, FoundFlight
 from server.store.flights.quota import FlightQuota
 from server.store.flights.tables import FlightRow
-from server.store.flights.writer import FULL, TOO_LARGE, FlightFile, FlightWriter
+from server.store.flights.writer import FULL, FlightFile, FlightWriter
 
 LOOK_EVERY_S: Final = 0.5
 TIDY_EVERY_S: Final = 10.0
 TRY_AGAIN_AFTER_S: Final = 30.0
-"""After a disk that could not be written: the next flights are not begun before."""
+"""After a disk that could not be written: no flight begins before."""
 CRASHED: Final = "the tower ended while it was recorded"
 UNREADABLE: Final = "the files of the flight cannot be read"
 NO_SHARE: Final = "the space for flights of this drone's owner is used up"
@@ -75,7 +75,7 @@ class FlightService:
         """Without a row."""
         self._due: deque[_Due] = deque()
         self._disk_full = False
-        self._not_before = float("-inf")
+        self._probe_at: float | None = None
         self._tidy_at = float("-inf")
         self._dirty = True
         self._waits = False
@@ -83,7 +83,7 @@ class FlightService:
 
     def begin(self, head: FlightHead) -> FlightSink | None:
         """Returns at once; None where nothing can be recorded now."""
-        if not self._files.id or self._disk_full or time.monotonic() < self._not_before:
+        if self.failing:
             return None
         name = secrets.token_hex(8)
         file = FlightFile(
@@ -133,9 +133,8 @@ class FlightService:
             await asyncio.sleep(LOOK_EVERY_S)
 
     async def _step(self) -> None:
+        await self._probe()
         for file in list(self._running.values()):
-            if file.problem and file.problem not in (TOO_LARGE, NO_SHARE):
-                self._not_before = time.monotonic() + TRY_AGAIN_AFTER_S
             if file.closed:
                 del self._running[file.file]
                 self._due.append(_Due(file.drone_id, file.file, file.frames_lost, file.words))
@@ -150,6 +149,18 @@ class FlightService:
             self._tidy_at = time.monotonic() + TIDY_EVERY_S
             await self._tidy()
             self._dirty = False
+
+    async def _probe(self) -> None:
+        """After a disk that could not be written: looks now and then whether it can."""
+        now = time.monotonic()
+        if not self._writer.failing:
+            self._probe_at = None
+        elif self._probe_at is None:
+            self._probe_at = now + TRY_AGAIN_AFTER_S
+        elif now >= self._probe_at:
+            self._probe_at = None
+            if await asyncio.to_thread(self._writer.probe, self._files.root):
+                _log.info("flights_recorded_again")
 
     async def _tidy(self) -> None:
         """Sees to it that the disk keeps its free part, and the flights their budget."""

@@ -25,6 +25,7 @@ from server.live.flights.index import MAX_INDEX_BYTES
 PAUSE_S: Final = 0.25
 MAX_WAITING_BYTES: Final = 32 * 1024 * 1024
 """A hundred drones at 50 frames a second fill it in more than a minute; a disk that is further behind is no disk."""
+PROBE_BYTES: Final = 64 * 1024
 STOPPED_WITHIN_S: Final = 10.0
 FULL: Final = "the tower's disk is full"
 TOO_LARGE: Final = "it has reached the largest size of a flight"
@@ -81,7 +82,8 @@ class FlightFile:
 
 
 class FlightWriter:
-    """One for a tower. `put` and `end` are for the loop; `failing`: the last attempt to write failed."""
+    """One for a tower. `put` and `end` are for the loop; `failing`: the last attempt to write failed. No flight begins
+    until another one, or `probe`, has succeeded: it would have no head."""
 
     def __init__(self, *, max_waiting_bytes: int = MAX_WAITING_BYTES, write: Write = os.write) -> None:
         self.failing = False
@@ -115,6 +117,21 @@ class FlightWriter:
     def end(self, file: FlightFile) -> None:
         """After everything that was put."""
         self._jobs.append((file, None, 0, False))
+
+    def probe(self, folder: Path) -> bool:
+        """After a failure: whether the disk takes writes again. Blocking; call it in another thread."""
+        path = folder / "probe.part"
+        try:
+            descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o600)
+            try:
+                self._write_all(descriptor, bytes(PROBE_BYTES), 0)
+            finally:
+                os.close(descriptor)
+                path.unlink(missing_ok=True)
+        except OSError:
+            return False
+        self.failing = False
+        return True
 
     def stop(self) -> bool:
         """Writes the rest. Returns whether all of it is written; if not, the thread hangs on the disk."""

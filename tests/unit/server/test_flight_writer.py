@@ -146,3 +146,16 @@ def test_a_folder_that_cannot_be_made_is_a_problem(writer: FlightWriter, tmp_pat
     file.frames(b"x", 1)
     until(lambda: bool(file.problem))
     assert "disk" in file.problem
+
+
+def test_a_probe_finds_that_the_disk_is_back(writer: FlightWriter, disk: Disk, tmp_path: Path) -> None:
+    disk.error = errno.EIO
+    file = flight(writer, tmp_path)
+    file.frames(b"x", 1)
+    until(lambda: writer.failing)
+    assert not writer.probe(tmp_path)
+    assert writer.failing
+    disk.error = 0
+    assert writer.probe(tmp_path)
+    assert not writer.failing
+    assert [path.name for path in tmp_path.iterdir()] == ["drone-1"]
