@@ -44,6 +44,8 @@ RATE_REQUESTS: Final[tuple[RateRequest, ...]] = (
     RateRequest(mavlink.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT, 1),
     RateRequest(mavlink.MAVLINK_MSG_ID_RC_CHANNELS, 2),
     RateRequest(mavlink.MAVLINK_MSG_ID_WIND, 1),
+    RateRequest(mavlink.MAVLINK_MSG_ID_VIBRATION, 0.5),
+    RateRequest(mavlink.MAVLINK_MSG_ID_FENCE_STATUS, 1),
     RateRequest(mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION, 0),
 )
 

@@ -35,6 +35,7 @@ from server.store.accounts.passwords import Passwords
 from server.store.accounts.sessions import Sessions
 from server.store.accounts.sign_in import SignInService
 from server.store.accounts.tokens import ApiTokens
+from server.store.alerts.writer import AlertWriter
 from server.store.audit.action import AuditAction
 from server.store.audit.trail import NamedUser
 from server.store.control.hub_event_handler import HubEventHandler
@@ -71,6 +72,7 @@ class Parts:
     sign_in: SignInService
     passkey_sign_in: PasskeySignInService
     hub: Hub
+    alert_writer: AlertWriter
     roster: Roster
     control: ControlService
     event_handler: HubEventHandler
@@ -153,6 +155,7 @@ AuthenticatorDep = Annotated[Authenticator, _part(lambda parts: parts.authentica
 SignInDep = Annotated[SignInService, _part(lambda parts: parts.sign_in)]
 PasskeySignInDep = Annotated[PasskeySignInService, _part(lambda parts: parts.passkey_sign_in)]
 HubDep = Annotated[Hub, _part(lambda parts: parts.hub)]
+AlertWriterDep = Annotated[AlertWriter, _part(lambda parts: parts.alert_writer)]
 RosterDep = Annotated[Roster, _part(lambda parts: parts.roster)]
 ControlDep = Annotated[ControlService, _part(lambda parts: parts.control)]
 EventHandlerDep = Annotated[HubEventHandler, _part(lambda parts: parts.event_handler)]

@@ -23,6 +23,7 @@ from server.api.accounts import (
     token_routes,
     user_routes,
 )
+from server.api.alerts import routes as alert_routes
 from server.api.anonymous.request_gate import RequestGate
 from server.api.audit import routes as audit_routes
 from server.api.authentication import Authenticator
@@ -91,6 +92,8 @@ from server.store.accounts.sealed_factors import prepare_vault
 from server.store.accounts.sessions import Sessions
 from server.store.accounts.sign_in import SignInService
 from server.store.accounts.tokens import ApiTokens
+from server.store.alerts.loading import load_alerts
+from server.store.alerts.writer import AlertWriter
 from server.store.control.after_start import end_assistance
 from server.store.control.hub_event_handler import HubEventHandler
 from server.store.control.lease_store import DatabaseLeaseStore
@@ -138,6 +141,7 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     library_routes.router,
     log_routes.router,
     operation_routes.router,
+    alert_routes.router,
     recording_routes.router,
     flight_routes.router,
     relay_routes.router,
@@ -229,6 +233,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
             ahead_s=settings.separation_ahead_s,
         ),
         SocketBounds(per_user=settings.user_video_sockets, per_address=settings.address_video_sockets),
+        settings.height_limit_m,
     )
     loss_checks = LossChecks(hub=hub, database=database, clock=clock)
     rehearsals = Rehearsals(hub=hub, database=database, clock=clock)
@@ -245,6 +250,8 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
     audit_writer = OperationAuditWriter(database, clock)
     hub.operations.on_began, hub.operations.on_ended = audit_writer.began, audit_writer.ended
     hub.observed.on_settled = audit_writer.observed
+    alert_writer = AlertWriter(database, clock)
+    hub.alerts.listeners.append(alert_writer.changed)
     return Tower(
         settings=settings,
         clock=clock,
@@ -266,6 +273,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         sign_in=SignInService(database, passwords, sessions, throttle, vault),
         passkey_sign_in=PasskeySignInService(database, sessions, Challenges()),
         hub=hub,
+        alert_writer=alert_writer,
         control=control,
         roster=roster,
         loan_expiry=LoanExpiry(database, hub, roster, clock),
@@ -341,6 +349,7 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         await tower.roster.refresh()
         await load_into(tower.hub, tower.database)
         await load_open_holds(tower.hub, tower.database)
+        await load_alerts(tower.hub, tower.database, tower.clock)
         deleted = await _deleted_with_files(tower)
         await asyncio.to_thread(tower.flight_log_quota.sweep, deleted)
         await stack.enter_async_context(tower.recordings.working(deleted))
@@ -350,6 +359,7 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         await stack.enter_async_context(in_background("roster", tower.roster.follow))
         await stack.enter_async_context(in_background("loans", tower.loan_expiry.watch))
         await stack.enter_async_context(in_background("operations trail", tower.audit_writer.work))
+        await stack.enter_async_context(in_background("alerts", tower.alert_writer.work))
         stack.callback(tower.hub.observed.settle_all)
         stack.push_async_callback(tower.api_tokens.write_uses)
         await stack.enter_async_context(in_background("token uses", tower.api_tokens.keep_writing_uses))

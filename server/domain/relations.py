@@ -57,6 +57,8 @@ class Right(StrEnum):
     """Start and end recordings of its video."""
     REHEARSE = "rehearse"
     """Rehearse the loss of the operator or of the tower."""
+    ACKNOWLEDGE = "acknowledge"
+    """Acknowledge its alerts. Everybody who sees the drone sees them."""
     CANCEL = "cancel"
     """Cancel another user's operation. The user with the controls and the turn may do so as well."""
 
@@ -75,6 +77,7 @@ RIGHTS: Final[Mapping[Right, frozenset[Relation]]] = {
     Right.RECORD: _TOWER_ADMINS,
     Right.REHEARSE: _TOWER_ADMINS,
     Right.CANCEL: _TOWER_ADMINS,
+    Right.ACKNOWLEDGE: _PILOTS,
 }
 """Who has which right. A stranger has none: to them the drone does not exist. Everything else (settings, credentials,
 owners, names) is for admins of the tower alone."""

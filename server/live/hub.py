@@ -21,6 +21,7 @@ from server.domain.access import AccessRequest, Action, judge
 from server.domain.clock import Clock, utc_now
 from server.domain.fleet import FleetSnapshot
 from server.domain.people import SignInId, UserRef
+from server.live.alerts.service import AlertService
 from server.live.flights.recorder import FlightRecorder
 from server.live.operations.follow_feed import FollowFeed
 from server.live.operations.observed_commands import ObservedCommands
@@ -73,6 +74,7 @@ class Hub:
         clock: Clock = utc_now,
         separation: SeparationBounds | None = None,
         video_bounds: SocketBounds | None = None,
+        height_limit_m: float = 0.0,
     ) -> None:
         self._clock = clock
         self._socket_bounds = socket_bounds or SocketBounds()
@@ -93,6 +95,8 @@ class Hub:
         """For the channels of video, and for recordings."""
         self.separation = SeparationNotifier(state, separation or SeparationBounds())
         """Which drones come near each other. For the metrics."""
+        self.alerts = AlertService(state, self.separation, height_limit_m)
+        """What needs attention at which drone. For routes, for the metrics, and for the store."""
         self.reports = AgentReports(state, self.operations, self.video)
         """What agents report. For the control channel."""
         self.safety = SafetyWatch(state)
@@ -113,6 +117,7 @@ class Hub:
         self.flights = FlightRecorder(state)
         """Records flights. For the store, and for whoever notes what belongs to a flight."""
         state.on_told = self.flights.told
+        self.alerts.listeners.append(self.flights.alert)
         self._paths = FramePaths(state, self.flood, self.observed, self.flights)
 
     # -- database snapshots ----------------------------------------------------------------------------------
@@ -163,7 +168,8 @@ class Hub:
     def attach_browser(self, browser: Browser, server_time: str, now: float) -> None:
         """From here on the browser gets the frames of the drones it may see; the whole picture comes first."""
         viewer = browser.viewer
-        self.audience.enter(browser, self.squads.drones(viewer.user_id, viewer.role), server_time, now)
+        seen = self.squads.drones(viewer.user_id, viewer.role)
+        self.audience.enter(browser, seen, self.alerts.welcome(browser), server_time, now)
         self.separation.send_all(browser)
 
     def detach_browser(self, browser: Browser, now: float) -> None:
@@ -304,6 +310,7 @@ class Hub:
         self.observed.tick(now, self.state.mode_of)
         self.follows.tick(now)
         self.separation.tick(now)
+        self.alerts.tick(now)
         self.video.tick(now)
         self.flights.tick(now)
 

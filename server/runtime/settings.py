@@ -198,6 +198,8 @@ class Settings:
     separation_vertical_m: float = _setting(10.0, "TOWER_SEPARATION_VERTICAL_M", _number(1, 1_000, float))
     separation_ahead_s: float = _setting(30.0, "TOWER_SEPARATION_AHEAD_S", _number(5, 120, float))
     """How far ahead the separation watch predicts."""
+    height_limit_m: float = _setting(120.0, "TOWER_HEIGHT_LIMIT_M", _number(0, 100_000, float))
+    """An alert is raised above this height over home. 0: no limit of the tower."""
     tiles: TileSource | None = field(default=None, metadata=_from("TOWER_TILES", read_tiles))
     """Map tiles over the built-in coastline; None: none."""
     tiles_attribution: str = _setting("", "TOWER_TILES_ATTRIBUTION", _attribution)
@@ -226,6 +228,8 @@ class Settings:
     """Of more events than this the oldest are removed. 0: no limit."""
     flight_logs_keep_days: float = _setting(0.0, "TOWER_FLIGHT_LOGS_KEEP_DAYS", _number(0, 36_500, float))
     recordings_keep_days: float = _setting(0.0, "TOWER_RECORDINGS_KEEP_DAYS", _number(0, 36_500, float))
+    alerts_keep_days: float = _setting(90.0, "TOWER_ALERTS_KEEP_DAYS", _number(0, 36_500, float))
+    """Alerts that were closed longer ago are removed. 0: none, but their number is bounded all the same."""
     recording_largest_mb: int = _setting(2_000, "TOWER_RECORDING_LARGEST_MB", _number(1, 100_000))
     recording_longest_s: float = _setting(7_200.0, "TOWER_RECORDING_LONGEST_S", _number(10, 7 * _DAY_S, float))
     security_contact: str = _setting("", "TOWER_SECURITY_CONTACT", _contact)

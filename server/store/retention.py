@@ -1,7 +1,8 @@
 """Removes what is older than the settings allow, in small steps in the background, so that no other work waits for it.
 
-The audit trail has a limit of age and one of size. Flight logs, recordings and flights have a limit of age here; their
-size is that of their budgets (`file_budget`). What is being recorded and a log that arrives are never removed.
+The audit trail and the alerts have a limit of age and one of size. Flight logs, recordings and flights have a limit of
+age here; their size is that of their budgets (`file_budget`). What is being recorded and a log that arrives are never
+removed.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from sqlalchemy import Select, delete, func, select
 
 from server.domain.clock import Clock
 from server.runtime.settings import Settings
+from server.store.alerts.tables import AlertRow
 from server.store.audit.tables import AuditEventRow
 from server.store.database import Database, DatabaseUnavailable
 from server.store.flight_logs.quota import FlightLogQuota
@@ -29,6 +31,8 @@ PAUSE_S: Final = 0.25
 """Between two steps: other writers come first."""
 EVENTS_A_STEP: Final = 500
 FILES_A_STEP: Final = 20
+MAX_ALERTS: Final = 100_000
+"""Of more alerts than this the oldest go, whatever their age."""
 _log = structlog.get_logger(__name__)
 
 
@@ -41,6 +45,7 @@ class Limits:
     flight_log_days: float = 0
     recording_days: float = 0
     flight_days: float = 0
+    alert_days: float = 0
 
 
 class Retention:
@@ -62,7 +67,7 @@ class Retention:
         self._logs = logs
         self._recordings = recordings
         self._flights = flights
-        self.removed: Counter[str] = Counter(audit_events=0, flight_logs=0, recordings=0, flights=0)
+        self.removed: Counter[str] = Counter(alerts=0, audit_events=0, flight_logs=0, recordings=0, flights=0)
 
     async def work(self) -> None:
         """Runs until cancelled."""
@@ -83,6 +88,9 @@ class Retention:
             await self._in_steps("recordings", self._old_recordings)
         if limits.flight_days:
             await self._in_steps("flights", self._old_flights)
+        if limits.alert_days:
+            await self._in_steps("alerts", self._old_alerts)
+        await self._in_steps("alerts", self._surplus_alerts)
 
     async def _in_steps(self, what: str, step: Callable[[], Awaitable[int]]) -> None:
         count = 0
@@ -118,6 +126,26 @@ class Retention:
                 await session.execute(delete(AuditEventRow).where(AuditEventRow.id.in_(ids)))
             return len(ids)
 
+    async def _old_alerts(self) -> int:
+        """One that lasts stays."""
+        old = AlertRow.closed_at < self._before(self._limits.alert_days)
+        return await self._remove_alerts(select(AlertRow.id).where(old).order_by(AlertRow.closed_at))
+
+    async def _surplus_alerts(self) -> int:
+        newest_first = select(AlertRow.opened_at).order_by(AlertRow.opened_at.desc())
+        async with self._database.reading() as session:
+            last = await session.scalar(newest_first.offset(MAX_ALERTS).limit(1))
+        if last is None:
+            return 0
+        return await self._remove_alerts(select(AlertRow.id).where(AlertRow.opened_at <= last))
+
+    async def _remove_alerts(self, chosen: Select[int]) -> int:
+        async with self._database.writing() as session:
+            ids = (await session.scalars(chosen.limit(EVENTS_A_STEP))).all()
+            if ids:
+                await session.execute(delete(AlertRow).where(AlertRow.id.in_(ids)))
+            return len(ids)
+
     async def _old_logs(self) -> int:
         before = self._before(self._limits.flight_log_days).timestamp()
         return await asyncio.to_thread(self._logs.remove_older, before, FILES_A_STEP)
@@ -145,5 +173,6 @@ def new_retention(
         flight_log_days=settings.flight_logs_keep_days,
         recording_days=settings.recordings_keep_days,
         flight_days=settings.flights_keep_days,
+        alert_days=settings.alerts_keep_days,
     )
     return Retention(limits, database=database, clock=clock, logs=logs, recordings=recordings, flights=flights)

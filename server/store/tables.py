@@ -4,6 +4,7 @@ from typing import Final
 
 from server.store import tower_lock_table as tower_lock
 from server.store.accounts import tables as accounts
+from server.store.alerts import tables as alerts
 from server.store.audit import tables as audit
 from server.store.control import tables as control
 from server.store.database import Base
@@ -13,5 +14,5 @@ from server.store.missions import tables as missions
 from server.store.recordings import tables as recordings
 from server.store.teams import tables as teams
 
-ALL: Final = (accounts, audit, control, fleet, flights, missions, recordings, teams, tower_lock)
+ALL: Final = (accounts, alerts, audit, control, fleet, flights, missions, recordings, teams, tower_lock)
 METADATA: Final = Base.metadata

@@ -274,7 +274,7 @@ def test_a_lost_drone_stands_out_everywhere(come: Somebody, field: tuple[World, 
     expect(first).to_have_attribute("data-trouble", "link-lost")
     expect(first.get_by_test_id("row-does")).to_contain_text("flown by hand: holds")
     troubles = [row.get_attribute("data-trouble") for row in alice.part("squad-row").all()]
-    assert troubles == ["link-lost", "unattended", "battery-low", ""], "a low battery on the ground endangers nobody"
+    assert troubles == ["link-lost", "unattended", "battery-on-ground", ""], "on the ground it endangers nobody"
     assert alice.squad()[2] == "4"
     alice.page.get_by_role("button", name="Show Osprey on the map").click()
     expect(alice.part("card-trouble")).to_have_text("Lost in the air")
@@ -286,6 +286,15 @@ def test_a_lost_drone_stands_out_everywhere(come: Somebody, field: tuple[World, 
     # Somebody else finds it without a click.
     expect(admin.part("bar-trouble")).to_have_attribute("data-drone-id", "3")
     expect(admin.part("bar-trouble")).to_contain_text("Lost in the air")
+    # One click in the bar, and everybody knows that somebody has seen to it.
+    admin.part("flight-bar").get_by_test_id("acknowledge").click()
+    alice.part("alert-bell").click()
+    alert = alice.page.locator("[data-testid=alert][data-rule=link-lost][data-drone-id='3']")
+    expect(alert).to_contain_text("Osprey lost its link in the air at")
+    expect(alert).to_contain_text("It was flown by hand; it holds, then it returns after")
+    expect(alert).to_contain_text("acknowledged by admin")
+    expect(admin.part("flight-bar").get_by_test_id("acknowledge")).to_have_count(0)
+    expect(admin.part("bar-trouble")).to_have_attribute("data-drone-id", "3")
 
 
 def test_a_drone_lost_in_its_mission_is_known_to_whoever_opens_the_console_later(

@@ -39,7 +39,7 @@ def test_an_idle_admin_reads_the_countdown_and_stay_ends_it(somebody: Somebody) 
     assert 0 < first <= LOST_ACTION_S + 1, "whole seconds, rounded up, by a clock that is a little behind"
     admin.wait("counting down", lambda: 0 <= seconds(admin) < first)
     admin.part("alert-bell").click()
-    alert = admin.part("alert").filter(has_text="Nobody flies it. It returns at")
+    alert = admin.part("alert").filter(has_text="Nobody flies Kestrel. It returns at")
     expect(alert).to_have_attribute("data-severity", "warning")
     admin.page.keyboard.press("Escape")
 

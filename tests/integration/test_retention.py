@@ -11,6 +11,7 @@ from sqlalchemy import event, func, select
 from tower_world import TowerWorld, start_tower
 
 from server.store import retention
+from server.store.alerts.tables import AlertRow
 from server.store.audit.tables import AuditEventRow
 from server.store.audit.trail import Actor, record
 from server.store.recordings.tables import RecordingRow
@@ -24,7 +25,12 @@ async def world(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterato
     monkeypatch.setattr(retention, "FILES_A_STEP", 2)
     monkeypatch.setattr(retention, "PAUSE_S", 0.01)
     monkeypatch.setattr(retention, "CHECK_EVERY_S", 0.05)
-    limits = {"audit_keep_days": 10.0, "flight_logs_keep_days": 10.0, "recordings_keep_days": 10.0}
+    limits = {
+        "alerts_keep_days": 10.0,
+        "audit_keep_days": 10.0,
+        "flight_logs_keep_days": 10.0,
+        "recordings_keep_days": 10.0,
+    }
     async with start_tower(tmp_path, audit_most_events=300, **limits) as running:
         yield running
 
@@ -64,6 +70,32 @@ async def test_old_and_surplus_audit_events_go(world: TowerWorld) -> None:
     assert await _events(world, "test.many") == 300
     assert await _events(world, "test.new") == 0, "the oldest go first"
     assert 0 < largest <= 20, "in small steps"
+
+
+async def test_old_and_surplus_alerts_go(world: TowerWorld, monkeypatch: pytest.MonkeyPatch) -> None:
+    async def write(first: int, count: int, *, days_ago: float, is_open: bool = False) -> None:
+        at = world.clock() - timedelta(days=days_ago)
+        async with world.database.writing() as session:
+            for number in range(first, first + count):
+                facts = {"rule": "gps", "subject": "", "severity": "warning", "badge": "x", "words": "x"}
+                row = AlertRow(id=number, drone_id=1, about_stranger=False, opened_at=at, **facts)
+                row.closed_at = None if is_open else at
+                session.add(row)
+
+    async def left() -> int:
+        async with world.database.reading() as session:
+            return int(await session.scalar(select(func.count()).select_from(AlertRow)) or 0)
+
+    removed = world.tower.retention.removed
+    await write(0, 5, days_ago=9)
+    await write(100, 30, days_ago=11)
+    await write(200, 1, days_ago=50, is_open=True)
+    await until("the old ones to go", lambda: removed["alerts"] == 30)
+    assert await left() == 6, "one that lasts stays"
+    monkeypatch.setattr(retention, "MAX_ALERTS", 20)
+    await write(300, 20, days_ago=1)
+    await until("the surplus to go", lambda: removed["alerts"] == 36)
+    assert await left() == 20
 
 
 async def test_old_files_go(world: TowerWorld) -> None:

@@ -74,6 +74,8 @@ TABLE: Final[dict[str, str]] = {
     "put_agent_file": NOBODY,
     "get_operation": LOOK,
     "cancel_operation": FLY,
+    **dict.fromkeys(("get_alerts", "get_alert_rules"), LOOK),
+    "acknowledge_alert": FLY,
     **dict.fromkeys(("list_missions", "get_mission"), LOOK),
     **dict.fromkeys(("create_mission", "replace_mission", "delete_mission"), FLY),
     "change_drone_settings": RULE,

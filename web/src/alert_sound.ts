@@ -1,6 +1,6 @@
 /** Audible alerts, synthesised in the browser: two tones for a critical alert, one for a warning. */
 
-import type { AlertSeverity } from './link/conditions';
+import type { AlertSeverity } from './link/alerts';
 
 const TONE_S = 0.16;
 const PAUSE_S = 0.08;

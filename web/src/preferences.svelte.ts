@@ -10,6 +10,10 @@ export interface Preferences {
   theme: ThemeChoice;
   units: UnitSystem;
   sound: boolean;
+  /** Whether alerts are spoken. */
+  speech: boolean;
+  /** Whether a phone shakes for critical alerts. */
+  vibration: boolean;
   /** Whether single-key shortcuts work on the Control page. */
   shortcuts: boolean;
   /** Whether the map of the Control page shows the plans on board: mission, fence, rally points. */
@@ -26,6 +30,8 @@ const DEFAULTS: Preferences = {
   theme: 'system',
   units: 'metric',
   sound: true,
+  speech: false,
+  vibration: true,
   shortcuts: true,
   boardPlan: true,
   video: true,
@@ -42,11 +48,13 @@ function read(): Preferences {
   } catch {
     // The page starts even if storage is forbidden or corrupt.
   }
-  const { theme, units, sound, shortcuts, boardPlan, video, videoQuality, wallQuality } = stored;
+  const { theme, units, sound, speech, vibration, shortcuts, boardPlan, video, videoQuality, wallQuality } = stored;
   return {
     theme: theme === 'dark' || theme === 'light' ? theme : DEFAULTS.theme,
     units: isUnitSystem(units) ? units : DEFAULTS.units,
     sound: typeof sound === 'boolean' ? sound : DEFAULTS.sound,
+    speech: typeof speech === 'boolean' ? speech : DEFAULTS.speech,
+    vibration: typeof vibration === 'boolean' ? vibration : DEFAULTS.vibration,
     shortcuts: typeof shortcuts === 'boolean' ? shortcuts : DEFAULTS.shortcuts,
     boardPlan: typeof boardPlan === 'boolean' ? boardPlan : DEFAULTS.boardPlan,
     video: typeof video === 'boolean' ? video : DEFAULTS.video,

@@ -1,8 +1,8 @@
 /** The squad as a map scene, from the state of the link layer. */
 
-import { isUnattended as isUnattendedNow } from './link/conditions';
 import type { FlightValues } from './link/flight_values';
-import { troubleOf } from './link/trouble';
+import { isToldOtherwise } from './link/trouble';
+import { isUnattended as isUnattendedNow } from './link/unattended';
 import type { Vehicle } from './link/vehicle';
 import { nearLines, type NearLine } from './link/separation';
 import type { SeparationEvent } from './link/wire_types';
@@ -26,8 +26,9 @@ export function sceneDrone(
   const height = measured(units, 'height', values.altRelM);
   const speed = measured(units, 'speed', values.groundSpeedMps);
   const isUnattended = isUnattendedNow(drone, values);
-  const trouble = troubleOf(drone, values, vehicle.wasAirborne);
-  const says = trouble && trouble.kind !== 'counting' ? trouble.badge.toLowerCase() : '';
+  const trouble = vehicle.trouble();
+  const says =
+    trouble && (!isToldOtherwise(trouble) || trouble.kind === 'unattended') ? trouble.badge.toLowerCase() : '';
   return {
     id: drone.id,
     name: says ? `${drone.name}: ${says}` : drone.name,

@@ -3,8 +3,6 @@
 import { realClock } from './link/clock';
 import { steadyClock, type TickWorker } from './link/steady_clock';
 import { Tower } from './link/tower';
-import { preferences } from './preferences.svelte';
-import { measured } from './words/units';
 
 /** People cannot read digits that change faster. The map has its own, faster tick. */
 const READ_BEAT_MS = 200;
@@ -16,7 +14,6 @@ const openTickWorker = (): TickWorker =>
 
 export const tower = new Tower({ beatClock: steadyClock(realClock, openTickWorker) });
 tower.live.watch(WATCH_RATE_HZ);
-tower.alertFeed.separations.length = (metres) => measured(preferences.units, 'height', metres, 0);
 window.addEventListener('online', () => tower.live.retryNow());
 
 const LOOK_MS = 1_000;

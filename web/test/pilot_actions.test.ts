@@ -38,6 +38,7 @@ beforeEach(() => {
     },
     send: () => ++frames > 0,
     sendFresh: () => 'sent' as const,
+    alerts: () => [],
   };
   const clock = new FakeClock();
   vehicle = new Vehicle(A_DRONE, clock, uplink, () => undefined);

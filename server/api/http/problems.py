@@ -37,6 +37,7 @@ from server.domain.names import BadName
 from server.domain.refusal import Refusal, RetryLater
 from server.live.accounts.challenges import ChallengeOver, TooManyChallenges
 from server.live.accounts.relying_party import PasskeysUnavailable
+from server.live.alerts.refusals import MayNotAcknowledge, UnknownAlert
 from server.live.flight_commands.following import CannotFollow, NoSuchLeader
 from server.live.flight_commands.vehicle import NoSuchItem, NoSuchMode, NotKnownHow, NotKnownYet
 from server.live.flight_logs.refusals import BadCredential, FileIncomplete, FileNotTaken, NotAskedFor, UnknownLog
@@ -204,6 +205,8 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     LoanForbids: Kind("loan", 409, "Beyond the limits of the loan"),
     ViewTaken: Kind("view-taken", 403, "The view was taken"),
     OnlyWatches: Kind("only-watches", 403, "You may only watch"),
+    UnknownAlert: Kind("unknown-alert", 404, "No such alert"),
+    MayNotAcknowledge: Kind("only-watches", 403, "You may only watch"),
     MalformedBody: Kind(MALFORMED_JSON.slug, MALFORMED_JSON.status, MALFORMED_JSON.title),
     BadPlan: Kind(INVALID.slug, INVALID.status, INVALID.title),
     ParametersUnknown: Kind("parameters-unknown", 409, "The parameters are not known yet"),

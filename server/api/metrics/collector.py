@@ -15,6 +15,7 @@ from prometheus_client.core import (
 )
 from prometheus_client.registry import Collector
 
+from server.live.alerts.severity import Severity
 from server.live.hub import Hub
 from server.live.relay.live_counts import count_live
 from server.live.relay.traffic import LATENCY_BOUNDS_S, Histogram, Traffic
@@ -78,6 +79,12 @@ class RelayCollector(Collector):
         yield _by(
             "tower_separation_alerts", "Drones near each other: levels told to people", "level", traffic.separation
         )
+        yield _by("tower_alerts_opened", "Alerts opened", "severity", self._hub.alerts.opened)
+        open_alerts, present = self._hub.alerts.counts(), "Alerts that are open"
+        gauge = GaugeMetricFamily("tower_alerts_open", present, labels=("severity",))
+        for severity in Severity:
+            gauge.add_metric((severity.value,), open_alerts[severity.value])
+        yield gauge
         near = self._hub.separation.counts()
         yield CounterMetricFamily(
             "tower_separation_cut_short",

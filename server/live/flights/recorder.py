@@ -17,6 +17,7 @@ from typing import Any, Final, Protocol
 import msgspec
 
 from server.domain.people import UserRef
+from server.live.alerts.alert import Alert
 from server.live.flights.harmless import harmless
 from server.live.flights.tape import Tape
 from server.live.hub_events import (
@@ -164,6 +165,23 @@ class FlightRecorder:
             del about["drone_id"]
             kind = "alert" if isinstance(event, _ALERTS) else "holder"
             self.note(event.drone_id, kind, {"what": type(event).__name__, **about})
+
+    @harmless
+    def alert(self, alert: Alert) -> None:
+        """An alert was opened, acknowledged or closed. Those of pairs name a drone that a reader may not know."""
+        if alert.other_id is not None:
+            return
+        by = alert.acknowledged_by
+        state = "closed" if alert.closed_at else "acknowledged" if alert.acknowledged_at else "opened"
+        about = {
+            "what": alert.rule.name,
+            "alert": alert.id,
+            "severity": alert.rule.severity.value,
+            "state": state,
+            "words": alert.words,
+            "by": None if by is None else {"id": by.id, "name": by.name},
+        }
+        self.note(alert.drone_id, "alert", about)
 
     @harmless
     def operation(self, operation: Operation) -> None:

@@ -13,14 +13,28 @@ from server.live.relay.agent_link import AgentLink
 from server.live.relay.live_drone import LiveDrone
 from server.live.relay.live_state import LiveState
 from server.live.video.service import VideoService
-from wire.control_messages import AutopilotState, HoldCause, HoldProgress, LossParameters, StreamState, ToTower
-from wire.open_holds import HoldState
+from wire.control_messages import (
+    AutopilotState,
+    HoldCause,
+    HoldProgress,
+    HoldStep,
+    LossParameters,
+    StreamState,
+    ToTower,
+)
+from wire.open_holds import HoldStage, HoldState
 from wire.parameter_metadata import PARAMETER_METADATA, MetadataKnown, MetadataPiece, MetadataToTower, MetadataWanted
 from wire.transactions import TRANSACTIONS, TransactionToTower
 from wire.video import VIDEO, VideoState
 
 MAX_TEXT_LENGTH: Final = 500
 """Maximum length of an agent's text that is passed on. Many browsers keep such texts in their queues."""
+
+_OWN_CAUSES: Final = {
+    HoldCause.PILOT_LOST: "its pilot or the tower was lost",
+    HoldCause.STICKS_STALE: "its pilot's sticks stopped",
+}
+"""Of holds that the agent begins by itself."""
 
 
 class AgentReports:
@@ -79,6 +93,8 @@ class AgentReports:
         drone.armed, drone.airborne = (state.armed, state.airborne) if state.heard else (None, None)
         if state.heard:
             drone.was_airborne = state.airborne
+            if not state.armed:
+                drone.hold_unconfirmed = None
         drone.last_heard.reported(state)
         if not state.heard:
             drone.silent(at or self._state.clock())
@@ -89,6 +105,8 @@ class AgentReports:
     def _hold_state(self, drone: LiveDrone, link: AgentLink, state: HoldState, at: datetime | None) -> None:
         if not link.knows_open_holds or at is None:
             return
+        if not state.open or state.stage is not HoldStage.NONE:
+            drone.hold_unconfirmed = None
         news = drone.open_hold.take(state, at)
         self._state.note_hold(drone)
         if news:
@@ -101,6 +119,13 @@ class AgentReports:
             self._state.note_hold(drone)
         if not drone.hold_steps.is_news(progress):
             return
+        reason = drone.orders.get(progress.order_id, "")
+        if progress.step is HoldStep.ORDERED:
+            drone.hold_reason = _OWN_CAUSES.get(progress.cause, reason)
+        elif progress.step.final:
+            drone.hold_unconfirmed = (
+                progress.detail[:MAX_TEXT_LENGTH] if progress.step is HoldStep.UNCONFIRMED else None
+            )
         if progress.cause is not HoldCause.ORDER and not progress.step.final:
             drone.commanded += 1  # an order was counted when it was given
         event = live.Hold(
@@ -113,4 +138,4 @@ class AgentReports:
         )
         self._state.traffic.hold_steps[str(progress.step)] += 1
         self._state.notify_watchers(drone, event)
-        self._state.on_event(HoldStepReported(drone.drone_id, progress, drone.orders.get(progress.order_id, "")))
+        self._state.on_event(HoldStepReported(drone.drone_id, progress, reason))

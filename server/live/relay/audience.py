@@ -6,6 +6,7 @@ Reports at once what depends on a person's presence: to agents about held drones
 from collections.abc import Callable, Iterable
 
 from server.domain.people import SignInId
+from server.live.alerts.views import AlertView
 from server.live.hub_events import RightLost
 from server.live.relay import live_messages as live
 from server.live.relay.browser import Browser
@@ -30,7 +31,9 @@ class Audience:
         self._note_presence_of = note_presence_of
         self._close = close
 
-    def enter(self, browser: Browser, seen: list[LiveDrone], server_time: str, now: float) -> None:
+    def enter(
+        self, browser: Browser, seen: list[LiveDrone], alerts: list[AlertView], server_time: str, now: float
+    ) -> None:
         """The browser gets the frames of `seen` from here on; the whole picture comes first."""
         self._state.browsers[browser.number] = browser
         for drone in seen:
@@ -38,7 +41,9 @@ class Audience:
         viewer = browser.viewer
         user = live.User(viewer.user_id, viewer.name, viewer.role)
         browser.notify(
-            live.WelcomeBrowser(user, [drone.view_for(viewer.user_id, viewer.role) for drone in seen], server_time)
+            live.WelcomeBrowser(
+                user, [drone.view_for(viewer.user_id, viewer.role) for drone in seen], server_time, alerts
+            )
         )
         self._note_presence_of(viewer.user_id, now)
 

@@ -3,6 +3,7 @@
 from typing import Final
 
 from server.domain.people import UserRef
+from server.live.alerts.kept_telemetry import KEPT, STATUSTEXT
 from server.live.flights.recorder import FlightRecorder
 from server.live.hub_events import TurnRequested
 from server.live.operations.observed_commands import ObservedCommands
@@ -85,6 +86,8 @@ class FramePaths:
                     continue
                 if is_asked and kind in ANSWERS:
                     self._observed.heard(drone_id, frame)
+                if kind == STATUSTEXT and drone.armed:  # checks before arming are for the drone's own page
+                    drone.telemetry.text(frame, now)
                 transactional.append(tag_bytes + frame)
                 continue
             state.append((key, tag_bytes + frame))
@@ -95,6 +98,8 @@ class FramePaths:
                 drone.home, drone.has_reported_home = home_in(frame), True
             elif msgid == _HEARTBEAT and key[1] == _AUTOPILOT:
                 drone.heartbeat, drone.heartbeat_at = frame, now
+            elif msgid in KEPT and key[1] == _AUTOPILOT:
+                drone.telemetry.newest[msgid, key[3]] = frame
         for browser in watchers:
             browser.offer(drone_id, state, transactional)
         if drone.tape is not None:

@@ -22,6 +22,11 @@ class LastHeard:
     _reported: AutopilotState | None = None
     """The newest report of an autopilot that the agent heard."""
 
+    @property
+    def ever(self) -> bool:
+        """Whether its agent has reported an autopilot since the tower started."""
+        return self._reported is not None
+
     def reported(self, state: AutopilotState) -> None:
         """The agent reports. Of a silent autopilot it reports nothing else."""
         if state.heard:

@@ -8,6 +8,7 @@ from typing import Final, NamedTuple
 from server.domain.fleet import DroneRecord
 from server.domain.people import Principal, Role, UserRef
 from server.domain.relations import Relation, Right, TeamRole, may, relation_of
+from server.live.alerts.kept_telemetry import KeptTelemetry
 from server.live.fleet.views import DroneView, IdentityView, LoanView, TeamRefView, UserRefView
 from server.live.flights.tape import Tape
 from server.live.operations.onboard_state import OnboardState
@@ -156,6 +157,10 @@ class LiveDrone:
     orders: dict[int, str] = field(default_factory=dict)
     """Reasons of the orders to hold that have not ended yet, by order id."""
     hold_steps: HoldSteps = field(default_factory=HoldSteps)
+    hold_reason: str = ""
+    """Why the last hold began, in words; empty: not known."""
+    hold_unconfirmed: str | None = None
+    """What the agent reported when it gave up the last hold; None: it did not, or that is over."""
     hold_noted: bool = False
     """The last recorded need to repeat a hold on the next link."""
     close_until: float = NEVER
@@ -164,6 +169,7 @@ class LiveDrone:
     """Nobody flies the drone and time changes nothing about it: `safety_watch` checks only its link."""
     onboard: OnboardState = field(default_factory=OnboardState)
     """The plans on board, as the agent reports."""
+    telemetry: KeptTelemetry = field(default_factory=KeptTelemetry)
     heartbeat: bytes | None = None
     """The newest of the autopilot, as it came."""
     heartbeat_at: float = NEVER
@@ -320,6 +326,7 @@ class LiveDrone:
         self.hold_steps.link_ended()
         self.orders.clear()
         self.onboard.forget()
+        self.telemetry.forget()
         self.heartbeat = None
         self.firmware = 0
 

@@ -5,6 +5,7 @@ from typing import Annotated, Any, Final, Literal, Self
 import msgspec
 
 from server.domain.people import UserRef
+from server.live.alerts.views import AlertView
 from server.live.fleet.views import DroneView
 from server.live.operations.onboard_views import OnboardPlanView
 from server.live.operations.operation import Operation
@@ -28,6 +29,8 @@ class WelcomeBrowser(msgspec.Struct, frozen=True, tag="welcome", tag_field="type
     user: User
     drones: list[DroneView]
     server_time: str
+    alerts: list[AlertView] = []
+    """Those that are open or wait for a person."""
 
 
 class DroneChanged(msgspec.Struct, frozen=True, tag="drone", tag_field="type"):
@@ -180,6 +183,12 @@ class Separation(msgspec.Struct, frozen=True, tag="separation", tag_field="type"
     why: str
 
 
+class AlertChanged(msgspec.Struct, frozen=True, tag="alert", tag_field="type"):
+    """An alert was opened, changed, acknowledged or closed: the whole of it, as it is now."""
+
+    alert: AlertView
+
+
 class EnrolmentChanged(msgspec.Struct, frozen=True, tag="enrolment", tag_field="type"):
     """How the enrolment of a drone goes, for admins: the Enrolment of docs/api.md."""
 
@@ -301,6 +310,7 @@ ToBrowser = (
     | Notice
     | Lost
     | Separation
+    | AlertChanged
     | EnrolmentChanged
     | OperationChanged
     | PlanOnBoardChanged
@@ -316,7 +326,7 @@ class MalformedRequest(ValueError):
 
 def _view(value: Any) -> Any:
     """Views are pydantic's, because REST answers them too."""
-    return value.model_dump() if isinstance(value, DroneView | OperationView | RecordingView) else value
+    return value.model_dump() if isinstance(value, DroneView | OperationView | RecordingView | AlertView) else value
 
 
 _encoder: Final = msgspec.json.Encoder(enc_hook=_view)
@@ -332,6 +342,7 @@ _SHARED: Final = (
     ParametersChanged,
     Recording,
     Separation,
+    AlertChanged,
 )
 """Events for all who watch a drone, one object for all of them."""
 _MAX_SHARED: Final = 256

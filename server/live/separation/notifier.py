@@ -5,7 +5,7 @@ that there is another drone, and roughly where, enough to keep away and nothing 
 """
 
 import secrets
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Final, Literal, NamedTuple
 
 from server.live.hub_events import MotionSuspected, SeparationLost
@@ -94,6 +94,15 @@ class SeparationNotifier:
                 alert = self._strangers.last(one.number, own)
                 if alert is not None:
                     browser.notify(_event_of_stranger(own, alert))
+
+    @property
+    def encounters(self) -> list[Encounter]:
+        """The pairs in alert, the worst first."""
+        return self._watch.encounters
+
+    def for_strangers(self) -> Iterator[tuple[DroneId, DroneId, Rounded]]:
+        """The present alerts about hidden drones: the recipient's own drone, the other one, what may be said."""
+        return self._strangers.present()
 
     def counts(self) -> Counts:
         """A snapshot of this moment."""

@@ -9,7 +9,7 @@ Rules:
   alerts at once, then one every ALERT_EVERY_S. A person who connects later gets the last message, not new figures.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
@@ -18,6 +18,7 @@ from server.live.separation.approach import Approach
 from server.live.separation.bounds import Level
 from server.live.separation.motion import Relative
 from server.live.separation.near_pairs import Pair
+from wire.ids import DroneId
 
 BEARING_STEP_DEG: Final = 30
 """Like the hours of a clock."""
@@ -109,6 +110,10 @@ class StrangerAlerts:
         """The last message, while it is valid."""
         alert = self._alerts.get((encounter, own))
         return alert.sent if alert is not None else None
+
+    def present(self) -> Iterator[tuple[DroneId, DroneId, Rounded]]:
+        """The recipient's own drone, the other one, and the last message of each alert."""
+        return ((*one.pair, one.sent.about) for one in self._alerts.values())
 
     def forget_all_but(self, encounters: Iterable[int]) -> None:
         """Drops the alerts of encounters that are over, without a message."""

@@ -19,6 +19,7 @@ ROWS = {
     Right.RECORD: "+ - - - - - -",
     Right.REHEARSE: "+ - - - - - -",
     Right.CANCEL: "+ - - - - - -",
+    Right.ACKNOWLEDGE: "+ + + + + - -",
 }
 ME, OTHER = UserId(1), UserId(2)
 

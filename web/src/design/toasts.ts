@@ -1,6 +1,6 @@
 /**
  * Short messages about a user action that need no response ("Saved."). What matters for a drone is an alert
- * (link/alerts.ts), a banner or an inline report, never a toast alone.
+ * (docs/alerts.md), a banner or an inline report, never a toast alone.
  */
 
 import { toast } from 'svelte-sonner';

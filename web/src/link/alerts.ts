@@ -1,140 +1,166 @@
 /**
- * What needs a user's attention, for the whole squad. An alert of a condition ends with the condition; a statement is
- * an event. Critical alerts stay in the list until they are acknowledged.
+ * The alerts of the squad, as the tower decides them (docs/alerts.md): this page shows them and judges nothing. It adds
+ * one of its own: that it has lost the tower.
  */
 
-import type { AlertSeverity, Condition } from './conditions';
+import type { Clock } from './clock';
+import type { Rest } from './rest';
+import type { Schemas } from './rest_types';
 import { Store, type Readable } from './store';
 
-export interface Alert {
-  readonly key: string;
-  readonly droneId: number | null;
-  readonly severity: AlertSeverity;
-  readonly text: string;
-  readonly beganMs: number;
-  /** How often it occurred. */
-  readonly count: number;
-  /** For a condition: whether it still holds. */
-  readonly isLasting: boolean;
-  readonly acknowledgedMs: number | null;
+export type AlertSeverity = Schemas['Severity'];
+/** `drone_id` is null for the page's own alert. */
+export type Alert = Omit<Schemas['AlertView'], 'drone_id'> & { readonly drone_id: number | null };
+
+export interface AlertEvent {
+  readonly type: 'alert';
+  readonly alert: Schemas['AlertView'];
 }
 
-/** Above this limit, drops acknowledged alerts first, then the oldest that are not critical, then the oldest. */
-export const ALERT_LIMIT = 300;
-/** The same text of the same drone within this time is the same alert. */
-export const REPEAT_MS = 60_000;
+/** What this page knows without the tower. */
+export type OwnAlert = Pick<Alert, 'words' | 'severity'>;
+type AlertRest = Pick<Rest, 'acknowledgeAlert' | 'pastAlerts'>;
 
-const RANK: Record<AlertSeverity, number> = { critical: 0, warning: 1, notice: 2 };
+/** Above this limit, drops the oldest of those that are over. */
+export const ALERT_LIMIT = 300;
+/** The id of the page's own alert; those of the tower are not negative. */
+export const OWN_ID = -1;
+
+const SEVERITIES: Record<AlertSeverity, number> = { critical: 0, warning: 1, notice: 2 };
 
 export class Alerts {
   readonly #list = new Store<readonly Alert[]>([]);
-  /** Alert key of each active condition, by `drone/condition` or by its own name. */
-  readonly #lasting = new Map<string, string>();
-  #made = 0;
+  /** The open alerts of each drone, the most urgent first. */
+  #byDrone: ReadonlyMap<number, readonly Alert[]> = new Map();
+  readonly #clock: Clock;
+  readonly #rest: AlertRest;
+
+  constructor(clock: Clock, rest: AlertRest) {
+    this.#clock = clock;
+    this.#rest = rest;
+  }
 
   /** Oldest first. */
   get list(): Readable<readonly Alert[]> {
     return this.#list;
   }
 
-  /** Adds a statement. Returns the key of its alert. */
-  said(droneId: number | null, severity: AlertSeverity, text: string, nowMs: number): string {
-    const same = this.#list
-      .get()
-      .findLast(
-        (one) =>
-          one.droneId === droneId &&
-          one.text === text &&
-          one.acknowledgedMs === null &&
-          nowMs - one.beganMs < REPEAT_MS,
-      );
-    if (!same || same.isLasting) return this.#add(droneId, severity, text, nowMs, false);
-    this.#change(same.key, { count: same.count + 1 });
-    return same.key;
+  /** The open alerts of one drone, the most urgent first. */
+  of(droneId: number): readonly Alert[] {
+    return this.#byDrone.get(droneId) ?? [];
   }
 
-  /** Another part of the same statement arrived. */
-  reworded(key: string, text: string): void {
-    this.#change(key, { text });
+  /** A new connection: whatever was open and is not among these is no longer known. The past is read again. */
+  welcome(alerts: readonly Alert[]): void {
+    const past = this.#list.get().filter((one) => !isLasting(one) && !needsSomebody(one));
+    this.#set([...past, ...alerts]);
+    void this.#rest
+      .pastAlerts()
+      .then((read) => this.past(read))
+      .catch(() => undefined); // the list then begins with what is open
   }
 
-  /** All current conditions of one drone. */
-  holds(droneId: number, conditions: readonly Condition[], nowMs: number): void {
-    const prefix = `${droneId}/`;
-    const now = new Set(conditions.map(({ id }) => prefix + id));
-    for (const [name, key] of [...this.#lasting]) {
-      if (!name.startsWith(prefix) || now.has(name)) continue;
-      this.#lasting.delete(name);
-      this.#change(key, { isLasting: false });
+  /** An alert as it is now. */
+  take(alert: Alert): void {
+    this.#set([...this.#list.get().filter(({ id }) => id !== alert.id), alert]);
+  }
+
+  /** Alerts of the past, which say nothing about those that are known already. */
+  past(alerts: readonly Alert[]): void {
+    const known = new Set(this.#list.get().map(({ id }) => id));
+    // One that is open in an older answer, and unknown here, is over.
+    this.#set([...alerts.filter((one) => !known.has(one.id) && !isLasting(one)), ...this.#list.get()]);
+  }
+
+  /** The user may no longer see the drone. */
+  gone(droneId: number): void {
+    this.#set(this.#list.get().filter((one) => one.drone_id !== droneId && one.other_id !== droneId));
+  }
+
+  /** The page's own alert begins or ends (null). One that goes on keeps its beginning and its acknowledgement. */
+  own(own: OwnAlert | null): void {
+    const known = this.#list.get().find(({ id }) => id === OWN_ID);
+    if (own === null) {
+      if (known) this.#set(this.#list.get().filter(({ id }) => id !== OWN_ID));
+      return;
     }
-    for (const { id, severity, text } of conditions) {
-      if (this.#lasting.has(prefix + id)) continue;
-      this.#lasting.set(prefix + id, this.#add(droneId, severity, text, nowMs, true));
-    }
+    if (known?.words !== own.words) this.take({ ...OWN, opened_at: this.#now(), ...known, ...own });
   }
 
-  /** A condition with its own name, which may concern several drones: it lasts until `over`. */
-  lasts(name: string, droneId: number, severity: AlertSeverity, text: string, nowMs: number): void {
-    if (!this.#lasting.has(name)) this.#lasting.set(name, this.#add(droneId, severity, text, nowMs, true));
+  /** For everybody who sees the drone. Raises RestError. */
+  async acknowledge(alert: Alert): Promise<void> {
+    if (alert.id === OWN_ID) this.take({ ...alert, acknowledged_at: this.#now() });
+    else this.take(await this.#rest.acknowledgeAlert(alert.id));
   }
 
-  over(name: string): void {
-    const key = this.#lasting.get(name);
-    if (key === undefined) return;
-    this.#lasting.delete(name);
-    this.#change(key, { isLasting: false });
-  }
-
-  acknowledge(key: string, nowMs: number): void {
-    this.#change(key, { acknowledgedMs: nowMs });
-  }
-
-  acknowledgeAll(nowMs: number): void {
-    if (this.#list.get().every(({ acknowledgedMs }) => acknowledgedMs !== null)) return;
-    this.#list.update((all) =>
-      all.map((one) => (one.acknowledgedMs === null ? { ...one, acknowledgedMs: nowMs } : one)),
-    );
+  /** Several at once. One that the tower no longer has is over: nothing is lost with it. */
+  async acknowledgeAll(alerts: readonly Alert[]): Promise<void> {
+    await Promise.allSettled(alerts.map((alert) => this.acknowledge(alert)));
   }
 
   clear(): void {
-    this.#lasting.clear();
-    this.#list.set([]);
+    this.#set([]);
   }
 
-  #add(droneId: number | null, severity: AlertSeverity, text: string, nowMs: number, isLasting: boolean): string {
-    const key = `alert-${++this.#made}`;
-    const alert = { key, droneId, severity, text, beganMs: nowMs, count: 1, isLasting, acknowledgedMs: null };
-    this.#list.update((all) => bounded([...all, alert]));
-    return key;
+  #now(): string {
+    return new Date(this.#clock.nowMs()).toISOString();
   }
 
-  #change(key: string, changes: Partial<Alert>): void {
-    this.#list.update((all) => all.map((one) => (one.key === key ? { ...one, ...changes } : one)));
+  #set(alerts: readonly Alert[]): void {
+    const list = bounded(
+      [...alerts].sort((a, b) => (a.opened_at < b.opened_at ? -1 : a.opened_at > b.opened_at ? 1 : 0)),
+    );
+    const byDrone = new Map<number, Alert[]>();
+    for (const alert of list) {
+      for (const id of new Set([alert.drone_id, alert.other_id])) {
+        if (id !== null && isLasting(alert)) byDrone.set(id, [...(byDrone.get(id) ?? []), alert]);
+      }
+    }
+    for (const open of byDrone.values()) open.sort((a, b) => a.rank - b.rank);
+    this.#byDrone = byDrone;
+    this.#list.set(list);
   }
 }
+
+const OWN: Alert = {
+  id: OWN_ID,
+  rule: 'page-alone',
+  severity: 'warning',
+  badge: 'Tower lost',
+  words: '',
+  advice: 'Check the network. Use another page or another way to reach the drone.',
+  rank: 0,
+  drone_id: null,
+  other_id: null,
+  opened_at: '',
+  acknowledged_at: null,
+  acknowledged_by: null,
+  closed_at: null,
+};
 
 function bounded(all: readonly Alert[]): readonly Alert[] {
-  if (all.length <= ALERT_LIMIT) return all;
-  const drop =
-    all.find((one) => one.acknowledgedMs !== null && !one.isLasting) ??
-    all.find((one) => one.severity !== 'critical' && !one.isLasting) ??
-    all[0];
-  return all.filter((one) => one !== drop);
+  let surplus = all.length - ALERT_LIMIT;
+  return surplus <= 0 ? all : all.filter((one) => isLasting(one) || needsSomebody(one) || surplus-- <= 0);
 }
 
-export const isOpen = (alert: Alert): boolean => alert.acknowledgedMs === null;
+/** It is not over. */
+export const isLasting = (alert: Alert): boolean => alert.closed_at === null;
 
-/** Unacknowledged before acknowledged, then the worst first, then the newest first. */
+/** A person has to see to it, and none has: it lasts, or was critical. */
+export const needsSomebody = (alert: Alert): boolean =>
+  alert.acknowledged_at === null && alert.severity !== 'notice' && (isLasting(alert) || alert.severity === 'critical');
+
+/** Those that need somebody first, then those that last; the worst first, then the newest first. */
 export function byUrgency(all: readonly Alert[]): Alert[] {
+  const group = (alert: Alert): number => (needsSomebody(alert) ? 0 : isLasting(alert) ? 1 : 2);
   return [...all].sort(
     (a, b) =>
-      Number(!isOpen(a)) - Number(!isOpen(b)) ||
-      (isOpen(a) ? RANK[a.severity] - RANK[b.severity] : 0) ||
-      b.beganMs - a.beganMs,
+      group(a) - group(b) ||
+      (group(a) < 2 ? SEVERITIES[a.severity] - SEVERITIES[b.severity] || a.rank - b.rank : 0) ||
+      (a.opened_at < b.opened_at ? 1 : a.opened_at > b.opened_at ? -1 : 0),
   );
 }
 
-/** The worst severity not acknowledged. */
-export function worstOpen(all: readonly Alert[]): AlertSeverity | null {
-  return byUrgency(all).find(isOpen)?.severity ?? null;
-}
+/** The worst severity that needs somebody. */
+export const worstOpen = (all: readonly Alert[]): AlertSeverity | null =>
+  byUrgency(all).find(needsSomebody)?.severity ?? null;

@@ -30,9 +30,3 @@ export function batteryLevel({ batteryPercent: percent, batteryCharge: charge }:
   if (percent <= BATTERY_CRITICAL_PERCENT) return 'critical';
   return percent <= BATTERY_LOW_PERCENT ? 'low' : null;
 }
-
-export function batteryWords(level: BatteryLevel, { batteryPercent, batteryCharge }: BatterySaid): string {
-  const at = batteryPercent === null ? '' : `: ${batteryPercent} %`;
-  const isTheirs = batteryCharge !== null && batteryCharge > OK;
-  return `Battery ${level}${isTheirs ? ' by its autopilot' : ''}${at}`;
-}

@@ -248,3 +248,7 @@ export class Live {
     this.#cancelTimer = this.#options.clock.after(delayMs, callback);
   }
 }
+
+export function openBrowserSocket(): SocketLike {
+  return new WebSocket(liveUrl(window.location), SUBPROTOCOL) as SocketLike;
+}

@@ -114,10 +114,6 @@ function beforeWords(name: string, last: LastHeard, heard = ''): string {
   return airborne + (was ? `${heard}${name} ${was}` : `It is not known what ${name} was doing`);
 }
 
-/** For an alert, whose text is fixed: without a countdown. */
-export const lostLinkWords = (name: string, last: LastHeard): string =>
-  `${beforeWords(name, last)}; ${thenWords(last, `after ${last.lostActionS} s without the tower`)}.`;
-
 /** Null if there is nothing to report: the drone was on the ground. */
 export function countdown(droneName: string, silence: Silence, nowMs: number): Countdown | null {
   if (silence.isAirborne === false) return null;

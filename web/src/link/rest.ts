@@ -142,6 +142,15 @@ export class Rest {
     return this.call('PUT', '/me/preferences/{name}', { path: { name }, body: document });
   }
 
+  acknowledgeAlert(alertId: number): Promise<Schemas['AlertView']> {
+    return this.call('POST', '/alerts/{alert_id}/acknowledge', { path: { alert_id: alertId } });
+  }
+
+  /** The newest, of the whole squad. */
+  pastAlerts(): Promise<readonly Schemas['AlertView'][]> {
+    return this.call('GET', '/alerts', { query: { limit: 100 } });
+  }
+
   async control(droneId: number, action: ControlAction, words: ControlWords = {}): Promise<Drone> {
     const path = `/drones/{drone_id}/control/${action}` as const;
     return readDrone(await this.call('POST', path, { path: { drone_id: droneId }, body: words }));

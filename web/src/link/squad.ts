@@ -1,13 +1,14 @@
 /** The drones that this user may see, one `Vehicle` each, from REST answers and live events. */
 
-import type { AlertFeed } from './alert_feed';
+import type { Alerts } from './alerts';
 import type { AssistTurns } from './assist_turns';
 import type { Clock } from './clock';
 import { mayCommand } from './drone_view';
 import type { LostControlsLog } from './lost_controls';
+import type { Separations } from './separation';
 import { Store, type Readable } from './store';
 import type { Vehicle } from './vehicle';
-import type { Drone, User } from './wire_types';
+import type { Drone, LinkQuality, User } from './wire_types';
 
 const CONTROLS_GONE = 'we no longer have the controls';
 
@@ -16,7 +17,8 @@ export interface SquadOptions {
   readonly user: Readable<User | null>;
   readonly lostControls: LostControlsLog;
   readonly assist: AssistTurns;
-  readonly alertFeed: AlertFeed;
+  readonly alerts: Alerts;
+  readonly separations: Separations;
   readonly newVehicle: (drone: Drone) => Vehicle;
 }
 
@@ -30,6 +32,11 @@ export class Squad {
     this.#options = options;
   }
 
+  setTowerTime(said: string): void {
+    const saidMs = Date.parse(said);
+    if (Number.isFinite(saidMs)) this.towerLagMs = this.#options.clock.nowMs() - saidMs;
+  }
+
   drones(): Drone[] {
     return [...this.vehicles.get().values()].map((vehicle) => vehicle.drone.get());
   }
@@ -39,6 +46,13 @@ export class Squad {
     // REST answers and live events may arrive out of order: an older epoch is outdated.
     if (known && drone.epoch < known.drone.get().epoch) return;
     this.#set([...this.drones().filter(({ id }) => id !== drone.id), drone]);
+  }
+
+  links(qualities: readonly LinkQuality[]): void {
+    for (const quality of qualities) {
+      const vehicle = this.vehicles.get().get(quality.drone_id);
+      if (vehicle) vehicle.link = quality;
+    }
   }
 
   remove(droneId: number): void {
@@ -56,11 +70,12 @@ export class Squad {
   #dropped(droneId: number): void {
     const vehicle = this.vehicles.get().get(droneId);
     if (!vehicle) return;
-    const { lostControls, user, alertFeed, clock } = this.#options;
+    const { lostControls, user, alerts, separations, clock } = this.#options;
     lostControls.removed(vehicle.drone.get(), user.get(), clock.nowMs());
     vehicle.manual.stop(CONTROLS_GONE, { holds: false });
     vehicle.abort('it is no longer in our squad');
-    alertFeed.gone(droneId, clock.nowMs());
+    alerts.gone(droneId);
+    separations.gone(droneId);
   }
 
   #set(drones: readonly Drone[]): void {

@@ -5,17 +5,18 @@
 
 import { realClock, type Clock } from './clock';
 import type { Enrolment } from './admin_types';
-import { AlertFeed } from './alert_feed';
+import { Alerts } from './alerts';
 import { AssistTurns } from './assist_turns';
 import { mayCommand, readDrone } from './drone_view';
 import { causeWords, controlWords, farewellWords, holdWords, orderReason } from './event_words';
 import { FINAL_STEPS, nextHold } from './hold_log';
 import { Journal, type Entry, type Severity } from './journal';
-import { Live, liveUrl, SUBPROTOCOL, type SocketLike } from './live';
+import { Live, openBrowserSocket, type SocketLike } from './live';
 import { LossChecks } from './loss_checks';
 import { LostControlsLog } from './lost_controls';
 import type { Operation } from './operation_types';
 import { isOver, Operations } from './operations';
+import { aloneWords } from './page_alone';
 import { ParameterTables } from './parameter_tables';
 import { Recordings } from './recordings';
 import { nextRehearsal } from './rehearsal_log';
@@ -23,6 +24,7 @@ import type { PasskeyCredential } from './passkeys';
 import { outcomeOfCommand } from './drone_commands';
 import { Rest, RestError, type ControlAction, type ControlWords, type SecondFactorAnswer } from './rest';
 import { mayGoLive } from './signed_in';
+import { Separations } from './separation';
 import { Squad } from './squad';
 import { Store } from './store';
 import { splitTagged } from './tagged_frames';
@@ -54,7 +56,8 @@ export class Tower {
   readonly live: Live;
   readonly user = new Store<User | null>(null);
   readonly journal = new Journal();
-  readonly alertFeed = new AlertFeed();
+  readonly alerts: Alerts;
+  readonly separations = new Separations();
   readonly lostControls = new LostControlsLog();
   readonly assist: AssistTurns;
   readonly lossChecks: LossChecks;
@@ -73,6 +76,7 @@ export class Tower {
   constructor(options: TowerOptions = {}) {
     this.clock = options.clock ?? realClock;
     this.rest = options.rest ?? new Rest();
+    this.alerts = new Alerts(this.clock, this.rest);
     this.operations = new Operations(this.rest);
     this.parameterTables = new ParameterTables(this.rest, this.operations);
     this.recordings = new Recordings(this.clock, this.rest);
@@ -89,7 +93,8 @@ export class Tower {
       user: this.user,
       lostControls: this.lostControls,
       assist: this.assist,
-      alertFeed: this.alertFeed,
+      alerts: this.alerts,
+      separations: this.separations,
       newVehicle: (drone) => this.#newVehicle(drone, options.beatClock ?? this.clock),
     });
     this.vehicles.subscribe(() => this.live.expectTraffic(this.#squad.drones().some((drone) => drone.online)));
@@ -173,9 +178,10 @@ export class Tower {
     this.journal.add({ ...entry, key: `tower-${++this.#entries}`, atMs: this.clock.nowMs() });
   }
 
-  /** Checks the squad for conditions that need attention; once a second is enough. */
+  /** Once a second is enough: what ends by time alone, and whether this page is alone. */
   look(): void {
-    this.alertFeed.look(this.vehicles.get().values(), this.clock.nowMs());
+    this.separations.look(this.clock.nowMs());
+    this.alerts.own(aloneWords(this.deafSinceMs.get(), this.#squad.drones(), this.user.get(), this.clock.nowMs()));
   }
 
   /** With a first password a user may only change it: no live connection before that. */
@@ -189,9 +195,10 @@ export class Tower {
     switch (event.type) {
       case 'welcome':
         this.user.update((known) => (known?.id === event.user.id ? { ...known, ...event.user } : event.user));
-        this.#setTowerTime(event.server_time);
+        this.#squad.setTowerTime(event.server_time);
         this.#welcome(event.drones.map(readDrone));
-        this.alertFeed.separations.connected(this.clock.nowMs());
+        this.alerts.welcome(event.alerts ?? []);
+        this.separations.connected(this.clock.nowMs());
         break;
       case 'drone':
         this.#squad.put(readDrone(event.drone));
@@ -203,10 +210,7 @@ export class Tower {
         this.#squad.remove(event.drone_id);
         break;
       case 'links':
-        for (const quality of event.links) {
-          const vehicle = this.vehicles.get().get(quality.drone_id);
-          if (vehicle) vehicle.link = quality;
-        }
+        this.#squad.links(event.links);
         break;
       case 'control':
         this.#onControl(event);
@@ -243,7 +247,10 @@ export class Tower {
         this.recordings.take(event);
         break;
       case 'separation':
-        this.alertFeed.separations.take(event, (droneId) => this.#nameOf(droneId), this.clock.nowMs());
+        this.separations.take(event);
+        break;
+      case 'alert':
+        this.alerts.take(event.alert);
         break;
       case 'lost':
         this.#say(
@@ -253,11 +260,6 @@ export class Tower {
         );
         break;
     }
-  }
-
-  #setTowerTime(said: string): void {
-    const saidMs = Date.parse(said);
-    if (Number.isFinite(saidMs)) this.#squad.towerLagMs = this.clock.nowMs() - saidMs;
   }
 
   #onControl(event: ControlEvent): void {
@@ -280,7 +282,6 @@ export class Tower {
     const nowMs = this.clock.nowMs();
     const vehicle = this.vehicles.get().get(event.drone_id);
     vehicle?.holdLog.set(nextHold(vehicle.holdLog.get(), event, nowMs));
-    this.alertFeed.hold(event, nowMs);
     // Whatever ordered the hold: manual flight resumes only when the pilot starts it again.
     if (event.step === 'ordered')
       vehicle?.manual.stop(`it was put on hold (${causeWords(event.cause ?? 'order', orderReason(event))})`, {
@@ -334,11 +335,9 @@ export class Tower {
         command: (droneId, command) => outcomeOfCommand(this.operations, droneId, command),
         send: (message) => this.live.send(message),
         sendFresh: (message) => this.live.sendFresh(message),
+        alerts: (droneId) => this.alerts.of(droneId),
       },
-      (entry) => {
-        this.journal.add(entry);
-        this.alertFeed.entry(entry);
-      },
+      (entry) => this.journal.add(entry),
       beatClock,
     );
   }
@@ -391,10 +390,7 @@ export class Tower {
     this.recordings.clear();
     this.deafSinceMs.set(null);
     this.journal.clear();
-    this.alertFeed.clear();
+    this.alerts.clear();
+    this.separations.clear();
   }
-}
-
-function openBrowserSocket(): SocketLike {
-  return new WebSocket(liveUrl(window.location), SUBPROTOCOL) as SocketLike;
 }

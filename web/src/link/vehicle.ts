@@ -1,5 +1,6 @@
 /** Everything that the console knows about one drone and can do with it. */
 
+import type { Alert } from './alerts';
 import { BatteryMeter } from './battery_time';
 import type { Clock } from './clock';
 import type { DroneCommand } from './drone_commands';
@@ -37,12 +38,14 @@ export const REASON_WINDOW_MS = 2_000;
 /** The tower notices a silence a few seconds after the last frame. */
 const SAME_MOMENT_MS = 10_000;
 
-/** The connection to the drone: the live channel for frames, the tower's operations for commands. */
+/** What the tower has of the drone: the live channel for frames, operations for commands, alerts. */
 export interface Uplink {
   /** Resolves to the outcome. Never rejects. */
   command(droneId: number, command: DroneCommand): Promise<Outcome>;
   send(message: Uint8Array<ArrayBuffer>): boolean;
   sendFresh(message: Uint8Array<ArrayBuffer>): Sending;
+  /** The open alerts of the drone, the most urgent first. */
+  alerts(droneId: number): readonly Alert[];
 }
 
 export interface Action {
@@ -147,9 +150,9 @@ export class Vehicle {
     return readHold(hold, { droneName, lostActionS, towerLagMs: this.towerLagMs }, nowMs);
   }
 
-  /** What is wrong with it; null: nothing. */
-  trouble(nowMs: number): Trouble | null {
-    return troubleOf(this.drone.get(), this.values(nowMs), this.wasAirborne);
+  /** What is wrong with it, by the tower's alerts; null: nothing. */
+  trouble(): Trouble | null {
+    return troubleOf(this.#uplink.alerts(this.drone.get().id));
   }
 
   /** While the tower does not hear it, or this page does not hear the tower (`deafSinceMs`): what it did last. */

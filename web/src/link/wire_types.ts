@@ -1,6 +1,7 @@
 /** The tower's JSON, as docs/wire-protocol.md (1.2) defines it. */
 
 import type { Enrolment } from './admin_types';
+import type { AlertEvent } from './alerts';
 import type {
   OperationEvent,
   ParametersEvent,
@@ -158,11 +159,19 @@ export interface EnrolmentEvent {
 }
 
 export type TowerEvent =
-  | { readonly type: 'welcome'; readonly user: User; readonly drones: readonly Drone[]; readonly server_time: string }
+  | {
+      readonly type: 'welcome';
+      readonly user: User;
+      readonly drones: readonly Drone[];
+      readonly server_time: string;
+      /** Open, or waiting for a person; an older tower has none. */
+      readonly alerts?: readonly Schemas['AlertView'][];
+    }
   | { readonly type: 'drone'; readonly drone: Drone }
   | { readonly type: 'drone_removed'; readonly drone_id: number }
   | { readonly type: 'ping'; readonly sequence: number }
   | { readonly type: 'lost'; readonly drone_id: number; readonly count: number }
+  | AlertEvent
   | ControlEvent
   | EnrolmentEvent
   | HoldEvent
@@ -183,6 +192,7 @@ const KNOWN_TYPES: ReadonlySet<string> = new Set<TowerEvent['type']>([
   'drone_removed',
   'ping',
   'lost',
+  'alert',
   'control',
   'enrolment',
   'hold',

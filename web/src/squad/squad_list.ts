@@ -1,12 +1,12 @@
 /** The squad list: the data of a row, and how the list is sorted, filtered and searched. Pure. */
 
-import { isUnattended } from '../link/conditions';
 import { eitherSays } from '../link/drone_view';
 import type { DroneState, FlightValues } from '../link/flight_values';
 import type { HoldReading } from '../link/hold_view';
 import type { LinkReading } from '../link/link_quality';
 import type { Silence } from '../link/loss_countdown';
-import { TROUBLES, type Trouble } from '../link/trouble';
+import type { Trouble } from '../link/trouble';
+import { isUnattended } from '../link/unattended';
 import type { Drone, User } from '../link/wire_types';
 
 export interface SquadEntry {
@@ -46,7 +46,7 @@ export interface Order {
 
 const ATTENTION: Record<DroneState, number> = { alert: 0, flying: 2, armed: 3, lost: 4, idle: 5 };
 /** Without trouble: after all that have some. */
-const AFTER_TROUBLE = TROUBLES.length + 1;
+const AFTER_TROUBLE = 1_000;
 
 /** A person is lost, and the drone acts on its own or will. */
 const isCounted = ({ hold }: SquadEntry): boolean => hold !== null && hold.phase !== 'quiet';

@@ -1,77 +1,166 @@
 import { beforeEach, describe, expect, it } from 'vitest';
 
-import { ALERT_LIMIT, Alerts, byUrgency, REPEAT_MS, worstOpen } from '../../src/link/alerts';
+import { mayAcknowledge } from '../../src/link/alert_rights';
+import { ALERT_LIMIT, Alerts, byUrgency, needsSomebody, OWN_ID, worstOpen, type Alert } from '../../src/link/alerts';
+import { aloneWords, ALONE_AFTER_MS } from '../../src/link/page_alone';
+import { A_DRONE, anAlert, FakeClock, settled } from './fakes';
 
+const OVER = '2026-01-01T12:05:00Z';
+const lost = anAlert({ id: 2, rule: 'link-lost', severity: 'critical', rank: 0, opened_at: '2026-01-01T12:01:00Z' });
+
+let clock: FakeClock;
 let alerts: Alerts;
-const texts = (): string[] => alerts.list.get().map(({ text }) => text);
-const low = { id: 'battery-low', severity: 'warning', text: 'Battery low' } as const;
-const lost = { id: 'link-lost', severity: 'critical', text: 'Link lost' } as const;
+let past: Alert[];
+let asked: number[];
+const ids = (): number[] => alerts.list.get().map(({ id }) => id);
 
-beforeEach(() => (alerts = new Alerts()));
-
-describe('a condition', () => {
-  it('is one alert for as long as it lasts, and a new one when it begins again', () => {
-    alerts.holds(1, [low], 0);
-    alerts.holds(1, [low], 1_000);
-    expect(alerts.list.get()).toMatchObject([{ text: 'Battery low', isLasting: true, beganMs: 0 }]);
-    alerts.holds(1, [], 2_000);
-    expect(alerts.list.get()).toMatchObject([{ isLasting: false, acknowledgedMs: null }]);
-    alerts.holds(1, [low], 3_000);
-    expect(alerts.list.get()).toHaveLength(2);
-  });
-
-  it('of one drone is not that of another', () => {
-    alerts.holds(1, [low], 0);
-    alerts.holds(12, [], 0);
-    alerts.holds(12, [low], 0);
-    alerts.holds(1, [], 0);
-    expect(alerts.list.get()).toMatchObject([
-      { droneId: 1, isLasting: false },
-      { droneId: 12, isLasting: true },
-    ]);
-  });
-
-  it('that was acknowledged is not said again while it lasts', () => {
-    alerts.holds(1, [lost], 0);
-    alerts.acknowledge(alerts.list.get()[0]!.key, 500);
-    alerts.holds(1, [lost], 1_000);
-    expect(worstOpen(alerts.list.get())).toBeNull();
-  });
-});
-
-describe('a statement', () => {
-  it('that is repeated is counted, until it was acknowledged or long ago', () => {
-    alerts.said(1, 'warning', 'PreArm: no', 0);
-    alerts.said(1, 'warning', 'PreArm: no', 10_000);
-    alerts.said(2, 'warning', 'PreArm: no', 10_000);
-    expect(alerts.list.get().map(({ droneId, count }) => [droneId, count])).toEqual([
-      [1, 2],
-      [2, 1],
-    ]);
-    alerts.acknowledgeAll(11_000);
-    alerts.said(1, 'warning', 'PreArm: no', 12_000);
-    expect(alerts.list.get()).toHaveLength(3);
-    alerts.said(1, 'warning', 'PreArm: no', 12_000 + REPEAT_MS);
-    expect(alerts.list.get()).toHaveLength(4);
+beforeEach(() => {
+  clock = new FakeClock();
+  past = [];
+  asked = [];
+  alerts = new Alerts(clock, {
+    pastAlerts: () => Promise.resolve(past as never),
+    acknowledgeAlert: (id) => {
+      asked.push(id);
+      if (id === 404) return Promise.reject(new Error('there is no such alert'));
+      return Promise.resolve({ ...anAlert({ id }), acknowledged_at: OVER } as never);
+    },
   });
 });
 
 describe('the list', () => {
-  it('has what is open first, the worst first, the newest first', () => {
-    alerts.said(1, 'warning', 'a', 1);
-    alerts.said(1, 'critical', 'b', 2);
-    alerts.said(1, 'warning', 'c', 3);
-    alerts.said(1, 'critical', 'done', 4);
-    alerts.acknowledge(alerts.list.get().at(-1)!.key, 5);
-    expect(byUrgency(alerts.list.get()).map(({ text }) => text)).toEqual(['b', 'c', 'a', 'done']);
-    expect(worstOpen(alerts.list.get())).toBe('critical');
+  it('has each alert once, as the tower last said it, oldest first', () => {
+    alerts.take(lost);
+    alerts.take(anAlert());
+    alerts.take(anAlert({ closed_at: OVER }));
+    expect(ids()).toEqual([1, 2]);
+    expect(alerts.list.get()[0]).toMatchObject({ closed_at: OVER });
   });
 
-  it('is bounded, and keeps what is critical and open longest', () => {
-    alerts.said(1, 'critical', 'first', 0);
-    for (let at = 0; at < 2 * ALERT_LIMIT; at++) alerts.said(1, 'warning', `w${at}`, at);
+  it('forgets on a new connection what the tower no longer tells, and reads the past again', async () => {
+    alerts.take(anAlert());
+    alerts.take(anAlert({ id: 3, closed_at: OVER }));
+    past = [anAlert({ id: 4, closed_at: OVER }), anAlert({ id: 5 }), { ...lost, closed_at: OVER }];
+    alerts.welcome([lost]);
+    expect(ids()).toEqual([3, 2]);
+    await settled();
+    expect(ids(), '5 was open in an older answer only').toEqual([4, 3, 2]);
+    expect(
+      alerts.of(1).map(({ id }) => id),
+      'what is known is newer',
+    ).toEqual([2]);
+  });
+
+  it('forgets those of a drone that is no longer ours to see, and of pairs with it', () => {
+    alerts.take(anAlert({ drone_id: 1, other_id: 2 }));
+    alerts.take(anAlert({ id: 3, drone_id: 2 }));
+    alerts.take(anAlert({ id: 4, drone_id: 5 }));
+    alerts.gone(2);
+    expect(ids()).toEqual([4]);
+  });
+
+  it('is bounded, and keeps what lasts', () => {
+    alerts.take(anAlert({ id: 9_999, opened_at: '2025-01-01T00:00:00Z' }));
+    for (let id = 0; id < ALERT_LIMIT + 20; id++) alerts.take(anAlert({ id, closed_at: OVER }));
     expect(alerts.list.get()).toHaveLength(ALERT_LIMIT);
-    expect(texts()[0]).toBe('first');
-    expect(texts().at(-1)).toBe(`w${2 * ALERT_LIMIT - 1}`);
+    expect(ids()).toContain(9_999);
+  });
+});
+
+describe('the alerts of a drone', () => {
+  it('are those that last, the most urgent first, of a pair for both', () => {
+    alerts.take(anAlert({ rank: 9 }));
+    alerts.take(lost);
+    alerts.take(anAlert({ id: 3, closed_at: OVER, rank: 1 }));
+    alerts.take(anAlert({ id: 4, rank: 11, other_id: 7 }));
+    expect(alerts.of(1).map(({ id }) => id)).toEqual([2, 1, 4]);
+    expect(alerts.of(7).map(({ id }) => id)).toEqual([4]);
+    expect(alerts.of(8)).toEqual([]);
+  });
+});
+
+describe('who has to look', () => {
+  it.each<[string, Partial<Alert>, boolean]>([
+    ['open', {}, true],
+    ['a notice', { severity: 'notice' }, false],
+    ['open and acknowledged', { acknowledged_at: OVER }, false],
+    ['a warning that is over', { closed_at: OVER }, false],
+    ['a critical one that is over', { severity: 'critical', closed_at: OVER }, true],
+    ['the same, acknowledged', { severity: 'critical', closed_at: OVER, acknowledged_at: OVER }, false],
+  ])('%s: %#', (_, changes, expected) => {
+    expect(needsSomebody(anAlert(changes))).toBe(expected);
+  });
+
+  it('comes first in the list, then what lasts, then the past', () => {
+    const all = [
+      anAlert({ id: 1, closed_at: OVER }),
+      anAlert({ id: 2, acknowledged_at: OVER, severity: 'critical' }),
+      anAlert({ id: 3 }),
+      anAlert({ id: 4, severity: 'critical', closed_at: OVER }),
+      anAlert({ id: 5, rank: 2 }),
+    ];
+    expect(byUrgency(all).map(({ id }) => id)).toEqual([4, 5, 3, 2, 1]);
+    expect(worstOpen(all)).toBe('critical');
+    expect(worstOpen(all.slice(0, 2))).toBeNull();
+  });
+
+  it.each([
+    ['operator', 'owner', true],
+    ['operator', 'borrower', true],
+    ['operator', 'observer', false],
+    ['observer', 'observer', false],
+    ['admin', 'admin', true],
+  ] as const)('may acknowledge: %s, %s', (role, relation, expected) => {
+    expect(mayAcknowledge(anAlert(), { relation }, { role })).toBe(expected);
+    expect(mayAcknowledge(anAlert(), undefined, { role })).toBe(false);
+    expect(mayAcknowledge({ drone_id: null }, undefined, { role })).toBe(true);
+  });
+});
+
+describe('an acknowledgement', () => {
+  it('goes to the tower, whose answer counts', async () => {
+    alerts.take(lost);
+    await alerts.acknowledge(lost);
+    expect(asked).toEqual([2]);
+    expect(alerts.list.get()[0]!.acknowledged_at).toBe(OVER);
+  });
+
+  it('of several goes on when one is gone', async () => {
+    await alerts.acknowledgeAll([anAlert({ id: 404 }), lost]);
+    expect(asked).toEqual([404, 2]);
+    await expect(alerts.acknowledge(anAlert({ id: 404 }))).rejects.toThrow('no such alert');
+  });
+});
+
+describe("the page's own alert", () => {
+  const own = { words: 'This page has lost the tower.', severity: 'warning' } as const;
+
+  it('lasts until the tower is heard, and is acknowledged here alone', async () => {
+    alerts.own(own);
+    await clock.pass(2_000);
+    alerts.own(own);
+    const [first] = alerts.list.get();
+    expect(first).toMatchObject({
+      id: OWN_ID,
+      drone_id: null,
+      opened_at: new Date(clock.nowMs() - 2_000).toISOString(),
+    });
+    await alerts.acknowledge(first!);
+    expect(asked).toEqual([]);
+    alerts.own(own);
+    expect(alerts.list.get().filter(needsSomebody)).toEqual([]);
+    alerts.own(null);
+    expect(ids()).toEqual([]);
+  });
+
+  it('is critical for whoever controls a drone in the air', () => {
+    const flown = { ...A_DRONE, name: 'Heron', airborne: true, holder: { id: 5, name: 'olga' } };
+    const said = (drones: (typeof flown)[], now = ALONE_AFTER_MS) => aloneWords(0, drones, { id: 5 }, now);
+    expect(said([flown])).toMatchObject({ severity: 'critical', words: expect.stringContaining('You control Heron.') });
+    expect(said([{ ...flown, airborne: false }])?.severity).toBe('warning');
+    expect(said([])?.severity).toBe('warning');
+    expect(said([flown], ALONE_AFTER_MS - 1)).toBeNull();
+    expect(aloneWords(null, [flown], { id: 5 }, 9_999)).toBeNull();
+    expect(aloneWords(0, [flown], null, 9_999)).toBeNull();
   });
 });

@@ -1,6 +1,6 @@
 import { describe, expect, it } from 'vitest';
 
-import { batteryLevel, batteryWords } from '../../src/link/battery_level';
+import { batteryLevel } from '../../src/link/battery_level';
 
 describe('a battery is judged by the thresholds of its autopilot', () => {
   it.each([
@@ -22,10 +22,5 @@ describe('a battery is judged by the thresholds of its autopilot', () => {
   ] as const)('and by ours where it reports none: %s %%', (batteryPercent, expected) => {
     expect(batteryLevel({ batteryPercent, batteryCharge: null })).toBe(expected);
     expect(batteryLevel({ batteryPercent, batteryCharge: 0 })).toBe(expected);
-  });
-
-  it('says whose judgement it is', () => {
-    expect(batteryWords('low', { batteryPercent: 60, batteryCharge: 2 })).toBe('Battery low by its autopilot: 60 %');
-    expect(batteryWords('critical', { batteryPercent: 9, batteryCharge: null })).toBe('Battery critical: 9 %');
   });
 });

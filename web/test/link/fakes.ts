@@ -1,5 +1,6 @@
 /** A clock that tests control, and sockets on which tests act as the tower. */
 
+import type { Alert } from '../../src/link/alerts';
 import type { Clock } from '../../src/link/clock';
 import { encode } from '../../src/link/mavlink';
 import type { SocketLike } from '../../src/link/live';
@@ -162,3 +163,21 @@ export const A_HOLD: HoldView = {
   as_of: new Date(1_000_000).toISOString(),
   stale: false,
 };
+
+/** An open alert of the tower. */
+export const anAlert = (changes: Partial<Alert> = {}): Alert => ({
+  id: 1,
+  rule: 'battery-low',
+  severity: 'warning',
+  badge: 'Battery low',
+  words: 'The battery of Heron is low: 28 %.',
+  advice: 'Return.',
+  rank: 9,
+  drone_id: 1,
+  other_id: null,
+  opened_at: '2026-01-01T12:00:00Z',
+  acknowledged_at: null,
+  acknowledged_by: null,
+  closed_at: null,
+  ...changes,
+});

@@ -26,6 +26,7 @@ beforeEach(() => {
       return isConnected;
     },
     sendFresh: () => 'sent' as const,
+    alerts: () => [],
   };
   vehicle = new Vehicle(A_DRONE, clock, uplink, () => undefined);
 });

@@ -1,6 +1,6 @@
 import { describe, expect, it } from 'vitest';
 
-import { countdown, lostLinkWords, type Silence } from '../../src/link/loss_countdown';
+import { countdown, type Silence } from '../../src/link/loss_countdown';
 import type { LostAction } from '../../src/link/wire_types';
 import { A_HOLD } from './fakes';
 
@@ -99,11 +99,5 @@ describe('the words of a lost link', () => {
 
   it('are not for a drone on the ground', () => {
     expect(text({ isAirborne: false })).toBeUndefined();
-  });
-
-  it('stand still in an alert', () => {
-    expect(lostLinkWords('It', SILENCE)).toBe(
-      `It was flying its mission; it goes on with it until its agent returns it after 30 s without the tower ${ALIVE}.`,
-    );
   });
 });

@@ -1,7 +1,7 @@
 import { beforeEach, describe, expect, it } from 'vitest';
 
 import { Rest } from '../../src/link/rest';
-import { directionWords, nearLines, separationWords } from '../../src/link/separation';
+import { nearLines } from '../../src/link/separation';
 import { Tower } from '../../src/link/tower';
 import { offsetBy } from '../../src/link/geometry';
 import type { SeparationEvent } from '../../src/link/wire_types';
@@ -40,9 +40,7 @@ const CLEAR = event({
 let clock: FakeClock;
 let socket: FakeSocket;
 let tower: Tower;
-const alerts = () =>
-  tower.alertFeed.alerts.list.get().map(({ severity, droneId, isLasting }) => ({ severity, droneId, isLasting }));
-const near = () => [...tower.alertFeed.separations.near.get().keys()];
+const near = () => [...tower.separations.near.get().keys()];
 
 beforeEach(async () => {
   clock = new FakeClock();
@@ -54,28 +52,14 @@ beforeEach(async () => {
 });
 
 describe('drones that come near each other', () => {
-  it('are one alert each time, and another when it becomes a warning', () => {
+  it('are near until the tower says that they are not', () => {
     for (const inS of [18, 16, 14]) socket.says(event({ in_s: inS }));
-    expect(alerts()).toEqual([{ severity: 'warning', droneId: 1, isLasting: true }]);
-    socket.says(event({ level: 'warning', in_s: 9 }));
-    socket.says(event({ level: 'caution', in_s: 3 }));
-    expect(alerts()).toEqual([
-      { severity: 'warning', droneId: 1, isLasting: false },
-      { severity: 'critical', droneId: 1, isLasting: true },
-    ]);
+    expect(near()).toEqual([3]);
     socket.says(CLEAR);
-    expect(alerts().map(({ isLasting }) => isLasting)).toEqual([false, false]);
     expect(near()).toEqual([]);
   });
 
-  it('are an alert with the names of both, in words', () => {
-    socket.says(event());
-    expect(tower.alertFeed.alerts.list.get()[0]!.text).toBe(
-      'heron and kite will be 4 m apart, 2 m in height, in 18 s.',
-    );
-  });
-
-  it('stay an alert over a new connection only while the tower says so', async () => {
+  it('stay near over a new connection only while the tower says so', async () => {
     socket.says(event());
     socket.says(event({ number: 4, level: 'warning' }));
     const welcome = { type: 'welcome', user: OLGA, drones: [HERON, KITE], server_time: '' };
@@ -86,56 +70,14 @@ describe('drones that come near each other', () => {
     await clock.pass(5_000);
     tower.look();
     expect(near()).toEqual([3]);
-    expect(alerts()).toEqual([
-      { severity: 'warning', droneId: 1, isLasting: true },
-      { severity: 'critical', droneId: 1, isLasting: false },
-    ]);
   });
 
-  it('are no alert any more when one of them is no longer ours to see', () => {
+  it('are forgotten when one of them is no longer ours to see', () => {
     socket.says(event());
     socket.says({ type: 'drone_removed', drone_id: 2 });
     expect(near()).toEqual([]);
     socket.says(event({ drones: [1, null] }));
     expect(near()).toEqual([3]);
-    expect(tower.alertFeed.alerts.list.get().at(-1)!.text).toContain('heron and another drone');
-  });
-});
-
-describe('in words', () => {
-  const name = (droneId: number): string => (droneId === 1 ? 'heron' : 'kite');
-  it.each([
-    [event({ in_s: 0.4, horizontal_m: 6, vertical_m: 3 }), 'heron and kite are 6 m apart, 3 m in height.'],
-    [
-      event({ drones: [1, null], in_s: 15, horizontal_m: null, vertical_m: null, above_m: 5 }),
-      'heron and another drone will be close in about 15 s. Seen from heron it is about 120 m to the east (090°), about 5 m higher.',
-    ],
-    [
-      event({ drones: [2, null], in_s: 0, horizontal_m: null, vertical_m: null, above_m: 0, bearing_deg: 30 }),
-      'kite and another drone are near each other. Seen from kite it is about 120 m to the north-east (030°), at about the same height.',
-    ],
-    [
-      event({ drones: [1, null], in_s: null, bearing_deg: null, distance_m: null, above_m: null }),
-      'heron and another drone are near each other.',
-    ],
-    [event({ in_s: null, horizontal_m: null, vertical_m: null }), 'heron and kite are too near each other.'],
-  ])('%#', (said, words) => {
-    expect(separationWords(said, name)).toBe(words);
-  });
-
-  it('directions are the nearest of eight', () => {
-    expect([0, 22, 23, 90, 179, 226, 337, 338, 359.9, -45].map(directionWords)).toEqual([
-      'north',
-      'north',
-      'north-east',
-      'east',
-      'south',
-      'south-west',
-      'north-west',
-      'north',
-      'north',
-      'north-west',
-    ]);
   });
 });
 

@@ -1,23 +1,26 @@
 import { beforeEach, describe, expect, it } from 'vitest';
 
+import type { Alert } from '../../src/link/alerts';
 import type { DroneCommand } from '../../src/link/drone_commands';
 import type { Entry } from '../../src/link/journal';
 import type { Outcome } from '../../src/link/outcome';
 import { lostBrief } from '../../src/link/loss_countdown';
 import { Vehicle } from '../../src/link/vehicle';
 import type { Drone, LastHeardView } from '../../src/link/wire_types';
-import { A_DRONE, A_HOLD, AUTOPILOT, FakeClock, fromAutopilot, heartbeat, settled } from './fakes';
+import { A_DRONE, A_HOLD, anAlert, AUTOPILOT, FakeClock, fromAutopilot, heartbeat, settled } from './fakes';
 
 let clock: FakeClock;
 let commanded: [number, DroneCommand][];
 let end: (outcome: Outcome) => void;
 let journal: Entry[];
 let vehicle: Vehicle;
+let alerts: Alert[];
 
 beforeEach(() => {
   clock = new FakeClock();
   commanded = [];
   journal = [];
+  alerts = [];
   vehicle = new Vehicle(
     A_DRONE,
     clock,
@@ -28,6 +31,7 @@ beforeEach(() => {
       },
       send: () => true,
       sendFresh: () => 'sent',
+      alerts: (droneId) => alerts.filter((one) => one.drone_id === droneId),
     },
     (entry) => journal.push(entry),
   );
@@ -248,7 +252,6 @@ describe('a drone that fell silent before this page was opened', () => {
 
   it('is lost in the air, and does what it did', async () => {
     opened();
-    expect(vehicle.trouble(clock.nowMs())).toMatchObject({ kind: 'link-lost', rank: 0 });
     const silence = vehicle.silence(null, clock.nowMs());
     expect(silence).toMatchObject({ mode: 'AUTO', task: 'mission', isAirborne: true, whose: 'drone' });
     expect(lostBrief(silence!, clock.nowMs())).toEqual({ now: 'goes on with its mission', next: 'returns in 18 s' });
@@ -260,20 +263,12 @@ describe('a drone that fell silent before this page was opened', () => {
 
   it('is merely offline if it was on the ground', () => {
     opened({ airborne: false, armed: false });
-    expect(vehicle.trouble(clock.nowMs())).toBeNull();
+    expect(vehicle.silence(null, clock.nowMs())).toMatchObject({ isAirborne: false });
   });
 
   it('has no place and no mode where the tower has none', () => {
     opened({ autopilot: null, custom_mode: null, vehicle_type: null, lat: null, lon: null, height_m: null });
     expect(now()).toMatchObject({ mode: null, place: null, altRelM: null, positionAgeMs: null });
-    expect(vehicle.trouble(clock.nowMs())?.kind).toBe('link-lost');
-  });
-
-  it('is silent if only its autopilot is', () => {
-    opened({}, { online: true });
-    expect(vehicle.trouble(clock.nowMs())?.kind).toBe('silent');
-    opened({ airborne: false }, { online: true });
-    expect(vehicle.trouble(clock.nowMs())).toBeNull();
   });
 
   it('is what it says itself, once it is heard', () => {
@@ -281,7 +276,7 @@ describe('a drone that fell silent before this page was opened', () => {
     hears(heartbeat(5, true));
     expect(now()).toMatchObject({ mode: 'LOITER', place: null });
     vehicle.put({ ...A_DRONE, armed: true, airborne: true }, clock.nowMs());
-    expect(vehicle.trouble(clock.nowMs())?.kind).toBe('unattended');
+    expect(vehicle.wasAirborne).toBe(true);
   });
 
   it('is what this page heard, unless the tower heard it later', async () => {
@@ -292,6 +287,12 @@ describe('a drone that fell silent before this page was opened', () => {
     opened();
     expect(now().mode).toBe('AUTO');
   });
+});
+
+it("has the trouble that the tower's alerts tell of", () => {
+  expect(vehicle.trouble()).toBeNull();
+  alerts = [anAlert({ drone_id: A_DRONE.id, rule: 'gps' }), anAlert({ drone_id: A_DRONE.id + 1 })];
+  expect(vehicle.trouble()).toMatchObject({ kind: 'gps', severity: 'warning' });
 });
 
 describe('texts of the autopilot', () => {

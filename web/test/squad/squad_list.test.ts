@@ -1,17 +1,22 @@
 import { describe, expect, it } from 'vitest';
 
+import type { Alert } from '../../src/link/alerts';
 import { flightValues, type FlightValues } from '../../src/link/flight_values';
 import { Telemetry } from '../../src/link/telemetry';
 import { readHold } from '../../src/link/hold_view';
 import { troubleOf } from '../../src/link/trouble';
 import type { Drone, HoldView } from '../../src/link/wire_types';
 import { matches, passes, sorted, windowOf, type SortKey, type SquadEntry } from '../../src/squad/squad_list';
-import { A_DRONE, A_HOLD, heartbeat } from '../link/fakes';
+import { A_DRONE, A_HOLD, anAlert, heartbeat } from '../link/fakes';
 
 const OLGA = { id: 5, name: 'olga' };
 const BESIDE = { online: true, armed: false, target: null, link: null, airborneSinceMs: null, batteryTime: null };
 
-function entry(drone: Partial<Drone>, values: Partial<FlightValues> = {}, wasAirborne = false): SquadEntry {
+function entry(
+  drone: Partial<Drone>,
+  values: Partial<FlightValues> = {},
+  trouble: Partial<Alert> | null = null,
+): SquadEntry {
   const telemetry = new Telemetry();
   telemetry.receive(heartbeat(5), 0);
   const whole = { ...A_DRONE, ...drone };
@@ -21,15 +26,23 @@ function entry(drone: Partial<Drone>, values: Partial<FlightValues> = {}, wasAir
     values: now,
     link: null,
     hold: null,
-    trouble: troubleOf(whole, now, wasAirborne),
+    trouble: trouble && troubleOf([anAlert(trouble)]),
     silence: null,
   };
 }
 
 const HERON = entry({ id: 1, name: 'Heron', holder: OLGA }, { state: 'flying', airborne: true, batteryPercent: 40 });
-const SWIFT = entry({ id: 2, name: 'Swift' }, { state: 'flying', airborne: true, batteryPercent: 90 });
+const SWIFT = entry(
+  { id: 2, name: 'Swift' },
+  { state: 'flying', airborne: true, batteryPercent: 90 },
+  { rule: 'unattended', rank: 19 },
+);
 const PLOVER = entry({ id: 3, name: 'Plover 10', online: false }, { state: 'lost', batteryPercent: null });
-const PLOVER_2 = entry({ id: 4, name: 'Plover 9' }, { state: 'alert', batteryPercent: 40 });
+const PLOVER_2 = entry(
+  { id: 4, name: 'Plover 9' },
+  { state: 'alert', batteryPercent: 40 },
+  { rule: 'emergency', severity: 'critical', rank: 8 },
+);
 const SQUAD = [HERON, SWIFT, PLOVER, PLOVER_2];
 
 const names = (entries: readonly SquadEntry[]): string[] => entries.map(({ drone }) => drone.name);
@@ -54,9 +67,9 @@ describe('sorting', () => {
 describe('attention first', () => {
   it('begins with a link lost in the air, then the batteries', () => {
     const flies = { state: 'flying', airborne: true } as const;
-    const lost = entry({ id: 5, name: 'Lost', online: false }, { state: 'lost' }, true);
-    const critical = entry({ id: 6, name: 'Critical', holder: OLGA }, { ...flies, batteryCharge: 3 });
-    const low = entry({ id: 7, name: 'Low', holder: OLGA }, { ...flies, batteryCharge: 2 });
+    const lost = entry({ id: 5, name: 'Lost', online: false }, { state: 'lost' }, { rule: 'link-lost', rank: 0 });
+    const critical = entry({ id: 6, name: 'Critical', holder: OLGA }, flies, { rule: 'battery-critical', rank: 3 });
+    const low = entry({ id: 7, name: 'Low', holder: OLGA }, flies, { rule: 'battery-low', rank: 7 });
     const order = { key: 'state', isDescending: false } as const;
     expect(names(sorted([...SQUAD, low, critical, lost], order)).slice(0, 4)).toEqual([
       'Lost',
@@ -74,7 +87,11 @@ describe('a drone whose lost action is counted down', () => {
 
   it('wants attention though somebody has its controls; one that is held alone does not', () => {
     const [counted, held] = (['counting', 'quiet'] as const).map((phase) => ({
-      ...entry({ ...HERON.drone, hold: { ...A_HOLD, phase } }, { state: 'flying', airborne: true }),
+      ...entry(
+        { ...HERON.drone, hold: { ...A_HOLD, phase } },
+        { state: 'flying', airborne: true },
+        phase === 'counting' ? { rule: 'lost-action-counting', rank: 13 } : null,
+      ),
       hold: reading(phase),
     }));
     expect(passes(counted!, 'attention', OLGA)).toBe(true);

@@ -17,6 +17,54 @@ export interface paths {
         readonly patch?: never;
         readonly trace?: never;
     };
+    readonly "/alerts": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["get_alerts"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/alerts/{alert_id}/acknowledge": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put?: never;
+        readonly post: operations["acknowledge_alert"];
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/alerts/rules": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["get_alert_rules"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
     readonly "/audit": {
         readonly parameters: {
             readonly query?: never;
@@ -1470,6 +1518,47 @@ export interface components {
             readonly known: number;
             readonly online: number;
         };
+        /** @description A row of the table of rules. */
+        readonly AlertRuleView: {
+            /** @description What to do */
+            readonly advice: string;
+            readonly badge: string;
+            /** @description How long it must be over */
+            readonly closes_after_s: number;
+            readonly name: string;
+            /** @description How long the condition must last */
+            readonly opens_after_s: number;
+            readonly severity: components["schemas"]["Severity"];
+            /** @description The condition */
+            readonly when: string;
+        };
+        /** @description An alert. It is open until `closed_at`. */
+        readonly AlertView: {
+            readonly acknowledged_at: string | null;
+            readonly acknowledged_by: components["schemas"]["UserRefView"] | null;
+            /** @description What to do */
+            readonly advice: string;
+            /** @description A few words for a row */
+            readonly badge: string;
+            readonly closed_at: string | null;
+            readonly drone_id: number;
+            /** @description Random */
+            readonly id: number;
+            /** Format: date-time */
+            readonly opened_at: string;
+            /** @description The second drone of a pair, if you may see it */
+            readonly other_id: number | null;
+            /** @description Of its rule: smaller is more urgent */
+            readonly rank: number;
+            /**
+             * @description The name of its rule
+             * @example link-lost
+             */
+            readonly rule: string;
+            readonly severity: components["schemas"]["Severity"];
+            /** @description What is wrong, naming the drone */
+            readonly words: string;
+        };
         readonly Arm: {
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -2865,6 +2954,11 @@ export interface components {
             readonly wanted: number;
             readonly why: string;
         };
+        /**
+         * @description From the worst to the mildest.
+         * @enum {string}
+         */
+        readonly Severity: "critical" | "warning" | "notice";
         readonly SignIn: {
             /** @description From the authenticator, or a recovery code; if required */
             readonly code?: string | null;
@@ -3094,6 +3188,84 @@ export interface operations {
                     readonly [name: string]: unknown;
                 };
                 content?: never;
+            };
+        };
+    };
+    readonly get_alerts: {
+        readonly parameters: {
+            readonly query?: {
+                /** @description Whether somebody has seen to it */
+                readonly acknowledged?: boolean | null;
+                /** @description Only alerts after this one in the list */
+                readonly before?: number | null;
+                readonly drone_id?: number | null;
+                readonly limit?: number;
+                /** @description The name of a rule */
+                readonly rule?: string | null;
+                readonly severity?: components["schemas"]["Severity"] | null;
+                /** @description Opened not before */
+                readonly since?: string | null;
+                /** @description Whether it lasts */
+                readonly state?: ("open" | "closed") | null;
+                /** @description Opened before */
+                readonly until?: string | null;
+            };
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": readonly components["schemas"]["AlertView"][];
+                };
+            };
+        };
+    };
+    readonly acknowledge_alert: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly alert_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["AlertView"];
+                };
+            };
+        };
+    };
+    readonly get_alert_rules: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": readonly components["schemas"]["AlertRuleView"][];
+                };
             };
         };
     };

@@ -1,0 +1,51 @@
+"""One alert: a condition that lasts, from its beginning to its end, and who acknowledged it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from datetime import datetime
+
+from server.domain.people import UserRef
+from server.live.alerts.lasting import Key
+from server.live.alerts.rules import Rule
+from server.live.alerts.severity import Severity
+from wire.ids import DroneId
+
+
+@dataclass(slots=True)
+class Alert:
+    """Mutable; touched by the alert service only. `other_id`: the second drone of a pair.
+
+    `about_stranger`: the second drone is hidden from those who are told: nothing here names it, and whoever may see
+    both drones gets another alert, with both names.
+    """
+
+    id: int
+    rule: Rule
+    subject: str
+    drone_id: DroneId
+    words: str
+    opened_at: datetime
+    other_id: DroneId | None = None
+    about_stranger: bool = False
+    acknowledged_at: datetime | None = None
+    acknowledged_by: UserRef | None = None
+    closed_at: datetime | None = None
+    told: set[int] = field(default_factory=set)
+    """Browsers that know of it, by their number."""
+
+    @property
+    def key(self) -> Key:
+        return self.rule.name, self.subject
+
+    @property
+    def needs_somebody(self) -> bool:
+        """Whether a person has to see to it: while it lasts, and after that if it was critical."""
+        if self.acknowledged_at is not None or self.rule.severity is Severity.NOTICE:
+            return False
+        return self.closed_at is None or self.rule.severity is Severity.CRITICAL
+
+    @property
+    def is_live(self) -> bool:
+        """Whether it belongs to the present picture."""
+        return self.closed_at is None or self.needs_somebody

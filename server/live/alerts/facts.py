@@ -1,0 +1,62 @@
+"""What the rules of the alerts know about one drone at one moment: plain values, no reading of any state.
+
+While a drone is silent its values are the last ones known, and `silence` says so. None: not known, never "no".
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from server.live.fleet.views import HoldView
+from wire.autopilots.profile import FlightTask
+from wire.open_holds import LostAction
+
+Silence = Literal["", "link", "autopilot"]
+"""Who is not heard; empty: everything is."""
+
+
+@dataclass(slots=True)
+class Facts:
+    """Built a few times a second for each drone, so a plain class: a frozen one would cost as much as all rules."""
+
+    name: str
+    known: bool = True
+    """Link and autopilot were heard since the tower started. If not, nothing is known, and no alert begins or ends."""
+    silence: Silence = ""
+    armed: bool | None = None
+    airborne: bool | None = None
+    held_by: str | None = None
+    """The name of the user who has the controls."""
+    mode: str = ""
+    """Empty: not known."""
+    task: FlightTask | None = None
+    height_m: float | None = None
+    """Above home."""
+    height_limit_m: float | None = None
+    """The lowest that applies."""
+    lost_action: LostAction = LostAction.RETURN
+    lost_action_s: float = 30.0
+    hold: HoldView | None = None
+    hold_unconfirmed: str | None = None
+    """The agent gave up a hold without a confirmation; what it said about it."""
+    hold_reason: str = ""
+    """Why the last hold was ordered."""
+    system_status: int | None = None
+    """MAV_STATE."""
+    battery_percent: int | None = None
+    battery_charge: int | None = None
+    """MAV_BATTERY_CHARGE_STATE, the worst of its batteries."""
+    gps_fix: int | None = None
+    """GPS_FIX_TYPE."""
+    estimator_fault: str | None = None
+    """What is wrong with the position estimate; empty: nothing."""
+    vibration_m_s2: float | None = None
+    """The worst axis."""
+    fence_breach: str | None = None
+    """Which limit of the fence is broken; empty: none."""
+    motion: str | None = None
+    """`jump`, `speed`, `height`, `course`: it does not move as a machine can."""
+
+    @property
+    def flies(self) -> bool:
+        """In the air for all that is known, and heard."""
+        return self.airborne is True and not self.silence

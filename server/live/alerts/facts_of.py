@@ -1,0 +1,77 @@
+"""Reads the facts about one drone from the live state. No I/O."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from server.live.alerts.facts import Facts
+from server.live.relay.loan_limits import whole_place_in
+from wire.autopilots import registry
+from wire.frames import payload
+
+if TYPE_CHECKING:
+    from server.live.relay.live_drone import LiveDrone
+
+_HEARTBEAT: Final = 9
+_TYPE, _AUTOPILOT, _STATUS = 4, 5, 7
+"""Offsets in a HEARTBEAT."""
+NO_LIMIT: Final = 0.0
+
+
+def facts_of(drone: LiveDrone, height_limit_m: float, now: float) -> Facts:
+    """The present facts, or the last known ones of a drone that is silent. `height_limit_m`: of the tower; 0: none."""
+    last = drone.last_heard.view
+    holder = drone.lease.holder
+    facts = Facts(
+        name=drone.record.name,
+        known=drone.last_heard.ever,
+        held_by=holder.name if holder is not None else None,
+        lost_action=drone.safety.lost_action,
+        lost_action_s=drone.safety.lost_action_s,
+        hold=drone.open_hold.view(online=drone.online),
+        hold_unconfirmed=drone.hold_unconfirmed,
+        hold_reason=drone.hold_reason,
+    )
+    if drone.online and drone.autopilot_heard:
+        facts.armed, facts.airborne = drone.armed, drone.airborne
+        _add_telemetry(facts, drone, now)
+        facts.height_limit_m = _height_limit(drone, height_limit_m)
+    else:
+        facts.silence = "autopilot" if drone.online and drone.link is not None else "link"
+        if last is not None:
+            facts.armed, facts.airborne, facts.height_m = last.armed, last.airborne, last.height_m
+            if last.custom_mode is not None:
+                _add_mode(facts, last.autopilot or 0, last.vehicle_type or 0, last.custom_mode)
+    return facts
+
+
+def _add_telemetry(facts: Facts, drone: LiveDrone, now: float) -> None:
+    telemetry = drone.telemetry
+    telemetry.decode(now)
+    facts.battery_percent, facts.battery_charge = telemetry.battery_percent, telemetry.battery_charge
+    facts.gps_fix, facts.estimator_fault = telemetry.gps_fix, telemetry.estimator_fault
+    facts.vibration_m_s2, facts.fence_breach = telemetry.vibration_m_s2, telemetry.fence_breach
+    facts.motion = drone.motion_check.why if drone.armed is not False else None
+    if drone.heartbeat is not None:
+        heart = payload(drone.heartbeat).ljust(_HEARTBEAT, b"\0")
+        facts.system_status = heart[_STATUS]
+    if drone.airborne and drone.position_frame is not None:
+        place = whole_place_in(drone.position_frame)
+        facts.height_m = None if place is None else place.alt_rel_m
+
+
+def _add_mode(facts: Facts, autopilot: int, vehicle_type: int, custom_mode: int) -> None:
+    profile = registry.nearest(autopilot, vehicle_type)
+    mode = profile.mode(custom_mode)
+    facts.mode = profile.mode_name(custom_mode)
+    facts.task = mode.task if mode is not None else None
+
+
+def _height_limit(drone: LiveDrone, of_tower_m: float) -> float | None:
+    limits = [of_tower_m] if of_tower_m else []
+    limits += [
+        loan.max_height_m
+        for loan in drone.record.loans
+        if loan.max_height_m is not None and loan.user.id == drone.holder_id
+    ]
+    return min(limits, default=None)

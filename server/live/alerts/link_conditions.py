@@ -1,0 +1,109 @@
+"""Conditions of links and people: who is not heard, who flies, what the drone does by itself. Pure."""
+
+from typing import Final
+
+from server.live.alerts.facts import Facts
+from server.live.alerts.finding import Finding, Not
+from wire.autopilots.profile import FlightTask
+from wire.open_holds import Lost, LostAction, LostPhase
+
+_DOES: Final = {
+    LostAction.RETURN: "returns",
+    LostAction.LAND: "lands",
+    LostAction.CONTINUE: "goes on with its mission, or stays",
+    LostAction.STAY: "stays until the battery is needed for the way home",
+}
+_WAS: Final = {
+    FlightTask.MISSION: "flew its mission",
+    FlightTask.RETURN: "was returning",
+    FlightTask.LANDING: "was landing",
+    FlightTask.BY_HAND: "was flown by hand",
+}
+
+
+def link_lost_in_air(facts: Facts, is_open: bool) -> Finding:
+    if facts.silence == "link" and facts.airborne:
+        height = "" if facts.height_m is None else f" at {facts.height_m:.0f} m"
+        return f"{facts.name} lost its link in the air{height}. {_last_words(facts)}"
+    return _unless_silent(facts)
+
+
+def link_lost_on_ground(facts: Facts, is_open: bool) -> Finding:
+    if facts.silence == "link" and facts.armed and not facts.airborne:
+        return f"{facts.name} lost its link on the ground with its motors armed."
+    return _unless_silent(facts)
+
+
+def autopilot_silent(facts: Facts, is_open: bool) -> Finding:
+    if facts.silence == "autopilot" and facts.airborne:
+        return f"The autopilot of {facts.name} is silent in the air. Its agent is still connected."
+    return Not.SO if not facts.silence else Not.KNOWN
+
+
+def hold_unconfirmed(facts: Facts, is_open: bool) -> Finding:
+    if facts.hold_unconfirmed is None:
+        return Not.SO if not facts.silence else Not.KNOWN
+    why = f": {facts.hold_unconfirmed}" if facts.hold_unconfirmed else ""
+    return f"{facts.name} did not confirm its hold{why}."
+
+
+def on_hold(facts: Facts, is_open: bool) -> Finding:
+    hold = facts.hold
+    if hold is None or not hold.open:
+        return Not.SO if not facts.silence else Not.KNOWN
+    why = f": {facts.hold_reason}" if facts.hold_reason else ""
+    return f"{facts.name} is on hold{why}."
+
+
+def lost_action_counting(facts: Facts, is_open: bool) -> Finding:
+    hold = facts.hold
+    if hold is None or hold.lost is None or hold.phase is not LostPhase.COUNTING:
+        return Not.SO if not facts.silence else Not.KNOWN
+    is_person = hold.lost is Lost.PERSON
+    why = f"Nobody flies {facts.name}." if is_person else f"{facts.name} has lost the tower."
+    when = "soon" if hold.due_at is None else f"at {hold.due_at:%H:%M:%S} UTC"
+    unless = ', unless somebody flies it or says "stay"' if is_person and hold.action is not LostAction.STAY else ""
+    return f"{why} It {_action_words(hold.action)} {when}{unless}."
+
+
+def lost_action(facts: Facts, is_open: bool) -> Finding:
+    hold = facts.hold
+    if hold is None or hold.lost is None or hold.phase not in (LostPhase.ASKING, LostPhase.DONE):
+        return Not.SO if not facts.silence else Not.KNOWN
+    why = "nobody flew it" if hold.lost is Lost.PERSON else "it had lost the tower"
+    return f"{facts.name} acts by itself. It {_action_words(hold.action)}: {why}."
+
+
+def unattended(facts: Facts, is_open: bool) -> Finding:
+    if facts.silence:
+        return Not.KNOWN
+    if facts.airborne is True and facts.held_by is None:
+        return f"{facts.name} is in the air, and nobody has the controls."
+    return Not.SO if facts.airborne is not None else Not.KNOWN
+
+
+def _unless_silent(facts: Facts) -> Finding:
+    """A link that is back closes what its loss opened."""
+    return Not.SO if facts.silence != "link" or facts.airborne is not None else Not.KNOWN
+
+
+def _action_words(action: LostAction | None) -> str:
+    return "acts by itself" if action is None else _DOES[action]
+
+
+def _last_words(facts: Facts) -> str:
+    """What it did last and what comes next, as far as its settings tell."""
+    was = _WAS.get(facts.task) if facts.task is not None else None
+    if facts.hold is not None and facts.hold.open:
+        was = f"held in {facts.hold.mode}"
+    if was is None:
+        was = f"was in {facts.mode}" if facts.mode else ""
+    last = f"It {was}" if was else "It is not known what it did"
+    if facts.task in (FlightTask.RETURN, FlightTask.LANDING):
+        return f"{last}, and should go on with that."
+    after = f"after {facts.lost_action_s:.0f} s without the tower, if its agent is alive"
+    does = _DOES[facts.lost_action]
+    if facts.lost_action in (LostAction.RETURN, LostAction.LAND):
+        holds = "it holds, then " if facts.task is FlightTask.BY_HAND else ""
+        return f"{last}; {holds}it {does} {after}."
+    return f"{last}; it {does}, if its agent is alive."

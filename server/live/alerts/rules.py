@@ -1,0 +1,253 @@
+"""The table of rules: every condition that people are alerted to. The only place that lists them.
+
+Its order is that of urgency: list, map and flight bar show the first open rule of a drone. docs/alerts.md has the same
+table.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+from server.live.alerts import flight_conditions as flight
+from server.live.alerts import link_conditions as link
+from server.live.alerts.finding import Condition
+from server.live.alerts.severity import Severity
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rule:
+    """`condition`: None where another part finds it (texts of the autopilot, pairs of drones)."""
+
+    name: str
+    severity: Severity
+    badge: str
+    """A few words for a row."""
+    when: str
+    """The condition in words, for the documentation."""
+    advice: str
+    """What to do."""
+    condition: Condition | None = None
+    opens_after_s: float = 0.0
+    """How long the condition must last before the alert opens."""
+    closes_after_s: float = 0.0
+    """How long it must be over before the alert closes."""
+    follows: bool = False
+    """The words of an open alert follow the condition; otherwise they stay those of its beginning."""
+
+
+_CRITICAL, _WARNING, _NOTICE = Severity.CRITICAL, Severity.WARNING, Severity.NOTICE
+
+TOO_NEAR: Final = Rule(
+    name="too-near",
+    severity=_CRITICAL,
+    badge="Too near",
+    when="the separation watch warns: two drones are, or are about to be, nearer than the minimum",
+    advice="Hold one of the two, then change its height.",
+)
+NEAR: Final = Rule(
+    name="near",
+    severity=_WARNING,
+    badge="Near a drone",
+    when="the separation watch cautions: two drones will come nearer than the minimum",
+    advice="Watch both. Change the height or the course of one.",
+)
+FAILSAFE: Final = Rule(
+    name="failsafe",
+    severity=_CRITICAL,
+    badge="Failsafe",
+    when="the armed autopilot announces a failsafe, a crash or the like, until it reports the end or is disarmed",
+    advice="Read what the autopilot does now. Take over only if that is safer.",
+    closes_after_s=1.0,
+    follows=True,
+)
+AUTOPILOT_ERROR: Final = Rule(
+    name="autopilot-error",
+    severity=_WARNING,
+    badge="Autopilot error",
+    when="the armed autopilot sends an error or worse, for 60 s after the last one",
+    advice="Read the message. Land if its cause is not clear.",
+    follows=True,
+)
+
+RULES: Final[tuple[Rule, ...]] = (
+    Rule(
+        name="link-lost",
+        severity=_CRITICAL,
+        badge="Lost in the air",
+        when="the tower does not hear a drone that was in the air",
+        advice="Keep its area clear and watch its way home. It acts by its own settings; the words say which.",
+        condition=link.link_lost_in_air,
+        closes_after_s=2.0,
+    ),
+    Rule(
+        name="silent",
+        severity=_CRITICAL,
+        badge="Autopilot silent",
+        when="the agent of a drone in the air does not hear its autopilot",
+        advice="Look at the drone if you can. Commands do not reach the autopilot.",
+        condition=link.autopilot_silent,
+        opens_after_s=3.0,
+        closes_after_s=2.0,
+    ),
+    TOO_NEAR,
+    Rule(
+        name="battery-critical",
+        severity=_CRITICAL,
+        badge="Battery critical",
+        when="by the autopilot's threshold; at 15 % if it has none. Armed or in the air",
+        advice="Land now, at the nearest safe place.",
+        condition=flight.battery_critical,
+        opens_after_s=2.0,
+        closes_after_s=10.0,
+    ),
+    Rule(
+        name="hold-unconfirmed",
+        severity=_CRITICAL,
+        badge="Hold unconfirmed",
+        when="the agent gave up a hold that the autopilot did not confirm, until a later one is confirmed",
+        advice="Treat the drone as uncontrolled. Order the hold again or take over.",
+        condition=link.hold_unconfirmed,
+    ),
+    FAILSAFE,
+    Rule(
+        name="fence-breached",
+        severity=_CRITICAL,
+        badge="Fence breached",
+        when="the autopilot reports a breach of its fence, in the air",
+        advice="Bring it back inside. The autopilot acts by its fence action.",
+        condition=flight.fence_breached,
+        closes_after_s=3.0,
+    ),
+    Rule(
+        name="estimator",
+        severity=_CRITICAL,
+        badge="Position not trusted",
+        when="the position estimator (EKF) is beyond its limits, in the air",
+        advice="Fly by hand in a mode that needs no position, and land.",
+        condition=flight.estimator,
+        opens_after_s=1.0,
+        closes_after_s=5.0,
+    ),
+    Rule(
+        name="emergency",
+        severity=_CRITICAL,
+        badge="Emergency",
+        when="the heartbeat reports the state critical or emergency",
+        advice="Read the autopilot's messages. Land as soon as it is safe.",
+        condition=flight.autopilot_emergency,
+        opens_after_s=1.0,
+        closes_after_s=3.0,
+    ),
+    Rule(
+        name="battery-low",
+        severity=_WARNING,
+        badge="Battery low",
+        when="by the autopilot's threshold; at 30 % if it has none. Armed or in the air",
+        advice="Return while the battery is enough for the way home.",
+        condition=flight.battery_low,
+        opens_after_s=2.0,
+        closes_after_s=10.0,
+    ),
+    Rule(
+        name="gps",
+        severity=_WARNING,
+        badge="No GPS",
+        when="no 3D fix, in the air",
+        advice="Fly by hand in a mode that needs no position, and wait for satellites.",
+        condition=flight.gps,
+        opens_after_s=2.0,
+        closes_after_s=5.0,
+    ),
+    NEAR,
+    Rule(
+        name="link-lost-on-ground",
+        severity=_WARNING,
+        badge="Lost while armed",
+        when="the tower does not hear a drone that was armed on the ground; one that is switched off is no news",
+        advice="Keep away from it: its motors may turn.",
+        condition=link.link_lost_on_ground,
+        opens_after_s=2.0,
+        closes_after_s=2.0,
+    ),
+    Rule(
+        name="lost-action-counting",
+        severity=_WARNING,
+        badge="Acts by itself soon",
+        when="the agent counts down to the lost action",
+        advice='Fly it, or say "stay".',
+        condition=link.lost_action_counting,
+        closes_after_s=1.0,
+        follows=True,
+    ),
+    Rule(
+        name="lost-action",
+        severity=_WARNING,
+        badge="Acts by itself",
+        when="the agent carries out the lost action, or has done so",
+        advice="Let it finish, or take the controls.",
+        condition=link.lost_action,
+        closes_after_s=1.0,
+        follows=True,
+    ),
+    Rule(
+        name="height-limit",
+        severity=_WARNING,
+        badge="Too high",
+        when="above the lowest of TOWER_HEIGHT_LIMIT_M and the limit of the holder's loan, in the air",
+        advice="Descend.",
+        condition=flight.height_limit,
+        opens_after_s=2.0,
+        closes_after_s=3.0,
+    ),
+    Rule(
+        name="vibration",
+        severity=_WARNING,
+        badge="Vibration",
+        when="60 m/s² or more on one axis, in the air",
+        advice="Slow down and land. Look at propellers and mounts.",
+        condition=flight.vibration,
+        opens_after_s=5.0,
+        closes_after_s=10.0,
+    ),
+    AUTOPILOT_ERROR,
+    Rule(
+        name="motion",
+        severity=_WARNING,
+        badge="Position doubtful",
+        when="an armed drone moves as no machine can",
+        advice="Do not rely on the map. Keep other drones away.",
+        condition=flight.suspicious_motion,
+    ),
+    Rule(
+        name="unattended",
+        severity=_WARNING,
+        badge="Unattended",
+        when="in the air, and nobody has the controls",
+        advice="Somebody should take the controls.",
+        condition=link.unattended,
+        opens_after_s=1.0,
+    ),
+    Rule(
+        name="battery-on-ground",
+        severity=_WARNING,
+        badge="Battery low",
+        when="the battery of a disarmed drone is low or critical",
+        advice="Charge or change the battery before take-off.",
+        condition=flight.battery_on_ground,
+        opens_after_s=5.0,
+        closes_after_s=5.0,
+    ),
+    Rule(
+        name="on-hold",
+        severity=_NOTICE,
+        badge="On hold",
+        when="a hold is open",
+        advice="Take the controls to fly on.",
+        condition=link.on_hold,
+        closes_after_s=1.0,
+    ),
+)
+"""The most urgent first."""
+
+BY_NAME: Final = {rule.name: rule for rule in RULES}
+RANK: Final = {rule.name: rank for rank, rule in enumerate(RULES)}
+EVALUATED: Final = tuple((rule, rule.condition) for rule in RULES if rule.condition is not None)

@@ -1,0 +1,88 @@
+"""Which texts of an autopilot are alerts, and how long they last. Pure; takes `now`.
+
+A failsafe lasts until the autopilot reports the same one as cleared, or is disarmed. An error lasts for a while after
+its last repetition. Texts of a disarmed autopilot (checks before arming) are for its page, not for everybody.
+"""
+
+import re
+from dataclasses import dataclass
+from typing import Final
+
+from server.live.alerts.rules import AUTOPILOT_ERROR, FAILSAFE, Rule
+from server.live.alerts.status_texts import StatusText
+from wire.dialect import mavlink
+
+ERROR_LASTS_S: Final = 60.0
+LASTS_AT_LEAST_S: Final = 10.0
+RULES: Final = frozenset({FAILSAFE.name, AUTOPILOT_ERROR.name})
+MAX_LASTING: Final = 6
+"""Of one drone. Beyond it the oldest ends."""
+MAX_WORDS: Final = 200
+_WARNING: Final = int(mavlink.MAV_SEVERITY_WARNING)
+_ERROR: Final = int(mavlink.MAV_SEVERITY_ERROR)
+_FAILSAFE: Final = re.compile(
+    r"fail-?\s?safe|emergency|crash|thrust loss|parachute|ekf variance|control signal lost|attitude failure|"
+    r"motor failure|flight termination|geofence (violation|breach)",
+    re.IGNORECASE,
+)
+_OVER: Final = re.compile(r"\b(clear(ed)?|recovered|regained|resolved|restored|off|ended)\b", re.IGNORECASE)
+_BEFORE_ARMING: Final = re.compile(r"^\s*(pre-?arm|arm)\s*:", re.IGNORECASE)
+
+
+@dataclass
+class _Lasting:
+    words: str
+    began_at: float
+    until: float | None
+    """None: until it is cleared."""
+
+
+class TextAlerts:
+    """For one drone."""
+
+    def __init__(self) -> None:
+        self._lasting: dict[tuple[str, str], _Lasting] = {}
+
+    def restore(self, key: tuple[str, str], words: str, now: float) -> None:
+        """It lasted when the tower was stopped."""
+        until = None if key[0] == FAILSAFE.name else now + ERROR_LASTS_S
+        self._lasting[key] = _Lasting(words, now, until)
+
+    def take(self, name: str, text: StatusText, now: float) -> None:
+        """Takes one text of the armed autopilot of the drone of this name."""
+        words = text.text[:MAX_WORDS]
+        if _BEFORE_ARMING.match(words):
+            return
+        is_failsafe = _FAILSAFE.search(words) is not None
+        if is_failsafe and _OVER.search(words):
+            self._lasting.pop((FAILSAFE.name, _subject(words)), None)
+        elif is_failsafe and text.severity <= _WARNING:
+            self._begin(FAILSAFE, name, words, now, until=None)
+        elif text.severity <= _ERROR:
+            self._begin(AUTOPILOT_ERROR, name, words, now, until=now + ERROR_LASTS_S)
+
+    def disarmed(self, now: float) -> None:
+        """Everything is over, but people are told of a crash although it disarms the autopilot at once."""
+        for one in self._lasting.values():
+            over_at = max(now, one.began_at + LASTS_AT_LEAST_S)
+            one.until = over_at if one.until is None else min(one.until, over_at)
+
+    def found(self, now: float) -> dict[tuple[str, str], str]:
+        """Returns the words of what lasts, by rule and subject."""
+        for key in [key for key, one in self._lasting.items() if one.until is not None and now >= one.until]:
+            del self._lasting[key]
+        return {key: one.words for key, one in self._lasting.items()}
+
+    def _begin(self, rule: Rule, name: str, words: str, now: float, *, until: float | None) -> None:
+        key = (rule.name, _subject(words))
+        self._lasting.pop(key, None)
+        if len(self._lasting) >= MAX_LASTING:
+            del self._lasting[next(iter(self._lasting))]
+        self._lasting[key] = _Lasting(f"The autopilot of {name} says: {words}", now, until)
+
+
+def _subject(words: str) -> str:
+    """Two texts about the same thing have the same subject: its first words, without figures."""
+    kept = re.split(r"\s[-–]\s|:", words, maxsplit=1)[0].lower()
+    kept = re.sub(r"\b(cleared?|recovered|regained|resolved|restored|off|ended|on|activated)\b|[^a-z ]", "", kept)
+    return " ".join(kept.split())[:40]

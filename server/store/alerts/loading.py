@@ -1,0 +1,51 @@
+"""Reads the alerts that were open, or waited for a person, when the tower was stopped."""
+
+from __future__ import annotations
+
+import time
+from datetime import timedelta
+from typing import Final
+
+from sqlalchemy import or_, select
+
+from server.domain.clock import Clock
+from server.domain.people import UserRef
+from server.live.alerts.alert import Alert
+from server.live.alerts.rules import BY_NAME
+from server.live.alerts.severity import Severity
+from server.live.hub import Hub
+from server.store.alerts.tables import AlertRow
+from server.store.database import Database
+from wire.ids import DroneId, UserId
+
+AWAITED_FOR: Final = timedelta(hours=24)
+"""An alert that has been over for longer waits for nobody."""
+MAX_LOADED: Final = 5_000
+
+
+async def load_alerts(hub: Hub, database: Database, clock: Clock) -> None:
+    """At start, after the hub knows the drones and before agents get responses."""
+    unread = AlertRow.acknowledged_at.is_(None) & (AlertRow.severity == Severity.CRITICAL.value)
+    recent = AlertRow.closed_at >= clock() - AWAITED_FOR
+    query = select(AlertRow).where(or_(AlertRow.closed_at.is_(None), recent & unread))
+    async with database.reading() as session:
+        rows = (await session.scalars(query.order_by(AlertRow.opened_at.desc()).limit(MAX_LOADED))).all()
+    hub.alerts.restore([alert_of(row) for row in reversed(rows) if row.rule in BY_NAME], time.monotonic())
+
+
+def alert_of(row: AlertRow) -> Alert:
+    """An alert whose rule this version has."""
+    by = row.acknowledged_by_id
+    return Alert(
+        id=row.id,
+        rule=BY_NAME[row.rule],
+        subject=row.subject,
+        drone_id=DroneId(row.drone_id),
+        words=row.words,
+        opened_at=row.opened_at,
+        other_id=None if row.other_id is None else DroneId(row.other_id),
+        about_stranger=row.about_stranger,
+        acknowledged_at=row.acknowledged_at,
+        acknowledged_by=None if by is None else UserRef(UserId(by), row.acknowledged_by_name),
+        closed_at=row.closed_at,
+    )

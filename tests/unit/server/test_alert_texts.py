@@ -1,0 +1,104 @@
+"""Which texts of an autopilot are alerts, how long they last, and how their chunks come together."""
+
+import pytest
+
+from server.live.alerts.status_texts import CHUNK_WAIT_S, StatusText, StatusTexts
+from server.live.alerts.text_alerts import ERROR_LASTS_S, LASTS_AT_LEAST_S, MAX_LASTING, TextAlerts
+from wire.dialect import build, mavlink
+
+
+def said(*texts: tuple[int, str], at: float = 0.0) -> dict[tuple[str, str], str]:
+    alerts = TextAlerts()
+    for severity, text in texts:
+        alerts.take("Merlin", StatusText(severity, text), at)
+    return alerts.found(at)
+
+
+@pytest.mark.parametrize(
+    ("severity", "text", "rule"),
+    [
+        (4, "Radio Failsafe - RTL", "failsafe"),
+        (4, "GCS Failsafe", "failsafe"),
+        (2, "Crash: Disarming: AngErr=80>30, Accel=2.4<3.0", "failsafe"),
+        (2, "EKF variance: compass", "failsafe"),
+        (1, "Potential Thrust Loss (3)", "failsafe"),
+        (4, "Failsafe activated", "failsafe"),
+        (3, "Mission: bad item", "autopilot-error"),
+        (4, "Mode change failed", None),
+        (6, "Failsafe settings loaded", None),
+        (2, "PreArm: Radio failsafe on", None),
+        (2, "Arm: RTL mode not armable", None),
+    ],
+)
+def test_the_kind_of_a_text(severity: int, text: str, rule: str | None) -> None:
+    assert [name for name, _ in said((severity, text))] == ([rule] if rule else [])
+
+
+def test_a_failsafe_lasts_until_the_same_one_is_cleared() -> None:
+    both = ((4, "Radio Failsafe - RTL"), (4, "GCS Failsafe"))
+    assert len(said(*both)) == 2
+    assert said(*both, (4, "Radio Failsafe Cleared")) == {
+        ("failsafe", "gcs failsafe"): "The autopilot of Merlin says: GCS Failsafe"
+    }
+    assert said(*both, (5, "Radio Failsafe Cleared"), (5, "GCS Failsafe Cleared")) == {}
+
+
+def test_disarming_ends_everything() -> None:
+    alerts = TextAlerts()
+    alerts.take("Merlin", StatusText(4, "Radio Failsafe - RTL"), 0.0)
+    alerts.take("Merlin", StatusText(3, "Compass 2 missing"), 5.0)
+    alerts.disarmed(40.0)
+    assert alerts.found(40.0) == {}
+
+
+def test_a_crash_that_disarms_at_once_is_told() -> None:
+    alerts = TextAlerts()
+    alerts.take("Merlin", StatusText(2, "Crash: Disarming"), 10.0)
+    for at in (10.0, 10.0 + LASTS_AT_LEAST_S - 0.1):
+        alerts.disarmed(at)
+        assert [name for name, _ in alerts.found(at)] == ["failsafe"]
+    alerts.disarmed(10.0 + LASTS_AT_LEAST_S)
+    assert alerts.found(10.0 + LASTS_AT_LEAST_S) == {}
+
+
+def test_an_error_ends_some_time_after_its_last_repetition() -> None:
+    alerts = TextAlerts()
+    for at in (0.0, 50.0):
+        alerts.take("Merlin", StatusText(3, "Compass 2 missing"), at)
+    assert len(alerts.found(50.0 + ERROR_LASTS_S - 1)) == 1
+    assert alerts.found(50.0 + ERROR_LASTS_S) == {}
+
+
+def test_many_texts_are_bounded() -> None:
+    many = [(3, f"fault {word}") for word in ("a", "b", "c", "d", "e", "f", "g", "h", "i")]
+    found = said(*many)
+    assert len(found) == MAX_LASTING
+    assert ("autopilot-error", "fault i") in found
+
+
+def chunk(text: str, number: int, sequence: int, severity: int = 4) -> bytes:
+    message = mavlink.MAVLink_statustext_message(severity, text.encode(), number, sequence)
+    return build(message, system_id=1, component_id=1, sequence=0)
+
+
+def test_a_text_in_one_piece() -> None:
+    assert StatusTexts().take(chunk("Radio Failsafe", 0, 0), 0.0) == [StatusText(4, "Radio Failsafe")]
+
+
+def test_chunks_come_together() -> None:
+    texts = StatusTexts()
+    first, last = "Radio Failsafe - continuing with the mission, as t", "he parameter says"
+    assert len(first) == 50
+    assert texts.take(chunk(first, 7, 0), 0.0) == []
+    assert texts.take(chunk(last, 7, 1), 0.1) == [StatusText(4, first + last)]
+    assert texts.overdue(99.0) == []
+
+
+def test_what_came_of_a_text_is_read_when_the_rest_is_lost() -> None:
+    texts = StatusTexts()
+    first = "x" * 50
+    assert texts.take(chunk(first, 7, 0), 0.0) == []
+    assert texts.overdue(CHUNK_WAIT_S) == []
+    assert texts.overdue(CHUNK_WAIT_S + 0.1) == [StatusText(4, first)]
+    texts.take(chunk(first, 8, 0), 0.0)
+    assert texts.take(chunk("another", 9, 0), 0.1) == [StatusText(4, first), StatusText(4, "another")]

@@ -1,0 +1,110 @@
+"""The values that the rules read, from whole frames as pymavlink writes them."""
+
+import math
+
+import pytest
+
+from server.live.alerts.kept_telemetry import KEPT, KeptTelemetry
+from wire.dialect import build, mavlink
+from wire.state_messages import state_key
+
+GOOD_EKF = 1 | 2 | 4 | 8 | 16 | 32
+GEOFENCE, AHRS = 1 << 20, 1 << 21
+
+
+def battery(number: int = 0, charge: int = 0, percent: int = 50) -> object:
+    return mavlink.MAVLink_battery_status_message(number, 0, 0, 0, [0] * 10, 0, 0, 0, percent, charge_state=charge)
+
+
+def system(percent: int = 50, enabled: int = 0, health: int = 0) -> object:
+    return mavlink.MAVLink_sys_status_message(enabled, enabled, health, 0, 12000, 0, percent, 0, 0, 0, 0, 0, 0)
+
+
+def gps(fix: int) -> object:
+    return mavlink.MAVLink_gps_raw_int_message(1, fix, 470000000, 80000000, 500000, 80, 80, 0, 0, 9)
+
+
+def ekf(*variances: float, flags: int = GOOD_EKF) -> object:
+    return mavlink.MAVLink_ekf_status_report_message(flags, *variances, 0.0)
+
+
+def estimator(*ratios: float, flags: int = GOOD_EKF) -> object:
+    return mavlink.MAVLink_estimator_status_message(1, flags, *ratios, 0.0, 0.0, 0.1, 0.1)
+
+
+def vibration(*axes: float) -> object:
+    return mavlink.MAVLink_vibration_message(1, *axes, 0, 0, 0)
+
+
+def fence(status: int, kind: int) -> object:
+    return mavlink.MAVLink_fence_status_message(status, 1, kind, 0)
+
+
+def heard(*messages: object) -> KeptTelemetry:
+    telemetry = KeptTelemetry()
+    for message in messages:
+        frame = build(message, system_id=1, component_id=1, sequence=0)
+        key = state_key(frame)
+        assert key is not None and key[2] in KEPT
+        telemetry.newest[key[2], key[3]] = frame
+        telemetry.decode(0.0)
+    return telemetry
+
+
+@pytest.mark.parametrize(
+    ("message", "name", "value"),
+    [
+        (system(37), "battery_percent", 37),
+        (system(-1), "battery_percent", None),
+        (system(0), "battery_percent", 0),
+        (battery(charge=2), "battery_charge", 2),
+        (battery(charge=7), "battery_charge", None),
+        (battery(charge=0), "battery_charge", None),
+        (gps(1), "gps_fix", 1),
+        (gps(3), "gps_fix", 3),
+        (ekf(0.1, 0.2, 0.3, 0.4), "estimator_fault", ""),
+        (ekf(0.1, 0.9, 0.3, 0.4), "estimator_fault", "bad position"),
+        (ekf(0.1, 0.2, 0.3, 0.8), "estimator_fault", "bad compass"),
+        (ekf(0.1, 0.2, 0.3, 0.4, flags=0), "estimator_fault", "no attitude or height"),
+        (estimator(0.1, 0.2, 0.3, 0.4), "estimator_fault", ""),
+        (estimator(0.1, 0.2, 1.3, 0.4), "estimator_fault", "bad height"),
+        (vibration(3.0, 61.0, 5.0), "vibration_m_s2", 61.0),
+        (fence(0, 0), "fence_breach", ""),
+        (fence(1, 2), "fence_breach", "its maximum height"),
+        (fence(1, 3), "fence_breach", "its boundary"),
+        (system(50, enabled=AHRS, health=0), "estimator_fault", "not healthy"),
+        (system(50, enabled=GEOFENCE, health=GEOFENCE), "fence_breach", ""),
+        (system(50, enabled=GEOFENCE, health=0), "fence_breach", "its fence"),
+        (system(50), "estimator_fault", None),
+    ],
+)
+def test_one_message(message: object, name: str, value: object) -> None:
+    assert getattr(heard(message), name) == value
+
+
+def test_the_worst_battery_counts_and_a_better_one_does_not_hide_it() -> None:
+    assert heard(battery(0, 1), battery(1, 3)).battery_charge == 3
+    assert heard(battery(0, 1), battery(1, 3), battery(0, 2)).battery_charge == 3
+    assert heard(battery(0, 1), battery(1, 3), battery(1, 1)).battery_charge == 1
+
+
+def test_a_report_of_its_own_counts_more_than_the_summary() -> None:
+    bad = system(50, enabled=AHRS | GEOFENCE, health=0)
+    telemetry = heard(ekf(0.1, 0.1, 0.1, 0.1), fence(0, 0), bad)
+    assert (telemetry.estimator_fault, telemetry.fence_breach) == ("", "")
+
+
+def test_hostile_values_are_survived() -> None:
+    assert heard(ekf(math.nan, math.nan, math.nan, math.nan)).estimator_fault == ""
+    assert heard(vibration(math.inf, 0.0, 0.0)).vibration_m_s2 == math.inf
+    for number in range(256):
+        telemetry = heard(battery(number, 3))
+    assert telemetry.battery_charge == 3
+
+
+def test_nothing_is_known_of_a_new_link() -> None:
+    telemetry = heard(system(5), battery(charge=3), gps(0), ekf(1.0, 1.0, 1.0, 1.0), vibration(99, 0, 0), fence(1, 1))
+    telemetry.forget()
+    telemetry.decode(0.0)
+    values = [telemetry.battery_percent, telemetry.battery_charge, telemetry.gps_fix, telemetry.estimator_fault]
+    assert [*values, telemetry.vibration_m_s2, telemetry.fence_breach] == [None] * 6
