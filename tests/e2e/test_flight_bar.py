@@ -11,8 +11,7 @@ from contextlib import contextmanager
 from typing import Final
 
 import pytest
-from axe_look import AXE as AXE_FILE
-from axe_look import GRAVE, RUN
+from axe_look import THEMES, Axe
 from console_page import SIMULATOR, ConsolePage, Somebody, signed_in, visitors
 from playwright.sync_api import Browser, Locator, expect
 from worlds.frame_tap import FrameTap, frame_tap
@@ -115,14 +114,10 @@ def small(parts: Locator) -> list[str]:
 
 
 def expect_accessible(console: ConsolePage, state: str) -> None:
-    page = console.page
-    for theme in ("dark", "light"):
-        page.emulate_media(color_scheme=theme, reduced_motion="reduce")  # type: ignore[arg-type]
-        expect(page.locator(f"html[data-theme={theme}]")).to_have_count(1)
-        if not page.evaluate("'axe' in window"):
-            page.evaluate(AXE_FILE.read_text())
-        faults = [one for one in page.evaluate(RUN) if one["impact"] in GRAVE]
-        assert not faults, (state, theme, faults)
+    axe = Axe()
+    for theme in THEMES:
+        axe.look_in(console, theme, state)
+    assert not axe.faults, "\n".join(axe.faults)
 
 
 def test_hold_works_with_every_dialog_open_at_three_sizes(come: Somebody, field: tuple[World, FrameTap]) -> None:

@@ -147,10 +147,10 @@ def test_an_alert_stays_until_it_is_acknowledged(somebody: Somebody) -> None:
     alice.part("action-arm").click()
     alice.confirm("Kestrel")
     # The autopilot's message appears on every page.
-    expect(alice.part("alert-bell")).to_contain_text("alert")
-    alice.part("alert-bell").click()
+    expect(alice.part("bar-alerts")).to_contain_text("alert")
+    alice.part("bar-alerts").click()
     alert = alice.part("alert").filter(has_text="Arm")
     expect(alert.first).to_have_attribute("data-open", "true")
     alice.part("acknowledge-all").click()
     expect(alert.first).to_have_attribute("data-open", "false")
-    expect(alice.part("alert-bell")).to_contain_text("No alerts")
+    expect(alice.part("bar-alerts")).to_contain_text("No alerts")
