@@ -21,7 +21,7 @@ from typing import Any, Final, NamedTuple, TypeVar, cast
 from sqlalchemy import URL, DateTime, Dialect, Executable, MetaData, event, make_url
 from sqlalchemy.exc import DataError, DBAPIError, IntegrityError, ProgrammingError, SQLAlchemyError
 from sqlalchemy.exc import TimeoutError as GaveUp
-from sqlalchemy.ext.asyncio import AsyncEngine, AsyncSession, async_sessionmaker, create_async_engine
+from sqlalchemy.ext.asyncio import AsyncConnection, AsyncEngine, AsyncSession, async_sessionmaker, create_async_engine
 from sqlalchemy.orm import DeclarativeBase
 from sqlalchemy.pool import QueuePool
 from sqlalchemy.types import TypeDecorator
@@ -161,6 +161,12 @@ class Database:
         """Raises DatabaseUnavailable."""
         async with self._in_time(wrote=False), self._reading() as session:
             yield session
+
+    @asynccontextmanager
+    async def querying(self) -> AsyncIterator[AsyncConnection]:
+        """For queries of columns that every request makes: half the cost of `reading`. Raises DatabaseUnavailable."""
+        async with self._in_time(wrote=False), self.engine.connect() as connection:
+            yield connection
 
     @asynccontextmanager
     async def writing(self) -> AsyncIterator[AsyncSession]:

@@ -11,9 +11,9 @@ import secrets
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime, timedelta
-from typing import Final
+from typing import Any, Final
 
-from sqlalchemy import delete, or_, select, update
+from sqlalchemy import Select, bindparam, delete, or_, select, update
 from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.domain.access import is_demanded_a_factor
@@ -40,13 +40,29 @@ class NewSession:
     token: str
 
 
-def lacks_demanded_factor(user: UserRow, *, admins_need_one: bool) -> bool:
+def lacks_demanded_factor(role: Role, *, has_second_factor: bool, admins_need_one: bool) -> bool:
     """`admins_need_one`: the setting TOWER_ADMINS_NEED_SECOND_FACTOR."""
-    return admins_need_one and is_demanded_a_factor(Role(user.role)) and not user.has_second_factor
+    return admins_need_one and is_demanded_a_factor(role) and not has_second_factor
 
 
 def hash_token(token: str) -> str:
     return hashlib.sha256(token.encode()).hexdigest()
+
+
+_FOUND: Final = select(
+    SessionRow.id.label("session_id"),
+    SessionRow.created_at,
+    SessionRow.last_seen_at,
+    SessionRow.proved_at,
+    UserRow.id.label("user_id"),
+    UserRow.name,
+    UserRow.role,
+    UserRow.disabled,
+    UserRow.must_change_password,
+    or_(UserRow.totp_sealed.is_not(None), UserRow.passkey_count > 0).label("has_second_factor"),
+).join(UserRow, UserRow.id == SessionRow.user_id)
+_BY_TOKEN: Final = _FOUND.where(SessionRow.token_hash == bindparam("token_hash"))
+_BY_ID: Final = _FOUND.where(SessionRow.id == bindparam("session_id"))
 
 
 class Sessions:
@@ -59,51 +75,56 @@ class Sessions:
         self._lifetime = timedelta(seconds=lifetime_s)
 
     def lacks_demanded_factor(self, user: UserRow) -> bool:
-        return lacks_demanded_factor(user, admins_need_one=self._admins_need_factor)
+        return self._lacks_factor(Role(user.role), has_second_factor=user.has_second_factor)
+
+    def _lacks_factor(self, role: Role, *, has_second_factor: bool) -> bool:
+        return lacks_demanded_factor(
+            role, has_second_factor=has_second_factor, admins_need_one=self._admins_need_factor
+        )
 
     def ends_at(self, *, created_at: datetime, last_seen_at: datetime) -> datetime:
         return min(created_at + self._lifetime, last_seen_at + self._idle)
 
     async def find(self, token: str, now: datetime) -> Principal | None:
         """Returns the principal of this token, or None if it has no valid session. Counts as activity."""
-        return await self._find(SessionRow.token_hash == hash_token(token), now, seen=True)
+        return await self._find(_BY_TOKEN, {"token_hash": hash_token(token)}, now, seen=True)
 
     async def check(self, session_id: int, now: datetime) -> Principal | None:
         """The same by id, for an open live connection, without counting as activity."""
-        return await self._find(SessionRow.id == session_id, now, seen=False)
+        return await self._find(_BY_ID, {"session_id": session_id}, now, seen=False)
 
     async def touch(self, session_id: int, now: datetime) -> Principal | None:
         """The same by id, counting as activity."""
-        return await self._find(SessionRow.id == session_id, now, seen=True)
+        return await self._find(_BY_ID, {"session_id": session_id}, now, seen=True)
 
-    async def _find(self, condition: object, now: datetime, *, seen: bool) -> Principal | None:
-        async with self._database.reading() as session:
-            found = (
-                await session.execute(
-                    select(SessionRow, UserRow).join(UserRow, UserRow.id == SessionRow.user_id).where(condition)  # type: ignore[arg-type]
-                )
-            ).one_or_none()
-        if found is None:
+    async def _find(
+        self, query: Select[*tuple[Any, ...]], values: dict[str, Any], now: datetime, *, seen: bool
+    ) -> Principal | None:
+        async with self._database.querying() as connection:
+            row = (await connection.execute(query, values)).one_or_none()
+        if row is None:
             return None
-        row, user = found
         ends_at = self.ends_at(created_at=row.created_at, last_seen_at=row.last_seen_at)
-        if user.disabled or now >= ends_at:
+        if row.disabled or now >= ends_at:
             return None
         if seen and now - row.last_seen_at >= SEEN_EVERY and self._database.answers.takes_writes():
             # Activity that cannot be written does not refuse a request: the next one writes it.
             with suppress(DatabaseUnavailable):
                 async with self._database.writing() as session:
-                    await session.execute(update(SessionRow).where(SessionRow.id == row.id).values(last_seen_at=now))
+                    await session.execute(
+                        update(SessionRow).where(SessionRow.id == row.session_id).values(last_seen_at=now)
+                    )
             ends_at = self.ends_at(created_at=row.created_at, last_seen_at=now)
+        role = Role(row.role)
         return Principal(
-            UserId(user.id),
-            user.name,
-            Role(user.role),
-            row.id,
+            UserId(row.user_id),
+            row.name,
+            role,
+            row.session_id,
             ends_at,
             proved_at=row.proved_at,
-            must_change_password=user.must_change_password,
-            must_add_second_factor=self.lacks_demanded_factor(user),
+            must_change_password=row.must_change_password,
+            must_add_second_factor=self._lacks_factor(role, has_second_factor=row.has_second_factor),
         )
 
     async def begin(

@@ -197,7 +197,11 @@ class ApiTokens:
             row.expires_at,
             scopes=scopes_of(row),
             must_change_password=owner.must_change_password,
-            must_add_second_factor=lacks_demanded_factor(owner, admins_need_one=self._admins_need_factor),
+            must_add_second_factor=lacks_demanded_factor(
+                Role(owner.role),
+                has_second_factor=owner.has_second_factor,
+                admins_need_one=self._admins_need_factor,
+            ),
         )
 
     async def write_uses(self) -> None:
