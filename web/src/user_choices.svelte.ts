@@ -16,10 +16,12 @@ function readChoices(document: unknown): UserChoices {
 }
 
 const kept = new KeptDocument('console', readChoices);
+/** By whoever used this browser before: people who share a machine are shown it once. */
+const wasTouredHere = kept.current.hasToured;
 
 export const userChoices = {
-  get current(): UserChoices {
-    return kept.current;
+  get hasToured(): boolean {
+    return wasTouredHere || kept.current.hasToured;
   },
   /** After the sign-in. False if the tower does not answer. */
   async recall(): Promise<boolean> {

@@ -5,8 +5,12 @@ export const later = {
   journalList: () => import('./JournalList.svelte'),
   pairsList: () => import('./PairsList.svelte'),
   proofDialog: () => import('./ProofDialog.svelte'),
+  squadRowCompact: () => import('./SquadRowCompact.svelte'),
   squadActionDialog: () => import('./SquadActionDialog.svelte'),
   squadTable: () => import('./SquadTable.svelte'),
+  searchDialog: () => import('./SearchDialog.svelte'),
+  helpSheet: () => import('./HelpSheet.svelte'),
+  viewsMenu: () => import('./ViewsMenu.svelte'),
 };
 
 /** In advance: nothing of them may be missing after an update of the tower. A part that fails is tried again later. */
