@@ -27,6 +27,7 @@ PAGES: Final = {
     "missions/1": "drone-strip",
     "squad-mission/1,2": "squad-mission",
     "videos/1,2": "video-tile",
+    "flights": "flight-filter",
     **{f"account/{one}": f"section-{one}" for one in ("password", "passkeys", "second-factor", "sessions", "tokens")},
     "admin/users": "user-row",
     "admin/drones": "drone-row",

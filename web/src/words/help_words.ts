@@ -100,6 +100,14 @@ export const HELP: Record<Route['page'], PageHelp> = {
     ],
     keys: [],
   },
+  flights: {
+    title: 'Flights',
+    sentences: [
+      'Every flight that the tower recorded, the newest first. Find them by drone, pilot and date.',
+      'Download a flight as .tlog for other ground stations, or as CSV, KML or GPX.',
+    ],
+    keys: [],
+  },
   account: {
     title: 'Your account',
     sentences: [
