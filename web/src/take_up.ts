@@ -1,6 +1,5 @@
 /** Taking up free controls from a card, a row or the flight bar. `mayTakeUp` says whether one may. */
 
-import { acquire } from './control_actions';
 import type { Drone } from './link/wire_types';
 import { wordsOf } from './loading.svelte';
 
@@ -8,6 +7,8 @@ import { wordsOf } from './loading.svelte';
 export async function takeUp(drone: Drone, tell: (problem: string) => void): Promise<void> {
   tell('');
   try {
+    // Its questions come with the Control page, which loads when the console is idle.
+    const { acquire } = await import('./control_actions');
     await acquire(drone);
   } catch (error) {
     tell(wordsOf(error));

@@ -1,6 +1,8 @@
 /** Parts of the console that a first visit does not show: they load when the console is idle, or when first needed. */
 
 export const later = {
+  confirmDialog: () => import('./ConfirmDialog.svelte'),
+  controlActions: () => import('../control_actions'),
   droneCard: () => import('./DroneCard.svelte'),
   journalList: () => import('./JournalList.svelte'),
   pairsList: () => import('./PairsList.svelte'),
