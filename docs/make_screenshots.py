@@ -13,7 +13,7 @@ from typing import Final, Literal
 CHECKOUT: Final = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(CHECKOUT / "tests"), str(CHECKOUT / "tests" / "e2e")]
 
-from console_page import FLAGS, ConsolePage  # noqa: E402
+from console_page import FLAGS, TOURED, ConsolePage  # noqa: E402
 from furnished import furnish  # noqa: E402
 from playwright.sync_api import Browser, ViewportSize, expect, sync_playwright  # noqa: E402
 from worlds.processes import World  # noqa: E402
@@ -30,6 +30,7 @@ FLEET: Final = {"Kestrel": "alice", "Merlin": "alice", "Osprey": "bob"}
 
 def come(browser: Browser, world: World, name: str) -> ConsolePage:
     context = browser.new_context(viewport=SIZE, color_scheme="dark", reduced_motion="reduce")
+    context.add_init_script(TOURED)
     console = ConsolePage(context.new_page(), world.address)
     console.open()
     console.sign_in(name)

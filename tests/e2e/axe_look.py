@@ -1,4 +1,4 @@
-"""Runs axe-core on a page of the console, dark at desktop size and light at tablet size.
+"""Runs axe-core on a page of the console, dark at desktop size and light at tablet size; or in a theme of choice.
 
 The script comes from the console's development packages. It is evaluated through the browser's debugger, which the
 tower's Content-Security-Policy does not stop. With CONSOLE_PICTURES=FOLDER each check also saves a screenshot.
@@ -10,12 +10,14 @@ from pathlib import Path
 from typing import Any, Final, Literal
 
 from console_page import ConsolePage
-from playwright.sync_api import expect
+from playwright.sync_api import Page, expect
 from worlds.processes import CHECKOUT
 
 AXE: Final = CHECKOUT / "web" / "node_modules" / "axe-core" / "axe.min.js"
 GRAVE: Final = ("serious", "critical")
-CHECKS: Final[tuple[tuple[Literal["dark", "light"], int, int], ...]] = (("dark", 1440, 900), ("light", 1024, 768))
+Theme = Literal["dark", "light", "contrast"]
+THEMES: Final[tuple[Theme, ...]] = ("dark", "light", "contrast")
+CHECKS: Final[tuple[tuple[Theme, int, int], ...]] = (("dark", 1440, 900), ("light", 1024, 768))
 
 RUN: Final = """async () => {
   // What a modal dialog covers was looked at before it opened, and cannot be reached now.
@@ -34,6 +36,16 @@ RUN: Final = """async () => {
 }"""
 
 
+def use_theme(page: Page, theme: Theme) -> None:
+    """As the system of the user asks for it."""
+    page.emulate_media(
+        color_scheme="dark" if theme == "dark" else "light",
+        contrast="more" if theme == "contrast" else "no-preference",
+        reduced_motion="reduce",
+    )
+    expect(page.locator(f"html[data-theme={theme}]")).to_have_count(1)
+
+
 class Axe:
     """Checks one page after another and collects the findings."""
 
@@ -43,21 +55,23 @@ class Axe:
         self.faults: list[str] = []
 
     def look(self, console: ConsolePage, state: str) -> None:
-        page = console.page
         for theme, width, height in CHECKS:
-            page.emulate_media(color_scheme=theme, reduced_motion="reduce")
-            page.set_viewport_size({"width": width, "height": height})
-            expect(page.locator(f"html[data-theme={theme}]")).to_have_count(1)
-            if not page.evaluate("'axe' in window"):
-                page.evaluate(self._script)
-            if self._pictures:
-                page.screenshot(path=Path(self._pictures) / f"{state}-{theme}.png")
-            found: list[dict[str, Any]] = page.evaluate(RUN)
-            self.faults += [
-                f"{state} ({theme}): {one['impact']} {one['id']}: {one['help']}: {json.dumps(one['nodes'], indent=1)}"
-                for one in found
-                if one["impact"] in GRAVE
-            ]
+            console.page.set_viewport_size({"width": width, "height": height})
+            self.look_in(console, theme, state)
+
+    def look_in(self, console: ConsolePage, theme: Theme, state: str) -> None:
+        page = console.page
+        use_theme(page, theme)
+        if not page.evaluate("'axe' in window"):
+            page.evaluate(self._script)
+        if self._pictures:
+            page.screenshot(path=Path(self._pictures) / f"{state}-{theme}.png")
+        found: list[dict[str, Any]] = page.evaluate(RUN)
+        self.faults += [
+            f"{state} ({theme}): {one['impact']} {one['id']}: {one['help']}: {json.dumps(one['nodes'], indent=1)}"
+            for one in found
+            if one["impact"] in GRAVE
+        ]
 
     def look_beneath(self, console: ConsolePage, opener: str, state: str) -> None:
         """Checks the menu or dialog that a button opens. Escape must close it and return the focus."""

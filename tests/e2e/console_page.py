@@ -30,10 +30,15 @@ FLIGHT_TIMEOUT_S: Final = 90.0
 METRES_PER_DEGREE: Final = 111_195.0
 
 
-class Somebody(Protocol):
-    """Opens the console in a separate browser profile; with `has_touch` on a tablet."""
+TOURED: Final = "localStorage.setItem('tower.console', '{\"hasToured\": true}')"
+"""For a browser in which the tour of the console was seen: it begins at a user's first sign-in."""
 
-    def __call__(self, *, has_touch: bool = False) -> "ConsolePage": ...
+
+class Somebody(Protocol):
+    """Opens the console in a separate browser profile; with `has_touch` on a tablet, with `is_first` for a user who has
+    not seen the tour."""
+
+    def __call__(self, *, has_touch: bool = False, is_first: bool = False) -> "ConsolePage": ...
 
 
 class ConsolePage:
@@ -160,13 +165,15 @@ def signed_in(somebody: Somebody, name: str, drone: str | None = None, *, has_to
 def visitors(chromium: Browser, address: str) -> Iterator[Somebody]:
     contexts = []
 
-    def come(*, has_touch: bool = False) -> ConsolePage:
+    def come(*, has_touch: bool = False, is_first: bool = False) -> ConsolePage:
         size: ViewportSize = {"width": 1180, "height": 820} if has_touch else {"width": 1280, "height": 800}
         # The offline cache has tests of its own; filling it would cost each profile seconds.
         context = chromium.new_context(
             viewport=size, reduced_motion="reduce", has_touch=has_touch, service_workers="block"
         )
         contexts.append(context)
+        if not is_first:
+            context.add_init_script(TOURED)
         page = ConsolePage(context.new_page(), address)
         page.open()
         return page

@@ -181,7 +181,7 @@ def test_the_monitor(come: Somebody, axe: Axe) -> None:
     axe.look(console, "monitor-table")
     console.part("choose-all").check()
     axe.look_beneath(console, "squad-hold", "monitor-squad-hold")
-    console.part("alert-bell").click()
+    console.part("bar-alerts").click()
     axe.look(console, "monitor-alerts")
     console.page.keyboard.press("Escape")
     console.part("squad-mission-link").click()

@@ -4,6 +4,7 @@ One world for the module: alice owns four drones, bob one. Kestrel's frames pass
 port, and Swift's battery is low.
 """
 
+import json
 import re
 import time
 from collections.abc import Iterator
@@ -11,13 +12,12 @@ from contextlib import contextmanager
 from typing import Final
 
 import pytest
-from axe_look import AXE as AXE_FILE
-from axe_look import GRAVE, RUN
+from axe_look import THEMES, Axe
 from console_page import SIMULATOR, ConsolePage, Somebody, signed_in, visitors
-from playwright.sync_api import Browser, Locator, expect
+from playwright.sync_api import Browser, Locator, Route, expect
 from worlds.frame_tap import FrameTap, frame_tap
 from worlds.free_ports import free_udp_ports
-from worlds.processes import World, kill_9
+from worlds.processes import CHECKOUT, World, kill_9
 
 DO_SET_MODE: Final = 176
 HOLD_LIMIT_S: Final = 0.5
@@ -115,14 +115,10 @@ def small(parts: Locator) -> list[str]:
 
 
 def expect_accessible(console: ConsolePage, state: str) -> None:
-    page = console.page
-    for theme in ("dark", "light"):
-        page.emulate_media(color_scheme=theme, reduced_motion="reduce")  # type: ignore[arg-type]
-        expect(page.locator(f"html[data-theme={theme}]")).to_have_count(1)
-        if not page.evaluate("'axe' in window"):
-            page.evaluate(AXE_FILE.read_text())
-        faults = [one for one in page.evaluate(RUN) if one["impact"] in GRAVE]
-        assert not faults, (state, theme, faults)
+    axe = Axe()
+    for theme in THEMES:
+        axe.look_in(console, theme, state)
+    assert not axe.faults, "\n".join(axe.faults)
 
 
 def test_hold_works_with_every_dialog_open_at_three_sizes(come: Somebody, field: tuple[World, FrameTap]) -> None:
@@ -173,6 +169,59 @@ def test_hold_works_with_every_dialog_open_at_three_sizes(come: Somebody, field:
     alice.page.evaluate("window.location.hash = '#/drone/1'")
     alice.part("control-release").click()
     expect(alice.part("control-acquire")).to_be_visible()
+
+
+def test_hold_works_over_a_place_an_upload_and_a_proof(come: Somebody, field: tuple[World, FrameTap]) -> None:
+    """The dialogs that need a drone in flight, a plan, or a session whose proof is old."""
+    _, tap = field
+    alice = signed_in(come, "alice", "Kestrel", has_touch=True)
+    page, dialog = alice.page, alice.page.get_by_role("dialog")
+    alice.acquire("Kestrel")
+    alice.take_off("Kestrel", 8)
+    page.keyboard.press("g")
+    page.keyboard.press("Enter")
+    expect(alice.part("goto-dialog")).to_be_visible()
+    for press in ("click", "key", "tap"):
+        expect_hold(alice, tap, press, "go to")
+        expect(alice.part("goto-dialog")).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(dialog).to_have_count(0)
+
+    page.evaluate("window.location.hash = '#/missions/1'")
+    alice.part("plan-file").set_input_files(CHECKOUT / "web" / "test" / "plan" / "files" / "survey.plan")
+    alice.part("dropped-close").click()
+    alice.part("upload").click()
+    expect(alice.part("upload-dialog")).to_be_visible()
+    for press in ("click", "key", "tap"):
+        expect_hold(alice, tap, press, "upload")
+        expect(alice.part("upload-dialog")).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(dialog).to_have_count(0)
+
+    page.evaluate("window.location.hash = '#/account/tokens'")
+    alice.part("new-token").click()
+    alice.part("token-name").fill("with a proof")
+    problem = {"type": "/problems/proof-needed", "title": "Confirm that it is you", "status": 403}
+
+    def too_old(route: Route) -> None:
+        if route.request.method == "POST":
+            route.fulfill(status=403, content_type="application/problem+json", body=json.dumps(problem))
+        else:
+            route.continue_()
+
+    page.route("**/api/v1/tokens", too_old)
+    alice.part("token-make").click()
+    expect(alice.part("proof-password")).to_be_visible()
+    alice.part("proof-password").fill("")
+    for press in ("click", "tap"):
+        expect_hold(alice, tap, press, "proof")
+        expect(alice.part("proof-dialog")).to_be_visible()
+    sent = len(tap.commands)
+    alice.part("proof-password").press_sequentially("h")  # a letter of the password
+    expect(alice.part("proof-password")).to_have_value("h")
+    assert [which for _, which in tap.commands[sent:] if which == DO_SET_MODE] == []
+    alice.part("proof-close").focus()
+    expect_hold(alice, tap, "key", "proof")
 
 
 def test_a_full_screen_keeps_the_figures_and_hold(come: Somebody, field: tuple[World, FrameTap]) -> None:
@@ -288,7 +337,7 @@ def test_a_lost_drone_stands_out_everywhere(come: Somebody, field: tuple[World, 
     expect(admin.part("bar-trouble")).to_contain_text("Lost in the air")
     # One click in the bar, and everybody knows that somebody has seen to it.
     admin.part("flight-bar").get_by_test_id("acknowledge").click()
-    alice.part("alert-bell").click()
+    alice.part("bar-alerts").click()
     alert = alice.page.locator("[data-testid=alert][data-rule=link-lost][data-drone-id='3']")
     expect(alert).to_contain_text("Osprey lost its link in the air at")
     expect(alert).to_contain_text("It was flown by hand; it holds, then it returns after")

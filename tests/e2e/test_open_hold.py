@@ -38,7 +38,7 @@ def test_an_idle_admin_reads_the_countdown_and_stay_ends_it(somebody: Somebody) 
     over_s = time.monotonic() + LOST_ACTION_S + 1
     assert 0 < first <= LOST_ACTION_S + 1, "whole seconds, rounded up, by a clock that is a little behind"
     admin.wait("counting down", lambda: 0 <= seconds(admin) < first)
-    admin.part("alert-bell").click()
+    admin.part("bar-alerts").click()
     alert = admin.part("alert").filter(has_text="Nobody flies Kestrel. It returns at")
     expect(alert).to_have_attribute("data-severity", "warning")
     admin.page.keyboard.press("Escape")

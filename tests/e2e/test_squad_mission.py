@@ -164,8 +164,16 @@ def test_a_field_is_split_among_three_drones_which_keep_their_distance(somebody:
 
     start_all(console)
     console.wait("all in the air at their height", lambda: min(sky.highest_m.values()) > 14.0)
+    progress = console.part("squad-progress")
+    expect(progress).to_contain_text("left, 3 flying")
+    expect(console.part("part-progress")).to_have_count(3)
+    first_s = float(progress.get_attribute("data-left-s") or 0)
+    assert first_s > 5, first_s
+    console.wait("half of it", lambda: int(progress.get_attribute("data-percent") or 0) >= 50, timeout_s=120.0)
+    assert float(progress.get_attribute("data-left-s") or 0) < first_s
     console.wait("the field flown and all at home", sky.all_landed, timeout_s=180.0)
 
+    expect(progress).to_contain_text("The mission is flown.")
     assert min(sky.way_m.values()) > 150.0, sky.way_m
     assert sky.nearest_m > KEPT_APART_M, sky.nearest_m
     assert [event for event in sky.reported if event["level"] == "warning"] == []

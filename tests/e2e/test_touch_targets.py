@@ -1,36 +1,12 @@
-"""On a phone, 390 px wide: every target of the pages that a pilot needs is 44 px wide and high; no page is wider."""
+"""On a phone, 390 px wide: every target in the states of the pages that a pilot needs is 44 px wide and high."""
 
 from collections.abc import Iterator
-from typing import Final
 
 import pytest
-from console_page import SIMULATOR, ConsolePage, Somebody, visitors
-from playwright.sync_api import Browser, ViewportSize, expect
+from console_page import SIMULATOR, Somebody, visitors
+from playwright.sync_api import Browser, expect
+from touch_targets import Measured
 from worlds.processes import CHECKOUT, World
-
-PHONE: Final[ViewportSize] = {"width": 390, "height": 844}
-TARGET_PX: Final = 44
-
-SMALL: Final = """(least) => {
-  const TARGETS = 'a[href], button, input, select, textarea, summary, [role=tab], [role=menuitem], [role=option]';
-  // Rows of half pixels are rounded.
-  const small = ({ width, height }) => width < least - 0.5 || height < least - 0.5;
-  return [...document.querySelectorAll(TARGETS)]
-    .filter((one) => one.getClientRects().length > 0 && getComputedStyle(one).visibility !== 'hidden')
-    // The label of a field is part of its target; a link within a sentence is read, and is as high as its line.
-    .filter((one) => !one.matches('p a'))
-    // Nobody sees it, and its label or a button stands for it.
-    .filter((one) => !one.matches('.visually-hidden') || one.closest('label'))
-    .filter((one) => {
-      const label = one.matches('input[type=checkbox], input[type=radio], input[type=file]') && one.closest('label');
-      return small((label || one).getBoundingClientRect());
-    })
-    .map((one) => {
-      const { width, height } = one.getBoundingClientRect();
-      const words = one.dataset.testid ?? one.getAttribute('aria-label') ?? one.textContent.trim().slice(0, 30);
-      return `${one.tagName.toLowerCase()} ${words}: ${Math.round(width)} x ${Math.round(height)}`;
-    });
-}"""
 
 
 @pytest.fixture(scope="module")
@@ -51,21 +27,6 @@ def come(chromium: Browser, yard: World) -> Iterator[Somebody]:
         yield somebody
 
 
-class Measured:
-    """Measures one state of a page after another and collects what is too small."""
-
-    def __init__(self, console: ConsolePage) -> None:
-        self._page = console.page
-        self.faults: list[str] = []
-        self._page.set_viewport_size(PHONE)
-
-    def look(self, state: str) -> None:
-        self.faults += [f"{state}: {one}" for one in self._page.evaluate(SMALL, TARGET_PX)]
-        wide = self._page.evaluate("document.documentElement.scrollWidth")
-        if wide > PHONE["width"]:
-            self.faults.append(f"{state}: the page is {wide} px wide")
-
-
 def test_every_target_is_as_large_as_a_finger(come: Somebody) -> None:
     console = come(has_touch=True)
     measured = Measured(console)
@@ -80,7 +41,7 @@ def test_every_target_is_as_large_as_a_finger(come: Somebody) -> None:
     expect(part("drone-card")).to_be_visible()
     measured.look("card")
     page.get_by_role("button", name="Close the card").click()
-    part("alert-bell").click()
+    part("bar-alerts").click()
     measured.look("alerts")
     page.keyboard.press("Escape")
     part("user-menu").click()

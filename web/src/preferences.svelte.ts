@@ -4,7 +4,9 @@ import { QUALITIES } from './video/unit';
 import type { QualityName } from './video/video_types';
 import { isUnitSystem, type UnitSystem } from './words/units';
 
-export type ThemeChoice = 'system' | 'dark' | 'light';
+const THEMES = ['system', 'dark', 'light', 'contrast'] as const;
+/** `contrast`: black on white, readable in the sun. */
+export type ThemeChoice = (typeof THEMES)[number];
 
 export interface Preferences {
   theme: ThemeChoice;
@@ -39,6 +41,7 @@ const DEFAULTS: Preferences = {
   wallQuality: 'low',
 };
 
+export const isTheme = (value: unknown): value is ThemeChoice => THEMES.some((one) => one === value);
 const isQuality = (value: unknown): value is QualityName => QUALITIES.some((one) => one === value);
 
 function read(): Preferences {
@@ -50,7 +53,7 @@ function read(): Preferences {
   }
   const { theme, units, sound, speech, vibration, shortcuts, boardPlan, video, videoQuality, wallQuality } = stored;
   return {
-    theme: theme === 'dark' || theme === 'light' ? theme : DEFAULTS.theme,
+    theme: isTheme(theme) ? theme : DEFAULTS.theme,
     units: isUnitSystem(units) ? units : DEFAULTS.units,
     sound: typeof sound === 'boolean' ? sound : DEFAULTS.sound,
     speech: typeof speech === 'boolean' ? speech : DEFAULTS.speech,
@@ -77,12 +80,14 @@ export function prefer(changes: Partial<Preferences>): void {
 
 const systemIsLight = window.matchMedia('(prefers-color-scheme: light)');
 systemIsLight.addEventListener('change', applyTheme);
+const systemWantsContrast = window.matchMedia('(prefers-contrast: more)');
+systemWantsContrast.addEventListener('change', applyTheme);
 
 /** The stylesheets read the theme from an attribute of the document, whether the system or the user chose it. */
 export function applyTheme(): void {
   const { theme } = preferences;
-  const isLight = theme === 'light' || (theme === 'system' && systemIsLight.matches);
-  document.documentElement.dataset['theme'] = isLight ? 'light' : 'dark';
+  const ofSystem = systemWantsContrast.matches ? 'contrast' : systemIsLight.matches ? 'light' : 'dark';
+  document.documentElement.dataset['theme'] = theme === 'system' ? ofSystem : theme;
   // The title bar of an installed console uses our colour; the page's static tags only cover the system's preference.
   const panel = getComputedStyle(document.documentElement).getPropertyValue('--panel').trim();
   for (const one of document.querySelectorAll<HTMLMetaElement>('meta[name="theme-color"]')) one.content = panel;

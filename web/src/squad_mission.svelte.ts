@@ -9,16 +9,20 @@ import { distanceM } from './link/geometry';
 import { USUAL_FAMILY } from './link/generated/autopilots.gen';
 import { familyOf } from './link/modes';
 import type { Place } from './link/messages';
+import { isMissionFlown } from './link/mission_progress';
 import { MissionRest } from './link/mission_rest';
 import type { Operation } from './link/operation_types';
 import { isOver, type Operations } from './link/operations';
 import type { Vehicle } from './link/vehicle';
 import type { User } from './link/wire_types';
+import { USUAL_FIGURES } from './plan/estimates';
 import { planHash } from './plan/plan_hash';
 import { spotOf, type Plan, type PlannedHome, type Spot } from './plan/plan_types';
+import { timedPath, type TimedPath } from './plan/timed_path';
 import { itemsOf, rowOf } from './plan/wire_items';
 import { inTurn, type SquadAnswer, type SquadAction, type SquadTower } from './squad/squad_flight';
 import { squadPlan, USUAL_SQUAD, type Member, type SquadPart, type SquadSettings } from './squad/squad_plan';
+import { partProgress, type PartProgress } from './squad/squad_progress';
 import { tower } from './tower.svelte';
 
 export type SquadWork = 'upload' | 'start' | 'hold';
@@ -96,6 +100,23 @@ export class SquadMission {
     return reported.fit_to_fly && (hash === reported.hash || hash === reported.sent_hash) ? 'on the drone' : 'another';
   }
 
+  /** How far this part is flown; null: it is not flown, or not known. */
+  progress(part: SquadPart): PartProgress | null {
+    const vehicle = tower.vehicles.get().get(part.member.id);
+    if (!vehicle || this.standing(part) !== 'on the drone') return null;
+    const values = vehicle.values(tower.clock.nowMs());
+    const { current, reached } = vehicle.mission.now.get();
+    const last = part.plan.items.length - 1;
+    return partProgress({
+      path: timedPathOf(part.plan),
+      current,
+      here: values.place && spotOf(values.place.latDeg, values.place.lonDeg),
+      isFlown: isMissionFlown(values),
+      // The last item may be the way home, which autopilots do not report as reached.
+      isDone: values.airborne === false && (reached.has(last) || reached.has(last - 1)),
+    });
+  }
+
   upload(parts: readonly SquadPart[]): Promise<void> {
     const rows = new Map(parts.map(({ member, plan }) => [member.id, itemsOf(plan, 'mission').map(rowOf)]));
     return this.#run('upload', idsOf(parts), (drone, report) =>
@@ -152,6 +173,14 @@ export class SquadMission {
 }
 
 const idsOf = (parts: readonly SquadPart[]): number[] => parts.map(({ member }) => member.id);
+
+const paths = new WeakMap<Plan, TimedPath>();
+
+function timedPathOf(plan: Plan): TimedPath {
+  const path = paths.get(plan) ?? timedPath(plan, USUAL_FIGURES);
+  paths.set(plan, path);
+  return path;
+}
 
 const hashes = new WeakMap<Plan, string>();
 

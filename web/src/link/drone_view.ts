@@ -45,6 +45,10 @@ export function mayHaveControls(drone: Drone, user: Pick<User, 'id' | 'role'>): 
   );
 }
 
+/** Whether this user may take up the controls now: they are free, and no admin has shut this user out. */
+export const mayTakeUp = (drone: Drone, user: Pick<User, 'id' | 'role'>): boolean =>
+  drone.holder === null && drone.taken_from?.id !== user.id && mayHaveControls(drone, user);
+
 /**
  * Whether this user may take controls from others, give them back and assist: an admin of the tower or of the drone's
  * team.

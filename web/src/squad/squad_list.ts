@@ -22,22 +22,25 @@ export interface SquadEntry {
 export const FILTERS = ['all', 'mine', 'flying', 'unattended', 'attention', 'online', 'offline'] as const;
 export type Filter = (typeof FILTERS)[number];
 
-export type SortKey =
-  | 'name'
-  | 'state'
-  | 'holder'
-  | 'owner'
-  | 'mode'
-  | 'armed'
-  | 'battery'
-  | 'height'
-  | 'speed'
-  | 'climb'
-  | 'throttle'
-  | 'gps'
-  | 'rtt'
-  | 'loss'
-  | 'time';
+const SORT_KEYS = [
+  'name',
+  'state',
+  'holder',
+  'owner',
+  'mode',
+  'armed',
+  'battery',
+  'height',
+  'speed',
+  'climb',
+  'throttle',
+  'gps',
+  'rtt',
+  'loss',
+  'time',
+] as const;
+export type SortKey = (typeof SORT_KEYS)[number];
+export const isSortKey = (value: unknown): value is SortKey => SORT_KEYS.some((one) => one === value);
 
 export interface Order {
   readonly key: SortKey;

@@ -1,6 +1,13 @@
 import { describe, expect, it } from 'vitest';
 
-import { eitherSays, mayDeleteRecordings, mayHaveControls, mayStay, mayTake } from '../../src/link/drone_view';
+import {
+  eitherSays,
+  mayDeleteRecordings,
+  mayHaveControls,
+  mayStay,
+  mayTake,
+  mayTakeUp,
+} from '../../src/link/drone_view';
 import type { Drone, User } from '../../src/link/wire_types';
 import { A_DRONE } from './fakes';
 
@@ -56,5 +63,19 @@ describe('what somebody may do follows how they stand to the drone', () => {
     expect(mayHaveControls({ ...A_DRONE, loans: [LOAN] }, PETE)).toBe(true);
     expect(mayHaveControls(A_DRONE, PETE)).toBe(false);
     expect(mayTake(A_DRONE, OLGA)).toBe(false);
+  });
+});
+
+describe('the controls may be taken up by', () => {
+  it.each<[string, Partial<Drone>, User, boolean]>([
+    ['an owner of a free drone', {}, OLGA, true],
+    ['nobody while somebody has them', { holder: PETE }, OLGA, false],
+    ['nobody who has them', { holder: OLGA }, OLGA, false],
+    ['no owner from whom they were taken', { taken_from: OLGA }, OLGA, false],
+    ['another owner then', { taken_from: PETE }, OLGA, true],
+    ['an admin', {}, BOSS, true],
+    ['no observer', { owners: [], relation: 'observer' }, PETE, false],
+  ])('%s', (_, drone, user, may) => {
+    expect(mayTakeUp({ ...A_DRONE, ...drone }, user)).toBe(may);
   });
 });

@@ -1,0 +1,79 @@
+"""Every page: no serious fault for axe-core at three sizes in three themes, and on a phone every target is 44 px.
+
+One person signs in once and goes through the pages.
+"""
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+import pytest
+from axe_look import THEMES, Axe
+from console_page import SIMULATOR, Somebody, visitors
+from furnished import furnish
+from playwright.sync_api import Browser, ViewportSize, expect
+from touch_targets import PHONE, Measured
+from worlds.processes import World
+
+SIZES: Final[tuple[ViewportSize, ...]] = ({"width": 1440, "height": 900}, {"width": 1024, "height": 768}, PHONE)
+PAGES: Final = {
+    "": "squad-row",
+    "drone/1": "value-mode",
+    "drone/1/parameters": "parameter-row",
+    "drone/1/logs": "list-logs",
+    "drone/99": "no-such-drone",
+    "missions": "plan-menu",
+    "missions/1": "drone-strip",
+    "squad-mission/1,2": "squad-mission",
+    "videos/1,2": "video-tile",
+    "flights": "flight-filter",
+    **{f"account/{one}": f"section-{one}" for one in ("password", "passkeys", "second-factor", "sessions", "tokens")},
+    "admin/users": "user-row",
+    "admin/drones": "drone-row",
+    "admin/enrolment": "enrolment-row",
+    "admin/sessions": "session-row",
+    "admin/tokens": "token-row",
+    "admin/teams": "new-team",
+    "admin/audit": "audit-row",
+    "admin/system": "system",
+}
+"""Each with a part that shows that it is there."""
+
+
+@pytest.fixture(scope="module")
+def office(prepared_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[World]:
+    """A tower with Kestrel and Merlin switched on and ten other drones off."""
+    folder = tmp_path_factory.mktemp("office")
+    shutil.copytree(prepared_folder, folder, dirs_exist_ok=True)
+    with World(folder, prepared=True) as world:
+        world.start_tower()
+        world.start_simulated("Kestrel", "Merlin", options=SIMULATOR)
+        admin = world.visitor("admin")
+        furnish(world, admin)
+        world.wait_until_online(admin, 1, 2)
+        yield world
+
+
+@pytest.fixture
+def come(chromium: Browser, office: World) -> Iterator[Somebody]:
+    with visitors(chromium, office.address) as somebody:
+        yield somebody
+
+
+def test_every_page_is_accessible_in_every_theme_and_can_be_pressed_on_a_phone(come: Somebody, axe: Axe) -> None:
+    console = come()
+    measured = Measured(console)
+    for at, (address, part) in enumerate({"sign-in": "sign-in-button", **PAGES}.items()):
+        if at == 1:
+            console.sign_in("admin")
+        elif at > 1:
+            console.page.evaluate(f"window.location.hash = '#/{address}'")
+        expect(console.part(part).first).to_be_visible()
+        for size in SIZES:
+            console.page.set_viewport_size(size)
+            for theme in THEMES:
+                axe.look_in(console, theme, f"{address.replace('/', '-') or 'monitor'}-{size['width']}")
+            if size == PHONE:
+                measured.look(address or "monitor")
+    assert not measured.faults, "\n".join(measured.faults)

@@ -1,0 +1,127 @@
+/** The help of each page: what it is for, what to do first, and its keys. */
+
+import type { Route } from '../route.svelte';
+import { SHORTCUTS } from '../shortcuts';
+
+export interface Key {
+  readonly key: string;
+  readonly words: string;
+}
+
+export interface PageHelp {
+  readonly title: string;
+  readonly sentences: readonly string[];
+  readonly keys: readonly Key[];
+}
+
+/** On every page. */
+export const KEYS_EVERYWHERE: readonly Key[] = [
+  { key: 'h', words: 'Hold the drone that you control, at once, with any dialog open' },
+  { key: 'Ctrl k', words: 'Search drones, pages and commands' },
+  { key: '?', words: 'This help' },
+  { key: 'Esc', words: 'Closes what is open' },
+];
+
+const CONTROL_KEYS: readonly Key[] = [
+  ...SHORTCUTS.filter(({ name }) => name !== 'hold' && name !== 'help').map(({ key, words }) => ({
+    key: key === key.toLowerCase() ? key : `Shift ${key}`,
+    words,
+  })),
+  { key: 'W S A D ↑ ↓ ← →', words: 'Sticks, while you fly by hand with the keyboard' },
+];
+
+export const HELP: Record<Route['page'], PageHelp> = {
+  monitor: {
+    title: 'Monitor',
+    sentences: [
+      'Map and list show every drone that you may see. A name opens its card, "Open" its page.',
+      'Search, filter and sort the list, as cards, compact lines or a table; "Views" keeps what you chose.',
+      'Select several drones to hold, return or land them, or to send them on a mission together.',
+      'What is lost, low or held stands out on the map, in the list and in the flight bar.',
+    ],
+    keys: [],
+  },
+  control: {
+    title: 'One drone',
+    sentences: [
+      'Take up the controls, then arm and take off; the tower asks before each.',
+      '"Go to a place on the map" flies there. "Start manual" flies with a gamepad, keys or sticks on the screen.',
+      'The check before flight says what the drone would do if it lost the tower.',
+    ],
+    keys: CONTROL_KEYS,
+  },
+  missions: {
+    title: 'Missions',
+    sentences: [
+      'Choose a tool beside the map and click where to fly, or open a file. The table edits each item.',
+      'The tab Checks says what is wrong. Choose a drone above to compare, upload, start and follow the mission.',
+      'Fence and rally points have tabs of their own.',
+    ],
+    keys: [
+      { key: 'Ctrl z', words: 'Undo; Ctrl y does it again' },
+      { key: 'Ctrl s', words: 'Save the plan' },
+      { key: 'u', words: 'Upload to the drone (asks)' },
+      { key: '0', words: 'Show the whole plan' },
+      { key: 'Enter', words: 'Ends what is being drawn' },
+      { key: 'Delete', words: 'Removes what is selected' },
+      { key: 'Shift ↑ ↓ ← →', words: 'Moves what is selected on the map' },
+    ],
+  },
+  'squad-mission': {
+    title: 'Squad mission',
+    sentences: [
+      'Choose the drones, draw the corners of the area on the map, and set height, speed and spacing.',
+      'Each drone gets its part. Upload them all, then start all; "Hold all" stops every drone.',
+      'While they fly, each shows how far it is and how long it still takes.',
+    ],
+    keys: [],
+  },
+  videos: {
+    title: 'Videos',
+    sentences: [
+      'The pictures of several drones beside each other. Choose the drones in the squad list, then "Videos".',
+      'A drone sends nothing that nobody watches: pictures out of sight stop.',
+    ],
+    keys: [],
+  },
+  parameters: {
+    title: 'Parameters',
+    sentences: [
+      'Search by name or by what a parameter does. A changed value waits until you write it.',
+      'Take up the controls to write. Compare with a file, the defaults or another drone.',
+    ],
+    keys: [{ key: '/', words: 'To the search' }],
+  },
+  logs: {
+    title: 'Flight logs',
+    sentences: [
+      'Ask the drone for the list of its logs, fetch one to the tower on the ground, then download it.',
+      'Recorded videos of the drone are below.',
+    ],
+    keys: [],
+  },
+  flights: {
+    title: 'Flights',
+    sentences: [
+      'Every flight that the tower recorded, the newest first. Find them by drone, pilot and date.',
+      'Download a flight as .tlog for other ground stations, or as CSV, KML or GPX.',
+    ],
+    keys: [],
+  },
+  account: {
+    title: 'Your account',
+    sentences: [
+      'Password, passkeys and second factor; sessions that you can end; tokens for programs; your teams.',
+      'The tower asks for your password again before it changes how you sign in.',
+    ],
+    keys: [],
+  },
+  admin: {
+    title: 'Administration',
+    sentences: [
+      'Users and their roles, drones and their owners, enrolment of a drone by one command, teams, sessions, tokens.',
+      'The audit trail tells who did what. System shows the health of the tower.',
+    ],
+    keys: [],
+  },
+};
