@@ -65,6 +65,7 @@ from server.api.teams import routes as team_routes
 from server.api.tiles import routes as tile_routes
 from server.api.video import routes as video_routes
 from server.app.openapi_tags import TAGS
+from server.app.sharing import new_lock, share_bus, share_requests
 from server.app.tower import Tower, TowerApp
 from server.domain.clock import Clock, utc_now
 from server.live.accounts.challenges import Challenges
@@ -116,7 +117,6 @@ from server.store.recordings.capture import HubVideo
 from server.store.recordings.recordings import new_recordings
 from server.store.retention import new_retention
 from server.store.schema import check_schema
-from server.store.tower_lock import TowerLock
 
 ROUTERS: Final[tuple[APIRouter, ...]] = (
     session_routes.router,
@@ -176,6 +176,8 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> TowerApp:
     serve_console(app, settings.web, {SECURITY_TXT: lambda: security_contact_text(clock())})
     # The last middleware added is the outermost.
     app.add_middleware(BoundedDatabaseWait, database=tower.database)
+    if tower.several is not None:
+        share_requests(app, tower.hub, tower.several)
     app.add_middleware(OnlyTheTower, may_act=tower.lock.may_act)
     app.add_middleware(BodyCheck, budget=tower.anonymous)
     app.add_middleware(OriginCheck, settings=settings)
@@ -191,7 +193,7 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> TowerApp:
 
 def _compose(settings: Settings, clock: Clock) -> Tower:
     database = open_database(settings.database_url, timeout_s=settings.database_timeout_s)
-    lock = TowerLock(settings.database_url, clock=clock)
+    lock = new_lock(settings, clock)
     database.guard = lock.check
     vault = settings.vault()
     anonymous = AnonymousBudget(now=time.monotonic(), trusted_proxies=settings.trusted_proxies)
@@ -242,6 +244,15 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
     retention = new_retention(
         settings, database, clock, logs=flight_log_quota, recordings=recordings.quota, flights=flights.quota
     )
+    event_handler = HubEventHandler(
+        service=control,
+        hub=hub,
+        database=database,
+        clock=clock,
+        loss_checks=loss_checks,
+        rehearsals=rehearsals,
+        agent_linked=enrolment_notifier.agent_linked,
+    )
     audit_writer = OperationAuditWriter(database, clock)
     hub.operations.on_began, hub.operations.on_ended = audit_writer.began, audit_writer.ended
     hub.observed.on_settled = audit_writer.observed
@@ -272,14 +283,17 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         loss_checks=loss_checks,
         rehearsals=rehearsals,
         stay_service=StayService(hub=hub, database=database, clock=clock),
-        event_handler=HubEventHandler(
-            service=control,
+        event_handler=event_handler,
+        several=share_bus(
+            settings,
+            lock,
             hub=hub,
+            leases=leases,
+            service=control,
             database=database,
             clock=clock,
             loss_checks=loss_checks,
-            rehearsals=rehearsals,
-            agent_linked=enrolment_notifier.agent_linked,
+            event_handler=event_handler,
         ),
         enrolment_notifier=enrolment_notifier,
         sign_in_rules=SignInRules(
@@ -320,6 +334,9 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         stack.callback(tower.password_policy.close)
         await asyncio.to_thread(make_private_folder, settings.var)
         await check_schema(tower.database)
+        if tower.several is not None:
+            await tower.several.bus.open()
+            stack.push_async_callback(tower.several.bus.close)
         stack.push_async_callback(tower.lock.release)
         if not tower.lock.is_taken:
             await tower.lock.take(waits=False)
@@ -330,9 +347,11 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         await tower.passwords.warm_up()
         await tower.database.warm_up()
         await remember_addresses(tower.anonymous.known, tower.database)
-        await end_assistance(tower.database, tower.clock)
+        if tower.several is None:  # else each drone's home does, when it becomes that
+            await end_assistance(tower.database, tower.clock)
         tower.lock.on_running_out = tower.hold_flown_by_hand
-        tower.hub.state.on_event = tower.event_handler.noticed
+        several = tower.several
+        tower.hub.state.on_event = tower.event_handler.noticed if several is None else several.claims.noticed
         stack.push_async_callback(tower.event_handler.stop)
         stack.push_async_callback(tower.control.stop)
         stack.push_async_callback(tower.rehearsals.stop)
@@ -340,7 +359,8 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         await tower.loss_checks.load()
         await tower.roster.refresh()
         await load_into(tower.hub, tower.database)
-        await load_open_holds(tower.hub, tower.database)
+        if several is None:
+            await load_open_holds(tower.hub, tower.database)
         deleted = await _deleted_with_files(tower)
         await asyncio.to_thread(tower.flight_log_quota.sweep, deleted)
         await stack.enter_async_context(tower.recordings.working(deleted))
@@ -355,6 +375,8 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         await stack.enter_async_context(in_background("token uses", tower.api_tokens.keep_writing_uses))
         await stack.enter_async_context(in_background("retention", tower.retention.work))
         await stack.enter_async_context(in_background("loop lag", tower.loop_lag.watch))
+        if several is not None:
+            await stack.enter_async_context(several.running(tower.roster))
         prepare_routes(app)
         # Last: from here on agents get responses.
         try:

@@ -25,6 +25,7 @@ from server.live.relay.open_hold import OpenHold
 from server.live.relay.policy import Authorization
 from server.live.relay.rtt_meter import TooLong
 from server.live.separation.plausible import MotionCheck
+from server.live.towers.place import Place
 from wire.control_messages import LossParameters, SafetySettings, StreamSettings, StreamState
 from wire.firmware import firmware_words, release_of
 from wire.ids import DroneId, Epoch, UserId
@@ -112,6 +113,8 @@ class LiveDrone:
 
     record: DroneRecord
     lease: LeaseView
+    place: Place = Place.HERE
+    """The tower it belongs to. Without a bus, always this one."""
     link: AgentLink | None = None
     online: bool = False
     """The view last sent to browsers."""
@@ -212,6 +215,10 @@ class LiveDrone:
         if team is None or not by_team or user_id in self.record.ties.owners:
             return relation is not Relation.STRANGER
         return at >= team.since
+
+    def is_shown_to(self, browser: Browser) -> bool:
+        """Whether this tower shows it to this browser: its home does; to one here, any tower if no home is heard."""
+        return self.place is Place.HERE or (self.place is not Place.ELSEWHERE and not browser.is_visitor)
 
     def frame_watchers(self) -> list[Browser]:
         """Browsers that get its frames: all who may see it, except those barred from watching."""

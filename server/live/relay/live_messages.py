@@ -287,6 +287,12 @@ class PersonFix(msgspec.Struct, frozen=True, tag="person_fix", tag_field="type")
     heading_deg: float | None = None
 
 
+class Relayed(msgspec.Struct, frozen=True):
+    """A message of another tower, as it is to go."""
+
+    text: str
+
+
 ToBrowser = (
     WelcomeBrowser
     | DroneChanged
@@ -306,6 +312,7 @@ ToBrowser = (
     | PlanOnBoardChanged
     | ParametersChanged
     | Recording
+    | Relayed
 )
 FromBrowser = Watch | Focus | MapShown | Pong | PersonFix
 
@@ -341,6 +348,8 @@ _encoded: Final[dict[int, tuple[ToBrowser, str]]] = {}
 
 def encode_event(event: ToBrowser) -> str:
     """The text message for the WebSocket."""
+    if isinstance(event, Relayed):
+        return event.text
     if not isinstance(event, _SHARED):
         return _encoder.encode(event).decode()
     known = _encoded.get(id(event))
