@@ -177,7 +177,7 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> TowerApp:
     # The last middleware added is the outermost.
     app.add_middleware(BoundedDatabaseWait, database=tower.database)
     if tower.several is not None:
-        share_requests(app, tower.hub, tower.several)
+        share_requests(app, tower.hub, tower.several, tower.authenticator)
     app.add_middleware(OnlyTheTower, may_act=tower.lock.may_act)
     app.add_middleware(BodyCheck, budget=tower.anonymous)
     app.add_middleware(OriginCheck, settings=settings)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from fastapi import FastAPI
 
+from server.api.authentication import Authenticator
 from server.domain.clock import Clock
 from server.live.hub import Hub
 from server.runtime.settings import Settings
@@ -62,9 +63,10 @@ def share_bus(
     return several
 
 
-def share_requests(app: FastAPI, hub: Hub, several: SeveralTowers) -> None:
+def share_requests(app: FastAPI, hub: Hub, several: SeveralTowers, authenticator: Authenticator) -> None:
     """Requests about drones of other towers go there."""
     from server.api.bus.to_the_home import ToTheHome
 
     several.asking.application = app
+    several.asking.vouch = authenticator.vouch
     app.add_middleware(ToTheHome, hub=hub, towers=several.towers, claims=several.claims, asking=several.asking)

@@ -4,11 +4,12 @@ import asyncio
 import json
 import time
 from collections.abc import AsyncIterator, Callable, Iterator
-from contextlib import AsyncExitStack
+from contextlib import AsyncExitStack, suppress
 from pathlib import Path
 from typing import Any
 
 import httpx
+import msgspec
 import pytest
 from control_world import Live, ObedientAgent, ask, audit, live, until
 from own_postgres import OwnPostgres, own_postgres
@@ -42,6 +43,10 @@ def postgres(missing: Callable[[str], None]) -> Iterator[OwnPostgres]:
         yield own
 
 
+FROZEN_S = 4.0
+"""Longer than a tower may be silent before another one may declare it dead (`LEASE_S`, `TAKE_AFTER_S`)."""
+
+
 class Two:
     """Towers `a` and `b`. The drone Kestrel is at home at `a`; Alice, its owner, and Root are connected to `b`."""
 
@@ -52,6 +57,8 @@ class Two:
     root: httpx.AsyncClient
     alices: Live
     agent: ObedientAgent
+    pings = 0
+    """That Alice has answered."""
 
     async def begin(self, stack: AsyncExitStack, folder: Path, postgres: OwnPostgres, nats: TemporaryNats) -> "Two":
         key = new_key()
@@ -90,6 +97,16 @@ class Two:
     async def sticks(self, number: int = 0) -> None:
         frame = _frame(mavlink.MAVLink_manual_control_message(1, number, 0, 500, 0, 0))
         await self.alices.socket.send(stamp(int(time.monotonic() * 1000)) + tag(DroneId(self.drone.id), frame))
+
+    async def answer_pings_for(self, seconds: float) -> None:
+        """As a browser does; a pilot whose round trip is not known to be short is made to hold."""
+        with suppress(TimeoutError):
+            async with asyncio.timeout(seconds):
+                while True:
+                    message = await self.alices.socket.recv()
+                    if isinstance(message, str) and (event := json.loads(message))["type"] == "ping":
+                        self.pings += 1
+                        await self.alices.socket.send(json.dumps({"type": "pong", "sequence": event["sequence"]}))
 
 
 _sender = mavlink.MAVLink(None, srcSystem=255, srcComponent=190)
@@ -192,6 +209,42 @@ async def test_without_the_bus_who_flies_from_afar_counts_as_gone(two: Two, nats
     await until("the bus to be back", lambda: two.at(two.b).place is Place.ELSEWHERE)
     await until("her presence", lambda: two.at(two.a).somebody_flies())
     assert (await ask(two.root, drone_id, "take")).status_code == 200
+
+
+async def test_without_the_database_who_flies_goes_on_flying(two: Two, postgres: OwnPostgres) -> None:
+    drone_id = two.drone.id
+    assert (await ask(two.alice, drone_id, "acquire")).status_code == 200
+    await two.sticks()
+    await until("her sticks", lambda: two.at(two.a).flown_by_hand(time.monotonic()))
+    assert (await two.root.get("/api/v1/users")).status_code == 200, "b knows him now, a does not"
+    holds = len(two.agent.holds)
+    drone = two.at(two.a)
+    drone.safety = msgspec.structs.replace(drone.safety, rtt_limit_ms=60_000)  # this agent answers no pings
+    postgres.freeze()
+    try:
+        frozen_at, sent = time.monotonic(), 0
+        passed = two.a.tower.hub.state.traffic.frames_to_agents
+        while time.monotonic() < frozen_at + FROZEN_S:
+            await two.sticks(sent % 500)
+            sent += 1
+            await two.answer_pings_for(0.1)
+        await until("her last sticks", lambda: two.a.tower.hub.state.traffic.frames_to_agents == passed + sent)
+        assert two.pings, "the drone's tower measures her round trip"
+        assert len(two.agent.holds) == holds, "nobody made it hold"
+        assert not two.a.tower.lock.is_renewed
+        refused = await ask(two.root, drone_id, "take")
+        assert refused.status_code == 503, refused.text
+        assert len(two.agent.holds) > holds, "a TAKE that nobody decides makes the drone hold"
+    finally:
+        postgres.thaw()
+    await until("the database to be back", lambda: two.a.tower.lock.is_renewed and two.b.tower.lock.is_renewed)
+    assert two.a.tower.lock.may_act() and two.b.tower.lock.may_act(), "nobody was declared dead"
+    await until("the fence to be lifted", lambda: not two.at(two.a).fenced)
+    assert two.at(two.a).lease.holder is not None
+    async with asyncio.timeout(20):
+        while (await ask(two.root, drone_id, "take")).status_code == 503:  # connections that broke are replaced
+            await asyncio.sleep(0.05)
+    assert two.at(two.a).lease.taken_from is not None
 
 
 async def test_a_drone_that_links_elsewhere_moves_its_home_and_holds(two: Two) -> None:

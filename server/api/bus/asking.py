@@ -7,14 +7,19 @@ has the agent has fenced and ordered the hold.
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import count
 from typing import Final
 
 import structlog
+from starlette.requests import HTTPConnection
 from starlette.types import ASGIApp, Message, Scope
 
-from server.live.towers.messages import Answer, Ask
+from server.api.authentication import VOUCHED
+from server.domain.people import Principal
+from server.live.towers.messages import Answer, Ask, attach_of, viewer_of
 from server.live.towers.towers import Towers
 
 ANSWERED_WITHIN_S: Final = 30.0
@@ -48,6 +53,8 @@ class Asking:
         self._open: dict[int, _Open] = {}
         self._at_work: set[asyncio.Task[None]] = set()
         self.app: ASGIApp | None = None
+        self.vouch: Callable[[HTTPConnection], tuple[Principal, int] | None] = lambda request: None
+        """Who sends a request, as far as is known without the database, and the revision of the fleet then."""
         self.application: object = None
         """What handlers read as `request.app`."""
         towers.on_ask, towers.on_answer, towers.on_lost = self._asked, self._answered, self._lost
@@ -58,6 +65,7 @@ class Asking:
         """Returns status, headers and body. Raises NoAnswer."""
         number = next(self._numbers)
         client = scope.get("client")
+        known = self.vouch(HTTPConnection(scope))
         opened = self._open[number] = _Open(tower, asyncio.get_running_loop().create_future())
         self._towers.send(
             tower,
@@ -69,6 +77,8 @@ class Asking:
                 headers=[(bytes(name), bytes(value)) for name, value in scope["headers"]],
                 client=client[0] if client else "",
                 body=body,
+                known=attach_of(0, known[0], "") if known is not None else None,
+                revision=known[1] if known is not None else 0,
             ),
         )
         try:
@@ -154,6 +164,9 @@ class Asking:
             "extensions": {},
             FORWARDED: True,
         }
+        if ask.known is not None:
+            with suppress(ValueError):  # a role or a scope of a newer version
+                scope[VOUCHED] = viewer_of(ask.known), ask.revision
         try:
             await self.app(scope, receive, send)
         except Exception:

@@ -119,7 +119,8 @@ class CloseBrowser(msgspec.Struct, frozen=True, array_like=True, tag=12):
 
 
 class Ask(msgspec.Struct, frozen=True, array_like=True, tag=13):
-    """An HTTP request about a drone of the receiver, as it came."""
+    """An HTTP request about a drone of the receiver, as it came. `known`: who sends it, as far as the sender has had it
+    from the database when the fleet was at `revision`; for a receiver that does not reach it now."""
 
     number: int
     method: str
@@ -128,6 +129,8 @@ class Ask(msgspec.Struct, frozen=True, array_like=True, tag=13):
     headers: list[tuple[bytes, bytes]]
     client: str
     body: bytes
+    known: Attach | None = None
+    revision: int = 0
 
 
 class Answer(msgspec.Struct, frozen=True, array_like=True, tag=14):
