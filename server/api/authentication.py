@@ -26,7 +26,7 @@ from server.store.database import Database, DatabaseUnavailable
 
 COOKIE: Final = "tower_session"
 VOUCHED: Final = "tower.vouched"
-"""Of a request that came over the bus: its sender, as the other tower remembers them, and the revision of the fleet then."""
+"""Of a request that came over the bus: its sender as the other tower remembers them, and the revision of the fleet."""
 
 
 def token_in(headers: Headers) -> str | None:

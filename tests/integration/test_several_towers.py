@@ -242,7 +242,7 @@ async def test_without_the_database_who_flies_goes_on_flying(two: Two, postgres:
     await until("the fence to be lifted", lambda: not two.at(two.a).fenced)
     assert two.at(two.a).lease.holder is not None
     async with asyncio.timeout(20):
-        while (await ask(two.root, drone_id, "take")).status_code == 503:  # connections that broke are replaced
+        while (await ask(two.root, drone_id, "take")).status_code == 503:  # noqa: ASYNC110  # broken connections are replaced
             await asyncio.sleep(0.05)
     assert two.at(two.a).lease.taken_from is not None
 
