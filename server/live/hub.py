@@ -235,9 +235,9 @@ class Hub:
 
     def close_all(self) -> None:
         """The tower stops: notifies everybody, so that clients reconnect."""
-        for browser in self.state.browsers.values():
+        for browser in list(self.state.browsers.values()):  # one of another tower leaves at once
             browser.close(GOING_DOWN, "the tower is shutting down")
-        for link in self.state.links.values():
+        for link in list(self.state.links.values()):
             link.close(GOING_DOWN, "the tower is shutting down")
         self.video.close_all()
 

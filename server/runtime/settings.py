@@ -69,11 +69,6 @@ def _public_url(text: str) -> str:
     return f"{parts.scheme}://{parts.netloc}"
 
 
-def _no_bus_yet(text: str) -> str:
-    """Several towers are not finished: only tests compose them."""
-    raise ValueError("is not supported yet: leave it empty")
-
-
 def _bus_url(text: str) -> str:
     """What towers tell each other is not sealed: beyond this machine it goes over TLS."""
     parts = urlsplit(text)
@@ -182,7 +177,7 @@ class Settings:
     database_url: str = _setting("", "DATABASE_URL", _database_url)
     database_timeout_s: float = _setting(2.0, "TOWER_DATABASE_TIMEOUT_S", _number(0.1, 60, float))
     """Maximum time to wait for one response of the database."""
-    bus_url: str = field(default="", repr=False, metadata=_from("TOWER_BUS_URL", _no_bus_yet))
+    bus_url: str = field(default="", repr=False, metadata=_from("TOWER_BUS_URL", _bus_url))
     """NATS, through which several towers share one PostgreSQL. Empty: one tower on one database."""
     web: Path = field(default=CONSOLE, metadata=_from("TOWER_WEB", Path))
     secret_keys: str = field(default="", repr=False, metadata=_from("TOWER_SECRET_KEYS", _keys))

@@ -152,3 +152,18 @@ def test_an_operator_holds_one_drone_over_both_towers(model: TwoTowersModel) -> 
     model.asks(B, BOB, ONE, Event.ACQUIRE, at_once=True)
     model.asks(A, ALICE, TWO, Event.ACQUIRE, at_once=True)
     assert [lease.holder for lease in model.store.leases.values()] == [ALICE, None]
+
+
+def test_a_tower_that_ends_closes_no_browser_of_another(model: TwoTowersModel) -> None:
+    model.towers[A].hub.close_all()
+    model.towers[A].flush()
+    model.bus_delivers_all()
+    assert set(model.towers[B].browsers) == {ALICE, BOB, ROOT, TOOR}
+    assert len(model.towers[A].towers.visitors) == 0
+
+
+def test_an_account_that_ends_at_one_tower_ends_at_the_other(model: TwoTowersModel) -> None:
+    model.browser(A, ALICE, "signs out")
+    model.everything_settles()
+    assert ALICE not in model.towers[B].browsers
+    assert model.agents[ONE].held_at or model.store.leases[ONE].holder is None

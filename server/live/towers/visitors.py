@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from server.domain.people import Principal, SignInId, TokenId
-from server.live.hub import Hub
+from server.live.hub import GOING_DOWN, Hub
 from server.live.relay.browser import Browser
 from server.live.relay.live_messages import (
     Focus,
@@ -141,7 +141,8 @@ class Visitors:
         self._detach(tower, number, now)
 
         def close(code: int, why: str) -> None:
-            self._send(tower, CloseBrowser(number, code, why))
+            if code != GOING_DOWN:  # only this tower ends
+                self._send(tower, CloseBrowser(number, code, why))
             self._detach(tower, number, now)
 
         visitor = Visitor(
