@@ -167,7 +167,8 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> TowerApp:
         redirect_slashes=False,
         generate_unique_id_function=_operation_id,
     )
-    provide(app, tower, metrics_routes.new_registry(tower))
+    registry = metrics_routes.new_registry(tower)
+    provide(app, tower, registry)
     handle_problems(app)
     describe_problems(app, [route for router in ROUTERS for route in router.routes])
     for router in ROUTERS:
@@ -177,7 +178,7 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> TowerApp:
     # The last middleware added is the outermost.
     app.add_middleware(BoundedDatabaseWait, database=tower.database)
     if tower.several is not None:
-        share_requests(app, tower.hub, tower.several, tower.authenticator)
+        share_requests(app, tower.hub, tower.several, tower.authenticator, registry)
     app.add_middleware(OnlyTheTower, may_act=tower.lock.may_act)
     app.add_middleware(BodyCheck, budget=tower.anonymous)
     app.add_middleware(OriginCheck, settings=settings)
@@ -284,17 +285,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         rehearsals=rehearsals,
         stay_service=StayService(hub=hub, database=database, clock=clock),
         event_handler=event_handler,
-        several=share_bus(
-            settings,
-            lock,
-            hub=hub,
-            leases=leases,
-            service=control,
-            database=database,
-            clock=clock,
-            loss_checks=loss_checks,
-            event_handler=event_handler,
-        ),
+        several=share_bus(settings, lock, hub, leases, control, database, clock, loss_checks, event_handler),
         enrolment_notifier=enrolment_notifier,
         sign_in_rules=SignInRules(
             identity=TowerIdentity(),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from fastapi import FastAPI
+from prometheus_client import CollectorRegistry
 
 from server.api.authentication import Authenticator
 from server.domain.clock import Clock
@@ -32,7 +33,6 @@ def new_lock(settings: Settings, clock: Clock) -> TowerLock | TowerMembership:
 def share_bus(
     settings: Settings,
     lock: TowerLock | TowerMembership,
-    *,
     hub: Hub,
     leases: DatabaseLeaseStore,
     service: ControlService,
@@ -63,10 +63,14 @@ def share_bus(
     return several
 
 
-def share_requests(app: FastAPI, hub: Hub, several: SeveralTowers, authenticator: Authenticator) -> None:
+def share_requests(
+    app: FastAPI, hub: Hub, several: SeveralTowers, authenticator: Authenticator, registry: CollectorRegistry
+) -> None:
     """Requests about drones of other towers go there."""
     from server.api.bus.to_the_home import ToTheHome
+    from server.api.metrics.towers import TowersCollector
 
+    registry.register(TowersCollector(several, hub))
     several.asking.application = app
     several.asking.vouch = authenticator.vouch
     app.add_middleware(ToTheHome, hub=hub, towers=several.towers, claims=several.claims, asking=several.asking)

@@ -174,6 +174,11 @@ async def test_a_take_from_another_tower_is_done_when_the_drone_was_ordered_to_h
     await two.alices.event("hold", step="confirmed")
     rows = await audit(two.root, "control.take")
     assert [row["detail"]["result"] for row in rows] == ["done"]
+    assert rows[0]["request_id"] == took.headers["x-request-id"]
+    shown = (await two.root.get("/metrics")).text
+    assert "tower_bus_connected 1.0" in shown
+    assert 'tower_drone_homes{place="elsewhere"} 1.0' in shown
+    assert 'tower_other_towers{state="heard"} 1.0' in shown
 
 
 async def test_signing_out_at_one_tower_ends_the_controls_at_another(two: Two) -> None:

@@ -21,6 +21,7 @@ from server.api.authentication import VOUCHED
 from server.domain.people import Principal
 from server.live.towers.messages import Answer, Ask, attach_of, viewer_of
 from server.live.towers.towers import Towers
+from server.runtime.request_id import begin_request, current_request_id
 
 ANSWERED_WITHIN_S: Final = 30.0
 MAX_ANSWER_BYTES: Final = 8_000_000
@@ -79,6 +80,7 @@ class Asking:
                 body=body,
                 known=attach_of(0, known[0], "") if known is not None else None,
                 revision=known[1] if known is not None else 0,
+                request_id=current_request_id(),
             ),
         )
         try:
@@ -129,6 +131,7 @@ class Asking:
 
     async def _run(self, ask: Ask) -> tuple[int, list[tuple[bytes, bytes]], bytes]:
         assert self.app is not None
+        begin_request(ask.request_id)
         status, headers, body = 500, [(b"content-length", b"0")], bytearray()
         received = False
 

@@ -131,6 +131,7 @@ class Ask(msgspec.Struct, frozen=True, array_like=True, tag=13):
     body: bytes
     known: Attach | None = None
     revision: int = 0
+    request_id: str = ""
 
 
 class Answer(msgspec.Struct, frozen=True, array_like=True, tag=14):
