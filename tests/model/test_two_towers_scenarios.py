@@ -3,7 +3,8 @@
 from collections.abc import Iterator
 
 import pytest
-from test_two_towers_model import ALICE, BOB, ONE, ROOT, TOOR, TWO, A, B, TwoTowersModel
+from test_two_towers_model import TwoTowersModel
+from two_towers import ALICE, BOB, ONE, ROOT, TOOR, TWO, A, B
 
 from server.domain.lease import Event
 from server.live.towers.place import Place
