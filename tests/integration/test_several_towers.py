@@ -8,6 +8,7 @@ from contextlib import AsyncExitStack, suppress
 from pathlib import Path
 from typing import Any
 
+import asyncpg
 import httpx
 import msgspec
 import pytest
@@ -37,10 +38,20 @@ def nats(missing: Callable[[str], None]) -> Iterator[TemporaryNats]:
         yield server
 
 
-@pytest.fixture
-def postgres(missing: Callable[[str], None]) -> Iterator[OwnPostgres]:
+@pytest.fixture(scope="module")
+def cluster(missing: Callable[[str], None]) -> Iterator[OwnPostgres]:
     with own_postgres(missing) as own:
         yield own
+
+
+@pytest.fixture
+async def postgres(cluster: OwnPostgres, request: pytest.FixtureRequest) -> OwnPostgres:
+    """A database of the test's own."""
+    connection = await asyncpg.connect(cluster.url)
+    name = f"tower_{request.node.name.lower()}"[:60]
+    await connection.execute(f'CREATE DATABASE "{name}"')
+    await connection.close()
+    return cluster.of(name)
 
 
 FROZEN_S = 4.0
