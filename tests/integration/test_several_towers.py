@@ -175,7 +175,7 @@ async def test_a_take_from_another_tower_is_done_when_the_drone_was_ordered_to_h
     holds = len(two.agent.holds)
     took = await ask(two.root, drone_id, "take", reason="test")
     assert took.status_code == 200, took.text
-    assert len(two.agent.holds) == holds + 1, "the order went out before the answer"
+    assert len(two.agent.holds) > holds, "the order went out before the answer"
     assert took.json()["holder"]["name"] == "Root"
     passed = two.a.tower.hub.state.traffic.frames_to_agents
     await two.sticks(900)
