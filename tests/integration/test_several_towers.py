@@ -17,11 +17,16 @@ from own_postgres import OwnPostgres, own_postgres
 from tower_world import NewDrone, TowerWorld, assert_problem, start_tower
 from worlds.nats import TemporaryNats, nats_program, temporary_nats
 
+from server.domain.clock import utc_now
 from server.domain.people import Role
+from server.domain.tower_lease import LockWatch
 from server.live.relay.live_drone import LiveDrone
 from server.live.towers.place import Place
 from server.runtime.vault import new_key
+from server.store.database import open_database
+from server.store.schema import migrate
 from server.store.tower_lock import TowerLockHeld
+from server.store.towers.membership import TowerMembership
 from wire.content import Frames
 from wire.dialect import mavlink
 from wire.ids import DroneId, Epoch
@@ -287,3 +292,18 @@ async def test_a_tower_without_a_bus_is_refused(two: Two, tmp_path: Path, postgr
     with pytest.raises(TowerLockHeld, match="several towers that share a bus"):
         async with start_tower(alone, database_url=url, secret_keys=two.a.settings.secret_keys):
             pass
+
+
+async def test_a_tower_joins_again_whose_first_answer_was_lost(postgres: OwnPostgres) -> None:
+    """Found on a busy machine: the row was there already, and the tower did not start."""
+    url = postgres.url.replace("postgresql://", "postgresql+asyncpg://")
+    database = open_database(url)
+    await migrate(database)
+    await database.close()
+    membership = TowerMembership(url, clock=utc_now)
+    try:
+        await membership._join(LockWatch())
+        await membership.take(waits=False)
+        assert membership.may_act()
+    finally:
+        await membership.release()

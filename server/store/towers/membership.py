@@ -129,7 +129,7 @@ class TowerMembership:
                 address=self.address[:255],
                 joined_at=self._clock(),
             )
-            session.add(mine)
+            await session.merge(mine)  # the answer to an earlier attempt may have been lost
         return None, began_at
 
     async def keep(self) -> None:
