@@ -11,7 +11,7 @@ from typing import Any
 
 import uvloop
 
-from bench import anonymous, audit, control, encoder, fuzz, missions, recorder, relay, scale, simulator
+from bench import anonymous, audit, control, encoder, fuzz, missions, recorder, relay, scale, simulator, towers
 from bench.rows import Report
 from bench.video import bench_run as video
 
@@ -26,6 +26,7 @@ BENCHES: dict[str, tuple[Callable[[Report, argparse.Namespace], Coroutine[Any, A
     "relay": (relay.run, relay.__doc__ or ""),
     "scale": (scale.run, scale.__doc__ or ""),
     "simulator": (simulator.run, simulator.__doc__ or ""),
+    "towers": (towers.run, towers.__doc__ or ""),
     "video": (video.run, video.__doc__ or ""),
 }
 

@@ -63,10 +63,10 @@ class LoadTower:
         self._browsers.clear()
 
 
-async def make_fleet(folder: Path, drones: int, operators: Sequence[str] = ()) -> list[str]:
-    """Creates a database in `folder` with an admin, operators of these names (all with PASSWORD), and the drones.
-    Returns the drones' keys as text, in order."""
-    database = open_database(f"sqlite+aiosqlite:///{folder / 'tower.sqlite3'}")
+async def make_fleet(folder: Path, drones: int, operators: Sequence[str] = (), *, url: str = "") -> list[str]:
+    """Creates a database in `folder`, or fills the one at `url`: an admin, operators of these names (all with
+    PASSWORD), and the drones. Returns the drones' keys as text, in order."""
+    database = open_database(url or f"sqlite+aiosqlite:///{folder / 'tower.sqlite3'}")
     passwords = Passwords(concurrency=1, memory_kib=19456, rounds=2)
     action = AuditAction(by=COMMAND_LINE, at=datetime.now(UTC))
     try:

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Installs the parts of the tests that are not packages of this project: other people's ground stations and Caddy (beside
 # the packages of the virtual environment, not among them), Chromium (with a font for its pages), PostgreSQL, FFmpeg's
-# programs (they judge our recordings), iproute2 for the emulated networks, and promtool for the alert rules. All but the
-# first only where that is possible without asking anybody (root on a Debian); elsewhere the tests say what is missing.
+# programs (they judge our recordings), iproute2 for the emulated networks, promtool for the alert rules, and NATS. All but
+# the first only where that is possible without asking anybody (root on a Debian); elsewhere the tests say what is missing.
 set -euo pipefail
 
 cd "$(dirname "$0")/.."
@@ -28,9 +28,11 @@ ls /usr/lib/postgresql/*/bin/initdb >/dev/null 2>&1 || command -v initdb >/dev/n
 command -v ffprobe >/dev/null 2>&1 || wanted+=(ffmpeg)
 command -v ip >/dev/null 2>&1 || wanted+=(iproute2)
 command -v promtool >/dev/null 2>&1 || wanted+=(prometheus)
-# Caddy's program alone: the package would start a web server on this machine.
+# These programs alone: the packages would start servers on this machine.
 programs=()
 command -v caddy >/dev/null 2>&1 || [ -x "$prefix/programs/usr/bin/caddy" ] || programs+=(caddy)
+PATH="$PATH:/usr/sbin" command -v nats-server >/dev/null 2>&1 || [ -x "$prefix/programs/usr/sbin/nats-server" ] ||
+  programs+=(nats-server)
 
 [ $((${#wanted[@]} + ${#programs[@]})) -gt 0 ] || exit 0
 if [ "$(id -u)" -ne 0 ] || ! command -v apt-get >/dev/null; then

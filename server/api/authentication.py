@@ -25,6 +25,8 @@ from server.store.accounts.tokens import ApiTokens
 from server.store.database import Database, DatabaseUnavailable
 
 COOKIE: Final = "tower_session"
+VOUCHED: Final = "tower.vouched"
+"""Of a request that came over the bus: its sender as the other tower remembers them, and the revision of the fleet."""
 
 
 def token_in(headers: Headers) -> str | None:
@@ -75,8 +77,18 @@ class Authenticator:
 
     def remembered(self, connection: HTTPConnection) -> Principal | None:
         """Returns who sent this request, as far as is known without the database."""
+        secret, now = _secret_of(connection), self._clock()
+        if not secret:
+            return None
+        vouched: tuple[Principal, int] | None = connection.scope.get(VOUCHED)
+        found = self._remembered.find(secret, now)
+        return self._remembered.vouched(*vouched, now) if found is None and vouched is not None else found
+
+    def vouch(self, connection: HTTPConnection) -> tuple[Principal, int] | None:
+        """Returns who sent this request as far as is known without the database, and the revision of the fleet at
+        which the database confirmed it: for another tower that carries the request out."""
         secret = _secret_of(connection)
-        return self._remembered.find(secret, self._clock()) if secret else None
+        return self._remembered.vouch(secret, self._clock()) if secret else None
 
     async def _find(self, connection: HTTPConnection, secret: str) -> Principal | None:
         if token_in(connection.headers) is not None:

@@ -52,6 +52,7 @@ from server.store.flights.flights import Flights
 from server.store.recordings.recordings import Recordings
 from server.store.retention import Retention
 from server.store.tower_lock import TowerLock
+from server.store.towers.membership import TowerMembership
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +63,7 @@ class Parts:
     clock: Clock
     started_at: datetime
     database: Database
-    lock: TowerLock
+    lock: TowerLock | TowerMembership
     vault: Vault
     passwords: Passwords
     password_policy: PasswordPolicy
@@ -145,7 +146,7 @@ SettingsDep = Annotated[Settings, _part(lambda parts: parts.settings)]
 ClockDep = Annotated[Clock, _part(lambda parts: parts.clock)]
 StartedAtDep = Annotated[datetime, _part(lambda parts: parts.started_at)]
 DatabaseDep = Annotated[Database, _part(lambda parts: parts.database)]
-TowerLockDep = Annotated[TowerLock, _part(lambda parts: parts.lock)]
+TowerLockDep = Annotated[TowerLock | TowerMembership, _part(lambda parts: parts.lock)]
 VaultDep = Annotated[Vault, _part(lambda parts: parts.vault)]
 PasswordsDep = Annotated[Passwords, _part(lambda parts: parts.passwords)]
 PasswordPolicyDep = Annotated[PasswordPolicy, _part(lambda parts: parts.password_policy)]

@@ -40,6 +40,14 @@ class RememberedSignIns:
         found, revision = self._known.get(_key(secret), (None, 0))
         return found if found is not None and now < found.expires_at and self._is_current(found, revision) else None
 
+    def vouch(self, secret: str, now: datetime) -> tuple[Principal, int] | None:
+        """The same with the revision of the fleet, for another tower."""
+        return self._known[_key(secret)] if self.find(secret, now) is not None else None
+
+    def vouched(self, principal: Principal, revision: int, now: datetime) -> Principal | None:
+        """The same for a sign-in that another tower remembers: it must count in the live picture here."""
+        return principal if now < principal.expires_at and self._is_current(principal, revision) else None
+
 
 def _key(secret: str) -> bytes:
     return hashlib.sha256(secret.encode(errors="surrogatepass")).digest()

@@ -11,6 +11,7 @@ from server import VERSION
 from server.app.commands import drones, moving, teams, tokens, users
 from server.app.commands.session import CommandError, settings_now, with_database
 from server.domain.refusal import Refusal
+from server.runtime.bus_unavailable import BusUnavailable
 from server.runtime.listening import CannotListen, address_in_words, listen
 from server.runtime.settings import Settings, SettingsError
 from server.runtime.vault import VaultError, new_key
@@ -119,7 +120,7 @@ def main() -> None:
         _fail(str(error), 2)
     except (CommandError, Refusal, DatabaseNotReady, DatabaseUnavailable, CannotListen, VaultError) as error:
         _fail(str(error), 1)
-    except TowerLockHeld as error:
+    except (TowerLockHeld, BusUnavailable) as error:
         _fail(str(error), 1)
     except DatabaseError as error:
         _fail(f"the database refused: {str(error.orig).splitlines()[0]}", 1)

@@ -65,16 +65,14 @@ from server.api.system import routes as system_routes
 from server.api.teams import routes as team_routes
 from server.api.tiles import routes as tile_routes
 from server.api.video import routes as video_routes
+from server.app.new_hub import new_hub
 from server.app.openapi_tags import TAGS
+from server.app.sharing import new_lock, share_bus, share_requests
 from server.app.tower import Tower, TowerApp
 from server.domain.clock import Clock, utc_now
 from server.live.accounts.challenges import Challenges
 from server.live.accounts.throttle import SignInThrottle
 from server.live.anonymous.budget import AnonymousBudget, Over
-from server.live.hub import Hub
-from server.live.relay.flood_gate import FloodLimits
-from server.live.relay.socket_bounds import SocketBounds
-from server.live.separation.bounds import SeparationBounds
 from server.runtime.aligned_timers import SharedChecks
 from server.runtime.background import in_background
 from server.runtime.listening import CannotListen
@@ -119,7 +117,6 @@ from server.store.recordings.capture import HubVideo
 from server.store.recordings.recordings import new_recordings
 from server.store.retention import new_retention
 from server.store.schema import check_schema
-from server.store.tower_lock import TowerLock
 
 ROUTERS: Final[tuple[APIRouter, ...]] = (
     session_routes.router,
@@ -171,7 +168,8 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> TowerApp:
         redirect_slashes=False,
         generate_unique_id_function=_operation_id,
     )
-    provide(app, tower, metrics_routes.new_registry(tower))
+    registry = metrics_routes.new_registry(tower)
+    provide(app, tower, registry)
     handle_problems(app)
     describe_problems(app, [route for router in ROUTERS for route in router.routes])
     for router in ROUTERS:
@@ -180,6 +178,8 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> TowerApp:
     serve_console(app, settings.web, {SECURITY_TXT: lambda: security_contact_text(clock())})
     # The last middleware added is the outermost.
     app.add_middleware(BoundedDatabaseWait, database=tower.database)
+    if tower.several is not None:
+        share_requests(app, tower.hub, tower.several, tower.authenticator, registry)
     app.add_middleware(OnlyTheTower, may_act=tower.lock.may_act)
     app.add_middleware(BodyCheck, budget=tower.anonymous)
     app.add_middleware(OriginCheck, settings=settings)
@@ -195,7 +195,7 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> TowerApp:
 
 def _compose(settings: Settings, clock: Clock) -> Tower:
     database = open_database(settings.database_url, timeout_s=settings.database_timeout_s)
-    lock = TowerLock(settings.database_url, clock=clock)
+    lock = new_lock(settings, clock)
     database.guard = lock.check
     vault = settings.vault()
     anonymous = AnonymousBudget(now=time.monotonic(), trusted_proxies=settings.trusted_proxies)
@@ -216,25 +216,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         admins_need_second_factor=settings.admins_need_second_factor,
     )
     api_tokens = ApiTokens(database, admins_need_second_factor=settings.admins_need_second_factor)
-    hub = Hub(
-        FloodLimits(
-            user_per_s=settings.user_frames_per_s,
-            user_burst=settings.user_frames_burst,
-            drone_per_s=settings.drone_frames_per_s,
-            drone_burst=settings.drone_frames_burst,
-            agent_per_s=settings.agent_frames_per_s,
-            agent_burst=settings.agent_frames_burst,
-        ),
-        SocketBounds(per_user=settings.user_sockets, per_address=settings.address_sockets),
-        clock,
-        SeparationBounds(
-            horizontal_m=settings.separation_horizontal_m,
-            vertical_m=settings.separation_vertical_m,
-            ahead_s=settings.separation_ahead_s,
-        ),
-        SocketBounds(per_user=settings.user_video_sockets, per_address=settings.address_video_sockets),
-        settings.height_limit_m,
-    )
+    hub = new_hub(settings, clock)
     loss_checks = LossChecks(hub=hub, database=database, clock=clock)
     rehearsals = Rehearsals(hub=hub, database=database, clock=clock)
     roster = Roster(database, hub, clock)
@@ -246,6 +228,15 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
     flights = new_flights(settings, hub=hub, database=database, clock=clock)
     retention = new_retention(
         settings, database, clock, logs=flight_log_quota, recordings=recordings.quota, flights=flights.quota
+    )
+    event_handler = HubEventHandler(
+        service=control,
+        hub=hub,
+        database=database,
+        clock=clock,
+        loss_checks=loss_checks,
+        rehearsals=rehearsals,
+        agent_linked=enrolment_notifier.agent_linked,
     )
     audit_writer = OperationAuditWriter(database, clock)
     hub.operations.on_began, hub.operations.on_ended = audit_writer.began, audit_writer.ended
@@ -280,15 +271,8 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         loss_checks=loss_checks,
         rehearsals=rehearsals,
         stay_service=StayService(hub=hub, database=database, clock=clock),
-        event_handler=HubEventHandler(
-            service=control,
-            hub=hub,
-            database=database,
-            clock=clock,
-            loss_checks=loss_checks,
-            rehearsals=rehearsals,
-            agent_linked=enrolment_notifier.agent_linked,
-        ),
+        event_handler=event_handler,
+        several=share_bus(settings, lock, hub, leases, control, database, clock, loss_checks, event_handler),
         enrolment_notifier=enrolment_notifier,
         sign_in_rules=SignInRules(
             identity=TowerIdentity(),
@@ -328,6 +312,9 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         stack.callback(tower.password_policy.close)
         await asyncio.to_thread(make_private_folder, settings.var)
         await check_schema(tower.database)
+        if tower.several is not None:
+            await tower.several.bus.open()
+            stack.push_async_callback(tower.several.bus.close)
         stack.push_async_callback(tower.lock.release)
         if not tower.lock.is_taken:
             await tower.lock.take(waits=False)
@@ -338,9 +325,11 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         await tower.passwords.warm_up()
         await tower.database.warm_up()
         await remember_addresses(tower.anonymous.known, tower.database)
-        await end_assistance(tower.database, tower.clock)
+        if tower.several is None:  # else each drone's home does, when it becomes that
+            await end_assistance(tower.database, tower.clock)
         tower.lock.on_running_out = tower.hold_flown_by_hand
-        tower.hub.state.on_event = tower.event_handler.noticed
+        several = tower.several
+        tower.hub.state.on_event = tower.event_handler.noticed if several is None else several.claims.noticed
         stack.push_async_callback(tower.event_handler.stop)
         stack.push_async_callback(tower.control.stop)
         stack.push_async_callback(tower.rehearsals.stop)
@@ -348,8 +337,9 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         await tower.loss_checks.load()
         await tower.roster.refresh()
         await load_into(tower.hub, tower.database)
-        await load_open_holds(tower.hub, tower.database)
-        await load_alerts(tower.hub, tower.database, tower.clock)
+        if several is None:
+            await load_open_holds(tower.hub, tower.database)
+            await load_alerts(tower.hub, tower.database, tower.clock)
         deleted = await _deleted_with_files(tower)
         await asyncio.to_thread(tower.flight_log_quota.sweep, deleted)
         await stack.enter_async_context(tower.recordings.working(deleted))
@@ -365,6 +355,8 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         await stack.enter_async_context(in_background("token uses", tower.api_tokens.keep_writing_uses))
         await stack.enter_async_context(in_background("retention", tower.retention.work))
         await stack.enter_async_context(in_background("loop lag", tower.loop_lag.watch))
+        if several is not None:
+            await stack.enter_async_context(several.running(tower.roster))
         prepare_routes(app)
         # Last: from here on agents get responses.
         try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fastapi import FastAPI
 
@@ -13,11 +13,16 @@ from server.api.dependencies import Parts
 from server.store.fleet.loans import LoanExpiry
 from server.store.operations.audit_writer import OperationAuditWriter
 
+if TYPE_CHECKING:
+    from server.api.bus.several_towers import SeveralTowers
+
 
 @dataclass(frozen=True, kw_only=True)
 class Tower(Parts):
     loan_expiry: LoanExpiry
     audit_writer: OperationAuditWriter
+    several: SeveralTowers | None = None
+    """None without a bus."""
     before_shutdown: list[Callable[[], Awaitable[None]]] = field(default_factory=list)
     """Run in order while connections are still open, to send close messages."""
 

@@ -25,6 +25,8 @@ HOLD_AFTER_S: Final = 2.0
 to hold: a second before it stops forwarding (`LEASE_S`), and longer before another process may be the tower."""
 
 NOBODY: Final = ""
+BUS: Final = "bus"
+"""The owner of a lock while several towers that share a bus have the database."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,8 @@ class LockState:
         return self.owner == NOBODY
 
     def in_words(self) -> str:
+        if self.owner == BUS:
+            return "several towers that share a bus (TOWER_BUS_URL)"
         since = f", since {self.taken_at:%Y-%m-%d %H:%M:%S} UTC" if self.taken_at else ""
         at = f", at {self.address}" if self.address else ""
         return f"process {self.pid} on {self.host}{since}{at}"

@@ -39,13 +39,15 @@ from server.live.relay.frame_paths import FramePaths
 from server.live.relay.hold_orders import HoldOrders
 from server.live.relay.lease_changes import LeaseChanges
 from server.live.relay.link_changes import LINK_REPLACED, LinkChanges
-from server.live.relay.live_drone import LeaseView
+from server.live.relay.live_drone import LeaseView, LiveDrone
 from server.live.relay.live_state import LiveState
 from server.live.relay.safety_watch import SafetyWatch
 from server.live.relay.socket_bounds import SocketBounds
 from server.live.relay.squads import Squads
 from server.live.separation.bounds import SeparationBounds
 from server.live.separation.notifier import SeparationNotifier
+from server.live.towers.place import Place
+from server.live.towers.visits import Visits
 from server.live.video.service import VideoService
 from wire.control_messages import (
     AutopilotState,
@@ -119,6 +121,8 @@ class Hub:
         state.on_told = self.flights.told
         self.alerts.listeners.append(self.flights.alert)
         self._paths = FramePaths(state, self.flood, self.observed, self.flights)
+        self.visits: Visits | None = None
+        """The browsers here, at other towers. None without a bus."""
 
     # -- database snapshots ----------------------------------------------------------------------------------
 
@@ -167,15 +171,26 @@ class Hub:
 
     def attach_browser(self, browser: Browser, server_time: str, now: float) -> None:
         """From here on the browser gets the frames of the drones it may see; the whole picture comes first."""
-        viewer = browser.viewer
-        seen = self.squads.drones(viewer.user_id, viewer.role)
-        self.audience.enter(browser, seen, self.alerts.welcome(browser), server_time, now)
+        self.audience.enter(browser, self._shown_to(browser), self.alerts.welcome(browser), server_time, now)
         self.separation.send_all(browser)
+        if self.visits is not None:
+            self.visits.entered(browser)
+
+    def attach_visitor(self, browser: Browser, now: float) -> None:
+        """The same for a browser that is connected to another tower: it sees the drones whose home is this one."""
+        self.audience.enter_visitor(browser, self._shown_to(browser), now)
+        self.separation.send_all(browser)
+
+    def _shown_to(self, browser: Browser) -> list[LiveDrone]:
+        viewer = browser.viewer
+        return [one for one in self.squads.drones(viewer.user_id, viewer.role) if one.is_shown_to(browser)]
 
     def detach_browser(self, browser: Browser, now: float) -> None:
         """Removes a browser. Idempotent."""
         self.audience.leave(browser, now)
         self.follows.browser_gone(browser.number)
+        if self.visits is not None:
+            self.visits.left(browser.number)
 
     def person_fix(self, browser: Browser, fix_message: live.PersonFix, now: float) -> None:
         """Where the person at this browser is; it counts while a drone follows them."""
@@ -204,30 +219,43 @@ class Hub:
         live_ones = sum(browser.viewer.session_id == signed_in_by for browser in self.state.browsers.values())
         return live_ones + self.video.sockets_of(signed_in_by)
 
-    def end_sessions(self, session_ids: Iterable[SignInId], why: str = "the session has ended") -> None:
-        """Closes the browsers of sessions and tokens that have ended. Who has no other loses the controls at once."""
+    def end_sessions(
+        self, session_ids: Iterable[SignInId], why: str = "the session has ended", *, told: bool = False
+    ) -> None:
+        """Closes the browsers of sessions and tokens that have ended. Who has no other loses the controls at once.
+        `told`: by another tower."""
         ended = list(session_ids)
+        if self.visits is not None and not told:
+            self.visits.sessions_ended(ended, why)
         self.fleet.note_ended(ended)
         self.audience.end_sessions(ended, why)
         self.video.end_sessions(ended, why)
 
-    def end_user(self, user_id: UserId, why: str) -> None:
-        """Closes every browser of an account, which reads why."""
+    def end_user(self, user_id: UserId, why: str, *, told: bool = False) -> None:
+        """Closes every browser of an account, which reads why. `told`: by another tower."""
+        if self.visits is not None and not told:
+            self.visits.user_ended(user_id, why)
         self.audience.end_user(user_id, why)
         self.video.end_user(user_id, why)
 
     def close_all(self) -> None:
         """The tower stops: notifies everybody, so that clients reconnect."""
-        for browser in self.state.browsers.values():
+        for browser in list(self.state.browsers.values()):  # one of another tower leaves at once
             browser.close(GOING_DOWN, "the tower is shutting down")
-        for link in self.state.links.values():
+        for link in list(self.state.links.values()):
             link.close(GOING_DOWN, "the tower is shutting down")
         self.video.close_all()
 
     def frames_from_browser(self, browser: Browser, message: bytes, now: float) -> None:
         """A binary message: checks each frame in turn and passes on what may pass."""
-        if browser.number in self.state.browsers and not browser.ended:
-            self._paths.down(browser, message, now)
+        if browser.number not in self.state.browsers or browser.ended:
+            return
+        if self.visits is not None and not browser.is_visitor:
+            left = self.visits.divert(browser, message, now)
+            if left is None:
+                return
+            message = left
+        self._paths.down(browser, message, now)
 
     # -- agents ----------------------------------------------------------------------------------------------
 
@@ -298,6 +326,39 @@ class Hub:
         heard = self.flood.admits_report(link.drone_id, now)
         self.state.drops[DropReason.FLOOD] += not heard
         return heard
+
+    # -- several towers --------------------------------------------------------------------------------------
+
+    def place_drone(self, drone_id: DroneId, place: Place, now: float, *, keeps_link: bool = False) -> None:
+        """The drone belongs to another tower now, or to this one. `keeps_link`: its agent has just come here, and what
+        another tower says is older."""
+        drone = self.state.drones.get(drone_id)
+        if drone is None or drone.place is place:
+            return
+        drone.place = place
+        self.fleet.admit_watchers(drone)
+        if place in (Place.ELSEWHERE, Place.OUT_OF_REACH) and not keeps_link:
+            self.end_superseded_link(drone_id)
+        self.safety.note_presence(drone, now)
+
+    def end_superseded_link(self, drone_id: DroneId) -> None:
+        """Another tower has become the drone's home since its agent linked here, because the agent has linked there."""
+        drone = self.state.drones.get(drone_id)
+        if drone is not None and drone.link is not None:
+            drone.link.close(LINK_REPLACED, "the drone has signed in at another tower")
+            self.detach_link(drone.link)
+
+    def adopt_lease(self, drone_id: DroneId, lease: LeaseView, now: float, *, moved: bool) -> None:
+        """The lease of a drone that comes home, as the database has it. `moved`: from another tower, so what is known
+        here of its holder's presence is void."""
+        drone = self.state.drones.get(drone_id)
+        if drone is None or lease.epoch < drone.lease.epoch or (not moved and lease.epoch == drone.lease.epoch):
+            return
+        drone.holder_watch.present()
+        drone.turn.reset()
+        drone.lease = lease
+        self.safety.note_presence(drone, now)
+        self.state.send_holder_to_agent(drone)
 
     # -- time ------------------------------------------------------------------------------------------------
 

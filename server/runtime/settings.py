@@ -69,6 +69,20 @@ def _public_url(text: str) -> str:
     return f"{parts.scheme}://{parts.netloc}"
 
 
+def _bus_url(text: str) -> str:
+    """What towers tell each other is not sealed: beyond this machine it goes over TLS."""
+    parts = urlsplit(text)
+    if parts.scheme not in {"nats", "tls"} or not parts.hostname:
+        raise ValueError("must look like nats://127.0.0.1:4222 or tls://user:password@bus.example.org:4222")
+    try:
+        is_loopback = ipaddress.ip_address(parts.hostname).is_loopback
+    except ValueError:
+        is_loopback = parts.hostname == "localhost"
+    if parts.scheme == "nats" and not is_loopback:
+        raise ValueError("must begin with tls:// unless the bus is on this machine: it carries sign-ins")
+    return text
+
+
 def _host(text: str) -> str:
     if not text or any(letter in text for letter in "/ "):
         raise ValueError("must be a host name or an address")
@@ -163,6 +177,8 @@ class Settings:
     database_url: str = _setting("", "DATABASE_URL", _database_url)
     database_timeout_s: float = _setting(2.0, "TOWER_DATABASE_TIMEOUT_S", _number(0.1, 60, float))
     """Maximum time to wait for one response of the database."""
+    bus_url: str = field(default="", repr=False, metadata=_from("TOWER_BUS_URL", _bus_url))
+    """NATS, through which several towers share one PostgreSQL. Empty: one tower on one database."""
     web: Path = field(default=CONSOLE, metadata=_from("TOWER_WEB", Path))
     secret_keys: str = field(default="", repr=False, metadata=_from("TOWER_SECRET_KEYS", _keys))
     """Keys that seal secrets in the database that must be read again. Empty: those in `secret_key_file`."""
@@ -281,4 +297,6 @@ def read_settings(environment: Mapping[str, str]) -> Settings:
     settings = Settings(**values)
     if settings.session_idle_s > settings.session_lifetime_s:
         raise SettingsError("TOWER_SESSION_IDLE_S", "must not be longer than TOWER_SESSION_LIFETIME_S")
+    if settings.bus_url and settings.is_sqlite:
+        raise SettingsError("TOWER_BUS_URL", "needs PostgreSQL: set DATABASE_URL")
     return settings

@@ -13,6 +13,7 @@ from server.store.flights import tables as flights
 from server.store.missions import tables as missions
 from server.store.recordings import tables as recordings
 from server.store.teams import tables as teams
+from server.store.towers import tables as towers
 
-ALL: Final = (accounts, alerts, audit, control, fleet, flights, missions, recordings, teams, tower_lock)
+ALL: Final = (accounts, alerts, audit, control, fleet, flights, missions, recordings, teams, tower_lock, towers)
 METADATA: Final = Base.metadata

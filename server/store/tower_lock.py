@@ -244,7 +244,7 @@ class TowerLock:
             # Read only: a transaction of ours may have the write lock, and wait for this.
             async with asyncio.timeout(RENEW_WITHIN_S), self._open().reading() as session:
                 row = await session.get(TowerLockRow, THE_ROW)
-                who = f": {_state_of(row).in_words()}" if row is not None else ""
+                who = f": {state_of(row).in_words()}" if row is not None else ""
         self.lost_words = (
             f"another process has become the tower of this database{who}. This one had not renewed its lock for "
             f"{belief.silent_for_s(self._now()):.1f} s; it has closed every link and ends"
@@ -260,7 +260,7 @@ class TowerLock:
             if row is None:  # the table was emptied by hand
                 row = TowerLockRow(id=THE_ROW, owner=NOBODY, renewals=0, host="", pid=0, address="")
                 session.add(row)
-            return _state_of(row)
+            return state_of(row)
 
     async def _say_that_it_waits(self) -> None:
         with suppress(SQLAlchemyError, OSError):
@@ -304,5 +304,5 @@ class TowerLock:
         return self._database
 
 
-def _state_of(row: TowerLockRow) -> LockState:
+def state_of(row: TowerLockRow) -> LockState:
     return LockState(row.owner, row.renewals, row.host, row.pid, row.address, row.taken_at, row.renewed_at)

@@ -19,6 +19,10 @@ class OwnPostgres:
         self._postmaster = postmaster
         self._frozen: list[int] = []
 
+    def of(self, database: str) -> "OwnPostgres":
+        """The same server with another of its databases."""
+        return OwnPostgres(self.url.rpartition("/")[0] + f"/{database}", self._postmaster)
+
     def _pids(self) -> list[int]:
         children = Path(f"/proc/{self._postmaster}/task/{self._postmaster}/children").read_text().split()
         return [self._postmaster, *map(int, children)]

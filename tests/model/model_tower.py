@@ -43,6 +43,9 @@ class NoDatabase:
     async def execute(self, statement: object) -> None:
         """Changes nothing."""
 
+    async def get(self, table: object, key: object) -> None:
+        """Has no rows."""
+
     def add(self, row: object) -> None:
         """Keeps nothing."""
 

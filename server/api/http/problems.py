@@ -134,6 +134,7 @@ BODY_TIMEOUT: Final = Kind("request-timeout", 408, "The body did not arrive in t
 WRONG_ORIGIN: Final = Kind("wrong-origin", 403, "The request came from another site")
 DATABASE: Final = Kind("database-unavailable", 503, "The database does not answer")
 NOT_THE_TOWER: Final = Kind("not-the-tower", 503, "This process is not the tower")
+TOWER_OUT_OF_REACH: Final = Kind("tower-out-of-reach", 503, "The drone's tower does not answer")
 INTERNAL: Final = Kind("internal-error", 500, "Something went wrong in the tower")
 
 PROBLEMS: Final[dict[type[Refusal], Kind]] = {

@@ -10,12 +10,13 @@ from prometheus_client.registry import Collector
 from server.store.database import Database
 from server.store.retention import Retention
 from server.store.tower_lock import TowerLock
+from server.store.towers.membership import TowerMembership
 
 
 class UpkeepCollector(Collector):
     """Reads existing facts; asks the database nothing."""
 
-    def __init__(self, database: Database, lock: TowerLock, retention: Retention) -> None:
+    def __init__(self, database: Database, lock: TowerLock | TowerMembership, retention: Retention) -> None:
         self._database = database
         self._lock = lock
         self._retention = retention

@@ -132,6 +132,9 @@ class LiveChannel:
                 Notice("warning", "malformed", f"Not understood: {str(error)[:MAX_QUOTED_LENGTH]}", None, 1)
             )
             return
+        visits = self._hub.visits
+        if visits is not None and visits.request(self._browser, request, text):
+            return
         if isinstance(request, Focus):
             drone_id = None if request.drone_id is None else DroneId(request.drone_id)
             self._hub.audience.focus(self._browser, drone_id, now)

@@ -8,10 +8,9 @@ import asyncio
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import Final
+from typing import Final, Protocol
 
 from server.api.relay.write_round import WriteRound
-from server.api.websocket.direct_websocket import DirectWriter
 from server.live.relay.browser import Browser
 from server.live.relay.live_messages import Lost, encode_event
 from server.live.relay.traffic import Traffic
@@ -20,10 +19,25 @@ MAX_FRAMES_PER_MESSAGE: Final = 128
 """Tower to browser; at most 36 KiB. A slow browser gets them one by one, and the socket's buffer stays small."""
 
 
+class MessageWriter(Protocol):
+    """What a writer needs of a connection; DirectWriter is one."""
+
+    on_room: Callable[[], None]
+
+    def has_room(self) -> bool:
+        """False while the other side does not read."""
+
+    def write_binary(self, payload: bytes) -> None:
+        """Writes one binary message."""
+
+    def write_text(self, payload: bytes) -> None:
+        """Writes one text message, UTF-8."""
+
+
 class LiveWriter:
     """Call `wake` whenever something may be due, `stop` at the end."""
 
-    def __init__(self, browser: Browser, writer: DirectWriter, write_round: WriteRound, traffic: Traffic) -> None:
+    def __init__(self, browser: Browser, writer: MessageWriter, write_round: WriteRound, traffic: Traffic) -> None:
         self._browser = browser
         self._writer = writer
         self._round = write_round

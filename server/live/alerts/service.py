@@ -26,6 +26,7 @@ from server.live.relay.live_drone import LiveDrone
 from server.live.relay.live_messages import AlertChanged
 from server.live.relay.live_state import LiveState
 from server.live.separation.notifier import SeparationNotifier, random_number
+from server.live.towers.place import Place
 from wire.ids import DroneId
 
 LOOK_S: Final = 0.5
@@ -150,6 +151,11 @@ class AlertService:
 
     def _look(self, drone: LiveDrone, now: float) -> None:
         watched = self._watched(drone)
+        if drone.place is Place.ELSEWHERE:
+            for alert in list(watched.open.values()):
+                self._close(alert)  # its home finds it again
+            watched.forget_conditions()
+            return
         if not drone.last_heard.ever:
             return  # nothing is known of it since the start: what was open stays open
         if not watched.needs_look(drone):

@@ -25,6 +25,10 @@ class WatchedDrone:
         yield from self.open.values()
         yield from self._awaiting.values()
 
+    def forget_conditions(self) -> None:
+        """Another tower watches it now. What waits for a person stays."""
+        self.lasting, self.texts = Lasting(), TextAlerts()
+
     def add(self, alert: Alert) -> None:
         if alert.closed_at is None:
             self.open[alert.key] = alert

@@ -47,6 +47,15 @@ class Audience:
         )
         self._note_presence_of(viewer.user_id, now)
 
+    def enter_visitor(self, browser: Browser, seen: list[LiveDrone], now: float) -> None:
+        """The same for a browser of another tower, which has the whole picture from there."""
+        self._state.browsers[browser.number] = browser
+        viewer = browser.viewer
+        for drone in seen:
+            drone.watchers[browser.number] = browser
+            browser.notify(live.DroneChanged(drone.view_for(viewer.user_id, viewer.role)))
+        self._note_presence_of(viewer.user_id, now)
+
     def leave(self, browser: Browser, now: float) -> None:
         """Removes a browser. Idempotent."""
         if self._state.browsers.pop(browser.number, None) is None:

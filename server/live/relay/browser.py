@@ -24,6 +24,9 @@ TOO_SLOW: Final = 4408
 class Browser:
     """Owned by the hub while attached; the live channel empties it. `wake` is called when something is due at once."""
 
+    is_visitor = False
+    """Whether it is connected to another tower (`live/towers/visitors.py`)."""
+
     def __init__(
         self,
         number: int,
@@ -80,6 +83,13 @@ class Browser:
         """Puts tagged frames of one drone in the outbox."""
         if self.outbox.offer_all(drone_id, state, transactional):
             self._wake()
+
+    def offer_at_once(
+        self, drone_id: DroneId, state: Sequence[tuple[StateKey, bytes]], transactional: Sequence[bytes]
+    ) -> None:
+        """The same, due at once: another tower has conflated them already."""
+        self.outbox.offer_at_once(drone_id, state, transactional)
+        self._wake()
 
     def refuse(self, reason: DropReason, drone_id: DroneId | None, name: str, now: float, words: str) -> None:
         """Tells that a frame from here was refused, now or in the next sum."""

@@ -7,8 +7,9 @@ from collections.abc import Callable
 from typing import Literal
 
 from server.live.relay import live_messages as live
-from server.live.relay.live_drone import LiveDrone, LossCheckMark
+from server.live.relay.live_drone import LiveDrone
 from server.live.relay.live_state import LiveState
+from server.live.relay.loss_check_mark import LossCheckMark
 from wire.control_messages import SafetySettings, StreamSettings
 from wire.ids import DroneId
 

@@ -115,7 +115,7 @@ class FleetChanges:
         state = self._state
         drone = state.drones.get(record.id)
         if drone is None:
-            drone = state.drones[record.id] = LiveDrone(record, lease_of(record))
+            drone = state.drones[record.id] = LiveDrone(record, lease_of(record), state.place_of(record.id))
             self.admit_watchers(drone)
             return
         if record == drone.record and record.epoch <= drone.lease.epoch:
@@ -157,12 +157,14 @@ class FleetChanges:
         for browser in self._state.browsers.values():
             viewer = browser.viewer
             allowed = drone.may(viewer.user_id, viewer.role, Right.SEE)
-            if allowed and browser.number not in drone.watchers:
+            shown = allowed and drone.is_shown_to(browser)
+            if shown and browser.number not in drone.watchers:
                 drone.watchers[browser.number] = browser
                 browser.notify(live.DroneChanged(drone.view_for(viewer.user_id, viewer.role)))
-            elif not allowed and drone.watchers.pop(browser.number, None) is not None:
+            elif not shown and drone.watchers.pop(browser.number, None) is not None:
                 browser.outbox.forget(drone.drone_id)
-                browser.notify(live.DroneRemoved(drone.drone_id))
+                if not allowed:  # else another tower shows it from here on
+                    browser.notify(live.DroneRemoved(drone.drone_id))
 
     def close_browser(self, browser: Browser, why: str) -> None:
         """Nothing more goes out or comes in from this instant; the socket's own end only tells why."""

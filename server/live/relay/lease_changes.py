@@ -13,6 +13,7 @@ from server.domain.people import UserRef
 from server.live.relay import live_messages as live
 from server.live.relay.live_drone import LeaseView, LiveDrone
 from server.live.relay.live_state import LiveState
+from server.live.towers.place import Place
 from wire.ids import DroneId
 
 CONTROL_ACTS_WITHIN_S: Final = 1.0
@@ -76,6 +77,8 @@ class LeaseChanges:
     def learnt(self, drone: LiveDrone, before: LeaseView, why_lost: str) -> None:
         """A snapshot has changed the lease of this drone. `why_lost`: why the holder before it may hold it no more, in
         words; empty where they still may."""
+        if drone.place is Place.ELSEWHERE:
+            return  # its home tells everybody
         move = self._moves.setdefault(drone.drone_id, _Move(before, drone.holder_watch.has_expired, why_lost))
         move.why_lost = move.why_lost or why_lost
         move.due_at = None

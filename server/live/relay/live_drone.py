@@ -22,10 +22,12 @@ from server.live.relay.holder_watch import HolderWatch
 from server.live.relay.last_heard import LastHeard
 from server.live.relay.live_messages import ToBrowser
 from server.live.relay.loan_limits import Home, Limits, LimitWatch
+from server.live.relay.loss_check_mark import LossCheckMark
 from server.live.relay.open_hold import OpenHold
 from server.live.relay.policy import Authorization
 from server.live.relay.rtt_meter import TooLong
 from server.live.separation.plausible import MotionCheck
+from server.live.towers.place import Place
 from wire.control_messages import LossParameters, SafetySettings, StreamSettings, StreamState
 from wire.firmware import firmware_words, release_of
 from wire.ids import DroneId, Epoch, UserId
@@ -80,22 +82,6 @@ def lease_of(record: DroneRecord) -> LeaseView:
     )
 
 
-@dataclass(frozen=True)
-class LossCheckMark:
-    """What the check before flight came to, as far as the hub must know."""
-
-    dangerous: bool = False
-    """A loss would drop or lose the drone."""
-    read_by: frozenset[UserId] = frozenset()
-    """Users who have acknowledged exactly these dangers."""
-    version: str = ""
-    """Changes whenever the answer does."""
-
-    def bars(self, user_id: UserId) -> bool:
-        """Whether this user must read it before arming."""
-        return self.dangerous and user_id not in self.read_by
-
-
 class Viewpoint(NamedTuple):
     """The standpoint from which a user sees a drone."""
 
@@ -113,6 +99,8 @@ class LiveDrone:
 
     record: DroneRecord
     lease: LeaseView
+    place: Place = Place.HERE
+    """The tower it belongs to. Without a bus, always this one."""
     link: AgentLink | None = None
     online: bool = False
     """The view last sent to browsers."""
@@ -218,6 +206,10 @@ class LiveDrone:
         if team is None or not by_team or user_id in self.record.ties.owners:
             return relation is not Relation.STRANGER
         return at >= team.since
+
+    def is_shown_to(self, browser: Browser) -> bool:
+        """Whether this tower shows it to this browser: its home does; to one here, any tower if no home is heard."""
+        return self.place is Place.HERE or (self.place is not Place.ELSEWHERE and not browser.is_visitor)
 
     def frame_watchers(self) -> list[Browser]:
         """Browsers that get its frames: all who may see it, except those barred from watching."""

@@ -296,6 +296,12 @@ class PersonFix(msgspec.Struct, frozen=True, tag="person_fix", tag_field="type")
     heading_deg: float | None = None
 
 
+class Relayed(msgspec.Struct, frozen=True):
+    """A message of another tower, as it is to go."""
+
+    text: str
+
+
 ToBrowser = (
     WelcomeBrowser
     | DroneChanged
@@ -316,6 +322,7 @@ ToBrowser = (
     | PlanOnBoardChanged
     | ParametersChanged
     | Recording
+    | Relayed
 )
 FromBrowser = Watch | Focus | MapShown | Pong | PersonFix
 
@@ -352,6 +359,8 @@ _encoded: Final[dict[int, tuple[ToBrowser, str]]] = {}
 
 def encode_event(event: ToBrowser) -> str:
     """The text message for the WebSocket."""
+    if isinstance(event, Relayed):
+        return event.text
     if not isinstance(event, _SHARED):
         return _encoder.encode(event).decode()
     known = _encoded.get(id(event))

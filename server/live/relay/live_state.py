@@ -18,6 +18,7 @@ from server.live.relay.browser import Browser
 from server.live.relay.flood_gate import FLOODING
 from server.live.relay.live_drone import MANUAL_FOR_S, LiveDrone, Viewpoint
 from server.live.relay.traffic import Traffic
+from server.live.towers.place import Place
 from wire.control_messages import ControlChanged, ToAgent
 from wire.drops import DropCounts, DropReason
 from wire.frames import payload
@@ -38,6 +39,8 @@ class LiveState:
         self.traffic = Traffic()
         self.sticks_at = float("-inf")
         """When the last stick frame of any user was forwarded."""
+        self.place_of: Callable[[DroneId], Place] = lambda drone_id: Place.HERE
+        """The place of a drone that was not known before."""
         self.on_event: Callable[[HubEvent], None] = lambda event: None
         """Whoever acts on what the hub notices."""
         self.on_told: Callable[[LiveDrone, live.ToBrowser], None] = lambda drone, event: None

@@ -20,6 +20,9 @@ FAR_PERIOD_S: Final = 1.0
 MAX_TRANSACTIONAL: Final = 4096
 """Frames. A parameter download is about 1,400 and comes at the speed of the link, so this is several at once."""
 
+MAX_AT_ONCE: Final = 4096
+"""State frames that other towers sent and that wait: of a squad of 100 drones."""
+
 MAX_STATE_KINDS: Final = 128
 """Kinds of state per drone. Real autopilots send about 40. Further kinds are dropped, counted as lost, and reported to
 the browser."""
@@ -75,6 +78,18 @@ class Outbox:
             else:
                 self._lost[drone_id] += 1
         return recheck
+
+    def offer_at_once(
+        self, drone_id: DroneId, state: Sequence[tuple[StateKey, bytes]], transactional: Sequence[bytes]
+    ) -> None:
+        """Takes tagged frames of one drone that are due at once, because they waited for their beat elsewhere."""
+        if transactional:
+            self._queue(drone_id, transactional)
+        for key, tagged in state:
+            if len(self._focused) < MAX_AT_ONCE or (drone_id, key) in self._focused:
+                self._focused[drone_id, key] = tagged
+            else:
+                self._lost[drone_id] += 1
 
     def offer(self, drone_id: DroneId, key: StateKey | None, tagged: bytes) -> bool:
         """`offer_all` of one frame; `key` None: it is transactional."""

@@ -10,6 +10,7 @@ from server.live.relay import live_messages as live
 from server.live.relay.live_drone import LiveDrone
 from server.live.relay.live_state import LiveState
 from server.live.relay.loan_limits import Home, whole_place_in
+from server.live.towers.place import Place
 from wire.ids import UserId
 
 OFFER_LAPSES_AFTER_S: Final = 60.0
@@ -47,6 +48,8 @@ class SafetyWatch:
                 drone.settled = False
                 flying.update(user.id for user in (lease.holder, lease.assistant) if user is not None)
             self._watch_link(drone, now)
+            if drone.place is not Place.HERE:
+                continue  # its home watches over it
             self.note_presence(drone, now)
             self._watch_holder(drone, now)
             self._watch_round_trip(drone, now)

@@ -4,6 +4,7 @@ Knows the database and the rules, not the hub. The audit record is part of the s
 """
 
 import time
+from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Final, Protocol, cast
@@ -72,12 +73,17 @@ class LeaseStore(Protocol):
         may have been lost."""
 
 
+RefuseElsewhere = Callable[[AsyncSession, DroneId], Awaitable[Refused | None]]
+
+
 class DatabaseLeaseStore:
     """Leases in the tower's database."""
 
     def __init__(self, database: Database, clock: Clock) -> None:
         self._database = database
         self._clock = clock
+        self.refuse_elsewhere: RefuseElsewhere | None = None
+        """With several towers: a refusal unless this one is the drone's home."""
 
     async def commit(self, ask: Ask) -> Committed | Refused:
         """See LeaseStore."""
@@ -108,9 +114,13 @@ class DatabaseLeaseStore:
             )
             named = {lease.holder, lease.taken_from, lease.assistant} - {None}
             users = {user.id: user for user in await session.scalars(select(UserRow).where(UserRow.id.in_(named)))}
-            return _view_of(lease, users)
+            return view_of(lease, users)
 
     async def _decide_and_write(self, session: AsyncSession, ask: Ask) -> Committed | Refused:
+        if self.refuse_elsewhere is not None:
+            elsewhere = await self.refuse_elsewhere(session, ask.drone_id)
+            if elsewhere is not None:
+                return elsewhere
         row = await session.get(ControlLeaseRow, ask.drone_id, with_for_update=True)
         before = lease_of_row(row) if row is not None else Lease()
         outcome = decide(before, ask.event, await _actor(session, ask, before, self._clock()))
@@ -142,7 +152,7 @@ class DatabaseLeaseStore:
             )
             if cast("CursorResult[object]", written).rowcount != 1:
                 return MOVED
-        return Committed(before, outcome, _view_of(after, users))
+        return Committed(before, outcome, view_of(after, users))
 
     def _record(self, session: AsyncSession, ask: Ask, outcome: Committed | Refused) -> None:
         detail: dict[str, object] = {"reason": ask.reason}
@@ -170,7 +180,7 @@ class DatabaseLeaseStore:
         )
 
 
-def _view_of(lease: Lease, users: dict[int, UserRow]) -> LeaseView:
+def view_of(lease: Lease, users: dict[int, UserRow]) -> LeaseView:
     return LeaseView(
         holder=_ref(users, lease.holder),
         taken_from=_ref(users, lease.taken_from),

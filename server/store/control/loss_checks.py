@@ -18,7 +18,7 @@ from server.domain.people import Principal
 from server.live.control.loss_words import Sentence, findings_hash, is_dangerous, loss_sentences
 from server.live.control.simulated import is_simulator
 from server.live.hub import Hub
-from server.live.relay.live_drone import LossCheckMark
+from server.live.relay.loss_check_mark import LossCheckMark
 from server.store.audit.action import AuditAction
 from server.store.control.service import ControlRefused
 from server.store.control.settings_store import settings_in

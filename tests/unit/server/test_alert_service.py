@@ -15,6 +15,7 @@ from server.live.alerts.service import LOOK_S, PARTS
 from server.live.alerts.views import AlertView
 from server.live.relay import live_messages as live
 from server.live.relay.live_drone import LeaseView
+from server.live.towers.place import Place
 from wire.control_messages import AutopilotState, HoldProgress, HoldStep
 from wire.dialect import build, mavlink
 from wire.ids import DroneId, Epoch, UserId
@@ -274,6 +275,19 @@ def test_a_removed_drone_ends_its_alerts() -> None:
         scene.hub.tick(scene.now + step / 10)
     assert scene.hub.alerts.live() == []
     assert scene.stored[-1] == ("battery-critical", False)
+
+
+def test_a_drone_of_another_tower_is_watched_there() -> None:
+    scene = Scene()
+    scene.send(battery(2))
+    scene.wait(30.0)
+    assert scene.open() == ["battery-low"]
+    scene.hub.state.drones[ONE].place = Place.ELSEWHERE
+    scene.wait(2.0)
+    assert scene.open() == []
+    scene.hub.state.drones[ONE].place = Place.HERE
+    scene.wait(30.0)
+    assert scene.open() == ["battery-low"]
 
 
 def stored_alert(rule: str, number: int = 77, subject: str = "") -> Alert:

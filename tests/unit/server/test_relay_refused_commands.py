@@ -9,7 +9,7 @@ from hub_world import (
 from safety_scene import ADMIN, HELD, ONE, Scene
 
 from server.live.relay import live_messages as live
-from server.live.relay.live_drone import LossCheckMark
+from server.live.relay.loss_check_mark import LossCheckMark
 from wire.control_messages import (
     AutopilotState,
 )

@@ -1,0 +1,177 @@
+"""One, two and three towers on one PostgreSQL and one NATS: frames per processor second, what the bus adds, and TAKE.
+
+Each tower has as many drones, and an admin's browser that watches all of them. One drone of the first tower is in focus
+twice: in a browser of its own tower and in one of the last. TAKE goes to the last tower, for a drone of the first.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import itertools
+import json
+import sys
+import tempfile
+import time
+from contextlib import AsyncExitStack
+from pathlib import Path
+from typing import Any, Final
+
+import httpx
+
+from bench.lean_browser import LeanBrowser
+from bench.load_agents import LoadAgent, Telemetry, fly, kept_alive, sign_in_all
+from bench.load_frames import STATE_KINDS, read_tagged
+from bench.load_tower import load_tower, make_fleet
+from bench.process_cost import cpu_us
+from bench.rows import Report, percentile
+from wire.control_messages import HoldOrder, HoldProgress, HoldStep, ToAgent
+
+TOWERS: Final = (1, 2, 3)
+DRONES: Final = 30
+FLY_S: Final = 10.0
+ROUNDS: Final = 50
+SETTLE_S: Final = 2.0
+READY_S: Final = 30.0
+TELEMETRY: Final = Telemetry(frames_per_s=50, kinds=STATE_KINDS)
+TESTS: Final = Path(__file__).resolve().parents[1] / "tests"
+KEY: Final = "TOWER_SECRET_KEYS"
+
+
+async def run(report: Report, options: argparse.Namespace) -> None:
+    """`--drones N` in all, `--seconds S` of flight, `--rounds N` of TAKE."""
+    sys.path.append(str(TESTS))
+    from worlds.nats import nats_program, temporary_nats  # type: ignore[import-not-found]
+    from worlds.postgres import postgres_programs, temporary_postgres  # type: ignore[import-not-found]
+
+    programs, nats = postgres_programs(), nats_program()
+    if programs is None or nats is None:
+        report.say("PostgreSQL or NATS is missing (Debian: apt-get install postgresql nats-server)")
+        return
+    quick = options.quick
+    drones = options.drones or (6 if quick else DRONES)
+    for_s = options.seconds or (2.0 if quick else FLY_S)
+    rounds = options.rounds or (5 if quick else ROUNDS)
+    for count in TOWERS:
+        with (
+            tempfile.TemporaryDirectory(prefix="bench-towers-") as folder,
+            temporary_postgres(programs) as address,
+            temporary_nats(nats) as bus,
+        ):
+            settings = {"DATABASE_URL": f"{address}/postgres"}
+            if count > 1:
+                settings["TOWER_BUS_URL"] = bus.url
+            await _measure(report, Path(folder), count, settings, drones=drones, for_s=for_s, rounds=rounds)
+
+
+async def _measure(
+    report: Report, folder: Path, count: int, settings: dict[str, str], *, drones: int, for_s: float, rounds: int
+) -> None:
+    from server.runtime.vault import new_key
+
+    case = f"{count} tower{'s' if count > 1 else ''}"
+    url = settings["DATABASE_URL"].replace("postgresql://", "postgresql+asyncpg://")
+    keys = await make_fleet(folder, drones, url=url)
+    settings = settings | {KEY: new_key()}
+    async with AsyncExitStack() as stack:
+        towers = [
+            await stack.enter_async_context(
+                load_tower(folder / str(number), drones=drones, keys=keys, settings=settings)
+            )
+            for number in range(count)
+        ]
+        agents: list[LoadAgent] = []
+        for number, tower in enumerate(towers):
+            agents += await sign_in_all(tower.url, keys[number::count])
+        await stack.enter_async_context(kept_alive(agents))
+        drone = agents[0]
+        last = await stack.enter_async_context(
+            httpx.AsyncClient(base_url=towers[-1].url, headers={"Cookie": towers[-1].cookie}, trust_env=False)
+        )
+        await _all_online(last, drones)
+        near = _Watcher(await towers[0].browser(), drone.drone_id)
+        far = _Watcher(await towers[-1].browser(), drone.drone_id)
+        for tower in towers[1:-1]:
+            await tower.browser()
+        await asyncio.sleep(SETTLE_S)
+        before = sum(cpu_us(tower.process.pid) for tower in towers)
+        sent = sum(agent.sent_frames for agent in agents)
+        near.ages_ms.clear()
+        far.ages_ms.clear()
+        await fly(agents, TELEMETRY, for_s=for_s)
+        await asyncio.sleep(0.2)
+        used_s = (sum(cpu_us(tower.process.pid) for tower in towers) - before) / 1e6
+        sent = sum(agent.sent_frames for agent in agents) - sent
+        report.add(case, "frames per processor second", sent / used_s, "1/s")
+        report.add(case, "frames", sent, "count")
+        report.spread(case, "age at the drone's tower", near.ages_ms, "ms")
+        report.spread(case, "age at the last tower", far.ages_ms, "ms")
+        added = percentile(far.ages_ms, 0.99) - percentile(near.ages_ms, 0.99)
+        report.add(case, "p99 at the last less p99 at the drone's", added, "ms")
+        confirmed_ms = await _takes(last, far, drone, rounds)
+        report.spread(case, "TAKE to confirmed hold", confirmed_ms, "ms")
+
+
+async def _takes(client: httpx.AsyncClient, watcher: _Watcher, drone: LoadAgent, rounds: int) -> list[float]:
+    confirming: set[asyncio.Task[None]] = set()
+
+    def obey(message: ToAgent) -> None:
+        if isinstance(message, HoldOrder):
+            progress = HoldProgress(
+                order_id=message.order_id,
+                epoch=message.epoch,
+                step=HoldStep.CONFIRMED,
+                detail="ALT_HOLD",
+                elapsed_ms=0.0,
+            )
+            task = asyncio.create_task(drone.say(progress))
+            confirming.add(task)
+            task.add_done_callback(confirming.discard)
+
+    drone.on_message = obey
+    path = f"/api/v1/drones/{drone.drone_id}/control"
+    took_ms = []
+    for _ in range(rounds):
+        watcher.confirmed.clear()
+        began = time.monotonic()
+        (await client.post(f"{path}/take", json={})).raise_for_status()
+        await asyncio.wait_for(watcher.confirmed.wait(), 10)
+        took_ms.append((time.monotonic() - began) * 1000.0)
+        (await client.post(f"{path}/release", json={})).raise_for_status()
+        await asyncio.sleep(0.05)
+    return took_ms
+
+
+async def _all_online(client: httpx.AsyncClient, drones: int) -> None:
+    async with asyncio.timeout(READY_S):
+        for _ in itertools.count():
+            listed = (await client.get("/api/v1/drones")).json()
+            if sum(one["online"] for one in listed) == drones:
+                return
+            await asyncio.sleep(0.1)
+
+
+class _Watcher:
+    """Notes the age of each frame of the drone in focus, and each confirmed hold."""
+
+    def __init__(self, browser: LeanBrowser, drone_id: int) -> None:
+        self.ages_ms: list[float] = []
+        self.confirmed = asyncio.Event()
+        self._browser = browser
+        self._drone_id = drone_id
+        browser.on_binary, browser.on_text = self._frames, self._event
+        browser.send_text(json.dumps({"type": "focus", "drone_id": drone_id}))
+
+    def _frames(self, message: bytes) -> None:
+        now_us = time.monotonic() * 1e6
+        self.ages_ms += [
+            (now_us - one.sent_us) / 1000.0 for one in read_tagged(message) if one.drone_id == self._drone_id
+        ]
+
+    def _event(self, text: bytes) -> None:
+        if text.startswith(b'{"type":"hold"'):
+            event: dict[str, Any] = json.loads(text)
+            if event["step"] == "confirmed" and event["drone_id"] == self._drone_id:
+                self.confirmed.set()
+        elif text.startswith(b'{"type":"ping"'):
+            self._browser.send_text(json.dumps({"type": "pong", "sequence": json.loads(text)["sequence"]}))

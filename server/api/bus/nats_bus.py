@@ -1,0 +1,124 @@
+"""The connection to NATS: packets out, packets in. Knows nothing of what they say.
+
+Nothing waits for a connection: what cannot go now is dropped, and the streams above notice.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import Callable
+from typing import Any, Final
+
+import structlog
+from nats.aio.client import Client
+from nats.aio.msg import Msg
+from nats.errors import Error as NatsError
+
+from server.runtime.bus_unavailable import BusUnavailable
+
+CONNECT_WITHIN_S: Final = 2.0
+PING_EVERY_S: Final = 1
+MAX_WAITING_BYTES: Final = 1_000_000
+"""Beyond it packets are dropped, which breaks the stream: a bus that takes nothing must not look alive."""
+HIGH_WATER_BYTES: Final = 200_000
+"""From here on state waits in the outboxes of visitors, where a newer frame takes the place of an older one."""
+PREFIX: Final = "control-tower"
+_log = structlog.get_logger(__name__)
+
+
+class NatsBus:
+    """One connection of one tower. `on_packet` is called for each packet to `me`."""
+
+    def __init__(self, url: str, me: str, *, on_packet: Callable[[bytes], None]) -> None:
+        self._url = url
+        self._me = me
+        self._on_packet = on_packet
+        self._client: Client | None = None
+        self._waiting: deque[tuple[str, bytes]] = deque()
+        self._waiting_bytes = 0
+        self._something = asyncio.Event()
+        self._sending: asyncio.Task[None] | None = None
+        self.dropped = 0
+
+    @property
+    def is_connected(self) -> bool:
+        return self._client is not None and self._client.is_connected
+
+    def has_room(self) -> bool:
+        """False while NATS does not take what waits."""
+        return self._waiting_bytes < HIGH_WATER_BYTES
+
+    async def open(self) -> None:
+        """Raises BusUnavailable."""
+        client = Client()
+        pause_s: Any = 0.2  # the library waits for fractions too
+        try:
+            await client.connect(
+                self._url,
+                connect_timeout=round(CONNECT_WITHIN_S),
+                allow_reconnect=True,
+                max_reconnect_attempts=-1,
+                reconnect_time_wait=pause_s,
+                ping_interval=PING_EVERY_S,
+                max_outstanding_pings=2,
+                pending_size=MAX_WAITING_BYTES,
+                disconnected_cb=self._disconnected,
+                reconnected_cb=self._reconnected,
+                error_cb=_failed,
+                no_echo=True,
+                name=f"control-tower {self._me[:8]}",
+            )
+            await client.subscribe(f"{PREFIX}.{self._me}", cb=self._received)
+            await client.flush(timeout=round(CONNECT_WITHIN_S))
+        except (NatsError, OSError, TimeoutError) as error:
+            await client.close()
+            raise BusUnavailable(f"the bus (TOWER_BUS_URL) does not answer: {error}") from error
+        self._client = client
+        self._sending = asyncio.create_task(self._send())
+
+    def publish(self, tower: str, packet: bytes) -> None:
+        """Sends soon, or drops it."""
+        if not self.is_connected or self._waiting_bytes + len(packet) > MAX_WAITING_BYTES:
+            self.dropped += 1
+            return
+        self._waiting.append((f"{PREFIX}.{tower}", packet))
+        self._waiting_bytes += len(packet)
+        self._something.set()
+
+    async def close(self) -> None:
+        if self._sending is not None:
+            self._sending.cancel()
+            await asyncio.gather(self._sending, return_exceptions=True)
+        if self._client is not None:
+            await self._client.close()
+            self._client = None
+
+    async def _send(self) -> None:
+        assert self._client is not None
+        while True:
+            await self._something.wait()
+            self._something.clear()
+            while self._waiting:
+                subject, packet = self._waiting.popleft()
+                self._waiting_bytes -= len(packet)
+                try:
+                    await self._client.publish(subject, packet)
+                except (NatsError, OSError):
+                    self.dropped += 1
+
+    async def _received(self, message: Msg) -> None:
+        self._on_packet(message.data)
+
+    async def _disconnected(self) -> None:
+        _log.error("bus_lost")
+        self._waiting.clear()
+        self._waiting_bytes = 0
+
+    async def _reconnected(self) -> None:
+        _log.info("bus_back")
+
+
+async def _failed(error: Exception) -> None:
+    """Each failed attempt to connect again: `bus_lost` and `bus_back` have said it already."""
+    _log.debug("bus_failed", error=type(error).__name__)

@@ -1,0 +1,149 @@
+"""Runs one tower among several: the bus, the members in the database, and the periodic work."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from typing import Final
+
+import structlog
+
+from server.api.bus.asking import Asking
+from server.api.bus.nats_bus import NatsBus
+from server.api.relay.live_writer import LiveWriter
+from server.api.relay.write_round import WriteRound
+from server.live.hub import Hub
+from server.live.towers.messages import EventUp, FramesUp
+from server.live.towers.towers import Towers
+from server.live.towers.visitors import Stop, Visitor
+from server.runtime.aligned_timers import rest
+from server.store.database import DatabaseUnavailable
+from server.store.fleet.roster import Roster
+from server.store.towers.claims import Claims
+from server.store.towers.membership import TowerMembership
+
+TICK_S: Final = 0.1
+LEARNT_EVERY_S: Final = 10
+"""How often the homes are read from the database, beside what the towers tell each other."""
+_log = structlog.get_logger(__name__)
+
+
+class _VisitorWriter:
+    """Where the messages of one visitor go."""
+
+    def __init__(self, visitor: Visitor, towers: Towers, bus: NatsBus) -> None:
+        self._visitor = visitor
+        self._towers = towers
+        self.has_room = bus.has_room
+        self.on_room: Callable[[], None] = lambda: None
+
+    def write_binary(self, payload: bytes) -> None:
+        self._towers.send(self._visitor.tower, FramesUp(self._visitor.remote, payload))
+
+    def write_text(self, payload: bytes) -> None:
+        self._towers.send(self._visitor.tower, EventUp(self._visitor.remote, payload))
+
+
+class SeveralTowers:
+    """The parts of a tower that shares a bus. `claims` is set once the control service exists."""
+
+    claims: Claims
+
+    def __init__(self, url: str, membership: TowerMembership, hub: Hub) -> None:
+        self._membership = membership
+        self._hub = hub
+        self._was_full = False
+        self._writers: set[_VisitorWriter] = set()
+        self._round = WriteRound()
+        self.bus = NatsBus(url, membership.tower, on_packet=self._received)
+        self.towers = Towers(
+            membership.tower, hub, publish=self.bus.publish, begin_writing=self._begin_writing, wake=self._flush_soon
+        )
+        self.towers.reaches_database = lambda: membership.is_renewed
+        self.asking = Asking(self.towers)
+        membership.others_decide = self.towers.others_decide
+        self._refreshing: asyncio.Task[None] | None = None
+        self._roster: Roster | None = None
+
+    @asynccontextmanager
+    async def running(self, roster: Roster) -> AsyncIterator[None]:
+        """Joins the others. Raises BusUnavailable. The bus is open on entry (`bus.open`)."""
+        self._roster = roster
+        membership = self._membership
+        membership.on_members = lambda members: self.towers.set_members(members, time.monotonic())
+        self.towers.on_newer_fleet = self._refresh
+        if membership.members:
+            membership.on_members(membership.members)
+        await self.claims.learn()
+        beating = asyncio.create_task(self._beat())
+        working = asyncio.create_task(self._each_second())
+        try:
+            yield
+        finally:
+            tasks = [one for one in (beating, working, self._refreshing) if one is not None]
+            for one in tasks:
+                one.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+            await self.claims.stop()
+            await self.asking.stop()
+
+    def _received(self, packet: bytes) -> None:
+        if self._membership.may_act():
+            self.towers.receive(packet, time.monotonic())
+
+    def _flush_soon(self) -> None:
+        asyncio.get_running_loop().call_soon(lambda: self.towers.flush(time.monotonic()))
+
+    def _begin_writing(self, visitor: Visitor) -> Stop:
+        writer = _VisitorWriter(visitor, self.towers, self.bus)
+        live = LiveWriter(visitor, writer, self._round, self._hub.state.traffic)
+        self._writers.add(writer)
+
+        def stop() -> None:
+            self._writers.discard(writer)
+            live.stop()
+
+        return stop
+
+    async def _beat(self) -> None:
+        while True:
+            await rest(TICK_S)
+            if not self._membership.may_act():
+                continue
+            self.towers.tick(time.monotonic())
+            full = not self.bus.has_room()
+            if self._was_full and not full:
+                for writer in list(self._writers):
+                    writer.on_room()
+            self._was_full = full
+
+    async def _each_second(self) -> None:
+        revision, seconds = -1, 0
+        while True:
+            await rest(1.0)
+            seconds += 1
+            now = time.monotonic()
+            if self._hub.fleet.revision != revision:
+                revision = self._hub.fleet.revision
+                self.towers.visitors.fleet_changed(now)
+            self.claims.check_links(now)
+            try:
+                await self.claims.adopt()
+                if seconds % LEARNT_EVERY_S == 0:
+                    await self.claims.learn()
+            except (DatabaseUnavailable, OSError) as error:
+                _log.debug("towers_not_read", error=type(error).__name__)
+
+    def _refresh(self, revision: int) -> None:
+        if self._roster is None or (self._refreshing is not None and not self._refreshing.done()):
+            return
+        self._refreshing = asyncio.create_task(self._refresh_now(self._roster))
+
+    @staticmethod
+    async def _refresh_now(roster: Roster) -> None:
+        try:
+            await roster.refresh()
+        except (DatabaseUnavailable, OSError) as error:
+            _log.debug("roster_not_read", error=type(error).__name__)

@@ -1,0 +1,76 @@
+"""Assembles the parts of a tower that shares a bus with others. Nothing of it is imported without a bus."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from fastapi import FastAPI
+from prometheus_client import CollectorRegistry
+
+from server.api.authentication import Authenticator
+from server.domain.clock import Clock
+from server.live.hub import Hub
+from server.runtime.settings import Settings
+from server.store.control.hub_event_handler import HubEventHandler
+from server.store.control.lease_store import DatabaseLeaseStore
+from server.store.control.loss_checks import LossChecks
+from server.store.control.service import ControlService
+from server.store.database import Database
+from server.store.tower_lock import TowerLock
+from server.store.towers.membership import TowerMembership
+
+if TYPE_CHECKING:
+    from server.api.bus.several_towers import SeveralTowers
+
+
+def new_lock(settings: Settings, clock: Clock) -> TowerLock | TowerMembership:
+    """The exclusive lock of one tower, or the place of one among several."""
+    if settings.bus_url:
+        return TowerMembership(settings.database_url, clock=clock)
+    return TowerLock(settings.database_url, clock=clock)
+
+
+def share_bus(
+    settings: Settings,
+    lock: TowerLock | TowerMembership,
+    hub: Hub,
+    leases: DatabaseLeaseStore,
+    service: ControlService,
+    database: Database,
+    clock: Clock,
+    loss_checks: LossChecks,
+    event_handler: HubEventHandler,
+) -> SeveralTowers | None:
+    """None without a bus."""
+    if not isinstance(lock, TowerMembership):
+        return None
+    from server.api.bus.several_towers import SeveralTowers
+    from server.store.towers.claims import Claims
+    from server.store.towers.drone_homes import DroneHomes
+
+    several = SeveralTowers(settings.bus_url, lock, hub)
+    homes = DroneHomes(database, clock, lock.tower)
+    leases.refuse_elsewhere = homes.refuse_elsewhere
+    several.claims = Claims(
+        homes=homes,
+        towers=several.towers,
+        hub=hub,
+        service=service,
+        database=database,
+        loss_checks=loss_checks,
+        event_handler=event_handler,
+    )
+    return several
+
+
+def share_requests(
+    app: FastAPI, hub: Hub, several: SeveralTowers, authenticator: Authenticator, registry: CollectorRegistry
+) -> None:
+    """Requests about drones of other towers go there."""
+    from server.api.bus.to_the_home import ToTheHome
+    from server.api.metrics.towers import TowersCollector
+
+    registry.register(TowersCollector(several, hub))
+    several.asking.application = app
+    several.asking.vouch = authenticator.vouch
+    app.add_middleware(ToTheHome, hub=hub, towers=several.towers, claims=several.claims, asking=several.asking)

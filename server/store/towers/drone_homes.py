@@ -1,0 +1,111 @@
+"""Which tower is the home of a drone: claimed and checked in the database, in the transaction that changes the lease.
+
+So of two towers only the home ever changes a lease, whatever the bus has told them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from sqlalchemy import or_, select
+from sqlalchemy.ext.asyncio import AsyncSession
+
+from server.domain.clock import Clock
+from server.domain.lease import TOWER as THE_TOWER
+from server.domain.lease import Changed, Event, Refused, decide
+from server.live.relay.live_drone import LeaseView
+from server.store.accounts.tables import UserRow
+from server.store.audit.trail import TOWER, record
+from server.store.control.lease_store import lease_of_row, view_of
+from server.store.control.tables import ControlLeaseRow
+from server.store.database import Database
+from server.store.towers.tables import DroneHomeRow, TowerMemberRow
+from wire.ids import DroneId
+
+AT_ANOTHER_TOWER: Final = Refused(
+    "at-another-tower", "another tower has this drone, and it alone changes who has the controls: try again"
+)
+
+
+@dataclass(frozen=True)
+class Claimed:
+    """`claim`: its number. `moved`: it was another tower's, or nobody's. `lease`: None for a drone that never had
+    one."""
+
+    claim: int
+    moved: bool
+    lease: LeaseView | None
+    hold_open: bool
+
+
+class DroneHomes:
+    """The homes of one tower that shares a bus."""
+
+    def __init__(self, database: Database, clock: Clock, tower: str) -> None:
+        self._database = database
+        self._clock = clock
+        self._tower = tower
+
+    async def refuse_elsewhere(self, session: AsyncSession, drone_id: DroneId) -> Refused | None:
+        """Inside a transaction that changes the drone's lease: a refusal unless this tower is its home. Nobody can
+        claim the drone until the transaction ends."""
+        row = await session.get(DroneHomeRow, drone_id, with_for_update={"read": True})
+        return None if row is not None and row.tower == self._tower else AT_ANOTHER_TOWER
+
+    async def claim(self, drone_id: DroneId, *, only_if_free: bool = False) -> Claimed | None:
+        """Makes this tower the home of the drone: its agent has linked here. `only_if_free`: not if another running
+        tower is. None: another one is, or the drone was deleted."""
+        async with self._database.writing() as session:
+            return await self._claim(session, drone_id, only_if_free=only_if_free)
+
+    async def _claim(self, session: AsyncSession, drone_id: DroneId, *, only_if_free: bool) -> Claimed | None:
+        home = await session.get(DroneHomeRow, drone_id, with_for_update=True)
+        if home is None:
+            home = DroneHomeRow(drone_id=drone_id, tower="", claim=0)
+            session.add(home)
+        moved = home.tower != self._tower
+        if moved and only_if_free and home.tower and await session.get(TowerMemberRow, home.tower) is not None:
+            return None
+        if moved:
+            home.tower, home.claim = self._tower, home.claim + 1
+        row = await session.get(ControlLeaseRow, drone_id, with_for_update=True)
+        if row is None:
+            return Claimed(home.claim, moved, None, False)
+        if moved:
+            self._end_assistance(session, row)
+        named = {row.holder_id, row.taken_from_id, row.assistant_id} - {None}
+        users = {user.id: user for user in await session.scalars(select(UserRow).where(UserRow.id.in_(named)))}
+        return Claimed(home.claim, moved, view_of(lease_of_row(row), users), row.hold_open)
+
+    def _end_assistance(self, session: AsyncSession, row: ControlLeaseRow) -> None:
+        """The former home knew whose turn it was (`after_start.py`)."""
+        outcome = decide(lease_of_row(row), Event.ASSIST_END, THE_TOWER)
+        if row.assistant_id is None or not isinstance(outcome, Changed):
+            return
+        reason = "the drone has another tower"
+        row.assistant_id, row.epoch = None, outcome.lease.epoch
+        row.changed_at, row.reason = self._clock(), reason
+        detail = {"reason": reason, "result": "done", "epoch": row.epoch}
+        action = f"control.{Event.ASSIST_END.value}"
+        record(session, at=self._clock(), actor=TOWER, action=action, drone_id=row.drone_id, detail=detail)
+
+    async def all(self) -> dict[str, list[tuple[int, int]]]:
+        """Drones and claims, by tower."""
+        homes: dict[str, list[tuple[int, int]]] = {}
+        async with self._database.reading() as session:
+            for row in await session.execute(select(DroneHomeRow.drone_id, DroneHomeRow.claim, DroneHomeRow.tower)):
+                homes.setdefault(row.tower, []).append((row.drone_id, row.claim))
+        return homes
+
+    async def orphaned(self) -> list[DroneId]:
+        """Drones whose home has ended, and held drones without any."""
+        running = select(TowerMemberRow.tower)
+        left = select(DroneHomeRow.drone_id).where(DroneHomeRow.tower.not_in(running))
+        parts = (ControlLeaseRow.holder_id, ControlLeaseRow.taken_from_id)
+        held = select(ControlLeaseRow.drone_id).where(
+            or_(*(part.is_not(None) for part in parts)),
+            ControlLeaseRow.drone_id.not_in(select(DroneHomeRow.drone_id)),
+        )
+        async with self._database.reading() as session:
+            return [DroneId(one) for query in (left, held) for one in await session.scalars(query)]

@@ -1,0 +1,130 @@
+"""Two tower processes, a simulated drone at one of them, its pilot at the other: flown, killed, taken."""
+
+import asyncio
+import re
+import signal
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+from own_postgres import own_postgres
+from tcp_switch import TcpSwitch
+from worlds.free_ports import free_tcp_port, free_udp_ports
+from worlds.nats import nats_program, temporary_nats
+from worlds.pilot import at_the_controls, fly_by_hand
+from worlds.processes import BIN, Process, Visitor, World, kill_9, wait_for
+
+BACK_WITHIN_S = 3.0
+HOLD_WITHIN_S = 2.0
+SIMULATOR = ("--boot-s", "1", "--seed", "3", "--speed", "1", "--radio", "low")
+
+
+@dataclass
+class SharedWorld(World):
+    """Towers on one PostgreSQL and one NATS. Agents come through a switch, as through a proxy."""
+
+    shared: dict[str, str] = field(default_factory=dict)
+    ports: list[int] = field(default_factory=list)
+
+    @property
+    def environment(self) -> dict[str, str]:
+        return super().environment | self.shared
+
+    def start_one(self, port: int = 0) -> Process:
+        """Starts another tower."""
+        port = port or free_tcp_port()
+        self.ports.append(port)
+        name = f"tower-{len(self.ports)}"
+        changed = {"TOWER_PORT": str(port), "TOWER_UDP_PORT": str(free_udp_ports(1)[0])}
+        process = self._spawn(name, str(BIN / "tower"), "serve", env=self.environment | changed)
+
+        def listens() -> bool:
+            assert process.poll() is None, self.log_of(name)
+            return re.search(rf"http://127\.0\.0\.1:{port}\b", self.log_of(name)) is not None
+
+        wait_for(f"{name} to listen", listens)
+        return process
+
+    def at(self, number: int, name: str) -> Visitor:
+        return Visitor(f"http://127.0.0.1:{self.ports[number]}").sign_in(name)
+
+
+@pytest.fixture
+def world(tmp_path: Path, missing: Callable[[str], None]) -> Iterator[SharedWorld]:
+    program = nats_program()
+    if program is None:
+        missing("NATS (Debian: apt-get install nats-server)")
+    assert program is not None
+    with own_postgres(missing) as postgres, temporary_nats(program) as nats:
+        folder = tmp_path / "world"
+        folder.mkdir(mode=0o700)
+        shared = {"DATABASE_URL": postgres.url, "TOWER_BUS_URL": nats.url}
+        with SharedWorld(folder, prepared=True, shared=shared) as made:
+            made.tower_command("migrate")
+            made.add_user("alice")
+            made.add_user("admin", "admin")
+            assert made.add_drone("Kestrel", "alice") == 1
+            yield made
+
+
+async def test_flown_and_taken_across_towers_and_found_again_after_a_death(world: SharedWorld) -> None:
+    first = await asyncio.to_thread(world.start_one)
+    await asyncio.to_thread(world.start_one)
+    switch = TcpSwitch(world.ports[0])
+    try:
+        world.port = switch.port
+        await asyncio.to_thread(world.start_simulated, "Kestrel", options=SIMULATOR)
+        alice = await asyncio.to_thread(world.at, 1, "alice")
+        await asyncio.to_thread(world.wait_until_online, alice, 1)
+        async with at_the_controls(alice, 1) as pilot:
+            await fly_by_hand(pilot)
+            epoch = (await asyncio.to_thread(alice.drone, 1))["epoch"]
+
+            # The drone's tower dies. The pilot's does not notice more than a drone that holds and comes back.
+            switch.turn_to(world.ports[1])
+            await asyncio.to_thread(kill_9, first)
+            killed_at = time.monotonic()
+            await asyncio.to_thread(
+                wait_for, "the link to the other tower", lambda: world.log_of("agent-Kestrel").count("link up") == 2
+            )
+            linked_s = time.monotonic() - killed_at
+            await asyncio.to_thread(wait_for, "the drone at the other tower", lambda: alice.drone(1).get("online"))
+            back_s = time.monotonic() - killed_at
+            print(f"linked to the other tower after {linked_s:.2f} s, seen online after {back_s:.2f} s")
+            assert back_s < BACK_WITHIN_S
+            assert "hold: confirmed" in world.log_of("agent-Kestrel")
+            drone = await asyncio.to_thread(alice.drone, 1)
+            assert (drone["holder"]["name"], drone["epoch"]) == ("alice", epoch)
+
+            # Another tower in its place: from there an admin takes the drone of this one.
+            third = await asyncio.to_thread(world.start_one)
+            admin = await asyncio.to_thread(world.at, 2, "admin")
+            await asyncio.to_thread(world.wait_until_online, admin, 1)
+            pilot.events.clear()
+            asked_at = time.monotonic()
+            took = await asyncio.to_thread(admin.ask, "POST", "/drones/1/control/take", {})
+            answered_s = time.monotonic() - asked_at
+            assert took.status == 200, took.body
+            assert took.json["holder"]["name"] == "admin"
+            await pilot.until_event("hold", HOLD_WITHIN_S, step="confirmed")
+            print(
+                f"taken: answered after {answered_s * 1000:.0f} ms, hold confirmed after "
+                f"{(time.monotonic() - asked_at) * 1000:.0f} ms"
+            )
+            assert (await asyncio.to_thread(alice.drone, 1))["holder"]["name"] == "admin"
+
+            # A tower that is stopped is declared dead, and ends when it goes on.
+            third.send_signal(signal.SIGSTOP)
+            deaths = "tower_declared_dead"  # the first one's is there already
+            await asyncio.to_thread(
+                wait_for, "its death", lambda: world.log_of("tower-2").count(deaths) == 2, timeout_s=20
+            )
+            third.send_signal(signal.SIGCONT)
+            assert await asyncio.to_thread(third.wait, 30) == 1
+            last = world.log_of("tower-3").strip().splitlines()[-1]
+            assert last.startswith("tower: the other towers of this database have declared this one dead"), last
+            assert (await asyncio.to_thread(alice.drone, 1))["online"]
+    finally:
+        switch.close()
