@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import sys
 import time
@@ -54,6 +55,7 @@ def configure_log(log_format: str = "auto") -> None:
             processors=[structlog.stdlib.ProcessorFormatter.remove_processors_meta, *renderer],
         )
     )
+    handler.addFilter(_is_no_cut_off_reset)
     logging.basicConfig(handlers=[handler], level=logging.WARNING, force=True)
     logging.getLogger("uvicorn.error").addFilter(_is_our_fault)
     logging.getLogger("uvicorn.error").addFilter(_FewWarnings(time.monotonic()))
@@ -63,6 +65,13 @@ def _is_our_fault(record: logging.LogRecord) -> bool:
     """uvicorn logs a traceback for each text message that is not UTF-8, so any client could flood the log. Closing the
     connection (1007) and counting the message is enough."""
     return not (record.exc_info and isinstance(record.exc_info[1], UnicodeDecodeError))
+
+
+def _is_no_cut_off_reset(record: logging.LogRecord) -> bool:
+    """SQLAlchemy logs an error if the tower ends, by a signal or a fault, while a task gives a connection back. The
+    connection is discarded, and nothing was written through it."""
+    is_of_pool = record.name.startswith("sqlalchemy.pool")
+    return not (is_of_pool and record.exc_info and isinstance(record.exc_info[1], asyncio.CancelledError))
 
 
 class _FewOfAKind:

@@ -8,6 +8,7 @@ that was more than half of the load of an idle tower.
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Coroutine
 from typing import Any, Final
 
 from sqlalchemy import Executable
@@ -84,6 +85,14 @@ class RepeatedStatement:
         return row[0] if row else None
 
     async def _connect(self) -> PoolProxiedConnection:
+        opening = asyncio.create_task(self._open())
+        try:
+            return await asyncio.shield(opening)
+        except asyncio.CancelledError:
+            self._end(self._drop_opened(opening))  # half open it would stay until it is found as garbage
+            raise
+
+    async def _open(self) -> PoolProxiedConnection:
         try:
             connection = await self._engine.raw_connection()
             connection.detach()
@@ -91,6 +100,10 @@ class RepeatedStatement:
         except self._driver_error as error:
             raise self._translated(error, ended=True) from error
         return connection
+
+    async def _drop_opened(self, opening: asyncio.Task[PoolProxiedConnection]) -> None:
+        connection = await opening
+        await greenlet_spawn(self._dialect.do_terminate, connection.dbapi_connection)
 
     def _encoded(self, name: str, values: dict[str, Any]) -> Any:
         value = values[name] if name in values else self._fixed[name]
@@ -112,7 +125,9 @@ class RepeatedStatement:
 
     def _drop(self, connection: PoolProxiedConnection) -> None:
         """Ends the connection in the background: a hanging database delays nobody."""
-        ends = greenlet_spawn(self._dialect.do_terminate, connection.dbapi_connection)
+        self._end(greenlet_spawn(self._dialect.do_terminate, connection.dbapi_connection))
+
+    def _end(self, ends: Coroutine[Any, Any, None]) -> None:
         ending = asyncio.create_task(ends)
         self._ending.add(ending)
         ending.add_done_callback(self._ended)

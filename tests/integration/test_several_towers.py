@@ -85,7 +85,7 @@ class Two:
                 "database_url": postgres.url.replace("postgresql://", "postgresql+asyncpg://"),
                 "bus_url": nats.url,
                 "secret_keys": key,
-                "database_timeout_s": 1.0,
+                "database_timeout_s": 2.0,
             }
             setattr(self, name, await stack.enter_async_context(start_tower(var, **settings)))
         root, alice = await self.a.add_user("Root", Role.ADMIN), await self.a.add_user("Alice")
