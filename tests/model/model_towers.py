@@ -46,7 +46,7 @@ class SharedStore(MemoryStore):
         """Each drone's home does this when it becomes that."""
 
     def settle(self, ask: LeaseAsk) -> Any:
-        raise NotImplementedError
+        raise NotImplementedError("only StoreOfOneTower knows which tower asks")
 
 
 class StoreOfOneTower:

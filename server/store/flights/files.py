@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 import re
-import secrets
 import time
 from collections.abc import Container, Iterable
 from dataclasses import dataclass
@@ -19,12 +18,11 @@ from server.live.flights.index import IndexSummary, read_index, whole_lines
 from server.live.flights.tlog import read_entries
 from server.live.flights.track import FlightSummary
 from server.store.file_budget import disk_takes, drone_folders, drones_with_files, folder_of, remove_folders
+from server.store.folder_id import open_folder
 from wire.ids import DroneId
 
 TLOG: Final = ".tlog"
 INDEX: Final = ".jsonl"
-_STORE: Final = "store-id"
-_STORE_ID: Final = re.compile(r"[0-9a-f]{16}")
 _OURS: Final = re.compile(r"([0-9a-f]{16})\.jsonl")
 MAX_TORN_BYTES: Final = 1024 * 1024
 """What a crash leaves behind the last whole frame. More than that is no torn end, and stays for people to look at."""
@@ -62,16 +60,7 @@ class FlightFiles:
 
     def open(self) -> None:
         """Reads the folder's id, or assigns one. Raises OSError."""
-        self.root.mkdir(mode=0o700, parents=True, exist_ok=True)
-        path = self.root / _STORE
-        if not path.exists():
-            written = path.with_name(f"{_STORE}.part")
-            written.write_text(secrets.token_hex(8))
-            written.replace(path)
-        found = path.read_text().strip()
-        if not _STORE_ID.fullmatch(found):
-            raise OSError(f"{path} does not hold the number of a folder")
-        self.id = found
+        self.id = open_folder(self.root)
 
     def path(self, drone_id: int, file: str, ending: str) -> Path:
         """Returns the path of a file, whether it exists or not."""

@@ -6,21 +6,18 @@ Blocking; call it in a thread. `store` identifies the folder: a database row who
 from __future__ import annotations
 
 import re
-import secrets
 from collections.abc import Container, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 from server.store.file_budget import disk_takes, drone_folders, drones_with_files, folder_of, remove_folders
+from server.store.folder_id import open_folder
 from wire.ids import DroneId
 
 UNITS: Final = ".units"
 MP4: Final = ".mp4"
 PART: Final = ".part"
-_STORE: Final = "store-id"
-_STORE_ID: Final = re.compile(r"[0-9a-f]{16}")
-
 
 _OURS: Final = re.compile(r"([0-9a-f]{16})(?:\.units|\.mp4|(\.mp4\.part))")
 
@@ -44,16 +41,7 @@ class RecordingStore:
 
     def open(self) -> None:
         """Reads the folder's id, or assigns one. Raises OSError."""
-        self._root.mkdir(mode=0o700, parents=True, exist_ok=True)
-        path = self._root / _STORE
-        if not path.exists():
-            written = path.with_name(_STORE + PART)
-            written.write_text(secrets.token_hex(8))  # written beside, so that a full disk leaves no unreadable id
-            written.replace(path)
-        found = path.read_text().strip()
-        if not _STORE_ID.fullmatch(found):
-            raise OSError(f"{path} does not hold the number of a folder")
-        self.id = found
+        self.id = open_folder(self._root)
 
     def path(self, drone_id: int, file: str, ending: str) -> Path:
         """Returns the path of a file, whether it exists or not."""
