@@ -35,13 +35,15 @@ COVERED: Final = """() => {
   // What is scrolled passes below the flight bar.
   const isScrolled = (one) => one !== null && (one.scrollTop > 0 || isScrolled(one.parentElement));
   const isPassing = (one, other) => isScrolled(one) && other.closest('[aria-label="Flight bar"]');
+  // Somebody opened the card over the map, and closes it.
+  const isOfCard = (other) => other.closest('[data-testid="drone-card"]');
   return [...document.querySelectorAll('[data-testid=map] :is(button, a[href])')]
     .filter((one) => one.getClientRects().length > 0)
     .flatMap((one) => {
       const { left, top, width, height } = one.getBoundingClientRect();
       const over = parts.flatMap((x) => parts.map((y) => [left + width * x, top + height * y]))
         .map(([x, y]) => document.elementFromPoint(x, y)?.closest(TARGETS))
-        .find((other) => other && other !== one && !one.contains(other) && !isPassing(one, other));
+        .find((other) => other && other !== one && !one.contains(other) && !isPassing(one, other) && !isOfCard(other));
       const words = (of) => of.getAttribute('aria-label') ?? of.textContent.trim();
       return over ? [`${words(over)} lies over ${words(one)}`] : [];
     });
