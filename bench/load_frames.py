@@ -34,9 +34,10 @@ EVENT_KINDS: Final = (
     mavlink.MAVLINK_MSG_ID_PARAM_VALUE,
     mavlink.MAVLINK_MSG_ID_MISSION_ITEM_INT,
     mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION,
-    mavlink.MAVLINK_MSG_ID_STATUSTEXT,
+    mavlink.MAVLINK_MSG_ID_MISSION_ITEM,
 )
-"""Transactional: every single one must arrive, in order, at once."""
+"""Transactional: every single one must arrive, in order, at once. None is a text: the stamp would be its severity, and
+the alerts would store what the load says."""
 
 _HEAD: Final = Struct("<BBBBBBBBBBQI")
 _STAMP: Final = Struct("<QI")

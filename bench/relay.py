@@ -7,6 +7,7 @@ after round, so that other activity on the machine affects all of them. See docs
 from __future__ import annotations
 
 import argparse
+import asyncio
 import shutil
 import statistics
 import tempfile
@@ -18,7 +19,7 @@ from typing import Final
 from bench.load_frames import STATE_KINDS
 from bench.peers.mavproxy import CannotInstall, mavproxy_in
 from bench.relay_limits import browsers_served, drones_served, most_without_loss
-from bench.relay_measure import Measured, idle_us_per_s, measure
+from bench.relay_measure import IDLE_S, Measured, idle_us_per_s, measure
 from bench.relay_sticks import stick_latencies_ms
 from bench.relay_systems import Pattern, System, in_c, mavproxy, ours, share_processors, to_websocket
 from bench.rows import Report
@@ -47,9 +48,13 @@ class Plan:
     first_limit: float = 1000.0
     limit_steps: int = 24
     sticks_s: float = 20.0
+    linked_s: float = 3.0
+    """After the drones have linked, and before the idle tower is measured: what a link begins is then over."""
+    idle_s: float = IDLE_S
+    warm: bool = True
 
 
-QUICK: Final = Plan(3, (150.0,), 1, 0.5, (2,), (2,), 500.0, 1, 1.0)
+QUICK: Final = Plan(3, (150.0,), 1, 0.5, (2,), (2,), 500.0, 1, 1.0, 0.0, 0.2, warm=False)
 
 
 @dataclass
@@ -141,7 +146,8 @@ async def _side_by_side(
             folder.mkdir()
             try:
                 async with system(folder, plan.drones) as running:
-                    idle = await idle_us_per_s(running)
+                    await asyncio.sleep(plan.linked_s)
+                    idle = await idle_us_per_s(running, plan.idle_s)
                     for rate in plan.rates:
                         for pattern in patterns.get(name, (PACKED, ONE_BY_ONE)):
                             one = await measure(
@@ -151,6 +157,7 @@ async def _side_by_side(
                                 pattern=pattern,
                                 for_s=plan.for_s,
                                 idle=idle,
+                                warm=plan.warm,
                             )
                             case = f"{plan.drones} drones, {rate:g} frames/s, {pattern.name}"
                             found.setdefault((case, name), Found()).add(one)

@@ -16,6 +16,8 @@ from wire.frames import payload
 STATUSTEXT: Final = mavlink.MAVLINK_MSG_ID_STATUSTEXT
 MAX_TEXTS: Final = 20
 """Texts between two evaluations. More is a flood: the newest stay."""
+MAX_TEXT_FRAMES: Final = 3 * MAX_TEXTS
+"""A text may come in chunks, one a frame."""
 MAX_BATTERIES: Final = 8
 
 _SYS_STATUS: Final = mavlink.MAVLINK_MSG_ID_SYS_STATUS
@@ -60,6 +62,7 @@ class KeptTelemetry:
     """For one drone. Every value is None before its first message on the present link."""
 
     __slots__ = (
+        "_arrived",
         "_charges",
         "_decoded",
         "_texts",
@@ -77,6 +80,7 @@ class KeptTelemetry:
         self.texts: deque[StatusText] = deque(maxlen=MAX_TEXTS)
         """Complete texts that nobody has read yet."""
         self._texts = StatusTexts()
+        self._arrived: deque[tuple[bytes, float]] = deque(maxlen=MAX_TEXT_FRAMES)
         self.forget()
 
     def forget(self) -> None:
@@ -94,10 +98,12 @@ class KeptTelemetry:
 
     def text(self, frame: bytes, now: float) -> None:
         """Takes a STATUSTEXT frame."""
-        self.texts.extend(self._texts.take(frame, now))
+        self._arrived.append((frame, now))
 
     def decode(self, now: float) -> None:
         """Reads what has come since the last call."""
+        while self._arrived:
+            self.texts.extend(self._texts.take(*self._arrived.popleft()))
         self.texts.extend(self._texts.overdue(now))
         decoded = self._decoded
         for key, frame in self.newest.items():

@@ -31,18 +31,19 @@ class Changed(NamedTuple):
 class Lasting:
     """The conditions of one drone."""
 
-    __slots__ = ("_ending", "_waiting", "open")
+    __slots__ = ("_ending", "open", "waiting")
 
     def __init__(self) -> None:
         self.open: dict[Key, str] = {}
         """The words of what is open."""
-        self._waiting: dict[Key, float] = {}
+        self.waiting: dict[Key, float] = {}
+        """Since when that is found which is not open yet."""
         self._ending: dict[Key, float] = {}
 
     @property
     def idle(self) -> bool:
         """Nothing is open, and nothing is about to be."""
-        return not self.open and not self._waiting
+        return not self.open and not self.waiting
 
     def restore(self, key: Key, words: str) -> None:
         """It was open before the tower restarted."""
@@ -55,13 +56,13 @@ class Lasting:
             return self._found(rule, key, found, now)
         if found is Not.SO:
             return self._not_found(rule, key, now)
-        self._waiting.pop(key, None)
+        self.waiting.pop(key, None)
         self._ending.pop(key, None)
         return None
 
     def take_all(self, rules: frozenset[str], found: Mapping[Key, str], now: float) -> list[Changed]:
         """Everything that is found of these rules now, by subject: what is not among it, is not so."""
-        known = [key for key in (*self.open, *self._waiting) if key[0] in rules and key not in found]
+        known = [key for key in (*self.open, *self.waiting) if key[0] in rules and key not in found]
         results: dict[Key, Finding] = dict.fromkeys(known, Not.SO)
         results.update(found)
         taken = (self.take(BY_NAME[key[0]], key[1], finding, now) for key, finding in results.items())
@@ -75,15 +76,15 @@ class Lasting:
                 return None
             self.open[key] = words
             return Changed(key, Change.REWORDED, words)
-        since = self._waiting.setdefault(key, now)
+        since = self.waiting.setdefault(key, now)
         if now - since < rule.opens_after_s:
             return None
-        del self._waiting[key]
+        del self.waiting[key]
         self.open[key] = words
         return Changed(key, Change.OPENED, words)
 
     def _not_found(self, rule: Rule, key: Key, now: float) -> Changed | None:
-        self._waiting.pop(key, None)
+        self.waiting.pop(key, None)
         if key not in self.open:
             return None
         since = self._ending.setdefault(key, now)

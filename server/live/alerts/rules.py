@@ -250,4 +250,5 @@ RULES: Final[tuple[Rule, ...]] = (
 
 BY_NAME: Final = {rule.name: rule for rule in RULES}
 RANK: Final = {rule.name: rank for rank, rule in enumerate(RULES)}
-EVALUATED: Final = tuple((rule, rule.condition) for rule in RULES if rule.condition is not None)
+EVALUATED: Final = tuple((rule, rule.condition, (rule.name, "")) for rule in RULES if rule.condition is not None)
+"""Each with its condition, and its key in `Lasting`."""

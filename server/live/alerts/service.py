@@ -162,8 +162,12 @@ class AlertService:
             return
         facts = facts_of(drone, self._height_limit_m, now)
         lasting = watched.lasting
-        for rule, condition in EVALUATED:
-            changed = lasting.take(rule, "", condition(facts, (rule.name, "") in lasting.open), now)
+        for rule, condition, key in EVALUATED:
+            is_open = key in lasting.open
+            finding = condition(facts, is_open)
+            if finding.__class__ is not str and not is_open and key not in lasting.waiting:
+                continue  # nothing is found and nothing was: nearly all of them, nearly every time
+            changed = lasting.take(rule, "", finding, now)
             if changed is not None:
                 self._apply(watched, drone, changed)
         for changed in watched.texts_found(drone, facts, now):

@@ -43,6 +43,11 @@ class TextAlerts:
     def __init__(self) -> None:
         self._lasting: dict[tuple[str, str], _Lasting] = {}
 
+    @property
+    def idle(self) -> bool:
+        """Nothing lasts."""
+        return not self._lasting
+
     def restore(self, key: tuple[str, str], words: str, now: float) -> None:
         """It lasted when the tower was stopped."""
         until = None if key[0] == FAILSAFE.name else now + ERROR_LASTS_S

@@ -61,7 +61,7 @@ class WatchedDrone:
     def texts_found(self, drone: LiveDrone, facts: Facts, now: float) -> list[Changed]:
         """What the autopilot's own texts tell."""
         texts, arrived = self.texts, drone.telemetry.texts
-        if facts.silence:
+        if facts.silence or (not arrived and texts.idle and self.lasting.idle):
             return []
         while arrived:
             texts.take(facts.name, arrived.popleft(), now)

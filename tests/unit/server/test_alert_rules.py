@@ -89,7 +89,7 @@ BY_OTHERS = {"near", "too-near", "failsafe", "autopilot-error"}
 
 def test_every_rule_has_a_scene_and_all_its_words() -> None:
     assert SCENES.keys() | BY_OTHERS == BY_NAME.keys()
-    assert {rule.name for rule, _ in EVALUATED} == SCENES.keys()
+    assert {rule.name for rule, _, _ in EVALUATED} == SCENES.keys()
     assert len(BY_NAME) == len(RULES)
     for rule in RULES:
         assert rule.badge and rule.when and rule.advice.endswith("."), rule.name
@@ -98,7 +98,7 @@ def test_every_rule_has_a_scene_and_all_its_words() -> None:
     assert ranks == sorted(ranks), "the table goes from the worst to the mildest"
 
 
-@pytest.mark.parametrize("rule", [rule for rule, _ in EVALUATED], ids=lambda rule: rule.name)
+@pytest.mark.parametrize("rule", [rule for rule, _, _ in EVALUATED], ids=lambda rule: rule.name)
 def test_a_rule_opens_once_and_clears(rule: Rule) -> None:
     assert rule.condition is not None
     bad, good, words = SCENES[rule.name]
@@ -121,7 +121,7 @@ def test_a_rule_opens_once_and_clears(rule: Rule) -> None:
     assert closed_after_s == pytest.approx(rule.closes_after_s, abs=0.5)
 
 
-@pytest.mark.parametrize("rule", [rule for rule, _ in EVALUATED], ids=lambda rule: rule.name)
+@pytest.mark.parametrize("rule", [rule for rule, _, _ in EVALUATED], ids=lambda rule: rule.name)
 def test_a_moment_is_no_alert_where_the_rule_waits(rule: Rule) -> None:
     assert rule.condition is not None
     bad, good, _ = SCENES[rule.name]
@@ -141,13 +141,13 @@ def test_what_is_only_a_worry_in_the_air_is_none_on_the_ground() -> None:
         height_limit_m=120.0,
         held_by=None,
     )
-    found = {rule.name for rule, condition in EVALUATED if isinstance(condition(worse, False), str)}
+    found = {rule.name for rule, condition, _ in EVALUATED if isinstance(condition(worse, False), str)}
     assert found == set()
 
 
 def test_a_drone_that_was_switched_off_on_the_ground_is_no_news() -> None:
     off = Facts(name="Merlin", silence="link", armed=False, airborne=False)
-    assert all(not isinstance(condition(off, False), str) for _, condition in EVALUATED)
+    assert all(not isinstance(condition(off, False), str) for _, condition, _ in EVALUATED)
 
 
 @pytest.mark.parametrize(
@@ -170,7 +170,7 @@ def test_the_battery_by_the_autopilots_thresholds_or_ours(
     percent: int | None, charge: int | None, expected: set[str]
 ) -> None:
     facts = replace(FLYING, battery_percent=percent, battery_charge=charge)
-    found = {rule.name for rule, condition in EVALUATED if isinstance(condition(facts, False), str)}
+    found = {rule.name for rule, condition, _ in EVALUATED if isinstance(condition(facts, False), str)}
     assert found == set(expected)
 
 
@@ -208,4 +208,4 @@ def test_the_words_of_a_lost_drone_say_what_it_does(facts: Facts, words: str) ->
 
 
 def test_nothing_known_opens_and_closes_nothing() -> None:
-    assert {rule.name for rule, condition in EVALUATED if condition(UNKNOWN, True) is not Not.KNOWN} == set()
+    assert {rule.name for rule, condition, _ in EVALUATED if condition(UNKNOWN, True) is not Not.KNOWN} == set()
