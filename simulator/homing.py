@@ -88,14 +88,14 @@ class ReturnToLaunch(Behaviour):
         _, _, home_alt = flight.home_local()
         alt = flight.alt_over_home_m()
         distance = math.hypot(self.goal.north_m - flight.body.north_m, self.goal.east_m - flight.body.east_m)
-        least = max(2.0, alt + max(parameters["RTL_CLIMB_MIN"] / 100.0, 0.0))
+        lowest_m = max(2.0, alt + max(parameters["RTL_CLIMB_MIN"] / 100.0, 0.0))
         return_alt = self.goal.alt_over_home_m
         if return_alt is None:
             return_alt = parameters["RTL_ALT"] / 100.0
-        wanted = max(min(return_alt, RTL_ALT_MAX_M), least)
+        wanted = max(min(return_alt, RTL_ALT_MAX_M), lowest_m)
         slope = parameters["RTL_CONE_SLOPE"]
         if slope >= RTL_MIN_CONE_SLOPE:
-            wanted = max(alt, min(wanted, max(distance * slope, least)))
+            wanted = max(alt, min(wanted, max(distance * slope, lowest_m)))
         self._alt_m = wanted + home_alt
         self._start = (flight.body.north_m, flight.body.east_m)
         self.leg = Leg.CLIMB

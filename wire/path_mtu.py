@@ -149,5 +149,5 @@ class SeenMtu:
             if now - seen.seen_at > BELIEVED_FOR_S:
                 seen.datagram_bytes = SAFE_DATAGRAM_BYTES
         last = max(seen.heard_at for seen in self._uplinks.values())
-        spoken = (one.datagram_bytes for one in self._uplinks.values() if last - one.heard_at <= SILENT_UPLINK_S)
-        self.datagram_bytes = min(spoken)
+        limits = (one.datagram_bytes for one in self._uplinks.values() if last - one.heard_at <= SILENT_UPLINK_S)
+        self.datagram_bytes = min(limits)

@@ -68,16 +68,16 @@ class Snapshot:
     sticks_us: tuple[int, ...] = ()
 
 
-def _limited(value: float, low: int, high: int) -> int:
+def _clamped(value: float, low: int, high: int) -> int:
     return int(min(max(round(value), low), high))
 
 
 def _i16(value: float) -> int:
-    return _limited(value, -32768, 32767)
+    return _clamped(value, -32768, 32767)
 
 
 def _u16(value: float) -> int:
-    return _limited(value, 0, 65535)
+    return _clamped(value, 0, 65535)
 
 
 def _status(now: Snapshot) -> bytes:
@@ -105,9 +105,9 @@ def _raw_gps(now: Snapshot) -> bytes:
     return struct.pack(
         "<BBiiHHH",
         2 if now.fix else 0,
-        _limited(now.satellites, 0, 255),
-        _limited(now.lat_deg * 1e7, -(2**31), 2**31 - 1),
-        _limited(now.lon_deg * 1e7, -(2**31), 2**31 - 1),
+        _clamped(now.satellites, 0, 255),
+        _clamped(now.lat_deg * 1e7, -(2**31), 2**31 - 1),
+        _clamped(now.lon_deg * 1e7, -(2**31), 2**31 - 1),
         _u16(now.alt_amsl_m),
         _u16(now.ground_speed_mps * 100.0),
         _u16(now.course_deg % 360.0 * 10.0),
@@ -120,11 +120,11 @@ def _attitude(now: Snapshot) -> bytes:
 
 
 def _altitude(now: Snapshot) -> bytes:
-    return struct.pack("<ih", _limited(now.alt_m * 100.0, -(2**31), 2**31 - 1), _i16(now.climb_mps * 100.0))
+    return struct.pack("<ih", _clamped(now.alt_m * 100.0, -(2**31), 2**31 - 1), _i16(now.climb_mps * 100.0))
 
 
 def _analog(now: Snapshot) -> bytes:
-    tenths, amperes = _limited(now.voltage_v * 10.0, 0, 255), _i16(now.current_a * 100.0)
+    tenths, amperes = _clamped(now.voltage_v * 10.0, 0, 255), _i16(now.current_a * 100.0)
     return struct.pack("<BHHhH", tenths, _u16(now.used_mah), 0, amperes, _u16(now.voltage_v * 100.0))
 
 

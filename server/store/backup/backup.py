@@ -21,7 +21,7 @@ from server.store.backup.row_lines import RowWriter
 from server.store.backup.table_rows import copied_tables, read_counters, read_rows
 from server.store.database import Database, DatabaseSession
 
-_PARTS: Final = ".part"
+_UNFINISHED: Final = ".part"
 """Files that are being received or made."""
 
 
@@ -42,11 +42,11 @@ async def make_backup(database: Database, path: Path, *, files: Path, keys: str,
     made_at = clock()
     with (
         ArchiveWriter(path) as archive,
-        tempfile.TemporaryDirectory(dir=path.parent, prefix=".backup-") as room,
+        tempfile.TemporaryDirectory(dir=path.parent, prefix=".backup-") as scratch,
     ):
         async with database.reading() as session:
             revision = str(await session.scalar(text("SELECT version_num FROM alembic_version")))
-            counts = await _add_tables(archive, session, Path(room))
+            counts = await _add_tables(archive, session, Path(scratch))
             counters = await read_counters(session)
         if keys:
             archive.add_bytes(KEYS, keys.encode())
@@ -66,13 +66,13 @@ async def make_backup(database: Database, path: Path, *, files: Path, keys: str,
     return BackupFacts(sum(counts.values()), len(counts), added.count(True), size_bytes, added.count(False))
 
 
-async def _add_tables(archive: ArchiveWriter, session: DatabaseSession, room: Path) -> dict[str, int]:
+async def _add_tables(archive: ArchiveWriter, session: DatabaseSession, scratch: Path) -> dict[str, int]:
     counts = {}
     for table in copied_tables():
-        written = room / f"{table.name}.jsonl.gz"
+        written = scratch / f"{table.name}.jsonl.gz"
         with RowWriter(written) as rows:
-            async for some in read_rows(session, table):
-                rows.write(some)
+            async for batch in read_rows(session, table):
+                rows.write(batch)
         archive.add_file(f"{DATABASE}{written.name}", written)
         written.unlink()
         counts[table.name] = rows.rows
@@ -84,5 +84,5 @@ def _files_below(folder: Path) -> Iterator[tuple[str, Path]]:
     if not folder.is_dir():
         return
     for path in sorted(folder.rglob("*")):
-        if path.is_file() and not path.is_symlink() and not path.name.endswith(_PARTS):
+        if path.is_file() and not path.is_symlink() and not path.name.endswith(_UNFINISHED):
             yield path.relative_to(folder).as_posix(), path
