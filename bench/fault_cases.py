@@ -94,6 +94,7 @@ async def _thaw_nats(rig: FaultRig, _home: int) -> None:
 
 async def _fill_disk(rig: FaultRig, _home: int) -> None:
     await asyncio.to_thread(rig.postgres.fill_disk)
+    await rig.postgres.spend_log()
 
 
 async def _empty_disk(rig: FaultRig, _home: int) -> None:

@@ -15,6 +15,7 @@ import asyncpg
 
 READY_WITHIN_S: Final = 60.0
 DISK_MIB: Final = 260
+MAX_LOG_FILES: Final = 40
 _ACCOUNT: Final = "postgres"
 
 
@@ -132,6 +133,14 @@ class FaultyPostgres:
             while True:
                 file.write(b"\0" * 65_536)
 
+    async def spend_log(self) -> None:
+        """Lets it begin new files of its write-ahead log until it cannot: then it ends itself."""
+        with contextlib.suppress(OSError, asyncpg.PostgresError, asyncpg.InterfaceError):
+            connection = await asyncpg.connect(self.url, timeout=2, command_timeout=5)
+            for _ in range(MAX_LOG_FILES):
+                await connection.execute("SELECT pg_logical_emit_message(true, 'bench', 'full')")
+                await connection.execute("SELECT pg_switch_wal()")
+
     def empty_disk(self) -> None:
         (self._folder / "filler").unlink(missing_ok=True)
 
@@ -140,7 +149,7 @@ class FaultyPostgres:
         if self._server is not None and self._server.poll() is None:
             self.kill()
         if self.has_small_disk:
-            subprocess.run(["umount", str(self._folder)], check=False, capture_output=True)
+            subprocess.run(["umount", "-l", str(self._folder)], check=False, capture_output=True)
 
 
 def _send(pids: list[int], number: signal.Signals) -> None:

@@ -29,6 +29,11 @@ class Truth:
         self.taken_at = float("inf")
         """When the last TAKE was asked for."""
 
+    @property
+    def holder(self) -> int | None:
+        """Of the last change."""
+        return self._changes[-1][0] if self._changes else None
+
     def changed(self, holder: int | None, asked_at: float, answered_at: float, epoch: int) -> None:
         """A tower has acknowledged it, or the database has it."""
         self._changes.append((holder, asked_at, answered_at))

@@ -203,6 +203,8 @@ class _Round:
                 return
             except GONE as error:
                 said = str(error)
+                if "already-yours" in said and self._truth.holder == holder:
+                    return  # the TAKE in the fault was done
                 if not isinstance(error, Refused):
                     self._truth.in_doubt(asked_at)
             with contextlib.suppress(Exception):  # the database may still be away
