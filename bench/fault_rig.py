@@ -12,7 +12,7 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any, Final
 
-import asyncpg
+import asyncpg  # type: ignore[import-untyped]
 import httpx
 from websockets.exceptions import WebSocketException
 
@@ -23,6 +23,7 @@ from bench.tap import ADMIN, OPERATOR
 
 KIND: Final = Kind("ardupilot", radio=True)
 LOOK_AGAIN_S: Final = 0.1
+START_AGAIN_S: Final = 1.0
 GONE: Final = (OSError, WebSocketException, TimeoutError, httpx.HTTPError, Refused)
 
 
@@ -73,15 +74,21 @@ class FaultRig(Rig):
             return bool(drone["online"] and drone["autopilot_heard"])
         return False
 
-    async def start_tower_number(self, number: int) -> None:
-        """Also after its end. Returns when it is ready."""
+    async def _serve(self, number: int) -> None:
         self._number = number
         self._starts += 1
         self.towers[number] = await self._run(f"tower-{self._starts}", str(BIN / "tower"), "serve")
+
+    async def start_tower_number(self, number: int) -> None:
+        """Also after its end. Returns when it is ready."""
+        await self._serve(number)
         address = self.address_of(number)
         async with httpx.AsyncClient(base_url=address, trust_env=False) as client:
 
             async def ready() -> bool:
+                if self.process(number).returncode is not None:  # something else has its port for a moment
+                    await asyncio.sleep(START_AGAIN_S)
+                    await self._serve(number)
                 with contextlib.suppress(httpx.HTTPError):
                     return (await client.get("/api/v1/health/ready")).status_code == 200
                 return False

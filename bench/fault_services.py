@@ -11,7 +11,7 @@ import subprocess
 from pathlib import Path
 from typing import Final
 
-import asyncpg
+import asyncpg  # type: ignore[import-untyped]
 
 READY_WITHIN_S: Final = 60.0
 DISK_MIB: Final = 260
@@ -26,7 +26,7 @@ class FaultyPostgres:
         self._programs = programs
         self._folder = folder
         self._port = port
-        self._as = {"user": pwd.getpwnam(_ACCOUNT).pw_uid} if os.geteuid() == 0 else {}
+        self._user = pwd.getpwnam(_ACCOUNT).pw_uid if os.geteuid() == 0 else None
         self._server: subprocess.Popen[bytes] | None = None
         self._frozen: list[int] = []
         self._locks: asyncpg.Connection | None = None
@@ -48,16 +48,9 @@ class FaultyPostgres:
             self.has_small_disk = mounted.returncode == 0
         cluster = self._folder / "cluster"
         cluster.mkdir()
-        if self._as:
-            os.chown(cluster, self._as["user"], -1)
-        made = await asyncio.to_thread(
-            subprocess.run,
-            [self._programs / "initdb", "-D", cluster, "-U", "tower", "-A", "trust", "-E", "UTF8", "--locale=C"],
-            check=False,
-            capture_output=True,
-            cwd="/",
-            **self._as,
-        )
+        if self._user is not None:
+            os.chown(cluster, self._user, -1)
+        made = await asyncio.to_thread(self._initialise, cluster)
         if made.returncode:
             raise RuntimeError(made.stderr.decode()[-500:])
         await self.start()
@@ -66,6 +59,11 @@ class FaultyPostgres:
             await connection.execute("CREATE DATABASE tower")
         finally:
             await connection.close()
+
+    def _initialise(self, cluster: Path) -> subprocess.CompletedProcess[bytes]:
+        words = ["-D", str(cluster), "-U", "tower", "-A", "trust", "-E", "UTF8", "--locale=C"]
+        program = str(self._programs / "initdb")
+        return subprocess.run([program, *words], check=False, capture_output=True, cwd="/", user=self._user)
 
     async def start(self) -> None:
         """Also after a kill. Returns when it answers."""
@@ -84,7 +82,7 @@ class FaultyPostgres:
                     stdout=subprocess.DEVNULL,
                     stderr=subprocess.DEVNULL,
                     cwd="/",
-                    **self._as,
+                    user=self._user,
                 )
             with contextlib.suppress(OSError, asyncpg.PostgresError, TimeoutError):
                 connection = await asyncpg.connect(self._at("postgres"), timeout=2)

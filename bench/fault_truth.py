@@ -7,7 +7,7 @@ import contextlib
 from collections.abc import Sequence
 from typing import Final
 
-import asyncpg
+import asyncpg  # type: ignore[import-untyped]
 
 from bench.fault_rig import GONE, FaultRig
 from bench.person import Person

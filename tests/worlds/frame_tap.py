@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import pairwise
 
 from wire.dialect import decode
 from wire.frame_stream import FrameStream
@@ -36,7 +37,7 @@ class FrameTap:
     def longest_gap_s(self, since_s: float) -> float:
         """Returns the longest time without sticks since then, the present one included."""
         times = [since_s, *(at for at in self.sticks if at >= since_s), time.monotonic()]
-        return max(later - earlier for earlier, later in zip(times, times[1:], strict=False))
+        return max(later - earlier for earlier, later in pairwise(times))
 
     def run(self) -> None:
         simulator = None
