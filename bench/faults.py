@@ -33,11 +33,11 @@ HOLD_MODES: Final = (2, 17)
 STEADY_S: Final = 0.6
 AGAIN_S: Final = 0.1
 BACK_WITHIN_S: Final = 60.0
-QUICK: Final = ("the drone's tower killed", "PostgreSQL frozen")
+QUICK: Final = ("the drone's tower killed",)
 
 
 async def run(report: Report, options: argparse.Namespace) -> None:
-    """`--repeats N` (10), `--case WORDS` for cases with these in their name, `--quick` for two cases once."""
+    """`--repeats N` (10), `--case WORDS` for cases with these in their name, `--quick` for one case once."""
     sys.path.append(str(TESTS))
     from worlds.free_ports import free_tcp_port  # type: ignore[import-not-found]
     from worlds.nats import nats_program, temporary_nats  # type: ignore[import-not-found]
