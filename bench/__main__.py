@@ -11,7 +11,7 @@ from typing import Any
 
 import uvloop
 
-from bench import anonymous, audit, control, encoder, fuzz, missions, recorder, relay, scale, simulator, towers
+from bench import anonymous, audit, control, encoder, faults, fuzz, missions, recorder, relay, scale, simulator, towers
 from bench.rows import Report
 from bench.video import bench_run as video
 
@@ -20,6 +20,7 @@ BENCHES: dict[str, tuple[Callable[[Report, argparse.Namespace], Coroutine[Any, A
     "audit": (audit.run, audit.__doc__ or ""),
     "control": (control.run, control.__doc__ or ""),
     "encoder": (encoder.run, encoder.__doc__ or ""),
+    "faults": (faults.run, faults.__doc__ or ""),
     "fuzz": (fuzz.run, fuzz.__doc__ or ""),
     "missions": (missions.run, missions.__doc__ or ""),
     "recorder": (recorder.run, recorder.__doc__ or ""),

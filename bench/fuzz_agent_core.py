@@ -77,7 +77,7 @@ class AgentCore:
             drone_id=DRONE, name="Kestrel", link_id=LINK, public_key=_UP, udp_port=1, epoch=3, holder="alice"
         )
         sealed = SealedLink(link_id=LINK, drone_id=DRONE, send_key=_UP, receive_key=_DOWN, now=now)
-        self._opened = OpenedChannel(cast("Any", None), self._welcome, sealed, "127.0.0.1")
+        self._opened = OpenedChannel(cast("Any", None), self._welcome, sealed, "127.0.0.1", url)
         self._agent._link._opened = self._opened
         self._data = self._agent._link._data_channel(self._opened)
         self._data._uplinks[0].socket = cast("Any", self._socket)

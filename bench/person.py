@@ -56,6 +56,8 @@ class Person:
         self.pong_delay_s = 0.0
         self.answered_at = 0.0
         """When the last response arrived."""
+        self.heard_at = 0.0
+        """When the last message of the live channel arrived."""
         self.events: list[tuple[float, Event]] = []
         self._news = asyncio.Event()
         self._sequence = 0
@@ -69,6 +71,7 @@ class Person:
         answer.raise_for_status()
 
     async def go_live(self) -> None:
+        began_at = self.now
         cookie = "; ".join(f"{name}={value}" for name, value in self.http.cookies.items())
         self._socket = await connect(
             self._address.replace("http", "ws", 1) + "/api/v1/live",
@@ -78,7 +81,12 @@ class Person:
             max_size=None,
         )
         self._tasks = [asyncio.ensure_future(one) for one in (self._listen(self._socket), self._stream(self._socket))]
-        await self.until(lambda event: event["type"] == "welcome", since=0.0)
+        await self.until(lambda event: event["type"] == "welcome", since=began_at)
+
+    def is_live(self, silent_s: float) -> bool:
+        """Whether the live channel is open and not silent for so long."""
+        open_now = self._socket is not None and bool(self._tasks) and not self._tasks[0].done()
+        return open_now and self.now - self.heard_at < silent_s
 
     async def vanish(self) -> None:
         """Closes the socket without a WebSocket close, as when a laptop lid closes."""
@@ -97,6 +105,7 @@ class Person:
     async def _listen(self, socket: ClientConnection) -> None:
         with contextlib.suppress(ConnectionClosed):
             async for message in socket:
+                self.heard_at = self.now
                 if isinstance(message, bytes):
                     continue
                 event = json.loads(message)

@@ -13,6 +13,7 @@ from onboard_agent.autopilot_port.port import AutopilotPort
 from onboard_agent.failsafe.hold_files import HoldFiles
 from onboard_agent.failsafe.hold_memory import HoldStore, NoHoldStore
 from onboard_agent.link.identity import Identity
+from onboard_agent.link.tower_file import TowerFile
 from onboard_agent.link.tower_url import TowerUrl
 from onboard_agent.onboard import Onboard
 from onboard_agent.sockets.data_socket import ANY_UPLINK
@@ -71,7 +72,7 @@ class Agent:
         self._port = settings.port
         self._port.on_open = self._port_opened
         self._state = settings.state
-        self._files = TowerFileSender(settings.tower, lambda: self._link.ticket, settings.uplinks)
+        self._files = TowerFileSender(lambda: self._link.tower, lambda: self._link.ticket, settings.uplinks)
         journal, self._holds = self._lasting(settings.state)
         self._onboard = Onboard(
             now=self._loop.time(),
@@ -84,7 +85,12 @@ class Agent:
         )
         has_camera = settings.camera != NO_CAMERA
         self._link = TowerLink(
-            settings.tower, settings.identity, self, settings.uplinks, (VIDEO,) if has_camera else ()
+            settings.tower,
+            settings.identity,
+            self,
+            settings.uplinks,
+            (VIDEO,) if has_camera else (),
+            TowerFile(settings.state),
         )
         self._video = VideoService(has_camera=has_camera)
         self._video_child = VideoChild(
@@ -96,6 +102,7 @@ class Agent:
                 log_level=settings.log_level,
             ),
             self._send_video_state,
+            tower=lambda: str(self._link.tower),
         )
         self._stream = FrameStream()
         self._systemd = Systemd()

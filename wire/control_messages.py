@@ -11,6 +11,7 @@ import msgspec
 
 from wire.open_holds import HoldToAgent, HoldToTower, LostAction
 from wire.stream_profiles import StreamChoice, StreamProfile
+from wire.tower_list import Addresses, TowerList
 from wire.transactions import TransactionToAgent, TransactionToTower
 from wire.video import VideoToAgent, VideoToTower
 
@@ -97,7 +98,7 @@ class Welcome(msgspec.Struct, frozen=True, tag="welcome", tag_field="type", kw_o
     `signature`: the tower's, over the transcript and the link's id (wire.sign_in). `credential_forgotten`: the bearer
     credential that this agent used is void; its key is valid. `ticket`: authorizes the agent's HTTP requests while this
     link exists. All three are absent after a hello of protocol 1. `tower_version`: for the agent's log; empty: from an
-    older tower.
+    older tower. `towers`: as in wire.tower_list.
     """
 
     drone_id: U32
@@ -113,6 +114,7 @@ class Welcome(msgspec.Struct, frozen=True, tag="welcome", tag_field="type", kw_o
     credential_forgotten: bool = False
     ticket: str = ""
     tower_version: Annotated[str, msgspec.Meta(max_length=40)] = ""
+    towers: Addresses = ()
 
 
 class ResumeChallenge(msgspec.Struct, frozen=True, tag="resume_challenge", tag_field="type", kw_only=True):
@@ -275,6 +277,7 @@ ToAgent = (
     | HoldToAgent
     | TransactionToAgent
     | VideoToAgent
+    | TowerList
 )
 
 UNREADABLE: Final = (msgspec.DecodeError, UnicodeDecodeError, RecursionError)

@@ -14,6 +14,7 @@ from wire.control_messages import ToAgent
 from wire.following import FOLLOW, FollowWork, LeaderPosition
 from wire.open_holds import OPEN_HOLDS, Stay
 from wire.parameter_metadata import PARAMETER_METADATA, MetadataWanted
+from wire.tower_list import TOWERS, TowerList
 from wire.transactions import TRANSACTIONS, CancelTransaction, Transaction
 from wire.video import VIDEO, ClockProbe, VideoWanted
 
@@ -28,6 +29,7 @@ GROUPS: Final[Mapping[type, str]] = {
     VideoWanted: VIDEO,
     ClockProbe: VIDEO,
     MetadataWanted: PARAMETER_METADATA,
+    TowerList: TOWERS,
 }
 """Messages to an agent that not every agent understands."""
 

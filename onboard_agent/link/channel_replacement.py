@@ -7,6 +7,8 @@ proves that the link is its own (wire.resuming).
     control channel   datagrams                            result
     ended             arrive over UDP                      open another one, for SEEK_S at most
     ended             none for SILENT_S, or not over UDP   the link ends
+    ended             none for WITH_OTHERS_S, and there    the link ends
+                      are other towers
     closed on purpose                                      the link ends
     open              arrive, but not over its uplink      open another one; the old one stays in use meanwhile
 """
@@ -21,6 +23,9 @@ SEEK_S: Final = 10.0
 
 SILENT_S: Final = 1.5
 """Silence of the tower: three keep-alives in a row, and the responses to as many, are missing."""
+
+WITH_OTHERS_S: Final = 0.75
+"""Where another tower can take the drone, one missing keep-alive suffices: the control channel has ended as well."""
 
 FIRST_CHECK_AFTER_S: Final = 2.0
 """A control channel that was just opened is not replaced, unless it has ended."""
@@ -56,10 +61,16 @@ class ChannelReplacement:
         """An attempt to open another control channel has failed."""
         self._next_try = now + self._backoff.next_delay_s()
 
-    def need(self, *, silent_s: float, over_udp: bool, uplink_silent: bool, now: float) -> Need:
-        """`silent_s`: time since the last datagram. `uplink_silent`: the channel's uplink is silent, another is not."""
+    def need(self, *, silent_s: float, over_udp: bool, uplink_silent: bool, now: float, others: bool = False) -> Need:
+        """`silent_s`: time since the last datagram. `uplink_silent`: the channel's uplink is silent, another is not.
+        `others`: there are other towers."""
         if self._ended_at is None:
             return Need.ANOTHER if uplink_silent and now >= self._next_try else Need.NOTHING
-        if self._intended or not over_udp or silent_s > SILENT_S or now - self._ended_at > SEEK_S:
+        if (
+            self._intended
+            or not over_udp
+            or silent_s > (WITH_OTHERS_S if others else SILENT_S)
+            or now - self._ended_at > SEEK_S
+        ):
             return Need.END
         return Need.ANOTHER if now >= self._next_try else Need.NOTHING

@@ -7,6 +7,7 @@ import logging
 import secrets
 import ssl
 from collections.abc import AsyncIterator, Sequence
+from contextlib import AbstractAsyncContextManager
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -87,6 +88,7 @@ class OpenedChannel:
     welcome: Welcome
     sealed: SealedLink
     host: str
+    url: TowerUrl
     resume_key: bytes = b""
 
 
@@ -98,14 +100,16 @@ async def open_channel(
     resuming: OpenedChannel | None = None,
     process: int = 0,
     takes: tuple[str, ...] = (TRANSACTIONS, FOLLOW, FOLLOW_PERSON, OPEN_HOLDS),
+    turn: AbstractAsyncContextManager[None] | None = None,
 ) -> OpenedChannel:
     """Signs in over the first of `uplinks` that leads to the tower. Raises NoLink or CredentialRefused.
 
     Uses the drone's key. If the tower does not know it and there is an older bearer credential, uses that, and the key
     then replaces it. `resuming`: the link to continue. The result is then either that link (the same `sealed`) on
-    another connection, or a new link if the tower decides so. `process`, `takes`: as in Hello.
+    another connection, or a new link if the tower decides so. `process`, `takes`: as in Hello. `turn`: entered for the
+    hello and its answer.
     """
-    opening = _Opening(url, identity, uplinks, resuming, process, takes)
+    opening = _Opening(url, identity, uplinks, resuming, process, takes, turn or contextlib.nullcontext())
     if identity.key is None:
         return await opening.by_credential()
     try:
@@ -121,7 +125,7 @@ async def try_sign_in(url: TowerUrl, identity: Identity) -> str:
     accepts. Raises NoLink or CredentialRefused."""
     if identity.key is not None:
         try:
-            await _Opening(url, identity, (ANY_UPLINK,), None, 0, ()).trial(identity.key)
+            await _Opening(url, identity, (ANY_UPLINK,), None, 0, (), contextlib.nullcontext()).trial(identity.key)
         except CredentialRefused:
             if identity.credential is None:
                 raise
@@ -143,8 +147,10 @@ class _Opening:
         resuming: OpenedChannel | None,
         process: int,
         takes: tuple[str, ...],
+        turn: AbstractAsyncContextManager[None],
     ) -> None:
         self._url = url
+        self._turn = turn
         self._identity = identity
         self._uplinks = uplinks
         self._resuming = resuming
@@ -154,7 +160,9 @@ class _Opening:
     async def by_key(self) -> OpenedChannel:
         async with self._upgraded(None) as connection:
             sign_in = await self._sign_in(connection, self._key, SignInPurpose.LINK)
-            opened = await self._say_hello(connection, sign_in.hello(takes=self._takes, process=self._process), sign_in)
+            async with self._turn:
+                hello = sign_in.hello(takes=self._takes, process=self._process)
+                opened = await self._say_hello(connection, hello, sign_in)
             if opened.sealed is not (self._resuming and self._resuming.sealed):
                 await self._keep(sign_in.tower_key)
             return opened
@@ -301,7 +309,7 @@ class _Opening:
             receive_key=keys.tower_to_agent,
             now=asyncio.get_running_loop().time(),
         )
-        return OpenedChannel(connection, welcome, sealed, str(connection.remote_address[0]), keys.resume)
+        return OpenedChannel(connection, welcome, sealed, str(connection.remote_address[0]), self._url, keys.resume)
 
 
 async def _ask(connection: ClientConnection, message: ToTower) -> ToAgent:

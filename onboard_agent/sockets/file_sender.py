@@ -50,8 +50,10 @@ class _Stopped(Exception):
 class TowerFileSender:
     """A FileSender. Create and use it inside one running event loop."""
 
-    def __init__(self, url: TowerUrl, ticket: Callable[[], str], uplinks: Sequence[str] = (ANY_UPLINK,)) -> None:
-        """`ticket`: returns the ticket of the current link; empty without a link."""
+    def __init__(
+        self, url: Callable[[], TowerUrl], ticket: Callable[[], str], uplinks: Sequence[str] = (ANY_UPLINK,)
+    ) -> None:
+        """`url`, `ticket`: tower and ticket of the current link; an empty ticket without a link."""
         self._url = url
         self._ticket = ticket
         self._uplinks = (*uplinks, ANY_UPLINK) if len(uplinks) > 1 else (ANY_UPLINK,)
@@ -101,13 +103,14 @@ class TowerFileSender:
         ticket = self._ticket()
         if not ticket:
             raise OSError("there is no link to the tower")
-        opened = await connect_tcp(self._url, self._uplinks)
+        url = self._url()
+        opened = await connect_tcp(url, self._uplinks)
         loop = asyncio.get_running_loop()
 
         def gone(done: int) -> None:
             loop.call_soon_threadsafe(self._report, attempt, done)
 
-        attempt = _Attempt(self._url, ticket, opened, gone)
+        attempt = _Attempt(url, ticket, opened, gone)
         thread = asyncio.create_task(asyncio.to_thread(attempt.put, transaction_id, path))
         try:
             await asyncio.shield(thread)

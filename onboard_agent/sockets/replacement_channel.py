@@ -1,4 +1,7 @@
-"""Watches one control channel of a link, and opens the one that replaces it. A thin shell around `succession`."""
+"""Watches one control channel of a link, and opens the one that replaces it, at this tower or at another one.
+
+A thin shell around `onboard_agent.link.channel_replacement`.
+"""
 
 import asyncio
 import logging
@@ -9,6 +12,7 @@ from onboard_agent.link.backoff import Backoff
 from onboard_agent.link.channel_replacement import ChannelReplacement, Need
 from onboard_agent.sockets.control_channel import NoLink, OpenedChannel
 from onboard_agent.sockets.data_channel import DataChannel
+from onboard_agent.sockets.elsewhere import Elsewhere
 
 _log = logging.getLogger(__name__)
 
@@ -19,7 +23,11 @@ OpenAnother = Callable[[OpenedChannel, Sequence[str]], Awaitable[OpenedChannel]]
 
 
 async def successor(
-    opened: OpenedChannel, data: DataChannel, reading: asyncio.Task[None], open_another: OpenAnother
+    opened: OpenedChannel,
+    data: DataChannel,
+    reading: asyncio.Task[None],
+    open_another: OpenAnother,
+    elsewhere: Elsewhere,
 ) -> OpenedChannel | None:
     """Waits for the next control channel and returns it: of the same link, or of a new one if the tower decides so.
     Returns None if the link has ended. `reading`: done when the control channel `opened` has ended."""
@@ -28,6 +36,7 @@ async def successor(
     local_address = str(opened.connection.local_address[0])
     ended = False
     attempt: asyncio.Task[OpenedChannel] | None = None
+    look: asyncio.Task[OpenedChannel] | None = None
     try:
         while True:
             now = loop.time()
@@ -41,10 +50,19 @@ async def successor(
                     _log.info("no other control channel yet: %s", error)
                     attempt = None
                     succession.failed(now)
+            if look is not None and look.done():
+                try:
+                    return look.result()
+                except NoLink as error:
+                    _log.info("no other tower: %s", error)
+                    look = None
+            if look is None and elsewhere.wants_to_look(silent_s=data.silent_s(now), now=now):
+                look = asyncio.create_task(elsewhere.look(opened, data))
             need = succession.need(
                 silent_s=data.silent_s(now),
                 over_udp=data.over_udp,
                 uplink_silent=data.is_cut_off(local_address, now),
+                others=elsewhere.is_known,
                 now=now,
             )
             if need is Need.END:
@@ -52,12 +70,13 @@ async def successor(
             if need is Need.ANOTHER and attempt is None:
                 _log.warning("the control channel %s; opening another", "is lost" if ended else "is cut off")
                 attempt = asyncio.ensure_future(open_another(opened, data.uplinks_that_work(now)))
-            waiting = [one for one in (reading, attempt) if one is not None and not one.done()]
+            waiting = [one for one in (reading, attempt, look) if one is not None and not one.done()]
             if waiting:
                 await asyncio.wait(waiting, timeout=CHECK_EVERY_S, return_when=asyncio.FIRST_COMPLETED)
             else:
                 await asyncio.sleep(CHECK_EVERY_S)
     finally:
-        if attempt is not None:
-            attempt.cancel()
-            await asyncio.gather(attempt, return_exceptions=True)
+        pending = [one for one in (attempt, look) if one is not None]
+        for one in pending:
+            one.cancel()
+        await asyncio.gather(*pending, return_exceptions=True)

@@ -7,29 +7,31 @@ import secrets
 import time
 from collections import Counter, deque
 from collections.abc import Sequence
-from typing import Final, Protocol
+from typing import Final
 
 from websockets.asyncio.client import ClientConnection
 from websockets.exceptions import ConnectionClosed
 
 from onboard_agent.link.backoff import STEADY_S, Backoff
 from onboard_agent.link.identity import Identity
+from onboard_agent.link.tower_file import TowerFile
 from onboard_agent.link.tower_url import TowerUrl
 from onboard_agent.sockets.control_channel import CredentialRefused, NoLink, OpenedChannel, open_channel
 from onboard_agent.sockets.data_channel import DataChannel
 from onboard_agent.sockets.data_socket import ANY_UPLINK
+from onboard_agent.sockets.elsewhere import Elsewhere
+from onboard_agent.sockets.link_user import LinkUser
 from onboard_agent.sockets.replacement_channel import successor
+from onboard_agent.sockets.tower_search import HelloTurn
 from onboard_agent.telemetry.auto_profile import LOSS_NOW_OVER_S, LOSS_OVER_S, Measured
-from wire.content import MAX_URGENT_BYTES, Frames
+from wire.content import MAX_URGENT_BYTES
 from wire.control_messages import (
     AutopilotState,
     ControlChanged,
     HoldOrder,
     HoldProgress,
     MalformedMessage,
-    ToAgent,
     ToTower,
-    Welcome,
     decode_to_agent,
     encode_message,
 )
@@ -39,6 +41,7 @@ from wire.ids import DroneId, Epoch
 from wire.open_holds import OPEN_HOLDS, Stay
 from wire.parameter_metadata import PARAMETER_METADATA
 from wire.tail_probes import PROBES_AFTER_S
+from wire.tower_list import TOWERS
 from wire.transactions import TRANSACTIONS
 from wire.video import ClockAnswer, ClockProbe
 
@@ -66,28 +69,6 @@ OUTBOX: Final = 64
 ends."""
 
 
-class LinkUser(Protocol):
-    """Receives the events of the link."""
-
-    def link_up(self, welcome: Welcome) -> None:
-        """The agent has signed in and the data channel is open."""
-
-    def link_down(self) -> None:
-        """The link has ended."""
-
-    def link_resumed(self) -> None:
-        """The link has another control channel, on which everything must be reported again."""
-
-    def message(self, message: ToAgent) -> None:
-        """A message arrived on the control channel."""
-
-    def frames(self, frames: Frames) -> None:
-        """Frames arrived on the data channel: authentic and fresh, not yet checked for drone and epoch."""
-
-    def tower_heard(self) -> None:
-        """Any authentic datagram arrived."""
-
-
 class TowerLink:
     """Call `run`, and send through it. Frames sent without a link are dropped and counted, never queued."""
 
@@ -98,11 +79,12 @@ class TowerLink:
         user: LinkUser,
         uplinks: Sequence[str] = (ANY_UPLINK,),
         takes: Sequence[str] = (),
+        towers: TowerFile | None = None,
     ) -> None:
-        """`takes`: capabilities for the hello, besides those of every agent."""
-        self._url = url
-        self._takes = (TRANSACTIONS, FOLLOW, FOLLOW_PERSON, OPEN_HOLDS, PARAMETER_METADATA, *takes)
+        """`takes`: capabilities for the hello, besides those of every agent. `towers`: keeps the list of towers."""
+        self._takes = (TRANSACTIONS, FOLLOW, FOLLOW_PERSON, OPEN_HOLDS, PARAMETER_METADATA, TOWERS, *takes)
         self._identity = identity
+        self._elsewhere = Elsewhere(url, identity, towers or TowerFile(None), self._open_at)
         self._user = user
         self._process = secrets.randbelow(0xFFFFFFFF) + 1
         self._backoff = Backoff()
@@ -133,6 +115,11 @@ class TowerLink:
     def drone_id(self) -> DroneId:
         """The drone that the agent runs on."""
         return self._identity.drone_id
+
+    @property
+    def tower(self) -> TowerUrl:
+        """The tower of the link, or of the last one."""
+        return self._elsewhere.tower
 
     @property
     def ticket(self) -> str:
@@ -180,7 +167,7 @@ class TowerLink:
             delay_s = self._backoff.next_delay_s()
             try:
                 if opened is None:
-                    opened = await self._open(self._ways)
+                    opened = await self._elsewhere.open_anywhere()
             except CredentialRefused as error:
                 self._say_once(f"{error}; asking again every {REFUSED_RETRY_S:.0f} s")
                 delay_s = REFUSED_RETRY_S
@@ -232,6 +219,7 @@ class TowerLink:
             welcome = opened.welcome
             version = welcome.tower_version or "older than 0.3"
             _log.info("link up: drone %d (%s), tower %s", welcome.drone_id, welcome.name, version)
+            self._elsewhere.linked(opened)
             self._user.link_up(opened.welcome)
             running = [asyncio.create_task(data.run()), asyncio.create_task(self._resend_state())]
             while (following := await self._serve(opened, data)) is not None and following.sealed is opened.sealed:
@@ -265,22 +253,33 @@ class TowerLink:
         reading = self._reading = asyncio.create_task(self._read(opened.connection, data))
         writing = asyncio.create_task(self._write(opened.connection, data))
         try:
-            return await successor(opened, data, reading, self._open_another)
+            return await successor(opened, data, reading, self._open_another, self._elsewhere)
         finally:
             reading.cancel()
             writing.cancel()
 
     async def _open_another(self, opened: OpenedChannel, uplinks: Sequence[str]) -> OpenedChannel:
-        return await self._open(uplinks or self._ways, resuming=opened)
+        return await self._open(opened.url, uplinks or self._ways, resuming=opened)
 
-    async def _open(self, uplinks: Sequence[str], *, resuming: OpenedChannel | None = None) -> OpenedChannel:
+    async def _open_at(self, url: TowerUrl, turn: HelloTurn) -> OpenedChannel:
+        return await self._open(url, self._ways, turn=turn)
+
+    async def _open(
+        self,
+        url: TowerUrl,
+        uplinks: Sequence[str],
+        *,
+        resuming: OpenedChannel | None = None,
+        turn: HelloTurn | None = None,
+    ) -> OpenedChannel:
         return await open_channel(
-            self._url,
+            url,
             self._identity,
             uplinks=uplinks,
             resuming=resuming,
             process=self._process,
             takes=self._takes,
+            turn=turn,
         )
 
     async def _read(self, connection: ClientConnection, data: DataChannel) -> None:
@@ -295,6 +294,8 @@ class TowerLink:
                     _log.error("the tower sent a message that is none: %s", error)
                     await connection.close(1008, "malformed message")
                     return
+                if self._elsewhere.told(message):
+                    continue
                 if not isinstance(message, ClockProbe):
                     self._user.message(message)
                 elif self.room:  # a late response would be useless

@@ -36,9 +36,17 @@ class VideoChild:
     """Run it; call `wake` when the service's demand changes. `changed`: called after the service received a report."""
 
     def __init__(
-        self, service: VideoService, set_up: SetUp, changed: Callable[[], None], command: tuple[str, ...] = COMMAND
+        self,
+        service: VideoService,
+        set_up: SetUp,
+        changed: Callable[[], None],
+        command: tuple[str, ...] = COMMAND,
+        *,
+        tower: Callable[[], str] = str,
     ) -> None:
+        """`tower`: the address of the tower that the ticket is for; empty: that of `set_up`."""
         self._service = service
+        self._tower = tower
         self._set_up = set_up
         self._changed = changed
         self._command = command
@@ -150,8 +158,11 @@ class VideoChild:
             self._changed()
 
     def _send_watched(self) -> None:
-        if self._process is not None and self._sent != self._service.watched:
-            self._sent = self._service.watched
+        watched = self._service.watched
+        if watched.streams:
+            watched = msgspec.structs.replace(watched, tower=self._tower())
+        if self._process is not None and self._sent != watched:
+            self._sent = watched
             self._write(encode_line(self._sent))
 
     def _write(self, line: bytes) -> None:

@@ -15,7 +15,7 @@ from typing import Final, Protocol
 
 import msgspec
 
-from onboard_agent.link.tower_url import TowerUrl
+from onboard_agent.link.tower_url import TowerUrl, parse_tower_url
 from onboard_agent.video.channel import VideoChannel
 from onboard_agent.video.core.lines import REPORT_EVERY_S, Report, Watched
 from onboard_agent.video.core.link_memory import LinkMemory, Remembered
@@ -141,7 +141,7 @@ class VideoProcess:
         self._open_camera()
         if self._channel is None and self._tower is not None:
             self._channel = VideoChannel(
-                self._tower,
+                parse_tower_url(watched.tower) if watched.tower else self._tower,
                 self._uplinks,
                 watched.ticket,
                 self._streaming.rate,

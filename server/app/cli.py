@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from server import VERSION
-from server.app.commands import drones, moving, teams, tokens, users
+from server.app.commands import drones, moving, teams, tokens, towers, users
 from server.app.commands.session import CommandError, settings_now, with_database
 from server.domain.refusal import Refusal
 from server.runtime.bus_unavailable import BusUnavailable
@@ -80,6 +80,7 @@ def serve(
 
 
 moving.add_to(app)
+towers.add_to(app)
 
 
 @app.command("new-key")

@@ -62,6 +62,7 @@ from server.api.relay.running import running_relay
 from server.api.relay.tls_binding import TlsBinding
 from server.api.remembered import RememberedSignIns
 from server.api.system import routes as system_routes
+from server.api.system import tower_routes
 from server.api.teams import routes as team_routes
 from server.api.tiles import routes as tile_routes
 from server.api.video import routes as video_routes
@@ -148,6 +149,7 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     user_routes.router,
     audit_routes.router,
     system_routes.router,
+    tower_routes.router,
     health.router,
     metrics_routes.router,
 )

@@ -83,6 +83,8 @@ class TowerServer(uvicorn.Server):
             if self._standby and not await self._stand_by(listener):
                 return
             lock.on_lost = self._fence
+            if (several := self._app.tower.several) is not None:
+                several.on_drained = self._drained
             async with self._app.router.lifespan_context(self._app):
                 await self.serve(sockets=[listener])
         if lock.lost_words:
@@ -114,6 +116,9 @@ class TowerServer(uvicorn.Server):
         last_resort = threading.Timer(ENDS_WITHIN_S, os._exit, (1,))
         last_resort.daemon = True
         last_resort.start()
+
+    def _drained(self) -> None:
+        self.should_exit = True
 
     @contextmanager
     def capture_signals(self) -> Iterator[None]:

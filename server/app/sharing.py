@@ -10,6 +10,7 @@ from prometheus_client import CollectorRegistry
 from server.api.authentication import Authenticator
 from server.domain.clock import Clock
 from server.live.hub import Hub
+from server.live.towers.messages import BUS_VERSION
 from server.runtime.settings import Settings
 from server.store.control.hub_event_handler import HubEventHandler
 from server.store.control.lease_store import DatabaseLeaseStore
@@ -26,7 +27,9 @@ if TYPE_CHECKING:
 def new_lock(settings: Settings, clock: Clock) -> TowerLock | TowerMembership:
     """The exclusive lock of one tower, or the place of one among several."""
     if settings.bus_url:
-        return TowerMembership(settings.database_url, clock=clock)
+        membership = TowerMembership(settings.database_url, clock=clock)
+        membership.own_url, membership.bus_version = settings.own_url, BUS_VERSION
+        return membership
     return TowerLock(settings.database_url, clock=clock)
 
 

@@ -123,6 +123,8 @@ class Hub:
         self._paths = FramePaths(state, self.flood, self.observed, self.flights)
         self.visits: Visits | None = None
         """The browsers here, at other towers. None without a bus."""
+        self.takes_browsers = True
+        """False: this tower ends its work, and sends browsers elsewhere."""
 
     # -- database snapshots ----------------------------------------------------------------------------------
 
@@ -171,7 +173,9 @@ class Hub:
 
     def attach_browser(self, browser: Browser, server_time: str, now: float) -> None:
         """From here on the browser gets the frames of the drones it may see; the whole picture comes first."""
-        self.audience.enter(browser, self._shown_to(browser), self.alerts.welcome(browser), server_time, now)
+        others = self.visits is not None and self.visits.has_others
+        alerts = self.alerts.welcome(browser)
+        self.audience.enter(browser, self._shown_to(browser), alerts, server_time, now, other_towers=others)
         self.separation.send_all(browser)
         if self.visits is not None:
             self.visits.entered(browser)

@@ -69,16 +69,26 @@ def _public_url(text: str) -> str:
     return f"{parts.scheme}://{parts.netloc}"
 
 
+def _own_url(text: str) -> str:
+    url = _public_url(text)
+    if url.startswith("http:") and not _is_loopback(urlsplit(url).hostname or ""):
+        raise ValueError("must begin with https:// unless it is on this machine: agents go there")
+    return url
+
+
+def _is_loopback(host: str) -> bool:
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
 def _bus_url(text: str) -> str:
     """What towers tell each other is not sealed: beyond this machine it goes over TLS."""
     parts = urlsplit(text)
     if parts.scheme not in {"nats", "tls"} or not parts.hostname:
         raise ValueError("must look like nats://127.0.0.1:4222 or tls://user:password@bus.example.org:4222")
-    try:
-        is_loopback = ipaddress.ip_address(parts.hostname).is_loopback
-    except ValueError:
-        is_loopback = parts.hostname == "localhost"
-    if parts.scheme == "nats" and not is_loopback:
+    if parts.scheme == "nats" and not _is_loopback(parts.hostname):
         raise ValueError("must begin with tls:// unless the bus is on this machine: it carries sign-ins")
     return text
 
@@ -179,6 +189,8 @@ class Settings:
     """Maximum time to wait for one response of the database."""
     bus_url: str = field(default="", repr=False, metadata=_from("TOWER_BUS_URL", _bus_url))
     """NATS, through which several towers share one PostgreSQL. Empty: one tower on one database."""
+    own_url: str = _setting("", "TOWER_OWN_URL", _own_url)
+    """Where agents reach this tower and no other one. Empty: through a proxy only."""
     web: Path = field(default=CONSOLE, metadata=_from("TOWER_WEB", Path))
     secret_keys: str = field(default="", repr=False, metadata=_from("TOWER_SECRET_KEYS", _keys))
     """Keys that seal secrets in the database that must be read again. Empty: those in `secret_key_file`."""
@@ -299,4 +311,6 @@ def read_settings(environment: Mapping[str, str]) -> Settings:
         raise SettingsError("TOWER_SESSION_IDLE_S", "must not be longer than TOWER_SESSION_LIFETIME_S")
     if settings.bus_url and settings.is_sqlite:
         raise SettingsError("TOWER_BUS_URL", "needs PostgreSQL: set DATABASE_URL")
+    if settings.own_url and not settings.bus_url:
+        raise SettingsError("TOWER_OWN_URL", "is for one of several towers: set TOWER_BUS_URL")
     return settings

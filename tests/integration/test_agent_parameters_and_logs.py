@@ -162,13 +162,13 @@ async def test_a_tower_that_is_away_is_tried_again_and_a_wrong_credential_is_the
     (tmp_path / "file").write_bytes(LOG)
     async with FileTower().running() as tower:
         port = tower.port
-    sender = TowerFileSender(TowerUrl("127.0.0.1", port, secure=False), lambda: TICKET)
+    sender = TowerFileSender(lambda: TowerUrl("127.0.0.1", port, secure=False), lambda: TICKET)
     sender.begin(7, tmp_path / "file")
     await asyncio.sleep(0.02)
     assert sender.state == Sending(0)
     sender.stop()
     async with FileTower().running() as tower:
-        sender = TowerFileSender(TowerUrl("127.0.0.1", tower.port, secure=False), lambda: TICKET)
+        sender = TowerFileSender(lambda: TowerUrl("127.0.0.1", tower.port, secure=False), lambda: TICKET)
         sender.begin(8, tmp_path / "file")
         assert await ended(sender) == Sent()
         assert tower.files == [("/api/v1/agent/files/8", LOG)]
@@ -187,7 +187,7 @@ async def test_a_file_goes_to_no_tower_whose_certificate_nobody_trusts(
     secure.load_cert_chain(certificate, key)
     (tmp_path / "file").write_bytes(LOG)
     async with FileTower().running(secure) as tower:
-        sender = TowerFileSender(TowerUrl("127.0.0.1", tower.port, secure=True), lambda: TICKET)
+        sender = TowerFileSender(lambda: TowerUrl("127.0.0.1", tower.port, secure=True), lambda: TICKET)
         sender.begin(1, tmp_path / "file")
         await asyncio.sleep(0.3)
         assert (sender.state, tower.files) == (Sending(0), [])

@@ -92,6 +92,8 @@ TABLE: Final[dict[str, str]] = {
     "list_enrolments": RULE,
     **dict.fromkeys(("begin_enrolment", "cancel_enrolment", "revoke_key"), RULE_IN_PERSON),
     **dict.fromkeys(("list_audit_events", "download_audit_events", "system", "who_is_online"), RULE),
+    "list_towers": RULE,
+    "drain_tower": RULE_IN_PERSON,
     "metrics": METRICS,
 }
 METRICS_SECRET: Final = "0123456789abcdef0123456789abcdef"

@@ -11,13 +11,15 @@ from pathlib import Path
 import pytest
 from own_postgres import own_postgres
 from tcp_switch import TcpSwitch
+from worlds.frame_tap import frame_tap
 from worlds.free_ports import free_tcp_port, free_udp_ports
 from worlds.nats import nats_program, temporary_nats
-from worlds.pilot import at_the_controls, fly_by_hand
+from worlds.pilot import at_the_controls, fly_by_hand, watching
 from worlds.processes import BIN, Process, Visitor, World, kill_9, wait_for
 
 BACK_WITHIN_S = 3.0
 HOLD_WITHIN_S = 2.0
+MAX_GAP_S = 0.2
 SIMULATOR = ("--boot-s", "1", "--seed", "3", "--speed", "1", "--radio", "low")
 
 
@@ -37,7 +39,11 @@ class SharedWorld(World):
         port = port or free_tcp_port()
         self.ports.append(port)
         name = f"tower-{len(self.ports)}"
-        changed = {"TOWER_PORT": str(port), "TOWER_UDP_PORT": str(free_udp_ports(1)[0])}
+        changed = {
+            "TOWER_PORT": str(port),
+            "TOWER_UDP_PORT": str(free_udp_ports(1)[0]),
+            "TOWER_OWN_URL": f"http://127.0.0.1:{port}",
+        }
         process = self._spawn(name, str(BIN / "tower"), "serve", env=self.environment | changed)
 
         def listens() -> bool:
@@ -128,3 +134,55 @@ async def test_flown_and_taken_across_towers_and_found_again_after_a_death(world
             assert (await asyncio.to_thread(alice.drone, 1))["online"]
     finally:
         switch.close()
+
+
+async def test_a_tower_drains_under_a_pilot_and_the_next_one_freezes(world: SharedWorld) -> None:
+    first = await asyncio.to_thread(world.start_one)
+    second = await asyncio.to_thread(world.start_one)
+    world.port = world.ports[0]
+    agent_port = free_udp_ports(1)[0]
+    log = "agent-Kestrel"
+    with frame_tap(agent_port) as tap:
+        await asyncio.to_thread(world.start_agent, "Kestrel", f"udpin:127.0.0.1:{agent_port}")
+        home, out = "47.3977,8.5456,488,0", f"udp:127.0.0.1:{tap.port}"
+        world.start("simulator", "tower-sim", "--home", home, "--out", out, *SIMULATOR)
+        alice = await asyncio.to_thread(world.at, 1, "alice")
+        await asyncio.to_thread(world.wait_until_online, alice, 1)
+        async with at_the_controls(alice, 1) as pilot:
+            await fly_by_hand(pilot)
+            before = len(world.log_of(log))
+
+            # The drone's tower ends its work: her sticks go on.
+            began_at = time.monotonic()
+            said = await asyncio.to_thread(world.tower_command, "drain", f"http://127.0.0.1:{world.ports[0]}")
+            assert "has ended" in said
+            assert await asyncio.to_thread(first.wait, 20) == 0
+            drained_s = time.monotonic() - began_at
+            await pilot.until(lambda: tap.sticks[-1] > began_at + drained_s, "sticks by the other tower")
+            gap_s = tap.longest_gap_s(began_at)
+            print(f"drained within {drained_s:.1f} s, longest gap in the sticks {gap_s * 1000:.0f} ms")
+            assert gap_s < MAX_GAP_S
+            assert "hold" not in world.log_of(log)[before:]
+
+        # She connects to a third tower, and flies on from there. Then the drone's tower freezes.
+        await asyncio.to_thread(world.start_one)
+        alice = await asyncio.to_thread(world.at, 2, "alice")
+        await asyncio.to_thread(world.wait_until_online, alice, 1)
+        listed = str(world.ports[2])
+        await asyncio.to_thread(wait_for, "the third in the list", lambda: listed in world.log_of(log))
+        async with watching(alice, 1) as pilot:
+            pilot.hold_sticks()
+            resumed_at = time.monotonic()
+            await pilot.until(lambda: tap.sticks[-1] > resumed_at + 0.5, "her sticks")
+            second.send_signal(signal.SIGSTOP)
+            frozen_at = time.monotonic()
+            links = world.log_of(log).count("link up")
+            await asyncio.to_thread(
+                wait_for, "a link to the third tower", lambda: world.log_of(log).count("link up") > links
+            )
+            moved_s = time.monotonic() - frozen_at
+            await asyncio.to_thread(wait_for, "its hold", lambda: "hold: confirmed" in world.log_of(log))
+            print(f"linked to another tower {moved_s:.2f} s after the freeze")
+            assert moved_s < BACK_WITHIN_S
+            assert (await asyncio.to_thread(alice.drone, 1))["holder"]["name"] == "alice"
+            second.send_signal(signal.SIGCONT)

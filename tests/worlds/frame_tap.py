@@ -1,4 +1,4 @@
-"""A relay between an agent and its simulator that notes when a MAVLink command passes to the simulator.
+"""A relay between an agent and its simulator that notes when MAVLink commands and sticks pass to the simulator.
 
 Runs in its own thread, for synchronous tests. Both sides speak UDP on the loopback.
 """
@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import pairwise
 
 from wire.dialect import decode
 from wire.frame_stream import FrameStream
@@ -25,11 +26,18 @@ class FrameTap:
         """The port for the simulator to send to."""
         self.commands: list[tuple[float, int]] = []
         """When each COMMAND_LONG left for the simulator (`time.monotonic`), and which."""
+        self.sticks: list[float] = []
+        """When each message with sticks left for the simulator."""
         self._over = threading.Event()
 
     def first_after(self, at_s: float, command: int) -> float | None:
         """Returns the seconds from `at_s` to the first such command after it."""
         return next((came - at_s for came, which in self.commands if came >= at_s and which == command), None)
+
+    def longest_gap_s(self, since_s: float) -> float:
+        """Returns the longest time without sticks since then, the present one included."""
+        times = [since_s, *(at for at in self.sticks if at >= since_s), time.monotonic()]
+        return max(later - earlier for earlier, later in pairwise(times))
 
     def run(self) -> None:
         simulator = None
@@ -50,6 +58,8 @@ class FrameTap:
             message = decode(bytes(frame))
             if message is not None and message.get_type() == "COMMAND_LONG":
                 self.commands.append((at_s, message.command))
+            elif message is not None and message.get_type() in ("MANUAL_CONTROL", "RC_CHANNELS_OVERRIDE"):
+                self.sticks.append(at_s)
 
     def stop(self) -> None:
         self._over.set()

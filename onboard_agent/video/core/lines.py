@@ -31,9 +31,11 @@ class SetUp(msgspec.Struct, frozen=True, tag="set_up", tag_field="type", kw_only
 
 
 class Watched(msgspec.Struct, frozen=True, tag="watched", tag_field="type", kw_only=True):
-    """To the child, on each change: the streams to make, and the ticket for the tower. No streams: idle."""
+    """To the child, on each change: the streams to make, and the ticket for the tower. No streams: idle. `tower`: whose
+    ticket it is, if another tower has the link than that of SetUp."""
 
     ticket: str = ""
+    tower: str = ""
     streams: tuple[StreamRequest, ...] = ()
 
 

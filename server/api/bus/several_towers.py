@@ -11,6 +11,7 @@ from typing import Final
 import structlog
 
 from server.api.bus.asking import Asking
+from server.api.bus.draining import Draining
 from server.api.bus.nats_bus import NatsBus
 from server.api.relay.live_writer import LiveWriter
 from server.api.relay.write_round import WriteRound
@@ -23,6 +24,7 @@ from server.store.database import DatabaseUnavailable
 from server.store.fleet.roster import Roster
 from server.store.towers.claims import Claims
 from server.store.towers.membership import TowerMembership
+from wire.tower_list import MAX_TOWERS
 
 TICK_S: Final = 0.1
 LEARNT_EVERY_S: Final = 10
@@ -65,6 +67,9 @@ class SeveralTowers:
         self.asking = Asking(self.towers)
         membership.others_decide = self.towers.others_decide
         self._refreshing: asyncio.Task[None] | None = None
+        self._draining: asyncio.Task[None] | None = None
+        self.on_drained: Callable[[], None] = lambda: None
+        """Nobody is left here: the process may end."""
         self._roster: Roster | None = None
 
     @asynccontextmanager
@@ -74,20 +79,43 @@ class SeveralTowers:
         membership = self._membership
         membership.on_members = lambda members: self.towers.set_members(members, time.monotonic())
         self.towers.on_newer_fleet = self._refresh
+        membership.on_present = self._present
         if membership.members:
             membership.on_members(membership.members)
+        self._present()
         await self.claims.learn()
         beating = asyncio.create_task(self._beat())
         working = asyncio.create_task(self._each_second())
         try:
             yield
         finally:
-            tasks = [one for one in (beating, working, self._refreshing) if one is not None]
+            tasks = [one for one in (beating, working, self._refreshing, self._draining) if one is not None]
             for one in tasks:
                 one.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
             await self.claims.stop()
             await self.asking.stop()
+
+    def _present(self) -> None:
+        """The towers that the database knows, or what they say of themselves, have changed."""
+        present = self._membership.present
+        self.towers.set_versions({one.tower: one.bus_version for one in present})
+        # A tower that is not heard stays in the list until it is declared dead: the bus may be lost, not the tower.
+        self._hub.links.tell_towers(tuple(one.url for one in present if one.url and not one.draining)[:MAX_TOWERS])
+        mine = next((one for one in present if one.tower == self._membership.tower), None)
+        if mine is not None and mine.draining and self._draining is None:
+            self._draining = asyncio.create_task(self._drain())
+
+    @property
+    def is_draining(self) -> bool:
+        return self._draining is not None
+
+    async def _drain(self) -> None:
+        def report(words: str) -> None:
+            self._membership.doing = words
+
+        await Draining(self._hub, self.towers, report=report).run()
+        self.on_drained()
 
     def _received(self, packet: bytes) -> None:
         if self._membership.may_act():

@@ -5,7 +5,8 @@ from __future__ import annotations
 from fastapi import APIRouter, Request
 from pydantic import BaseModel
 
-from server.api.dependencies import TowerLockDep
+from server.api.dependencies import HubDep, TowerLockDep
+from server.domain.tower_refusals import TowerDraining
 from server.store.database import DatabaseUnavailable
 
 router = APIRouter(prefix="/api/v1", tags=["health"])
@@ -24,9 +25,11 @@ async def health(request: Request) -> Health:
 
 
 @router.get("/health/ready", operation_id="ready")
-async def ready(request: Request, lock: TowerLockDep) -> Health:
+async def ready(request: Request, lock: TowerLockDep, hub: HubDep) -> Health:
     """Tells whether the tower is fully operational: the database accepted its last write, half a second ago. 503
-    otherwise."""
+    otherwise, and while it ends its work (`tower drain`)."""
     if not lock.is_renewed:
         raise DatabaseUnavailable("the database accepts no writes: flights go on, and nothing can be changed")
+    if not hub.takes_browsers:
+        raise TowerDraining("this tower ends its work: others have its drones")
     return Health(status="ok", version=request.app.version)

@@ -35,6 +35,7 @@ from server.domain.access import (
 from server.domain.drone_settings import BadDroneSettings
 from server.domain.names import BadName
 from server.domain.refusal import Refusal, RetryLater
+from server.domain.tower_refusals import LastTower, TowerDraining, UnknownTower
 from server.live.accounts.challenges import ChallengeOver, TooManyChallenges
 from server.live.accounts.relying_party import PasskeysUnavailable
 from server.live.alerts.refusals import MayNotAcknowledge, UnknownAlert
@@ -170,6 +171,9 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     TooManySignIns: Kind("busy", 503, "The tower is busy"),
     ReadOnlyAccount: Kind("read-only-account", 403, "Your account only watches"),
     AdminsOnly: Kind("admins-only", 403, "For admins only"),
+    UnknownTower: Kind("unknown-tower", 404, "No such tower"),
+    LastTower: Kind("last-tower", 409, "No other tower"),
+    TowerDraining: Kind("tower-draining", 503, "The tower ends its work"),
     UnknownDrone: Kind("unknown-drone", 404, "No such drone"),
     NoTileFile: Kind("no-tiles", 404, "No map tiles here"),
     UnknownUser: Kind("unknown-user", 404, "No such user"),

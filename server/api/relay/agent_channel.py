@@ -109,6 +109,8 @@ class AgentChannel:
         """Runs until either side ends the connection."""
         by_key = KEY_SUBPROTOCOL in self._websocket.scope["subprotocols"]
         try:
+            if not self._hub.links.takes_new:
+                raise AgentRefused(503, "this tower ends its work: link to another one")
             credential = self._shown(by_key)
         except AgentRefused as refused:
             log_refusal(self._anonymous, "agent_refused", refused.status, refused.words)
@@ -285,6 +287,7 @@ class AgentChannel:
                 signature=signed_in.signature(link_id),
                 credential_forgotten=signed_in.credential_forgotten,
                 ticket=ticket,
+                towers=self._hub.links.towers,
             )
         )
         self._hub.attach_link(link, time.monotonic())

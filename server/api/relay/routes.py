@@ -15,7 +15,7 @@ from server.api.dependencies import (
 )
 from server.api.relay.agent_channel import AgentChannel
 from server.api.relay.live_channel import BROWSER_SUBPROTOCOL, LiveChannel
-from server.api.relay.viewer_sign_in import ViewerSignInDep, refuse_connection
+from server.api.relay.viewer_sign_in import TRY_AGAIN, ViewerSignInDep, refuse_connection
 from server.domain.access import AccessRequest, Action, judge
 
 NOT_FOR_WATCHING: Final = 4403
@@ -37,6 +37,9 @@ async def live(
     `?scopes=watch` narrows the rights of the connection: it cannot fly, and its presence does not count.
     """
     subprotocol = BROWSER_SUBPROTOCOL if BROWSER_SUBPROTOCOL in websocket.scope["subprotocols"] else None
+    if not hub.takes_browsers:
+        await refuse_connection(websocket, subprotocol, TRY_AGAIN, "this tower ends its work: connect to another one")
+        return
     viewer = await viewer_sign_in.sign_in(websocket, subprotocol)
     if viewer is None:
         return

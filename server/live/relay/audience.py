@@ -32,7 +32,14 @@ class Audience:
         self._close = close
 
     def enter(
-        self, browser: Browser, seen: list[LiveDrone], alerts: list[AlertView], server_time: str, now: float
+        self,
+        browser: Browser,
+        seen: list[LiveDrone],
+        alerts: list[AlertView],
+        server_time: str,
+        now: float,
+        *,
+        other_towers: bool = False,
     ) -> None:
         """The browser gets the frames of `seen` from here on; the whole picture comes first."""
         self._state.browsers[browser.number] = browser
@@ -42,7 +49,11 @@ class Audience:
         user = live.User(viewer.user_id, viewer.name, viewer.role)
         browser.notify(
             live.WelcomeBrowser(
-                user, [drone.view_for(viewer.user_id, viewer.role) for drone in seen], server_time, alerts
+                user,
+                [drone.view_for(viewer.user_id, viewer.role) for drone in seen],
+                server_time,
+                alerts,
+                other_towers=other_towers,
             )
         )
         self._note_presence_of(viewer.user_id, now)

@@ -8,6 +8,7 @@ from server.live.relay.agent_link import AgentLink
 from server.live.relay.live_state import LiveState
 from server.live.relay.orphans import Orphans, outlives_its_channel
 from wire.ids import DroneId, LinkId
+from wire.tower_list import TOWERS, TowerList
 
 LINK_REPLACED: Final = 4409
 
@@ -26,6 +27,10 @@ class LinkChanges:
         self._state = state
         self._order_hold = order_hold
         self._orphans = Orphans(self.detach)
+        self.towers: tuple[str, ...] = ()
+        """Addresses of the towers that take links now; empty: this one alone."""
+        self.takes_new = True
+        """False: this tower ends its work, and sends agents elsewhere."""
 
     def attach(self, link: AgentLink, now: float) -> None:
         """An agent signed in. Closes the drone's earlier link: the newest one counts.
@@ -49,6 +54,21 @@ class LinkChanges:
         elif now - drone.sticks_at < HAND_REMEMBERED_S:
             self._order_hold(drone.drone_id, "the agent's link was renewed while flying by hand")
         self._state.note_hold(drone)
+
+    def tell_towers(self, towers: tuple[str, ...]) -> None:
+        """These towers take links now."""
+        if towers != self.towers:
+            self.towers = towers
+            for link in list(self._state.links.values()):
+                if TOWERS in link.takes:
+                    link.post(TowerList(towers=towers))
+
+    def send_away(self, link: AgentLink) -> bool:
+        """Asks the agent to link to another tower and then to leave this one. False: it does not know how to."""
+        if TOWERS not in link.takes or not self.towers:
+            return False
+        link.post(TowerList(towers=self.towers, leave=True))
+        return True
 
     def detach(self, link: AgentLink) -> None:
         """Removes the link. Idempotent, also for a replaced link."""

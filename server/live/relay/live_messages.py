@@ -31,6 +31,13 @@ class WelcomeBrowser(msgspec.Struct, frozen=True, tag="welcome", tag_field="type
     server_time: str
     alerts: list[AlertView] = []
     """Those that are open or wait for a person."""
+    other_towers: bool = False
+    """Another tower can take this browser if this one is lost."""
+
+
+class LeaveTower(msgspec.Struct, frozen=True, tag="leave_tower", tag_field="type"):
+    """This tower ends its work: the browser connects again, beside this connection, and leaves this one once the other
+    one has its welcome."""
 
 
 class DroneChanged(msgspec.Struct, frozen=True, tag="drone", tag_field="type"):
@@ -323,6 +330,7 @@ ToBrowser = (
     | ParametersChanged
     | Recording
     | Relayed
+    | LeaveTower
 )
 FromBrowser = Watch | Focus | MapShown | Pong | PersonFix
 

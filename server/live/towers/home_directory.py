@@ -20,6 +20,10 @@ class HomeDirectory:
         known = self._homes.get(drone_id)
         return None if known is None else known[1]
 
+    def claim_of(self, drone_id: DroneId) -> int:
+        """The number of the newest claim; 0 if none is known."""
+        return self._homes.get(drone_id, (0, ""))[0]
+
     def learn(self, tower: str, homes: Iterable[tuple[int, int]]) -> list[DroneId]:
         """`tower` claims these drones, each with the number of its claim. The drones whose home has changed."""
         changed = []

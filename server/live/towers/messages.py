@@ -17,6 +17,8 @@ from wire.ids import UserId
 TOWER_ID_BYTES: Final = 16
 MAX_PACKET_BYTES: Final = 900_000
 """NATS takes a million bytes by default."""
+BUS_VERSION: Final = 1
+"""A tower tells it in its row. 0: knows no HandOver, and would break the stream."""
 _HEADER: Final = Struct("<16sIIQ")
 
 
@@ -144,6 +146,15 @@ class Answer(msgspec.Struct, frozen=True, array_like=True, tag=14):
     more: bool
 
 
+class HandOver(msgspec.Struct, frozen=True, array_like=True, tag=15):
+    """The sender, which is the home of this drone by this claim, has asked its agent to link to another tower. It is
+    flown by hand, or nobody flies it: all is well with it. For whoever claims it next."""
+
+    drone_id: int
+    claim: int
+    epoch: int
+
+
 Message = (
     Hello
     | Beat
@@ -160,6 +171,7 @@ Message = (
     | CloseBrowser
     | Ask
     | Answer
+    | HandOver
 )
 
 

@@ -4,6 +4,7 @@ The shell passes in packets and the time, and sends what `publish` is given. Eve
 """
 
 from collections.abc import Callable, Collection, Iterable
+from typing import Final
 
 from server.live.hub import Hub
 from server.live.towers.home_directory import HomeDirectory
@@ -11,6 +12,7 @@ from server.live.towers.messages import (
     Answer,
     Ask,
     Beat,
+    HandOver,
     Hello,
     Homes,
     MalformedPacket,
@@ -25,6 +27,9 @@ from server.live.towers.visitors import Stop, Visitor, Visitors
 from server.live.towers.visits import Visits
 from wire.ids import DroneId
 from wire.lateness import stamp_ms
+
+HANDED_OVER_FOR_S: Final = 4.0
+"""A drone that comes later than this after its last tower's word counts as unknown: it holds."""
 
 
 class OtherTower:
@@ -77,6 +82,8 @@ class Towers:
         """Whether this tower is about to become the home, because the drone's agent has just linked here."""
         self.on_newer_fleet: Callable[[int], None] = lambda revision: None
         self.packets_dropped = 0
+        self._bus_versions: dict[str, int] = {}
+        self._handed_over: dict[DroneId, tuple[int, int, float]] = {}
         hub.state.place_of = self.place_of
         hub.visits = self.visits
 
@@ -177,6 +184,23 @@ class Towers:
         for tower in self.ready():
             self.send(tower, Homes(told))
 
+    def set_versions(self, versions: dict[str, int]) -> None:
+        """Which messages the others understand."""
+        self._bus_versions = versions
+
+    def hand_over(self, drone_id: DroneId, epoch: int) -> None:
+        """This tower's drone is about to link to another one, and all is well with it."""
+        claim = self.directory.claim_of(drone_id)
+        for tower in self.ready():
+            if self._bus_versions.get(tower, 0) >= 1:
+                self.send(tower, HandOver(drone_id, claim, epoch))
+
+    def was_handed_over(self, drone_id: DroneId, claim: int, epoch: int, now: float) -> bool:
+        """Whether the home before this claim has just said that all is well with the drone, and nobody has changed its
+        lease since."""
+        said = self._handed_over.pop(drone_id, None)
+        return said is not None and said[:2] == (claim - 1, epoch) and now - said[2] <= HANDED_OVER_FOR_S
+
     def learn_homes(self, tower: str, homes: Iterable[tuple[int, int]], now: float) -> None:
         """The database knows these claims of that tower."""
         self._place(self.directory.learn(tower, homes), now)
@@ -235,6 +259,9 @@ class Towers:
                     self.on_newer_fleet(message.revision)
             case Homes():
                 self.learn_homes(tower, message.homes, now)
+            case HandOver():
+                if self.directory.home_of(DroneId(message.drone_id)) == tower:
+                    self._handed_over[DroneId(message.drone_id)] = (message.claim, message.epoch, now)
             case Ask():
                 self.on_ask(tower, message)
             case Answer():

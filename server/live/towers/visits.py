@@ -14,8 +14,10 @@ import msgspec
 from server.domain.people import SignInId, TokenId
 from server.live.relay.browser import Browser
 from server.live.relay.flood_gate import FloodGate
+from server.live.relay.live_drone import MANUAL_FOR_S
 from server.live.relay.live_messages import Focus, FromBrowser, MapShown, PersonFix, Pong, Relayed, Watch
 from server.live.relay.live_state import LiveState
+from server.live.relay.policy import Kind, kind_of
 from server.live.towers.messages import (
     CloseBrowser,
     Detach,
@@ -60,6 +62,8 @@ class _Visit:
     focus: DroneId | None = None
     rate: str | None = None
     map_shown: str | None = None
+    sticks_at: float = float("-inf")
+    """When it last moved sticks of a drone elsewhere."""
 
 
 class _DroneRemoved(msgspec.Struct):
@@ -75,6 +79,16 @@ class Visits:
         self._reach = reach
         self._visits: dict[int, _Visit] = {}
         self._slots: dict[str, int] = {}
+
+    @property
+    def has_others(self) -> bool:
+        """Whether another tower is within reach."""
+        return any(True for _ in self._reach.ready())
+
+    def flies_by_hand(self, number: int, now: float) -> bool:
+        """Whether this browser has just moved the sticks of a drone elsewhere."""
+        visit = self._visits.get(number)
+        return visit is not None and now - visit.sticks_at < MANUAL_FOR_S
 
     # -- from this tower's browsers ------------------------------------------------------------------------------
 
@@ -137,6 +151,9 @@ class Visits:
         theirs: defaultdict[str, list[bytes]] = defaultdict(list)
         for drone_id, frame in parts:
             home = homes[drone_id]
+            visit = self._visits.get(browser.number)
+            if visit is not None and kind_of(frame) is Kind.STICKS:
+                visit.sticks_at = now
             if home is None:
                 ours.append(tag(drone_id, frame))
             elif self._flood.admits(browser.viewer.user_id, None, flies=True, now=now):

@@ -151,7 +151,9 @@ class Claims:
         apply_to(self._hub, drone_id, settings)
         if claimed.moved and claimed.hold_open:
             self._hub.holds.keep(drone_id)
-        if claimed.moved and drone.link is not None and (drone.lease.holder is not None or claimed.hold_open):
+        well = self._towers.was_handed_over(drone_id, claimed.claim, drone.lease.epoch, now) and not claimed.hold_open
+        is_flown = drone.lease.holder is not None or claimed.hold_open
+        if claimed.moved and not well and drone.link is not None and is_flown:
             # What was flown elsewhere is not known here. Before anybody's commands pass.
             self._hub.holds.order(drone_id, ANOTHER_TOWER)
         self._towers.claimed([(drone_id, claimed.claim)], now)

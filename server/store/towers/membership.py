@@ -12,6 +12,7 @@ import secrets
 import socket
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import dataclass, replace
 from typing import Final
 
 import structlog
@@ -40,6 +41,21 @@ RENEW_WITHIN_S: Final = 0.7
 _log = structlog.get_logger(__name__)
 
 
+@dataclass(frozen=True)
+class Member:
+    """A running tower, as its row says."""
+
+    tower: str
+    renewals: int
+    url: str = ""
+    bus_version: int = 0
+    draining: bool = False
+
+
+def _by_tower(member: Member) -> str:
+    return member.tower
+
+
 class MemberBelief(LockBelief):
     """Whether a tower may trust that it still is one. While the database is silent, the bus tells whether another tower
     can reach it, and could declare this one dead."""
@@ -65,10 +81,19 @@ class TowerMembership:
         self._belief: MemberBelief | None = None
         self._watches: dict[str, LockWatch] = {}
         self._answered = True
-        self._ending: set[asyncio.Task[list[tuple[str, int]] | None]] = set()
+        self._ending: set[asyncio.Task[list[Member] | None]] = set()
         self._running_out: asyncio.TimerHandle | None = None
         self.members: frozenset[str] = frozenset()
         """All towers, this one included."""
+        self.present: tuple[Member, ...] = ()
+        """The same, with what their rows say but their counters."""
+        self.own_url = ""
+        """Where agents reach this tower alone. Set it before `take`."""
+        self.bus_version = 0
+        self.doing = ""
+        """How far this tower is with ending its work, for people: written with each renewal."""
+        self.on_present: Callable[[], None] = lambda: None
+        """`present` has changed."""
         self.others_decide: Callable[[], bool] = lambda: True
         self.on_members: Callable[[frozenset[str]], None] = lambda members: None
         self.address = ""
@@ -128,6 +153,8 @@ class TowerMembership:
                 pid=os.getpid(),
                 address=self.address[:255],
                 joined_at=self._clock(),
+                url=self.own_url,
+                bus_version=self.bus_version,
             )
             await session.merge(mine)  # the answer to an earlier attempt may have been lost
         return None, began_at
@@ -171,32 +198,38 @@ class TowerMembership:
         await self._watch_others(found)
         return True
 
-    async def _write_renewal(self) -> list[tuple[str, int]] | None:
+    async def _write_renewal(self) -> list[Member] | None:
         """Returns all towers with their counters; None if this one is none of them."""
         async with self._open().writing() as session:
             lock = update(TowerLockRow).where(TowerLockRow.id == THE_ROW, TowerLockRow.owner == BUS)
             lock = lock.values(renewals=TowerLockRow.renewals + 1, renewed_at=self._clock())
             mine = update(TowerMemberRow).where(TowerMemberRow.tower == self.tower)
-            mine = mine.values(renewals=TowerMemberRow.renewals + 1)
+            mine = mine.values(renewals=TowerMemberRow.renewals + 1, doing=self.doing[:255])
             for one in (lock.returning(TowerLockRow.id), mine.returning(TowerMemberRow.tower)):
                 if await session.scalar(one) is None:
                     return None
-            rows = await session.execute(select(TowerMemberRow.tower, TowerMemberRow.renewals))
-            return [(row.tower, row.renewals) for row in rows]
+            return [
+                Member(row.tower, row.renewals, row.url, row.bus_version, row.draining)
+                for row in await session.scalars(select(TowerMemberRow))
+            ]
 
-    async def _watch_others(self, found: list[tuple[str, int]]) -> None:
-        members = {tower for tower, _ in found}
+    async def _watch_others(self, found: list[Member]) -> None:
+        members = {one.tower for one in found}
         for gone in [one for one in self._watches if one not in members]:
             del self._watches[gone]
-        for tower, renewals in found:
+        for tower, renewals in [(one.tower, one.renewals) for one in found]:
             if tower == self.tower:
                 continue
             watch = self._watches.setdefault(tower, LockWatch())
             if watch.may_take(LockState(tower, renewals), self._now()) and await self._declare_dead(tower, renewals):
                 members.discard(tower)
+        present = tuple(sorted((replace(one, renewals=0) for one in found if one.tower in members), key=_by_tower))
+        is_new, self.present = present != self.present, present
         if frozenset(members) != self.members:
             self.members = frozenset(members)
             self.on_members(self.members)
+        if is_new:
+            self.on_present()
 
     async def _declare_dead(self, tower: str, renewals: int) -> bool:
         dead = delete(TowerMemberRow).where(TowerMemberRow.tower == tower, TowerMemberRow.renewals == renewals)
@@ -263,7 +296,7 @@ class TowerMembership:
             await self._database.close()
             self._database = None
 
-    def _ended(self, attempt: asyncio.Task[list[tuple[str, int]] | None]) -> None:
+    def _ended(self, attempt: asyncio.Task[list[Member] | None]) -> None:
         self._ending.discard(attempt)
         if not attempt.cancelled():
             attempt.exception()  # nobody else retrieves it

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from datetime import datetime
 
-from sqlalchemy import BigInteger, ForeignKey, String
+from sqlalchemy import BigInteger, ForeignKey, String, false
 from sqlalchemy.orm import Mapped, mapped_column
 
 from server.store.database import Base, UtcDateTime
@@ -22,6 +22,14 @@ class TowerMemberRow(Base):
     pid: Mapped[int] = mapped_column(default=0, server_default="0")
     address: Mapped[str] = mapped_column(String(255), default="", server_default="")
     joined_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    url: Mapped[str] = mapped_column(String(255), default="", server_default="")
+    """Where agents reach this tower and no other one (TOWER_OWN_URL). Empty: through a proxy only."""
+    bus_version: Mapped[int] = mapped_column(default=0, server_default="0")
+    """Which messages it understands on the bus (server.live.towers.messages)."""
+    draining: Mapped[bool] = mapped_column(default=False, server_default=false())
+    """Somebody has asked it to end its work (`tower drain`)."""
+    doing: Mapped[str] = mapped_column(String(255), default="", server_default="")
+    """How far it is with that, for people."""
 
 
 class DroneHomeRow(Base):

@@ -5,6 +5,7 @@
 
 import { backoffMs } from './backoff';
 import type { Clock } from './clock';
+import { LiveMove } from './live_move';
 import { focusText, pongText, viewportText, watchText, type MapBounds } from './messages';
 import { personFixText, type Located } from './person_fix';
 import { Store, type Readable } from './store';
@@ -19,6 +20,8 @@ const SILENCE_LIMIT_MS = 6_000;
 /** While the tower pings (twice a second, to a user who flies) silence shows sooner. */
 const PINGED_SILENCE_LIMIT_MS = 3_000;
 const WELCOME_LIMIT_MS = 10_000;
+/** Where another tower takes over, a wrong alarm costs little, and a frozen tower must be left within 3 s. */
+const WITH_OTHERS = { silenceMs: 2_200, pingedSilenceMs: 1_500, welcomeMs: 2_000, firstRetryMs: 200 } as const;
 /** About four stick messages. A message behind a longer queue would fly the drone late. */
 const FRESH_LIMIT_BYTES = 200;
 
@@ -73,9 +76,13 @@ export class Live {
   #heardAtMs: number | null = null;
   #pingedAtMs = -Infinity;
   #isMoving = false;
+  #hasOtherTowers = false;
+  readonly #move: LiveMove;
 
   constructor(options: LiveOptions) {
     this.#options = options;
+    const { clock, openSocket } = options;
+    this.#move = new LiveMove({ clock, openSocket, onWelcome: (socket, welcome) => this.#goOn(socket, welcome) });
   }
 
   get state(): Readable<LiveState> {
@@ -176,24 +183,41 @@ export class Live {
       this.#lost(0);
       return;
     }
+    this.#use(socket);
+    this.#after(this.#hasOtherTowers ? WITH_OTHERS.welcomeMs : WELCOME_LIMIT_MS, () => this.#lost(0));
+  }
+
+  #use(socket: SocketLike): void {
     this.#socket = socket;
     socket.binaryType = 'arraybuffer';
     socket.onmessage = ({ data }) => this.#received(data);
     socket.onclose = ({ code, reason }) => this.#lost(code, reason);
-    this.#after(WELCOME_LIMIT_MS, () => this.#lost(0));
+  }
+
+  /** Another tower has welcomed this page: it has the page from here on. */
+  #goOn(socket: SocketLike, welcome: string): void {
+    const former = this.#socket;
+    if (former) former.onmessage = former.onclose = null;
+    this.#use(socket);
+    former?.close();
+    this.#received(welcome);
   }
 
   #received(data: unknown): void {
     if (typeof data === 'string') {
       const event = readTowerEvent(data);
-      if (event?.type === 'welcome') this.#opened();
+      if (event?.type === 'welcome') {
+        this.#hasOtherTowers = event.other_towers === true;
+        this.#opened();
+      }
+      if (event?.type === 'leave_tower' && this.#isOpen()) this.#move.begin();
       // Answered first, before any other processing: the tower measures the round trip with it.
       if (event?.type === 'ping' && this.#isOpen()) {
         this.#socket?.send(pongText(event.sequence));
         this.#pingedAtMs = this.#options.clock.nowMs();
       }
       if (this.#isOpen()) this.#watchSilence();
-      if (event && event.type !== 'ping') this.#options.onEvent(event);
+      if (event && event.type !== 'ping' && event.type !== 'leave_tower') this.#options.onEvent(event);
     } else if (data instanceof ArrayBuffer && this.#isOpen()) {
       this.#watchSilence();
       this.#options.onFrames(new Uint8Array(data));
@@ -213,7 +237,10 @@ export class Live {
     this.#cancelTimer();
     this.#heardAtMs = this.#options.clock.nowMs();
     const isPinged = this.#heardAtMs - this.#pingedAtMs < PINGED_SILENCE_LIMIT_MS;
-    const limitMs = isPinged ? PINGED_SILENCE_LIMIT_MS : SILENCE_LIMIT_MS;
+    const [silenceMs, pingedMs] = this.#hasOtherTowers
+      ? [WITH_OTHERS.silenceMs, WITH_OTHERS.pingedSilenceMs]
+      : [SILENCE_LIMIT_MS, PINGED_SILENCE_LIMIT_MS];
+    const limitMs = isPinged ? pingedMs : silenceMs;
     if (this.#expectsTraffic) this.#after(limitMs, () => this.#lost(0));
   }
 
@@ -228,13 +255,17 @@ export class Live {
       this.#state.set({ phase: 'signed-out', failures: 0, retryAtMs: null, why });
       return;
     }
-    const delayMs = backoffMs(failures, this.#options.random);
+    const isFirst = failures === 1 && this.#hasOtherTowers;
+    const delayMs = isFirst
+      ? WITH_OTHERS.firstRetryMs * (this.#options.random ?? Math.random)()
+      : backoffMs(failures, this.#options.random);
     this.#after(delayMs, () => this.#connect(failures));
     this.#state.set({ phase: 'waiting', failures, retryAtMs: this.#options.clock.nowMs() + delayMs, why: '' });
   }
 
   #drop(): void {
     this.#cancelTimer();
+    this.#move.stop();
     const socket = this.#socket;
     this.#socket = null;
     if (!socket) return;

@@ -166,7 +166,10 @@ export type TowerEvent =
       readonly server_time: string;
       /** Open, or waiting for a person; an older tower has none. */
       readonly alerts?: readonly Schemas['AlertView'][];
+      /** Another tower takes this page if this one is lost; absent from an older tower. */
+      readonly other_towers?: boolean;
     }
+  | { readonly type: 'leave_tower' }
   | { readonly type: 'drone'; readonly drone: Drone }
   | { readonly type: 'drone_removed'; readonly drone_id: number }
   | { readonly type: 'ping'; readonly sequence: number }
@@ -191,6 +194,7 @@ const KNOWN_TYPES: ReadonlySet<string> = new Set<TowerEvent['type']>([
   'drone',
   'drone_removed',
   'ping',
+  'leave_tower',
   'lost',
   'alert',
   'control',

@@ -215,3 +215,56 @@ describe('the live connection', () => {
     expect(phase()).toBe('connecting');
   });
 });
+
+describe('with several towers', () => {
+  const WITH_OTHERS = { ...WELCOME, other_towers: true };
+
+  beforeEach(() => {
+    live.start();
+    live.watch(5);
+    last().says(WITH_OTHERS);
+  });
+
+  it('leaves its tower only when another one has welcomed it', async () => {
+    const former = last();
+    former.says({ type: 'leave_tower' });
+    expect(sockets).toHaveLength(2);
+    expect(live.send(new Uint8Array([1]))).toBe(true);
+    expect(former.sent).toHaveLength(2);
+    former.says({ type: 'leave_tower' });
+    expect(sockets).toHaveLength(2);
+    last().says(WITH_OTHERS);
+    expect(phase()).toBe('open');
+    expect(former.closed).toBe(true);
+    expect(last().sent).toEqual(['{"type":"watch","rate_hz":5}']);
+    expect(live.send(new Uint8Array([1]))).toBe(true);
+    expect(last().sent).toHaveLength(2);
+    expect(events.map(({ type }) => type)).toEqual(['welcome', 'welcome']);
+    await clock.pass(2_000);
+    expect(phase()).toBe('open');
+  });
+
+  it('stays where it is when no other tower takes it, and tries again when told again', async () => {
+    const former = last();
+    former.says({ type: 'leave_tower' });
+    last().onclose?.({ code: 1013 });
+    expect(former.closed).toBe(false);
+    former.says({ type: 'leave_tower' });
+    await clock.pass(2_000);
+    expect(last().closed).toBe(true);
+    expect([phase(), former.closed]).toEqual(['open', false]);
+  });
+
+  it('takes a shorter silence for a dead tower, and connects again at once', async () => {
+    live.expectTraffic(true);
+    last().says({ type: 'ping', sequence: 1 });
+    await clock.pass(1_499);
+    expect(phase()).toBe('open');
+    await clock.pass(1);
+    expect(phase()).toBe('waiting');
+    await clock.pass(200);
+    expect(phase()).toBe('connecting');
+    await clock.pass(2_000);
+    expect(phase()).toBe('waiting');
+  });
+});

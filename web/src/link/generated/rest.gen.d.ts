@@ -1297,6 +1297,38 @@ export interface paths {
         readonly patch?: never;
         readonly trace?: never;
     };
+    readonly "/system/towers": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["list_towers"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/system/towers/{tower_id}/drain": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put?: never;
+        readonly post: operations["drain_tower"];
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
     readonly "/teams": {
         readonly parameters: {
             readonly query?: never;
@@ -3099,6 +3131,21 @@ export interface components {
             /** @description For `Authorization: Bearer`. The tower keeps only its hash */
             readonly secret: string;
             readonly token: components["schemas"]["TokenView"];
+        };
+        /** @description One of several towers on one database. */
+        readonly TowerView: {
+            readonly address: string;
+            /** @description How far it is with that, in words */
+            readonly doing: string;
+            /** @description It ends its work */
+            readonly draining: boolean;
+            readonly host: string;
+            /** @description The first letters of its number */
+            readonly id: string;
+            /** Format: date-time */
+            readonly joined_at: string;
+            /** @description Where agents reach this tower alone; empty: through a proxy only */
+            readonly own_url: string;
         };
         /** @description Turns to this heading; `relative`: by this angle, clockwise. `yaw` is the older name of `turn`. */
         readonly Turn: {
@@ -5850,6 +5897,48 @@ export interface operations {
                 };
                 content: {
                     readonly "application/json": components["schemas"]["SystemView"];
+                };
+            };
+        };
+    };
+    readonly list_towers: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": readonly components["schemas"]["TowerView"][];
+                };
+            };
+        };
+    };
+    readonly drain_tower: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly tower_id: string;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 202: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["TowerView"];
                 };
             };
         };
