@@ -21,14 +21,16 @@ export async function fetchFlight(
   fetcher: Fetch = (from, init) => fetch(from, init),
   pause: Wait = wait,
 ): Promise<void> {
+  const range = (from: number) => fetchRange(url, from, fetcher, pause);
   let at = 0;
-  let total = Infinity;
-  while (at < total) {
-    const [piece, whole] = await fetchRange(url, at, fetcher, pause);
-    if (whole > MAX_FLIGHT_BYTES) throw new Error(TOO_LARGE);
-    total = whole;
+  let coming: Promise<[Uint8Array, number]> | null = range(0);
+  while (coming) {
+    const [piece, total]: [Uint8Array, number] = await coming;
+    if (total > MAX_FLIGHT_BYTES) throw new Error(TOO_LARGE);
     if (piece.length === 0) return;
     at += piece.length;
+    coming = at < total ? range(at) : null; // comes while this one is read
+    coming?.catch(() => undefined); // heard of above, when it is its turn
     onPiece(piece, total);
   }
 }

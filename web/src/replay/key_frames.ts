@@ -5,9 +5,9 @@
 
 import type { FrameLog } from '../frames/frame_log';
 
-export const PIECE_MS = 10_000;
-/** Decoding so many takes some 5 ms. */
-export const MAX_PIECE_ENTRIES = 1024;
+export const PIECE_MS = 4_000;
+/** Decoding so many takes some 3 ms. */
+export const MAX_PIECE_ENTRIES = 512;
 const HEARTBEAT = 0;
 const STATUSTEXT = 253;
 

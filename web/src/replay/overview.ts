@@ -37,7 +37,7 @@ export interface FlightOverview {
 
 const STEP_M = 1;
 /** Beyond it the track is thinned to half: a line on a screen has no more points. */
-const MAX_POINTS = 4_000;
+const MAX_POINTS = 2_000;
 const MAX_TEXTS = 2_000;
 const MAX_MODES = 2_000;
 const AIRBORNE_ABOVE_M = 1.5;
