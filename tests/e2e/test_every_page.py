@@ -5,6 +5,7 @@ One person signs in once and goes through the pages.
 
 import shutil
 from collections.abc import Iterator
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
@@ -14,6 +15,7 @@ from console_page import SIMULATOR, Somebody, visitors
 from furnished import furnish
 from playwright.sync_api import Browser, ViewportSize, expect
 from touch_targets import PHONE, Measured
+from worlds.flight_files import write_flight
 from worlds.processes import World
 
 SIZES: Final[tuple[ViewportSize, ...]] = ({"width": 1440, "height": 900}, {"width": 1024, "height": 768}, PHONE)
@@ -28,6 +30,8 @@ PAGES: Final = {
     "squad-mission/1,2": "squad-mission",
     "videos/1,2": "video-tile",
     "flights": "flight-filter",
+    "flights/file": "own-file",
+    "flights/1": "events",
     **{f"account/{one}": f"section-{one}" for one in ("password", "passkeys", "second-factor", "sessions", "tokens")},
     "admin/users": "user-row",
     "admin/drones": "drone-row",
@@ -47,6 +51,9 @@ def office(prepared_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> I
     folder = tmp_path_factory.mktemp("office")
     shutil.copytree(prepared_folder, folder, dirs_exist_ok=True)
     with World(folder, prepared=True) as world:
+        people = {"drone": "Kestrel", "pilot": "alice", "admin": "admin"}
+        flights = folder / "files" / "flights"
+        write_flight(flights, drone_id=1, began_at=datetime.now(UTC), lasts_s=60.0, **people)
         world.start_tower()
         world.start_simulated("Kestrel", "Merlin", options=SIMULATOR)
         admin = world.visitor("admin")

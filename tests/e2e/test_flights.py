@@ -57,4 +57,6 @@ def test_a_flight_is_found_and_downloaded(somebody: Somebody, axe: Axe, tmp_path
     alice.part("flight-pilot").fill("bob")
     search.click()
     expect(row).to_have_count(0)
-    expect(alice.page.get_by_text("No flights.")).to_be_visible()
+    expect(alice.page.get_by_text("No flight fits this search.")).to_be_visible()
+    alice.part("flights-all").click()
+    expect(row).to_have_count(1)

@@ -69,7 +69,7 @@ TABLE: Final[dict[str, str]] = {
     "set_up_without_receiver": OWN_FLY,
     **dict.fromkeys(("list_recordings", "get_recording", "get_recording_file"), OWN_LOOK),
     **dict.fromkeys(("begin_recording", "end_recording", "delete_recording"), OWN_FLY),
-    **dict.fromkeys(("list_flights", "get_flight", "get_flight_tlog", "export_flight"), LOOK),
+    **dict.fromkeys(("list_flights", "get_flight", "get_flight_tlog", "export_flight", "report_flight"), LOOK),
     "delete_flight": RULE,
     "put_agent_file": NOBODY,
     "get_operation": LOOK,

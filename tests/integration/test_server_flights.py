@@ -131,6 +131,10 @@ async def test_a_flight_is_listed_with_its_pilots_its_way_and_its_index(scene: F
     assert commands[-1]["by"]["name"] == "alice"
     assert commands[-1]["state"] != "running"
     assert {"ordered", "confirmed"} <= {one["step"] for one in detail["index"] if one["kind"] == "hold"}
+    report = await scene.holder.get(f"/api/v1/flights/{flight['id']}/report")
+    assert "attachment" in report.headers["content-disposition"]
+    for words in ("root TOOK the controls of kestrel", "Hold confirmed by the autopilot"):
+        assert words in report.text
 
 
 async def test_exports_have_every_position(scene: FlightScene) -> None:
@@ -193,7 +197,7 @@ async def test_who_may_not_read_the_drone_finds_no_flight(scene: FlightScene) ->
     stranger = await scene.world.signed_in(await scene.world.add_user("eve"))
     observer = await scene.world.signed_in(await scene.world.add_user("olga", Role.OBSERVER))
     anonymous = await scene.world.client()
-    for ending in ("", "/tlog", "/export/csv", "/export/kml"):
+    for ending in ("", "/tlog", "/export/csv", "/export/kml", "/report"):
         for client in (stranger, observer):
             answer = await client.get(f"/api/v1/flights/{flight['id']}{ending}")
             assert_problem(answer, 404, "unknown-flight")

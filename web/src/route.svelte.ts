@@ -2,7 +2,8 @@
  * The current page, from the hash of the address. `#/` is the monitor, `#/drone/7` the control page of drone 7,
  * `#/drone/7/parameters` and `#/drone/7/logs` its others, `#/missions` the planner, `#/missions/7` the planner for
  * drone 7, `#/squad-mission/1,2` a task for drones 1 and 2, `#/videos` the videos of all drones, `#/videos/1,2` of
- * these, `#/flights` the recorded flights, `#/account/tokens` a section of the user's account, `#/admin/users` one of
+ * these, `#/flights` the recorded flights, `#/flights/12` the replay of one, `#/flights/12/90` from its second 90,
+ * `#/flights/file` that of a file of this computer, `#/account/tokens` a section of the user's account, `#/admin/users` one of
  * the administration.
  */
 
@@ -11,6 +12,8 @@ export type DronePage = 'control' | 'parameters' | 'logs' | 'missions';
 
 export type Route =
   | { readonly page: 'monitor' | 'flights' }
+  /** `flightId` null: a file of the person's computer. */
+  | { readonly page: 'replay'; readonly flightId: number | null; readonly atS: number }
   | { readonly page: Exclude<DronePage, 'missions'>; readonly droneId: number }
   | { readonly page: 'missions'; readonly droneId: number | null }
   | { readonly page: 'squad-mission'; readonly droneIds: readonly number[] }
@@ -27,6 +30,14 @@ export function readRoute(hash: string): Route {
   if (several) {
     return { page: several[1] as 'squad-mission' | 'videos', droneIds: several[2]?.split(',').map(Number) ?? [] };
   }
+  const flight = /^#\/flights\/(?:file|(\d+))(?:\/(\d+(?:\.\d+)?))?$/.exec(hash);
+  if (flight) {
+    return {
+      page: 'replay',
+      flightId: flight[1] === undefined ? null : Number(flight[1]),
+      atS: Number(flight[2] ?? 0),
+    };
+  }
   const sectioned = /^#\/(account|admin)(?:\/([a-z-]*))?$/.exec(hash);
   if (sectioned) return { page: sectioned[1] as 'account' | 'admin', section: sectioned[2] ?? '' };
   return { page: hash === flightsHref ? 'flights' : 'monitor' };
@@ -34,6 +45,10 @@ export function readRoute(hash: string): Route {
 
 export const monitorHref = '#/';
 export const flightsHref = '#/flights';
+export const openFileHref = '#/flights/file';
+/** `atS`: seconds from the beginning of the recording. */
+export const replayHref = (flightId: number, atS = 0): string =>
+  atS > 0 ? `#/flights/${flightId}/${atS.toFixed(1)}` : `#/flights/${flightId}`;
 export const controlHref = (droneId: number): string => `#/drone/${droneId}`;
 export const squadMissionHref = (droneIds: readonly number[]): string => `#/squad-mission/${droneIds.join(',')}`;
 export const videosHref = (droneIds: readonly number[] = []): string =>

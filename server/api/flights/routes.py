@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from pathlib import Path as FilePath
 from typing import Annotated, Final
+from urllib.parse import quote
 
 from fastapi import APIRouter, Path, Query, Response
 from fastapi.responses import FileResponse, StreamingResponse
@@ -20,6 +21,7 @@ from server.domain.names import is_name
 from server.domain.people import Principal
 from server.domain.relations import Right
 from server.live.flights.refusals import BadPage, FlightElsewhere, FlightRunning, UnknownFlight
+from server.live.flights.report import report
 from server.live.flights.views import FlightDetailView, FlightPageView, FlightVideoView
 from server.live.hub import Hub
 from server.live.operations.refusals import OnlyWatches, ViewTaken
@@ -28,13 +30,14 @@ from server.store.database import Database
 from server.store.flights import catalogue
 from server.store.flights.files import TLOG
 from server.store.flights.flights import Flights
-from server.store.flights.index_document import detail_document
+from server.store.flights.index_document import detail_document, index_entries
 from server.store.flights.tables import FlightRow
 from server.store.recordings import catalogue as recordings_catalogue
 
 router = APIRouter(prefix="/api/v1/flights", tags=["flights"])
 
 TLOG_TYPE: Final = "application/octet-stream"
+REPORT_TYPE: Final = "text/html"
 MAX_PAGE: Final = 100
 PAGE: Final = 50
 MAX_LOOKS: Final = 10
@@ -185,6 +188,41 @@ async def export_flight(
     title = f"{drone.record.name} {row.began_at:%Y-%m-%d %H:%M:%S} UTC"
     name = _name(drone, row, format_name)
     return export_stream(path, format_name, title=title, file_name=name, turns=flights.export_turns)
+
+
+@router.get(
+    "/{flight_id}/report",
+    response_class=Response,
+    responses={
+        200: {"content": {REPORT_TYPE: {}}, "description": "A page that needs no other file"},
+        **answers(*_FILE),
+    },
+)
+async def report_flight(
+    principal: Viewer, hub: HubDep, database: DatabaseDep, flights: FlightsDep, flight_id: FlightPath
+) -> Response:
+    """Downloads the flight as a report for people: who had the controls, commands, holds, alerts, all in order."""
+    row, drone = await _known(hub, database, principal, flight_id)
+    if row.state == catalogue.RUNNING:
+        raise FlightRunning
+    if row.store != flights.files.id:
+        raise FlightElsewhere
+    async with database.reading() as session:
+        pilots = await catalogue.pilots_of(session, [row.id])
+    view = catalogue.view_of(row, drone.record.name, pilots.get(row.id, []))
+
+    def made() -> bytes:
+        index, is_whole = index_entries(flights.files, row.drone_id, row.file)
+        return report(view, index, is_whole=is_whole, made_at=hub.state.clock(), made_for=principal.name).encode()
+
+    async with flights.export_turns:
+        document = await asyncio.to_thread(made)
+    name = quote(_name(drone, row, "html"), safe="")
+    headers = {
+        "Content-Disposition": f"attachment; filename*=utf-8''{name}",
+        "Cache-Control": "private, no-cache",
+    }
+    return Response(document, media_type=REPORT_TYPE, headers=headers)
 
 
 @router.delete("/{flight_id}", status_code=204, responses=answers(UnknownFlight, FlightRunning))

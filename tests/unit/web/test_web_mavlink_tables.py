@@ -22,6 +22,7 @@ def generator() -> ModuleType:
 
 def test_tables_are_current(generator: ModuleType) -> None:
     assert generator.TABLES.read_text(encoding="utf-8") == generator.typescript()
+    assert generator.ALL_TABLES.read_text(encoding="utf-8") == generator.every_message()
 
 
 def test_vectors_are_current(generator: ModuleType) -> None:

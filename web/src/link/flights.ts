@@ -39,3 +39,6 @@ export const FLIGHT_FILES: readonly FlightFile[] = ['tlog', 'csv', 'kml', 'gpx']
 export function flightFileHref(flightId: number, file: FlightFile): string {
   return `/api/v1/flights/${flightId}/${file === 'tlog' ? file : `export/${file}`}`;
 }
+
+/** What happened in a flight, for print. */
+export const flightReportHref = (flightId: number): string => `/api/v1/flights/${flightId}/report`;

@@ -33,6 +33,8 @@ export interface SceneDrone {
   readonly headingDeg: number;
   readonly state: DroneState;
   readonly track: readonly Place[];
+  /** Of a recorded flight: the way that follows. */
+  readonly ahead?: readonly Place[];
   /** In the air without a holder. */
   readonly isUnattended?: boolean;
   /** Lost in the air, a battery near its end, and the like: see link/trouble.ts. */
@@ -151,13 +153,19 @@ export class Overlay {
     if (showsAim) drawAim(pen, theme, width / 2, height / 2);
   }
 
-  #drawTrack(projection: Projection, { track, place, state, isStale }: SceneDrone): void {
-    if (track.length === 0) return;
+  #drawTrack(projection: Projection, { track, ahead = [], place, state, isStale }: SceneDrone): void {
+    if (ahead.length > 0) this.#drawWay(projection, [place, ...ahead], this.#theme.states.idle, 0.35);
+    if (track.length > 0) {
+      this.#drawWay(projection, [...track, place], this.#theme.states[state], isStale ? 0.25 : 0.55);
+    }
+  }
+
+  #drawWay(projection: Projection, way: readonly Place[], colour: string, alpha: number): void {
     const { pen } = this.#canvas;
     pen.beginPath();
-    for (const { x, y } of thinned([...track, place].map((point) => projection.at(point)))) pen.lineTo(x, y);
-    pen.strokeStyle = this.#theme.states[state];
-    pen.globalAlpha = isStale ? 0.25 : 0.55;
+    for (const { x, y } of thinned(way.map((point) => projection.at(point)))) pen.lineTo(x, y);
+    pen.strokeStyle = colour;
+    pen.globalAlpha = alpha;
     pen.lineWidth = 2;
     pen.lineJoin = 'round';
     pen.stroke();

@@ -22,6 +22,15 @@ export const KEYS_EVERYWHERE: readonly Key[] = [
   { key: 'Esc', words: 'Closes what is open' },
 ];
 
+const REPLAY_KEYS: readonly Key[] = [
+  { key: 'Space', words: 'Play or pause' },
+  { key: '← →', words: 'Five seconds back or ahead; with Shift thirty' },
+  { key: ', .', words: 'A tenth of a second back or ahead' },
+  { key: 'Home End', words: 'To the beginning or the end' },
+  { key: '[ ]', words: 'Slower or faster' },
+  { key: 'p n', words: 'To the event before or the next one' },
+];
+
 const CONTROL_KEYS: readonly Key[] = [
   ...SHORTCUTS.filter(({ name }) => name !== 'hold' && name !== 'help').map(({ key, words }) => ({
     key: key === key.toLowerCase() ? key : `Shift ${key}`,
@@ -104,9 +113,20 @@ export const HELP: Record<Route['page'], PageHelp> = {
     title: 'Flights',
     sentences: [
       'Every flight that the tower recorded, the newest first. Find them by drone, pilot and date.',
+      'Replay opens a flight on the map, with its flight display, sticks, events and charts.',
       'Download a flight as .tlog for other ground stations, or as CSV, KML or GPX.',
+      'Open a file replays a .tlog, .bin or .ulg of your own. It stays on your computer.',
     ],
     keys: [],
+  },
+  replay: {
+    title: 'Replay',
+    sentences: [
+      'A recorded flight on one timeline: move along it, or press an event to see that moment.',
+      'Share copies an address of this moment. Whoever opens it must be allowed to see the flight.',
+      'The report lists who had the controls, commands with answers, holds and alerts, for print or PDF.',
+    ],
+    keys: REPLAY_KEYS,
   },
   account: {
     title: 'Your account',

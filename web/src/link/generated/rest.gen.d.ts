@@ -769,6 +769,22 @@ export interface paths {
         readonly patch?: never;
         readonly trace?: never;
     };
+    readonly "/flights/{flight_id}/report": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["report_flight"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
     readonly "/flights/{flight_id}/tlog": {
         readonly parameters: {
             readonly query?: never;
@@ -4873,6 +4889,28 @@ export interface operations {
                     readonly "application/gpx+xml": unknown;
                     readonly "application/vnd.google-earth.kml+xml": unknown;
                     readonly "text/csv": unknown;
+                };
+            };
+        };
+    };
+    readonly report_flight: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly flight_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description A page that needs no other file */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "text/html": unknown;
                 };
             };
         };

@@ -1,0 +1,143 @@
+"""The replay of a recorded flight, live charts and the inspector; one tower with one generated flight for all."""
+
+import shutil
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final
+
+import pytest
+from axe_look import Axe
+from console_page import SIMULATOR, ConsolePage, Somebody, visitors
+from playwright.sync_api import Browser, expect
+from worlds.flight_files import EVENTS_S, METRES_PER_DEGREE, position, telemetry_log, write_flight
+from worlds.processes import World
+
+LASTS_S: Final = 90.0
+
+
+@pytest.fixture(scope="module")
+def hangar(prepared_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[World]:
+    """A tower that finds a flight of Kestrel on its disk; Kestrel is switched on."""
+    folder = tmp_path_factory.mktemp("hangar")
+    shutil.copytree(prepared_folder, folder, dirs_exist_ok=True)
+    with World(folder, prepared=True) as world:
+        people = {"pilot": "alice", "admin": "admin", "drone": "Kestrel"}
+        write_flight(folder / "files" / "flights", drone_id=1, began_at=datetime.now(UTC), lasts_s=LASTS_S, **people)
+        world.start_tower()
+        world.start_simulated("Kestrel", options=SIMULATOR)
+        yield world
+
+
+@pytest.fixture
+def come(chromium: Browser, hangar: World) -> Iterator[Somebody]:
+    with visitors(chromium, hangar.address) as somebody:
+        yield somebody
+
+
+def at_s(console: ConsolePage) -> float:
+    return int(console.part("replay-time").get_attribute("data-ms") or -1) / 1000
+
+
+def shows(console: ConsolePage, second: float, *, within_s: float = 0.15) -> None:
+    console.wait(f"second {second:g}", lambda: abs(at_s(console) - second) <= within_s, timeout_s=20)
+
+
+def test_a_flight_is_replayed(come: Somebody, axe: Axe) -> None:
+    console = come()
+    console.open()
+    console.sign_in("alice")
+    expect(console.part("squad-row").first).to_be_visible()
+    console.open("/#/flights")
+    console.part("flight-replay").click()
+    replay = console.part("replay")
+    expect(replay).to_have_attribute("data-whole", "true")
+    assert int(replay.get_attribute("data-frames") or 0) > LASTS_S * 45
+    keys = console.page.keyboard
+
+    # Scrub: any moment is shown as it was.
+    console.part("scrub").fill("35000")
+    shows(console, 35.0)
+    lat, lon, height, _ = position(35.0)
+    console.wait("its height", lambda: abs(console.number("altitude") - height) < 0.1, timeout_s=10)
+    off_m = (
+        (console.number("latitude") - lat) * METRES_PER_DEGREE,
+        (console.number("longitude") - lon) * METRES_PER_DEGREE,
+    )
+    assert max(map(abs, off_m)) < 0.5
+    assert console.word("mode") == "LOITER"
+    expect(console.part("replay-holder")).to_contain_text("alice")
+
+    # Jump to the hand-over, and see who had the controls and what the hold did.
+    console.part("event").filter(has_text="TOOK the controls").click()
+    shows(console, EVENTS_S["taken"])
+    expect(console.part("replay-holder")).to_contain_text("admin")
+    keys.press("n")
+    shows(console, EVENTS_S["taken"] + 0.01, within_s=0.05)
+    keys.press("p")
+    keys.press("p")
+    console.part("event").filter(has_text="alice moves the sticks").click()
+    shows(console, EVENTS_S["sticks"], within_s=0.04)
+    keys.press(".")
+    shows(console, EVENTS_S["sticks"] + 0.1, within_s=0.04)
+    expect(console.part("replay-hand")).to_contain_text("alice")
+    expect(console.part("replay-sticks")).to_be_visible()
+
+    # Keys and speed.
+    keys.press("Home")
+    shows(console, 0.0)
+    keys.press("Shift+ArrowRight")
+    shows(console, 30.0)
+    keys.press("ArrowLeft")
+    shows(console, 25.0)
+    keys.press("End")
+    shows(console, LASTS_S, within_s=0.3)
+    keys.press("Home")
+    console.part("speed").select_option("16")
+    console.part("play").click()
+    console.wait("16 times as fast", lambda: at_s(console) > 40, timeout_s=20)
+    console.part("play").click()
+    expect(console.part("play")).to_have_attribute("data-playing", "false")
+
+    # Charts: height and speed at first, and any other field.
+    expect(console.part("chart-curve")).to_have_count(2)
+    console.part("chart-message").select_option(label="VIBRATION")
+    console.part("chart-field").select_option(index=2)
+    expect(console.part("chart-curve")).to_have_count(3)
+    expect(console.part("chart-plot")).to_have_attribute("data-curves", "3")
+    axe.look(console, "replay")
+
+    # A link is an address of this moment: for those who may see the flight.
+    console.part("event").filter(has_text="Battery low").first.click()
+    shows(console, EVENTS_S["alert"])
+    console.part("share").click()
+    shared = console.part("share")
+    expect(shared).to_have_attribute("data-shared", f"{console.address}/#/flights/1/{EVENTS_S['alert']:.1f}")
+    address = (shared.get_attribute("data-shared") or "").removeprefix(console.address)
+    console.open("/#/")
+    console.page.goto(console.address + address)
+    shows(console, EVENTS_S["alert"])
+    stranger = come()
+    stranger.open()
+    stranger.sign_in("bob")
+    expect(stranger.part("squad-row").first).to_be_visible()
+    stranger.open(address)
+    expect(stranger.part("replay-problem")).to_contain_text("no such")
+    stranger.complaints.clear()  # the browser says that an answer was 404
+
+
+def test_a_file_of_the_persons_own_is_replayed(come: Somebody, axe: Axe, tmp_path: Path) -> None:
+    console = come()
+    console.open()
+    console.sign_in("bob")
+    expect(console.part("squad-row").first).to_be_visible()
+    console.open("/#/flights/file")
+    axe.look(console, "own-file")
+    file = tmp_path / "from elsewhere.tlog"
+    file.write_bytes(telemetry_log(datetime.now(UTC).timestamp(), 30.0, 10))
+    console.part("own-file").set_input_files(file)
+    expect(console.part("replay")).to_have_attribute("data-whole", "true")
+    console.page.keyboard.press("End")
+    shows(console, 30.0, within_s=0.3)
+    console.wait("its height", lambda: abs(console.number("altitude") - position(29.9)[2]) < 0.5, timeout_s=10)
+    expect(console.part("event").filter(has_text="Takeoff to 40 m")).to_be_visible()

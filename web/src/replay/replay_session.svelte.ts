@@ -1,0 +1,130 @@
+/** One replay: the file, its index, the player, and what of them is on view. */
+
+import { untrack } from 'svelte';
+
+import { MAV_AUTOPILOT } from '../link/generated/mavlink.gen';
+import type { Place } from '../link/messages';
+import type { Schemas } from '../link/rest_types';
+import type { Rest } from '../link/rest';
+import { flightFileHref } from '../link/flights';
+import { wordsOf } from '../loading.svelte';
+import { holderSpans, marksOf, silentSpans, type IndexEntry } from './marks';
+import type { FlightOverview, TrackPoint } from './overview';
+import { Player, type PlayerState } from './player';
+import { recordedDrone } from './recorded_drone';
+import { openReplayWorker, ReplayFile } from './replay_file';
+import type { Progress } from './worker_messages';
+
+export type FlightDetail = Schemas['FlightDetailView'];
+
+const FILE_DRONE_ID = 0;
+/** Digits that change faster cannot be read; the map and the timeline follow each step. */
+const READ_MS = 120;
+
+export class ReplaySession {
+  readonly file: ReplayFile;
+  readonly player: Player;
+  name = $state('');
+  detail = $state.raw<FlightDetail | null>(null);
+  progress = $state.raw<Progress | null>(null);
+  shown = $state.raw<PlayerState>()!;
+  /** For numbers: changes less often while it plays. */
+  readMs = $state(0);
+  problem = $state('');
+  readonly index = $derived<readonly IndexEntry[]>(this.detail?.index ?? []);
+  readonly overview = $derived<FlightOverview | null>(this.progress?.overview ?? null);
+  readonly fromMs = $derived(this.progress?.fromMs ?? 0);
+  readonly toMs = $derived(this.progress?.toMs ?? 0);
+  readonly marks = $derived(
+    marksOf(this.index, this.overview, this.name).filter(({ atMs }) => atMs >= this.fromMs && atMs <= this.wholeToMs),
+  );
+  readonly holders = $derived(holderSpans(this.index, this.fromMs, this.wholeToMs));
+  readonly silences = $derived(silentSpans(this.index, this.wholeToMs));
+  readonly track = $derived<readonly TrackPoint[]>(this.overview?.track ?? []);
+  readonly ways = $derived<readonly Place[]>(this.track.map(({ latDeg, lonDeg }) => ({ latDeg, lonDeg })));
+  #readAt = -Infinity;
+
+  constructor(droneId: number, name: string) {
+    this.name = name;
+    this.file = new ReplayFile(openReplayWorker());
+    this.player = new Player(this.file, recordedDrone(droneId, name));
+    this.shown = this.player.state.get();
+    this.player.state.subscribe((state) => {
+      this.shown = state;
+      const now = performance.now();
+      if (state.isPlaying && now - this.#readAt < READ_MS) return;
+      this.#readAt = now;
+      this.readMs = state.atMs;
+    });
+    this.file.problem.subscribe((words) => (this.problem = words));
+    this.file.progress.subscribe((progress) => {
+      if (!progress) return;
+      untrack(() => (this.progress = progress));
+      const { fromMs, toMs, begins, overview } = progress;
+      this.player.known(fromMs, toMs, begins, overview.airborneMs);
+    });
+  }
+
+  /** The end of the flight, also while it is being fetched. */
+  get wholeToMs(): number {
+    const ended = this.detail?.ended_at ? Date.parse(this.detail.ended_at) : 0;
+    return this.progress?.isWhole ? this.toMs : Math.max(this.toMs, ended);
+  }
+
+  get vehicleType(): string {
+    const autopilot = this.overview?.modes[0]?.autopilot;
+    return autopilot === MAV_AUTOPILOT.PX4 ? 'PX4' : autopilot === MAV_AUTOPILOT.ARDUPILOTMEGA ? 'ArduPilot' : '';
+  }
+
+  /** How many points of the track are behind. */
+  passedPoints(atMs: number): number {
+    let low = 0;
+    let high = this.track.length;
+    while (low < high) {
+      const middle = (low + high) >>> 1;
+      if (this.track[middle]!.atMs <= atMs) low = middle + 1;
+      else high = middle;
+    }
+    return low;
+  }
+
+  /** The mark before or after the moment on view. */
+  jump(way: -1 | 1): void {
+    const { atMs } = this.shown;
+    const found =
+      way > 0
+        ? this.marks.find((mark) => mark.atMs > atMs + 1)
+        : this.marks.findLast((mark) => mark.atMs < atMs - (this.shown.isPlaying ? 1_000 : 1));
+    if (found) this.player.seek(found.atMs);
+  }
+
+  close(): void {
+    this.player.pause();
+    this.file.close();
+  }
+}
+
+/** Opens a flight of the tower. Raises RestError. */
+export async function openFlight(rest: Rest, flightId: number): Promise<ReplaySession> {
+  const detail = await rest.call('GET', '/flights/{flight_id}', { path: { flight_id: flightId } });
+  const session = new ReplaySession(detail.drone_id, detail.drone);
+  session.detail = detail;
+  if (detail.state !== 'ready') {
+    session.problem =
+      detail.state === 'recording'
+        ? 'This flight is still being recorded. Open it again when it has ended.'
+        : detail.words;
+  } else session.file.openUrl(flightFileHref(flightId, 'tlog'));
+  return session;
+}
+
+/** Opens a file of the person's computer; it is sent nowhere. */
+export function openOwnFile(file: File): ReplaySession {
+  const session = new ReplaySession(FILE_DRONE_ID, file.name.replace(/\.[^.]*$/, '') || file.name);
+  try {
+    session.file.openFile(file);
+  } catch (error) {
+    session.problem = wordsOf(error);
+  }
+  return session;
+}

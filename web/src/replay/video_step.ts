@@ -1,0 +1,23 @@
+/** Keeps a recording of video in step with the replay. Pure. */
+
+/** Farther apart than this it is set anew; nearer it runs faster or slower for a moment. */
+export const MAX_APART_S = 0.5;
+export const IN_STEP_S = 0.05;
+const CATCH_UP = 0.25;
+
+export interface VideoOrder {
+  /** Null: leave it where it is. */
+  readonly setS: number | null;
+  readonly rate: number;
+}
+
+/** `wantedS`: where the replay is in the recording; `isS`: where the picture is. */
+export function inStep(wantedS: number, isS: number, speed: number, isPlaying: boolean): VideoOrder {
+  const apart = wantedS - isS;
+  if (!isPlaying) return { setS: Math.abs(apart) > IN_STEP_S / 2 ? wantedS : null, rate: speed };
+  if (Math.abs(apart) > MAX_APART_S * Math.max(1, speed)) return { setS: wantedS, rate: speed };
+  if (Math.abs(apart) <= IN_STEP_S) return { setS: null, rate: speed };
+  // A browser plays between a sixteenth and sixteen times.
+  const rate = speed * (1 + (apart > 0 ? CATCH_UP : -CATCH_UP));
+  return { setS: null, rate: Math.max(0.0625, Math.min(16, rate)) };
+}
