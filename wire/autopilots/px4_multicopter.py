@@ -172,6 +172,7 @@ PX4: Final = AutopilotFamily(
     bytes_in_parameters=True,
     packs_parameters=False,
     arms_with_throttle_down=False,
+    return_heights={"RTL_RETURN_ALT": 1.0},
     silent_without_receiver=True,
     accepts_modes_it_does_not_enter=True,
     loss_parameters=(

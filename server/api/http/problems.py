@@ -64,6 +64,7 @@ from server.live.operations.refusals import (
 )
 from server.live.parameters.metadata import NoMetadata
 from server.live.parameters.orders import ParametersUnknown
+from server.live.preflight.refusals import NoSuchKind, NotYourChecklist, PreflightIncomplete, SignsForPilot
 from server.live.recordings.refusals import (
     AlreadyRecording,
     NotReady,
@@ -202,6 +203,10 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     LossCheckOpen: Kind("loss-check", 409, "The loss check is open"),
     NotThroughTheTower: Kind("not-allowed", 409, "Not through the tower"),
     WouldFall: Kind("would-fall", 409, "The drone would fall"),
+    PreflightIncomplete: Kind("preflight-incomplete", 409, "Own lines are not confirmed"),
+    SignsForPilot: Kind("signs-for-pilot", 403, "The pilot signs"),
+    NotYourChecklist: Kind("not-your-checklist", 403, "Not your checklist"),
+    NoSuchKind: Kind("no-such-kind", 404, "No such kind of drone"),
     MovesHome: Kind("moves-home", 409, "Home would move"),
     LoanForbids: Kind("loan", 409, "Beyond the limits of the loan"),
     ViewTaken: Kind("view-taken", 403, "The view was taken"),

@@ -97,6 +97,22 @@ export interface paths {
         readonly patch?: never;
         readonly trace?: never;
     };
+    readonly "/checklists/{kind}": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["get_checklist"];
+        readonly put: operations["put_checklist"];
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
     readonly "/drones": {
         readonly parameters: {
             readonly query?: never;
@@ -539,6 +555,54 @@ export interface paths {
         readonly get?: never;
         readonly put?: never;
         readonly post: operations["read_parameters"];
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/drones/{drone_id}/preflight": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["get_preflight"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/drones/{drone_id}/preflight/lines": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put: operations["put_drone_checklist"];
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/drones/{drone_id}/preflight/sign": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put?: never;
+        readonly post: operations["sign_preflight"];
         readonly delete?: never;
         readonly options?: never;
         readonly head?: never;
@@ -1628,6 +1692,10 @@ export interface components {
             readonly sent: number | null;
             readonly words: string;
         };
+        /** @description Own lines, in order. Replaces those before; none deletes them. */
+        readonly ChecklistView: {
+            readonly lines: readonly string[];
+        };
         readonly ClientsView: {
             /** @description Open live connections */
             readonly live: number;
@@ -2524,6 +2592,15 @@ export interface components {
             readonly m_s?: number | null;
             readonly radius_m: number;
         };
+        /** @description A line that people wrote, and that the pilot confirms. */
+        readonly OwnLineView: {
+            /**
+             * @description Whether every drone of the kind has it
+             * @enum {string}
+             */
+            readonly of: "kind" | "drone";
+            readonly text: string;
+        };
         /** @description How far the agent has read the drone's parameters. */
         readonly ParametersStateView: {
             /**
@@ -2714,6 +2791,33 @@ export interface components {
              * @enum {string}
              */
             readonly state: "known" | "unknown";
+        };
+        /** @description A line that the tower fills in. */
+        readonly PreflightLineView: {
+            readonly key: string;
+            /** @enum {string} */
+            readonly state: "good" | "caution" | "bad" | "unknown";
+            readonly title: string;
+            readonly words: string;
+        };
+        /** @description `checked`: the text of every own line. `weather`: as the pilot judges it, optional. */
+        readonly PreflightSignature: {
+            readonly checked: readonly string[];
+            /** @default  */
+            readonly weather?: string;
+        };
+        /** @description The checklist of one drone now. */
+        readonly PreflightView: {
+            /** @description Kind of drone; empty: not known yet */
+            readonly kind: string;
+            readonly kind_label: string;
+            readonly lines: readonly components["schemas"]["PreflightLineView"][];
+            /** @description You may change the lines of this drone */
+            readonly may_edit: boolean;
+            /** @description You have the controls, or assist */
+            readonly may_sign: boolean;
+            readonly own: readonly components["schemas"]["OwnLineView"][];
+            readonly signed: components["schemas"]["SignatureView"] | null;
         };
         /** @description An RFC 9457 problem document. */
         readonly Problem: {
@@ -2959,6 +3063,13 @@ export interface components {
          * @enum {string}
          */
         readonly Severity: "critical" | "warning" | "notice";
+        /** @description Who signed the list for the coming flight, or for the one that is going on. */
+        readonly SignatureView: {
+            /** Format: date-time */
+            readonly at: string;
+            readonly by: components["schemas"]["UserRefView"];
+            readonly weather: string;
+        };
         readonly SignIn: {
             /** @description From the authenticator, or a recovery code; if required */
             readonly code?: string | null;
@@ -3332,6 +3443,56 @@ export interface operations {
                 };
                 content: {
                     readonly "text/csv": string;
+                };
+            };
+        };
+    };
+    readonly get_checklist: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                /** @description `kind` of a drone's checklist */
+                readonly kind: string;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["ChecklistView"];
+                };
+            };
+        };
+    };
+    readonly put_checklist: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                /** @description `kind` of a drone's checklist */
+                readonly kind: string;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": components["schemas"]["ChecklistView"];
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["ChecklistView"];
                 };
             };
         };
@@ -4354,6 +4515,80 @@ export interface operations {
                 };
                 content: {
                     readonly "application/json": components["schemas"]["OperationView"];
+                };
+            };
+        };
+    };
+    readonly get_preflight: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly drone_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["PreflightView"];
+                };
+            };
+        };
+    };
+    readonly put_drone_checklist: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly drone_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": components["schemas"]["ChecklistView"];
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["ChecklistView"];
+                };
+            };
+        };
+    };
+    readonly sign_preflight: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly drone_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": components["schemas"]["PreflightSignature"];
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["PreflightView"];
                 };
             };
         };
