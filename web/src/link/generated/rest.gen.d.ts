@@ -1658,6 +1658,30 @@ export interface components {
             /** @description Of the request that caused it; empty: none did */
             readonly request_id: string;
         };
+        /**
+         * @description Starts the calibration of a sensor. Prompts and progress come as the autopilot's own messages. On the ground,
+         *     disarmed, as all of the vehicle's set-up.
+         */
+        readonly Calibrate: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            readonly command: "calibrate";
+            readonly sensor: components["schemas"]["Sensor"];
+        };
+        /**
+         * @description The drone lies as the accelerometer's calibration asked: 1 level, 2 left, 3 right, 4 nose down, 5 nose up, 6 on
+         *     its back.
+         */
+        readonly CalibrationPose: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            readonly command: "calibration_pose";
+            readonly pose: number;
+        };
         readonly ChangeMode: {
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1914,6 +1938,15 @@ export interface components {
             readonly taken_from: components["schemas"]["UserRefView"] | null;
             /** @description Its team; null: none, or not visible to you */
             readonly team: components["schemas"]["TeamRefView"] | null;
+        };
+        /** @description Keeps the result of the compass calibration, or cancels the calibration. */
+        readonly EndCalibration: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            readonly command: "calibration_end";
+            readonly keep: boolean;
         };
         readonly Enrol: {
             /** @description Public half of the agent's Ed25519 key: 32 bytes in base64url */
@@ -2857,6 +2890,14 @@ export interface components {
             /** @description Accepted proofs of identity, best first */
             readonly kinds: readonly ("passkey" | "password")[];
         };
+        /** @description Restarts the autopilot. The drone is not heard for some seconds. */
+        readonly Reboot: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            readonly command: "reboot";
+        };
         /** @description An invitation, as the invited person sees it. */
         readonly ReceivedView: {
             /** Format: date-time */
@@ -2996,6 +3037,11 @@ export interface components {
             readonly passkeys: number;
             readonly recovery_codes_left: number;
         };
+        /**
+         * @description What a calibration calibrates.
+         * @enum {string}
+         */
+        readonly Sensor: "accelerometer" | "level" | "gyroscope" | "compass" | "barometer";
         /** @description What happens when a certain link is lost. */
         readonly SentenceView: {
             /** @enum {string} */
@@ -3085,6 +3131,19 @@ export interface components {
              * @enum {string}
              */
             readonly command: "hold" | "land" | "pause" | "resume" | "rtl";
+        };
+        /** @description Turns one motor. `propellers_off`: the drone's name, which confirms that its propellers are off. */
+        readonly SpinMotor: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            readonly command: "motor_test";
+            readonly for_s: number;
+            /** @description In the autopilot's test order */
+            readonly motor: number;
+            readonly propellers_off: string;
+            readonly throttle_percent: number;
         };
         /** @description Flies the mission from this item on; arms first if necessary. */
         readonly Start: {
@@ -3824,7 +3883,7 @@ export interface operations {
         };
         readonly requestBody: {
             readonly content: {
-                readonly "application/json": components["schemas"]["Arm"] | components["schemas"]["Disarm"] | components["schemas"]["ChangeMode"] | components["schemas"]["TakeOff"] | components["schemas"]["GoTo"] | components["schemas"]["Simple"] | components["schemas"]["SetHome"] | components["schemas"]["ChangeSpeed"] | components["schemas"]["Turn"] | components["schemas"]["Start"] | components["schemas"]["Jump"] | components["schemas"]["Orbit"] | components["schemas"]["LookAt"] | components["schemas"]["Follow"] | components["schemas"]["FollowMe"];
+                readonly "application/json": components["schemas"]["Arm"] | components["schemas"]["Disarm"] | components["schemas"]["ChangeMode"] | components["schemas"]["TakeOff"] | components["schemas"]["GoTo"] | components["schemas"]["Simple"] | components["schemas"]["SetHome"] | components["schemas"]["ChangeSpeed"] | components["schemas"]["Turn"] | components["schemas"]["Start"] | components["schemas"]["Jump"] | components["schemas"]["Orbit"] | components["schemas"]["LookAt"] | components["schemas"]["Calibrate"] | components["schemas"]["CalibrationPose"] | components["schemas"]["EndCalibration"] | components["schemas"]["SpinMotor"] | components["schemas"]["Reboot"] | components["schemas"]["Follow"] | components["schemas"]["FollowMe"];
             };
         };
         readonly responses: {
