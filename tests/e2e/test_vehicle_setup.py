@@ -1,10 +1,38 @@
 """Before the first flight: the vehicle's set-up by its page, and the checklist that a pilot signs."""
 
-from console_page import Somebody, signed_in
+import re
+
+from console_page import ConsolePage, Somebody, signed_in
 from playwright.sync_api import expect
 from worlds.processes import World
 
 POSES = ("level", "left side", "right side", "nose down", "nose up", "on its back")
+
+
+def _chooses_values(alice: ConsolePage) -> None:
+    """The tower keeps them: another browser would show the same."""
+    alice.part("choose-values").click()
+    for name in ("Vibration, worst axis", "GPS_RAW_INT.eph"):
+        alice.part("add-value-name").fill(name)
+        alice.part("add-value").click()
+    row = alice.page.locator('[data-testid="value-row"][data-id="vibration"]')
+    row.get_by_label("Look of Vibration, worst axis").select_option("gauge")
+    row.get_by_label("red above, metric").fill("0.001")
+    row.get_by_label("Move Vibration").focus()
+    for _ in range(20):  # to the top, with the keyboard alone
+        alice.page.keyboard.press("ArrowUp")
+    expect(alice.part("value-row").first).to_have_attribute("data-id", "vibration")
+    rows = alice.part("value-row")
+    rows.nth(1).drag_to(rows.nth(3))
+    expect(rows.nth(3)).to_have_attribute("data-id", "mode")
+    with alice.page.expect_response("**/api/v1/me/preferences/values"):
+        alice.part("layout-name").fill("night")
+        alice.part("save-layout").click()
+    alice.part("values-close").click()
+    alice.page.evaluate("localStorage.clear()")
+    alice.page.reload()
+    expect(alice.part("value-vibration")).to_have_class(re.compile("danger"))
+    expect(alice.part("value-GPS_RAW_INT.eph")).to_be_visible()
 
 
 def test_a_vehicle_is_set_up_on_the_ground_and_signed_for(somebody: Somebody, world: World) -> None:
@@ -83,6 +111,7 @@ def test_a_vehicle_is_set_up_on_the_ground_and_signed_for(somebody: Somebody, wo
     alice.part("preflight-sign").click()
     expect(alice.part("preflight-summary")).to_have_text("signed by alice")
 
+    _chooses_values(alice)
     alice.hold_take_off("Kestrel")
     alice.wait("the take-off", lambda: alice.number("altitude") > 2)
     page.evaluate("window.location.hash = '#/drone/1/setup/motors'")
