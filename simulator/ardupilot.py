@@ -54,6 +54,7 @@ ARDUPILOT = Flavour(
     on_fence_breach=on_fence_breach,
     handlers=HANDLERS,
     reports={**HEALTH_REPORTS, **MOTION_REPORTS},
+    setup_reports={191: lambda flight: flight.setup.progress(flight), 192: lambda flight: flight.setup.report(flight)},
     photo_message=camera_feedback,
     intervals_s={0: 1.0},
     fixed_rates=frozenset(),

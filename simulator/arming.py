@@ -38,6 +38,9 @@ def _before_arming(flight: Flight) -> str | None:
     rules, parameters = RULES[flight.mode], flight.parameters
     if parameters.whole("FS_THR_ENABLE") and not flight.sticks.ever_heard:
         return "RC not found"
+    unfinished = flight.setup.why_not_ready()
+    if unfinished is not None:
+        return unfinished
     if not flight.estimator.attitude_ok:
         return "AHRS: EKF3 not started"
     if flight.now_s < flight.estimator.ready_s and not flight.estimator.gps_fix:

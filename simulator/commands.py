@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from simulator import commands_flight as fly
+from simulator import vehicle_setup as setup
 from simulator.command_message import ACCEPTED, FAILED, Command
 from simulator.commands_camera import CAMERA_HANDLERS
 from simulator.dialect import mavlink
@@ -41,5 +42,10 @@ HANDLERS: dict[int, Handler] = {
     int(mavlink.MAV_CMD_DO_FLIGHTTERMINATION): fly.terminate,
     int(mavlink.MAV_CMD_DO_FENCE_ENABLE): enable_fence,
     int(mavlink.MAV_CMD_RUN_PREARM_CHECKS): fly.run_checks,
-    int(mavlink.MAV_CMD_PREFLIGHT_CALIBRATION): lambda f, _: FAILED if f.armed else ACCEPTED,
+    int(mavlink.MAV_CMD_PREFLIGHT_CALIBRATION): setup.calibrate,
+    int(mavlink.MAV_CMD_ACCELCAL_VEHICLE_POS): setup.take_pose,
+    int(mavlink.MAV_CMD_DO_START_MAG_CAL): setup.start_compass,
+    int(mavlink.MAV_CMD_DO_ACCEPT_MAG_CAL): setup.keep_compass,
+    int(mavlink.MAV_CMD_DO_CANCEL_MAG_CAL): setup.cancel_compass,
+    int(mavlink.MAV_CMD_DO_MOTOR_TEST): setup.spin_motor,
 }

@@ -53,6 +53,8 @@ class Failure(StrEnum):
     """One byte of the parameter file is wrong: its CRC does not match."""
     LOG_DATA_DROPPED = "log-data-dropped"
     """Every seventh chunk of a log is lost."""
+    CALIBRATION_FAILS = "calibration-fails"
+    """The accelerometer's calibration fails at its second position, the compass's at its end."""
     DROP_EVERY_TENTH = "drop-every-tenth"
     """Every tenth frame that the vehicle sends is lost."""
     SILENT = "silent"

@@ -66,6 +66,8 @@ class Flavour:
     handlers: Mapping[int, Callable[[Flight, Command], int]]
     """MAV_CMD to its handler; the vehicle itself handles commands about messages and reboots."""
     reports: Mapping[int, Callable[[Flight], Any]]
+    setup_reports: Mapping[int, Callable[[Flight], Any]]
+    """Sent only while something is calibrated; the rate of each can be requested."""
     photo_message: Callable[[Flight, Photo], Any]
     """Returns the message for a photograph."""
     intervals_s: Mapping[int, float]

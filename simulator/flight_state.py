@@ -28,6 +28,7 @@ from simulator.photographs import Camera, Photo
 from simulator.pilot_input import PilotInput
 from simulator.position_control import Limits, PositionControl, Target
 from simulator.receiver import Receiver
+from simulator.setup_state import VehicleSetup
 from simulator.wind import Wind
 
 STOPPED = (0.0, 0.0, 0.0, 0.0)
@@ -94,6 +95,7 @@ class FlightState(ABC):
         self.failsafes = failsafes
         self.plans = plans
         self.camera = Camera()
+        self.setup = VehicleSetup()
         self.attitude = AttitudeControl()
         self.position = PositionControl()
         self.target = Target()

@@ -43,7 +43,7 @@ class Telemetry:
 
     def set_interval(self, message_id: int, interval_us: float, now_s: float) -> bool:
         """0 restores the default, -1 switches off; False for an unknown message."""
-        if message_id not in self._flavour.reports:
+        if message_id not in self._flavour.reports and message_id not in self._flavour.setup_reports:
             return False
         if message_id in self._flavour.fixed_rates:
             return True
@@ -68,7 +68,7 @@ class Telemetry:
                 self.set_interval(message_id, 1e6 / rate_hz if rate_hz > 0 else -1, now_s)
 
     def report(self, message_id: int, flight: Flight) -> Message | None:
-        builder = self._flavour.reports.get(message_id)
+        builder = self._flavour.reports.get(message_id) or self._flavour.setup_reports.get(message_id)
         return builder(flight) if builder is not None else None
 
     def due(self, flight: Flight) -> list[Message]:

@@ -31,6 +31,7 @@ from simulator.parameter_protocol import ParameterServer
 from simulator.reports_common import ms
 from simulator.setpoints import receive_setpoint
 from simulator.telemetry import Telemetry
+from simulator.vehicle_setup import IN_PROGRESS, LATER
 
 INBOX_MAX = 512
 """Datagrams queued for the next tick; in a flood the newest are lost, as in a full serial buffer."""
@@ -83,6 +84,7 @@ class Vehicle:
         self._sent = 0
         self._text_id = 0
         self._owed: list[int] = []
+        self._setup_peer = (0, 0)
         self.overflowed = 0
         self.video_uri = ""
         self._boot()
@@ -174,6 +176,10 @@ class Vehicle:
             self._logbook.update(flight, [notice.text for notice in flight.notices])
         while flight.notices:
             self._send_text(flight.notices.popleft())
+        for message in flight.setup.due(flight):
+            self._send(message)
+        for number, result in flight.setup.answers_due(flight.now_s):
+            self._acknowledge(number, result, self._setup_peer)
         for message in self._telemetry.due(flight):
             self._send(message)
         for message_id in self._owed:
@@ -286,9 +292,14 @@ class Vehicle:
         gimbal = self.components.gimbal
         managed = gimbal.manage(command, sender) if gimbal is not None else None
         result = self._carry_out(command) if managed is None else managed
+        if result in (LATER, IN_PROGRESS):
+            self._setup_peer = sender
+        if result != LATER:
+            self._acknowledge(command.number, result, sender)
+
+    def _acknowledge(self, number: int, result: int, peer: tuple[int, int]) -> None:
         if Failure.COMMAND_ACK_MISSING not in self.failures:
-            ack = mavlink.MAVLink_command_ack_message(command.number, result, 0, 0, *sender)
-            self._send(ack)
+            self._send(mavlink.MAVLink_command_ack_message(number, result, 0, 0, *peer))
 
     def _carry_out(self, command: Command) -> int:
         flight, first = self.flight, int(command.params[0])

@@ -46,6 +46,9 @@ RATE_REQUESTS: Final[tuple[RateRequest, ...]] = (
     RateRequest(mavlink.MAVLINK_MSG_ID_WIND, 1),
     RateRequest(mavlink.MAVLINK_MSG_ID_VIBRATION, 0.5),
     RateRequest(mavlink.MAVLINK_MSG_ID_FENCE_STATUS, 1),
+    # Sent only while a compass is calibrated.
+    RateRequest(mavlink.MAVLINK_MSG_ID_MAG_CAL_PROGRESS, 4),
+    RateRequest(mavlink.MAVLINK_MSG_ID_MAG_CAL_REPORT, 1),
     RateRequest(mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION, 0),
 )
 

@@ -55,6 +55,7 @@ from server.api.metrics import routes as metrics_routes
 from server.api.missions import library_routes, plan_routes
 from server.api.operations import routes as operation_routes
 from server.api.parameters import routes as parameter_routes
+from server.api.preflight import routes as preflight_routes
 from server.api.recordings import routes as recording_routes
 from server.api.relay import routes as relay_routes
 from server.api.relay.agent_sign_in import SignInRules, is_agent
@@ -133,6 +134,7 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     settings_routes.router,
     safety_routes.router,
     receiver_routes.router,
+    preflight_routes.router,
     plan_routes.router,
     parameter_routes.router,
     command_routes.router,

@@ -9,6 +9,7 @@ TAGS: Final = (
     {"name": "teams", "description": "People and drones that belong together."},
     {"name": "enrolment", "description": "How the agent of a drone makes its key known."},
     {"name": "control", "description": "Who has the controls of a drone."},
+    {"name": "preflight", "description": "The checklist before a flight."},
     {"name": "plans", "description": "Missions, fences and rally points on board of a drone."},
     {"name": "parameters", "description": "The parameters of a drone's autopilot."},
     {"name": "commands", "description": "What a drone is told to do."},

@@ -59,6 +59,8 @@ class Right(StrEnum):
     """Rehearse the loss of the operator or of the tower."""
     ACKNOWLEDGE = "acknowledge"
     """Acknowledge its alerts. Everybody who sees the drone sees them."""
+    CHECKLIST = "checklist"
+    """Change its own lines of the preflight checklist."""
     CANCEL = "cancel"
     """Cancel another user's operation. The user with the controls and the turn may do so as well."""
 
@@ -76,6 +78,7 @@ RIGHTS: Final[Mapping[Right, frozenset[Relation]]] = {
     Right.LEND: _ADMINS,
     Right.RECORD: _TOWER_ADMINS,
     Right.REHEARSE: _TOWER_ADMINS,
+    Right.CHECKLIST: _ADMINS | {Relation.OWNER},
     Right.CANCEL: _TOWER_ADMINS,
     Right.ACKNOWLEDGE: _PILOTS,
 }

@@ -11,9 +11,23 @@ from server.store.database import Base
 from server.store.fleet import tables as fleet
 from server.store.flights import tables as flights
 from server.store.missions import tables as missions
+from server.store.preflight import tables as preflight
 from server.store.recordings import tables as recordings
 from server.store.teams import tables as teams
 from server.store.towers import tables as towers
 
-ALL: Final = (accounts, alerts, audit, control, fleet, flights, missions, recordings, teams, tower_lock, towers)
+ALL: Final = (
+    accounts,
+    alerts,
+    audit,
+    control,
+    fleet,
+    flights,
+    missions,
+    preflight,
+    recordings,
+    teams,
+    tower_lock,
+    towers,
+)
 METADATA: Final = Base.metadata

@@ -63,6 +63,7 @@ PX4 = Flavour(
     on_fence_breach=on_fence_breach,
     handlers=HANDLERS,
     reports=REPORTS,
+    setup_reports={},
     photo_message=camera_trigger,
     intervals_s=INTERVALS_S,
     fixed_rates=frozenset({0}),

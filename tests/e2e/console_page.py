@@ -89,9 +89,16 @@ class ConsolePage:
     def take_off(self, name: str, height_m: float) -> None:
         self.wait("a position", lambda: self.word("gps") != "" and self.number("latitude") > 40)
         self.part("takeoff-height").fill(f"{height_m:g}")
-        self.part("action-takeoff").click()
-        self.confirm(name)
+        self.hold_take_off(name)
         self.wait(f"{height_m:g} m", lambda: abs(self.number("altitude") - height_m) < 0.5)
+
+    def hold_take_off(self, name: str) -> None:
+        """Holds the button for a second. A danger that was not read yet asks besides."""
+        self.part("action-takeoff").click(delay=1100)
+        dialog, report = self.page.get_by_role("dialog"), self.part("action-report")
+        self.wait("an answer", lambda: dialog.count() > 0 or (report.count() > 0 and "Take off" in report.inner_text()))
+        if dialog.count() > 0:
+            self.confirm(name)
 
     def squad(self) -> list[str]:
         return [row.get_attribute("data-drone-id") or "" for row in self.part("squad-row").all()]

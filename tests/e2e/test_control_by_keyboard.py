@@ -146,7 +146,20 @@ def test_a_whole_flight_without_a_pointer(somebody: Somebody, world: World) -> N
     agree(alice)
     alice.wait("disarmed", lambda: alice.word("armed") == "false")
 
-    type_into(alice, "t", "takeoff-height", "8")
+    press(alice, "t")
+    keyboard.press("ControlOrMeta+a")
+    keyboard.type("8")
+    keyboard.down("Enter")
+    for _ in range(12):  # a key that stays down repeats: it must not take off
+        keyboard.down("Enter")
+    expect(alice.part("action-takeoff")).to_be_focused()
+    keyboard.up("Enter")
+    keyboard.press("Enter")
+    expect(alice.part("action-takeoff-hint")).to_have_text("Hold for 1 second.")
+    assert alice.word("armed") == "false"
+    keyboard.down("Enter")
+    alice.wait("the take-off", lambda: alice.word("armed") == "true")
+    keyboard.up("Enter")
     alice.wait("8 m", lambda: abs(alice.number("altitude") - 8) < 0.5)
     type_into(alice, "e", "change-height", "14")
     alice.wait("14 m", lambda: abs(alice.number("altitude") - 14) < 0.5)

@@ -24,6 +24,7 @@ PAGES: Final = {
     "drone/1": "value-mode",
     "drone/1/parameters": "parameter-row",
     "drone/1/logs": "list-logs",
+    **{f"drone/1/setup/{one}": f"setup-{one}" for one in ("sensors", "radio", "motors", "failsafes", "reboot")},
     "drone/99": "no-such-drone",
     "missions": "plan-menu",
     "missions/1": "drone-strip",

@@ -23,8 +23,7 @@ def test_an_operator_flies_their_drone_there_and_back(somebody: Somebody) -> Non
     alice.confirm("Kestrel")
     alice.wait("motors armed", lambda: alice.word("armed") == "true")
     alice.part("takeoff-height").fill("10")
-    alice.part("action-takeoff").click()
-    alice.confirm("Kestrel")
+    alice.hold_take_off("Kestrel")
     alice.wait("10 m", lambda: abs(alice.number("altitude") - 10) < 0.5)
 
     # Go-to by a click on the map, away from the middle where the drone is.
@@ -57,8 +56,7 @@ def test_take_off_and_land_from_one_button_each(somebody: Somebody) -> None:
     bob.acquire("Merlin")
     bob.wait("a position", lambda: bob.number("latitude") > 40)
     bob.part("takeoff-height").fill("6")
-    bob.part("action-takeoff").click()
-    bob.confirm("Merlin")
+    bob.hold_take_off("Merlin")
     bob.wait("6 m", lambda: abs(bob.number("altitude") - 6) < 0.5)
     bob.part("action-hold").click()
     # Without a pilot at the sticks, only a mode that needs none keeps height.

@@ -18,6 +18,9 @@ BODIES: Final[dict[str, dict[str, object]]] = {
     "put_plan": {"items": []},
     "verify_plan": {"items": []},
     "foresee_plan": {"items": []},
+    "sign_preflight": {"checked": []},
+    "put_drone_checklist": {"lines": []},
+    "put_checklist": {"lines": []},
     "command_drone": {"command": "land"},
     "create_mission": MISSION,
     "replace_mission": MISSION,
@@ -32,5 +35,5 @@ ROUTES: Final = [
 def path_of(route: APIRoute, drone_id: int) -> str:
     """Returns a path for this drone. Every other object that the path names does not exist."""
     path = route.path.replace("{drone_id}", str(drone_id)).replace("{name}", "units")
-    path = path.replace("{kind:plan_kind}", "mission").replace("{format_name}", "csv")
+    path = path.replace("{kind:plan_kind}", "mission").replace("{format_name}", "csv").replace("{kind}", "unknown")
     return re.sub(r"\{\w+_id\}", "9999", path)

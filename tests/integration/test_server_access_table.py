@@ -48,6 +48,10 @@ TABLE: Final[dict[str, str]] = {
     **dict.fromkeys(("list_drones", "get_map", "get_tile_file", "get_map_file"), LOOK),
     **dict.fromkeys(("get_drone", "get_drone_settings", "get_loss_check", "get_rehearsal"), OWN_LOOK),
     "get_receiver_setup": OWN_LOOK,
+    **dict.fromkeys(("get_preflight",), OWN_LOOK),
+    **dict.fromkeys(("sign_preflight", "put_drone_checklist"), OWN_FLY),
+    "get_checklist": LOOK,
+    "put_checklist": RULE,
     **dict.fromkeys(
         ("acknowledge_loss_check", "rehearse_loss", "acquire", "release", "accept", "stay", "keep_alive"), OWN_FLY
     ),

@@ -7,14 +7,18 @@ import { tower } from './tower.svelte';
 
 /**
  * Returns the acknowledgement to send to the tower before the motors turn once the pilot has agreed; null if the pilot
- * declined.
+ * declined. `isAnswered`: the pilot has agreed already; only dangers are then asked about.
  */
-export async function confirmArming(vehicle: Vehicle, question: Question): Promise<(() => Promise<void>) | null> {
+export async function confirmArming(
+  vehicle: Vehicle,
+  question: Question,
+  { isAnswered = false } = {},
+): Promise<(() => Promise<void>) | null> {
   const { id, name } = vehicle.drone.get();
   // The check may have changed since the page opened. If the tower cannot be read, the known check still applies.
   await tower.readLossCheck(id).catch(() => undefined);
   const check = vehicle.lossCheck.get();
-  if (!check || !mustBeRead(check)) return (await ask(question)) ? () => Promise.resolve() : null;
+  if (!check || !mustBeRead(check)) return isAnswered || (await ask(question)) ? () => Promise.resolve() : null;
   const consent = await ask({
     ...question,
     sentences: check.sentences,

@@ -67,19 +67,24 @@ export class PilotActions {
     if (second) await this.#vehicle.command('Disarm in flight', { command: 'disarm', force: true });
   }
 
-  async takeOff(heightM: number): Promise<void> {
+  takeOffWords(heightM: number): string {
+    return `Take off with ${this.#name} to ${high(heightM)}`;
+  }
+
+  /** `isHeld`: the button was held for a second, which answers the question; a danger that was not read asks still. */
+  async takeOff(heightM: number, { isHeld = false } = {}): Promise<void> {
     const name = this.#name;
     const isArmed = this.#values().armed === true;
     const arming = isArmed ? '' : ' arms its motors';
     const text = `${name}${arming ? `${arming} and` : ''} climbs to ${high(heightM)} above home. Is everybody clear of it?`;
-    const question = { title: `Take off with ${name} to ${high(heightM)}?`, text, confirmLabel: 'Take off' };
+    const question = { title: `${this.takeOffWords(heightM)}?`, text, confirmLabel: 'Take off' };
     const label = `Take off to ${high(heightM)}`;
     const command = { command: 'takeoff', height_m: heightM } as const;
     if (isArmed) {
-      if (await ask(question)) await this.#vehicle.command(label, command);
+      if (isHeld || (await ask(question))) await this.#vehicle.command(label, command);
       return;
     }
-    const agreed = await confirmArming(this.#vehicle, question);
+    const agreed = await confirmArming(this.#vehicle, question, { isAnswered: isHeld });
     if (agreed) await this.#vehicle.command(label, command, agreed);
   }
 

@@ -1,6 +1,6 @@
 /**
  * The current page, from the hash of the address. `#/` is the monitor, `#/drone/7` the control page of drone 7,
- * `#/drone/7/parameters` and `#/drone/7/logs` its others, `#/missions` the planner, `#/missions/7` the planner for
+ * `#/drone/7/parameters`, `#/drone/7/setup/radio` and `#/drone/7/logs` its others, `#/missions` the planner, `#/missions/7` the planner for
  * drone 7, `#/squad-mission/1,2` a task for drones 1 and 2, `#/videos` the videos of all drones, `#/videos/1,2` of
  * these, `#/flights` the recorded flights, `#/flights/12` the replay of one, `#/flights/12/90` from its second 90,
  * `#/flights/file` that of a file of this computer, `#/account/tokens` a section of the user's account, `#/admin/users` one of
@@ -8,13 +8,14 @@
  */
 
 /** The pages that each drone has. */
-export type DronePage = 'control' | 'parameters' | 'logs' | 'missions';
+export type DronePage = 'control' | 'parameters' | 'logs' | 'missions' | 'setup';
 
 export type Route =
   | { readonly page: 'monitor' | 'flights' }
   /** `flightId` null: a file of the person's computer. */
   | { readonly page: 'replay'; readonly flightId: number | null; readonly atS: number }
-  | { readonly page: Exclude<DronePage, 'missions'>; readonly droneId: number }
+  | { readonly page: Exclude<DronePage, 'missions' | 'setup'>; readonly droneId: number }
+  | { readonly page: 'setup'; readonly droneId: number; readonly section: string }
   | { readonly page: 'missions'; readonly droneId: number | null }
   | { readonly page: 'squad-mission'; readonly droneIds: readonly number[] }
   /** Empty: all drones. */
@@ -23,7 +24,9 @@ export type Route =
 
 export function readRoute(hash: string): Route {
   const drone = /^#\/drone\/(\d+)(?:\/(parameters|logs))?$/.exec(hash);
-  if (drone) return { page: (drone[2] ?? 'control') as Exclude<DronePage, 'missions'>, droneId: Number(drone[1]) };
+  if (drone) return { page: (drone[2] ?? 'control') as 'control' | 'parameters' | 'logs', droneId: Number(drone[1]) };
+  const setup = /^#\/drone\/(\d+)\/setup(?:\/([a-z-]*))?$/.exec(hash);
+  if (setup) return { page: 'setup', droneId: Number(setup[1]), section: setup[2] ?? '' };
   const missions = /^#\/missions(?:\/(\d+))?$/.exec(hash);
   if (missions) return { page: 'missions', droneId: missions[1] === undefined ? null : Number(missions[1]) };
   const several = /^#\/(squad-mission|videos)(?:\/(\d+(?:,\d+)*))?$/.exec(hash);
@@ -56,6 +59,8 @@ export const videosHref = (droneIds: readonly number[] = []): string =>
 export const parametersHref = (droneId: number): string => `#/drone/${droneId}/parameters`;
 export const missionsHref = (droneId: number | null = null): string =>
   droneId === null ? '#/missions' : `#/missions/${droneId}`;
+export const setupHref = (droneId: number, section = ''): string =>
+  `#/drone/${droneId}/setup${section && `/${section}`}`;
 export const logsHref = (droneId: number): string => `#/drone/${droneId}/logs`;
 export const accountHref = (section = ''): string => `#/account${section && `/${section}`}`;
 export const adminHref = (section = ''): string => `#/admin${section && `/${section}`}`;

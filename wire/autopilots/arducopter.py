@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from wire.autopilots import common
+from wire.autopilots import common, setup_commands
 from wire.autopilots.ardupilot import ARDUPILOT, modes_in
 from wire.autopilots.commands import (
     CommandStep,
@@ -198,5 +198,10 @@ PROFILE: Final = AutopilotProfile(
         jump=_jump,
         orbit=Unable("circles a place in missions only: plan it"),
         roi=_look_at,
+        calibrate=setup_commands.ardupilot_calibrate,
+        calibration_pose=setup_commands.ardupilot_pose,
+        calibration_end=setup_commands.ardupilot_end,
+        motor_test=setup_commands.ardupilot_test_motor,
+        reboot=setup_commands.reboot,
     ),
 )

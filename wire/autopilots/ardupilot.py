@@ -99,6 +99,7 @@ ARDUPILOT: Final = AutopilotFamily(
     },
     mission_since=SINCE,
     looks_by_legacy_roi=True,
+    return_heights={"RTL_ALT_M": 1.0, "RTL_ALT": 0.01},
     arming_switches=_ARMING_SWITCHES,
     # MOTOR_ESTOP, MOTOR_INTERLOCK and DISARM besides.
     stopping_switches=_ARMING_SWITCHES | {31.0, 32.0, 81.0},

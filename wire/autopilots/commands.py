@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import ClassVar, Final, Generic, TypeVar
 
 from wire.dialect import mavlink
@@ -34,6 +35,17 @@ class UnknownMode(CommandRefused):
 
 class UnknownItem(CommandRefused):
     """The item is beyond the plan on board."""
+
+
+class Sensor(StrEnum):
+    """What a calibration calibrates."""
+
+    ACCELEROMETER = "accelerometer"
+    """In six positions."""
+    LEVEL = "level"
+    GYROSCOPE = "gyroscope"
+    COMPASS = "compass"
+    BAROMETER = "barometer"
 
 
 @dataclass(frozen=True)
@@ -178,6 +190,48 @@ class LookAt(PilotCommand):
 
 
 @dataclass(frozen=True)
+class Calibrate(PilotCommand):
+    """Starts the calibration of a sensor, on the ground and disarmed."""
+
+    name = "calibrate"
+    sensor: Sensor
+
+
+@dataclass(frozen=True)
+class CalibrationPose(PilotCommand):
+    """The drone lies as the calibration of its accelerometer asked: 1 level, 2 left, 3 right, 4 nose down, 5 nose up, 6
+    on its back."""
+
+    name = "calibration_pose"
+    pose: int
+
+
+@dataclass(frozen=True)
+class EndCalibration(PilotCommand):
+    """Keeps the result of a compass calibration, or cancels it."""
+
+    name = "calibration_end"
+    keep: bool
+
+
+@dataclass(frozen=True)
+class SpinMotor(PilotCommand):
+    """Turns one motor of a disarmed drone. `motor`: from 1, in the autopilot's test order."""
+
+    name = "motor_test"
+    motor: int
+    throttle_percent: float
+    for_s: float
+
+
+@dataclass(frozen=True)
+class Reboot(PilotCommand):
+    """Restarts the autopilot."""
+
+    name = "reboot"
+
+
+@dataclass(frozen=True)
 class CommandStep:
     """One MAV_CMD. `phase`: description for people. `needless`: the drone is already in the requested state."""
 
@@ -282,9 +336,16 @@ class CommandTable:
     jump: Said[Jump]
     orbit: Said[Orbit]
     roi: Said[LookAt]
+    calibrate: Said[Calibrate]
+    calibration_pose: Said[CalibrationPose]
+    calibration_end: Said[EndCalibration]
+    motor_test: Said[SpinMotor]
+    reboot: Said[Reboot]
 
 
-_BESIDE: Final = (Arm, ChangeSpeed, LookAt, SetHome, Turn)
+SETUP: Final = (Calibrate, CalibrationPose, EndCalibration, SpinMotor, Reboot)
+"""Only on the ground and disarmed."""
+_BESIDE: Final = (Arm, ChangeSpeed, LookAt, SetHome, Turn, *SETUP)
 """These commands do not change the flight, unless one of their steps is a command that does."""
 _FLIES: Final = frozenset({int(mavlink.MAV_CMD_DO_REPOSITION), int(mavlink.MAV_CMD_DO_SET_MODE)})
 

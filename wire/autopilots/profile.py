@@ -192,6 +192,8 @@ class AutopilotFamily:
     """Mission command to those of its parameters (1 to 4) that may be NaN for others and not for it."""
     looks_by_legacy_roi: bool = False
     """All its releases know DO_SET_ROI, and not all know DO_SET_ROI_LOCATION."""
+    return_heights: Mapping[str, float] = field(default_factory=dict)
+    """Parameters with the height of a return above home, to metres per unit: the first that it has counts."""
     arming_switches: frozenset[float] = frozenset()
     """param1 of DO_AUX_FUNCTION that arms."""
     stopping_switches: frozenset[float] = frozenset()

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
-from wire.autopilots import common, px4_loss
+from wire.autopilots import common, px4_loss, setup_commands
 from wire.autopilots.commands import (
     CommandStep,
     CommandTable,
@@ -23,6 +23,7 @@ from wire.autopilots.commands import (
     Steps,
     TakeOff,
     Turn,
+    Unable,
     VehicleState,
 )
 from wire.autopilots.profile import (
@@ -172,6 +173,7 @@ PX4: Final = AutopilotFamily(
     bytes_in_parameters=True,
     packs_parameters=False,
     arms_with_throttle_down=False,
+    return_heights={"RTL_RETURN_ALT": 1.0},
     silent_without_receiver=True,
     accepts_modes_it_does_not_enter=True,
     loss_parameters=(
@@ -282,6 +284,11 @@ PROFILE: Final = AutopilotProfile(
         jump=_jump,
         orbit=_orbit,
         roi=_look_at,
+        calibrate=setup_commands.px4_calibrate,
+        calibration_pose=Unable("sees by itself how the drone lies"),
+        calibration_end=setup_commands.px4_end,
+        motor_test=setup_commands.px4_test_motor,
+        reboot=setup_commands.reboot,
     ),
     stands_in=True,
 )

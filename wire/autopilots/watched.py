@@ -32,4 +32,9 @@ def watched_only(*, returns: FlightMode | None = None, hold: FlightMode | None =
         jump=unable,
         orbit=unable,
         roi=unable,
+        calibrate=unable,
+        calibration_pose=unable,
+        calibration_end=unable,
+        motor_test=unable,
+        reboot=unable,
     )

@@ -15,6 +15,7 @@ from server.domain.access import UnknownDrone
 from server.live.flight_commands.bodies import Disarm, FlightCommand, Follow, FollowMe, SetHome
 from server.live.flight_commands.follow_me import follow_me_order
 from server.live.flight_commands.following import CannotFollow, NoSuchLeader, follow_order
+from server.live.flight_commands.on_the_ground import NotOnTheGround, PropellersNotConfirmed, require_set_up
 from server.live.flight_commands.steps import order_of
 from server.live.flight_commands.vehicle import NoSuchItem, NoSuchMode, NotKnownHow, NotKnownYet, Vehicle
 from server.live.operations.permissions import refuse_commands
@@ -57,6 +58,7 @@ DronePath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
             MovesHome,
         ),
         *(TooManyOperations, NotKnownHow, NotKnownYet, NoSuchMode, NoSuchItem, NoSuchLeader, CannotFollow),
+        *(NotOnTheGround, PropellersNotConfirmed),
     ),
 )
 async def command_drone(
@@ -72,6 +74,7 @@ async def command_drone(
     drone = await flown_drone(hub, principal, drone_id)
     if not drone.online:
         raise DroneOffline(drone.record.name)
+    require_set_up(drone, principal, body)
     following, now = None, time.monotonic()
     if isinstance(body, FollowMe):
         order, following = follow_me_order(hub, principal, drone, body, now)

@@ -40,6 +40,7 @@ from server.live.accounts.challenges import ChallengeOver, TooManyChallenges
 from server.live.accounts.relying_party import PasskeysUnavailable
 from server.live.alerts.refusals import MayNotAcknowledge, UnknownAlert
 from server.live.flight_commands.following import CannotFollow, NoSuchLeader
+from server.live.flight_commands.on_the_ground import NotOnTheGround, PropellersNotConfirmed
 from server.live.flight_commands.vehicle import NoSuchItem, NoSuchMode, NotKnownHow, NotKnownYet
 from server.live.flight_logs.refusals import BadCredential, FileIncomplete, FileNotTaken, NotAskedFor, UnknownLog
 from server.live.flights.refusals import BadPage, FlightElsewhere, FlightRunning, UnknownFlight
@@ -65,6 +66,7 @@ from server.live.operations.refusals import (
 )
 from server.live.parameters.metadata import NoMetadata
 from server.live.parameters.orders import ParametersUnknown
+from server.live.preflight.refusals import NoSuchKind, NotYourChecklist, PreflightIncomplete, SignsForPilot
 from server.live.recordings.refusals import (
     AlreadyRecording,
     NotReady,
@@ -206,6 +208,12 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     LossCheckOpen: Kind("loss-check", 409, "The loss check is open"),
     NotThroughTheTower: Kind("not-allowed", 409, "Not through the tower"),
     WouldFall: Kind("would-fall", 409, "The drone would fall"),
+    PreflightIncomplete: Kind("preflight-incomplete", 409, "Own lines are not confirmed"),
+    SignsForPilot: Kind("signs-for-pilot", 403, "The pilot signs"),
+    NotYourChecklist: Kind("not-your-checklist", 403, "Not your checklist"),
+    NoSuchKind: Kind("no-such-kind", 404, "No such kind of drone"),
+    NotOnTheGround: Kind("not-on-the-ground", 409, "The drone is not on the ground"),
+    PropellersNotConfirmed: Kind("propellers-not-confirmed", 409, "The propellers are not confirmed to be off"),
     MovesHome: Kind("moves-home", 409, "Home would move"),
     LoanForbids: Kind("loan", 409, "Beyond the limits of the loan"),
     ViewTaken: Kind("view-taken", 403, "The view was taken"),

@@ -10,6 +10,7 @@ from struct import Struct
 from typing import Any, Final
 
 from server.live.alerts.status_texts import StatusText, StatusTexts
+from server.live.preflight.arming_texts import ArmingTexts
 from wire.dialect import mavlink
 from wire.frames import payload
 
@@ -49,6 +50,8 @@ _NEEDED: Final = int(mavlink.ESTIMATOR_ATTITUDE | mavlink.ESTIMATOR_VELOCITY_VER
 _PARTS: Final = ("speed", "position", "height", "compass")
 _AHRS: Final = int(mavlink.MAV_SYS_STATUS_AHRS)
 _GEOFENCE: Final = int(mavlink.MAV_SYS_STATUS_GEOFENCE)
+_PREARM: Final = int(mavlink.MAV_SYS_STATUS_PREARM_CHECK)
+_NO_COUNT: Final = 255
 _BREACH_WORDS: Final = {
     int(mavlink.FENCE_BREACH_MINALT): "its minimum height",
     int(mavlink.FENCE_BREACH_MAXALT): "its maximum height",
@@ -66,12 +69,15 @@ class KeptTelemetry:
         "_charges",
         "_decoded",
         "_texts",
+        "arming_ok",
+        "arming_texts",
         "battery_charge",
         "battery_percent",
         "estimator_fault",
         "fence_breach",
         "gps_fix",
         "newest",
+        "satellites",
         "texts",
         "vibration_m_s2",
     )
@@ -81,6 +87,7 @@ class KeptTelemetry:
         """Complete texts that nobody has read yet."""
         self._texts = StatusTexts()
         self._arrived: deque[tuple[bytes, float]] = deque(maxlen=MAX_TEXT_FRAMES)
+        self.arming_texts = ArmingTexts()
         self.forget()
 
     def forget(self) -> None:
@@ -92,6 +99,9 @@ class KeptTelemetry:
         self.battery_percent: int | None = None
         self.battery_charge: int | None = None
         self.gps_fix: int | None = None
+        self.satellites: int | None = None
+        self.arming_ok: bool | None = None
+        self.arming_texts.forget()
         self.estimator_fault: str | None = None
         self.vibration_m_s2: float | None = None
         self.fence_breach: str | None = None
@@ -103,19 +113,26 @@ class KeptTelemetry:
     def decode(self, now: float) -> None:
         """Reads what has come since the last call."""
         while self._arrived:
-            self.texts.extend(self._texts.take(*self._arrived.popleft()))
-        self.texts.extend(self._texts.overdue(now))
+            frame, at = self._arrived.popleft()
+            self._add_texts(self._texts.take(frame, at), at)
+        self._add_texts(self._texts.overdue(now), now)
         decoded = self._decoded
         for key, frame in self.newest.items():
             if decoded.get(key) is not frame:
                 decoded[key] = frame
                 _READERS[key[0]](self, payload(frame), key[1])
 
+    def _add_texts(self, texts: list[StatusText], now: float) -> None:
+        self.texts.extend(texts)
+        for one in texts:
+            self.arming_texts.take(one.text, now)
+
     def _system(self, content: bytes, _: int) -> None:
         content = content.ljust(31, b"\0")
         percent = content[_REMAINING]
         self.battery_percent = percent if percent <= 100 else None
         _, enabled, health = _SENSORS.unpack_from(content)
+        self.arming_ok = bool(health & _PREARM) if enabled & _PREARM else None
         has_ekf = any(one in self.newest for one in ((_EKF, 0), (_ESTIMATOR, 0)))
         if enabled & _AHRS and not has_ekf:
             self.estimator_fault = "" if health & _AHRS else "not healthy"
@@ -132,6 +149,8 @@ class KeptTelemetry:
 
     def _gps(self, content: bytes, _: int) -> None:
         self.gps_fix = content[_FIX] if len(content) > _FIX else 0
+        count = content[_FIX + 1] if len(content) > _FIX + 1 else 0
+        self.satellites = count if count < _NO_COUNT else None
 
     def _ekf(self, content: bytes, _: int) -> None:
         *ratios, _, flags = _EKF_FIELDS.unpack_from(content.ljust(_EKF_FIELDS.size, b"\0"))

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Final, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from server.live.operations.person import MAX_M, MIN_M, USUAL_M
+from wire.autopilots.commands import Sensor
 from wire.following import MAX_OFFSET_M
 from wire.plans import MAX_ITEMS_ANY
+
+MAX_TEST_PERCENT: Final = 30
+"""More than a motor without a propeller needs to show which one it is, and which way it turns."""
+MAX_TEST_S: Final = 5
 
 Latitude = Annotated[float, Field(ge=-90, le=90, allow_inf_nan=False)]
 Longitude = Annotated[float, Field(ge=-180, le=180, allow_inf_nan=False)]
@@ -171,8 +176,67 @@ class FollowMe(_Command):
     for_s: Annotated[float, Field(ge=5, le=600, allow_inf_nan=False, description="Then it holds")] = 600.0
 
 
+class Calibrate(_Command):
+    """Starts the calibration of a sensor. Prompts and progress come as the autopilot's own messages. On the ground,
+    disarmed, as all of the vehicle's set-up."""
+
+    command: Literal["calibrate"]
+    sensor: Sensor
+
+
+class CalibrationPose(_Command):
+    """The drone lies as the accelerometer's calibration asked: 1 level, 2 left, 3 right, 4 nose down, 5 nose up, 6 on
+    its back."""
+
+    command: Literal["calibration_pose"]
+    pose: Annotated[int, Field(ge=1, le=6)]
+
+
+class EndCalibration(_Command):
+    """Keeps the result of the compass calibration, or cancels the calibration."""
+
+    command: Literal["calibration_end"]
+    keep: bool
+
+
+class SpinMotor(_Command):
+    """Turns one motor. `propellers_off`: the drone's name, which confirms that its propellers are off."""
+
+    command: Literal["motor_test"]
+    motor: Annotated[int, Field(ge=1, le=12, description="In the autopilot's test order")]
+    throttle_percent: Annotated[float, Field(ge=1, le=MAX_TEST_PERCENT, allow_inf_nan=False)]
+    for_s: Annotated[float, Field(ge=0.5, le=MAX_TEST_S, allow_inf_nan=False)]
+    propellers_off: Annotated[str, Field(max_length=200)]
+
+
+class Reboot(_Command):
+    """Restarts the autopilot. The drone is not heard for some seconds."""
+
+    command: Literal["reboot"]
+
+
+SETUP: Final = (Calibrate, CalibrationPose, EndCalibration, SpinMotor, Reboot)
+"""Only on the ground and disarmed, and not for borrowers."""
+
 OneOff = (
-    Arm | Disarm | ChangeMode | TakeOff | GoTo | Simple | SetHome | ChangeSpeed | Turn | Start | Jump | Orbit | LookAt
+    Arm
+    | Disarm
+    | ChangeMode
+    | TakeOff
+    | GoTo
+    | Simple
+    | SetHome
+    | ChangeSpeed
+    | Turn
+    | Start
+    | Jump
+    | Orbit
+    | LookAt
+    | Calibrate
+    | CalibrationPose
+    | EndCalibration
+    | SpinMotor
+    | Reboot
 )
 """Over when the autopilot has accepted it, and its telemetry shows it or has had the time to."""
 

@@ -87,5 +87,15 @@ def command_of(body: bodies.OneOff) -> PilotCommand:
             if body.lat is None or body.lon is None or body.height_m is None:
                 return commands.LookAt()
             return commands.LookAt((body.lat, body.lon, body.height_m))
+        case bodies.Calibrate():
+            return commands.Calibrate(body.sensor)
+        case bodies.CalibrationPose():
+            return commands.CalibrationPose(body.pose)
+        case bodies.EndCalibration():
+            return commands.EndCalibration(body.keep)
+        case bodies.SpinMotor():
+            return commands.SpinMotor(body.motor, body.throttle_percent, body.for_s)
+        case bodies.Reboot():
+            return commands.Reboot()
         case _:
             assert_never(body)

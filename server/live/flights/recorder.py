@@ -308,6 +308,8 @@ class FlightRecorder:
         self.counts["begun"] += 1
         pilot = None if holder is None else {"id": holder.id, "name": holder.name}
         self._note(drone, "armed", {"holder": pilot, "epoch": drone.lease.epoch}, began_at)
+        if drone.preflight is not None:  # it may be older than what a flight keeps from before
+            self._note(drone, "preflight", drone.preflight.about(), began_at)
         tape.begin(sink.frames, now)
 
     def _not_recorded(self, tape: Tape) -> None:

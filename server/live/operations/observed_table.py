@@ -76,6 +76,14 @@ _NAMES: Final[Mapping[int, str]] = {
     _M.MAV_CMD_DO_ORBIT: "orbit",
     _M.MAV_CMD_DO_SET_ROI_LOCATION: "roi",
     _M.MAV_CMD_DO_SET_ROI_NONE: "roi",
+    _M.MAV_CMD_PREFLIGHT_CALIBRATION: "calibrate",
+    _M.MAV_CMD_DO_START_MAG_CAL: "calibrate",
+    _M.MAV_CMD_ACCELCAL_VEHICLE_POS: "calibration_pose",
+    _M.MAV_CMD_DO_ACCEPT_MAG_CAL: "calibration_end",
+    _M.MAV_CMD_DO_CANCEL_MAG_CAL: "calibration_end",
+    _M.MAV_CMD_DO_MOTOR_TEST: "motor_test",
+    _M.MAV_CMD_ACTUATOR_TEST: "motor_test",
+    _M.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: "reboot",
 }
 """Names of MAV_CMDs, as in `POST /drones/{id}/commands`."""
 
@@ -85,6 +93,8 @@ _DISTINGUISHING_PARAMS: Final[Mapping[int, int]] = {
     _M.MAV_CMD_DO_PAUSE_CONTINUE: 1,
     _M.MAV_CMD_DO_AUX_FUNCTION: 2,
     _M.MAV_CMD_DO_FLIGHTTERMINATION: 1,
+    _M.MAV_CMD_PREFLIGHT_CALIBRATION: 5,
+    _M.MAV_CMD_ACCELCAL_VEHICLE_POS: 1,
 }
 """How many parameters distinguish commands of one MAV_CMD: arming is not disarming. For all others the newest
 counts."""

@@ -8,6 +8,7 @@ from typing import Final
 
 from server.live.hub_events import HoldStepReported, LossParametersReported
 from server.live.operations.service import OperationService
+from server.live.preflight.signature import after_report
 from server.live.relay import live_messages as live
 from server.live.relay.agent_link import AgentLink
 from server.live.relay.live_drone import LiveDrone
@@ -91,6 +92,7 @@ class AgentReports:
         drone.autopilot_heard = state.heard
         # What an autopilot that is silent did last is no longer known: it may be in the air.
         drone.armed, drone.airborne = (state.armed, state.airborne) if state.heard else (None, None)
+        drone.preflight = after_report(drone.preflight, armed=drone.armed)
         if state.heard:
             drone.was_airborne = state.airborne
             if not state.armed:

@@ -13,6 +13,7 @@ from server.live.fleet.views import DroneView, IdentityView, LoanView, TeamRefVi
 from server.live.flights.tape import Tape
 from server.live.operations.onboard_state import OnboardState
 from server.live.operations.onboard_views import NO_PARAMETERS, NO_PLANS
+from server.live.preflight.signature import Signature
 from server.live.relay.agent_link import AgentLink
 from server.live.relay.assist_turn import AssistTurn
 from server.live.relay.browser import Browser
@@ -170,6 +171,8 @@ class LiveDrone:
     """Whether it moves as a machine can. Outlives its links."""
     tape: Tape | None = None
     """What the recorder of flights has of it. Outlives its links."""
+    preflight: Signature | None = None
+    """The pilot's, for the coming flight or the one that is going on."""
     watchers: dict[int, Browser] = field(default_factory=dict)
     """Browsers that may see this drone, by their number."""
     crew_before: Mapping[UserId, TeamRole] = field(default_factory=dict)

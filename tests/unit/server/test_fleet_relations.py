@@ -18,6 +18,7 @@ ROWS = {
     Right.LEND: "+ + - - - - -",
     Right.RECORD: "+ - - - - - -",
     Right.REHEARSE: "+ - - - - - -",
+    Right.CHECKLIST: "+ + + - - - -",
     Right.CANCEL: "+ - - - - - -",
     Right.ACKNOWLEDGE: "+ + + + + - -",
 }

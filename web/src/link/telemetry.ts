@@ -39,6 +39,11 @@ export class Telemetry {
     return (this.#newest.get(name) as Received<N> | undefined) ?? null;
   }
 
+  /** Names of the messages that its autopilot has sent. */
+  get heard(): readonly MessageName[] {
+    return [...this.#newest.keys()];
+  }
+
   /** Its track, oldest first. */
   get track(): readonly Place[] {
     return this.#track;

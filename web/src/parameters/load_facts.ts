@@ -2,6 +2,7 @@
 
 import { factsOf, NO_FACTS, type Facts, type Metadata } from './facts';
 
+import type { SetupGroups } from '../setup/setup_groups';
 import type { FAMILIES } from '../link/generated/autopilots.gen';
 
 /** A family of profiles (wire/autopilots/), or another autopilot. */
@@ -25,5 +26,17 @@ export async function loadFacts(autopilot: Autopilot): Promise<Facts> {
     }
     case 'other':
       return NO_FACTS;
+  }
+}
+
+/** The parameters that the set-up of this autopilot consists of; null: not known. */
+export async function loadSetup(autopilot: Autopilot): Promise<SetupGroups | null> {
+  switch (autopilot) {
+    case 'ardupilot':
+      return (await import('./facts/arducopter_setup')).ARDUCOPTER_SETUP;
+    case 'px4':
+      return (await import('./facts/px4_setup')).PX4_SETUP;
+    case 'other':
+      return null;
   }
 }

@@ -19,6 +19,7 @@ import {
   missionsHref,
   monitorHref,
   parametersHref,
+  setupHref,
   videosHref,
 } from '../route.svelte';
 import { takeUp } from '../take_up';
@@ -32,6 +33,7 @@ import type { EntryKind, SearchEntry } from './search_entries';
 const DRONE_PAGES = [
   ['Mission of', missionsHref],
   ['Parameters of', parametersHref],
+  ['Setup of', (droneId: number) => setupHref(droneId)],
   ['Logs of', logsHref],
 ] as const;
 const ACCOUNT = ['password', 'passkeys', 'second-factor', 'sessions', 'tokens', 'teams'];

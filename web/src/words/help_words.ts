@@ -101,6 +101,15 @@ export const HELP: Record<Route['page'], PageHelp> = {
     ],
     keys: [{ key: '/', words: 'To the search' }],
   },
+  setup: {
+    title: 'Vehicle setup',
+    sentences: [
+      'Calibrate sensors and radio, test motors with the propellers off, and set modes, failsafes, fence and power.',
+      'Take up the controls first. The tower does none of it unless the drone is on the ground and disarmed.',
+      'A changed value waits until you write it.',
+    ],
+    keys: [],
+  },
   logs: {
     title: 'Flight logs',
     sentences: [

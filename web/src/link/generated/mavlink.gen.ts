@@ -58,6 +58,8 @@ export const MESSAGES: readonly (readonly [number, string, number, string])[] = 
   [165, 'HWSTATUS', 21, 'Vcc:u16 I2Cerr:u8'],
   [168, 'WIND', 1, 'direction:f32 speed:f32 speed_z:f32'],
   [173, 'RANGEFINDER', 83, 'distance:f32 voltage:f32'],
+  [191, 'MAG_CAL_PROGRESS', 92, 'direction_x:f32 direction_y:f32 direction_z:f32 compass_id:u8 cal_mask:u8 cal_status:u8 attempt:u8 completion_pct:u8 completion_mask:u8[10]'],
+  [192, 'MAG_CAL_REPORT', 36, 'fitness:f32 ofs_x:f32 ofs_y:f32 ofs_z:f32 diag_x:f32 diag_y:f32 diag_z:f32 offdiag_x:f32 offdiag_y:f32 offdiag_z:f32 compass_id:u8 cal_mask:u8 cal_status:u8 autosaved:u8 orientation_confidence:f32 old_orientation:u8 new_orientation:u8 scale_factor:f32'],
   [193, 'EKF_STATUS_REPORT', 71, 'velocity_variance:f32 pos_horiz_variance:f32 pos_vert_variance:f32 compass_variance:f32 terrain_alt_variance:f32 flags:u16 airspeed_variance:f32'],
   [226, 'RPM', 207, 'rpm1:f32 rpm2:f32'],
   [241, 'VIBRATION', 90, 'time_usec:u64 vibration_x:f32 vibration_y:f32 vibration_z:f32 clipping_0:u32 clipping_1:u32 clipping_2:u32'],
@@ -125,6 +127,8 @@ export interface MessageFields {
   HWSTATUS: { Vcc: number; I2Cerr: number };
   WIND: { direction: number; speed: number; speed_z: number };
   RANGEFINDER: { distance: number; voltage: number };
+  MAG_CAL_PROGRESS: { direction_x: number; direction_y: number; direction_z: number; compass_id: number; cal_mask: number; cal_status: number; attempt: number; completion_pct: number; completion_mask: number[] };
+  MAG_CAL_REPORT: { fitness: number; ofs_x: number; ofs_y: number; ofs_z: number; diag_x: number; diag_y: number; diag_z: number; offdiag_x: number; offdiag_y: number; offdiag_z: number; compass_id: number; cal_mask: number; cal_status: number; autosaved: number; orientation_confidence: number; old_orientation: number; new_orientation: number; scale_factor: number };
   EKF_STATUS_REPORT: { velocity_variance: number; pos_horiz_variance: number; pos_vert_variance: number; compass_variance: number; terrain_alt_variance: number; flags: number; airspeed_variance: number };
   RPM: { rpm1: number; rpm2: number };
   VIBRATION: { time_usec: bigint; vibration_x: number; vibration_y: number; vibration_z: number; clipping_0: number; clipping_1: number; clipping_2: number };
@@ -626,6 +630,20 @@ export const COPTER_MODE = {
   TURTLE: 28,
 } as const;
 
+export const MAG_CAL_STATUS = {
+  MAG_CAL_NOT_STARTED: 0,
+  MAG_CAL_WAITING_TO_START: 1,
+  MAG_CAL_RUNNING_STEP_ONE: 2,
+  MAG_CAL_RUNNING_STEP_TWO: 3,
+  MAG_CAL_SUCCESS: 4,
+  MAG_CAL_FAILED: 5,
+  MAG_CAL_FAILED_ORIENTATION: 6,
+  MAG_CAL_FAILED_RADIUS: 7,
+  MAG_CAL_FAILED_OFFSETS: 8,
+  MAG_CAL_FAILED_DIAG_SCALING: 9,
+  MAG_CAL_FAILED_RESIDUALS_HIGH: 10,
+} as const;
+
 export const MAV_CMD = {
   NAV_WAYPOINT: 16,
   NAV_LOITER_UNLIM: 17,
@@ -671,4 +689,5 @@ export const MAV_CMD = {
   NAV_FENCE_CIRCLE_INCLUSION: 5003,
   NAV_FENCE_CIRCLE_EXCLUSION: 5004,
   NAV_RALLY_POINT: 5100,
+  ACCELCAL_VEHICLE_POS: 42429,
 } as const;

@@ -97,6 +97,22 @@ export interface paths {
         readonly patch?: never;
         readonly trace?: never;
     };
+    readonly "/checklists/{kind}": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["get_checklist"];
+        readonly put: operations["put_checklist"];
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
     readonly "/drones": {
         readonly parameters: {
             readonly query?: never;
@@ -539,6 +555,54 @@ export interface paths {
         readonly get?: never;
         readonly put?: never;
         readonly post: operations["read_parameters"];
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/drones/{drone_id}/preflight": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["get_preflight"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/drones/{drone_id}/preflight/lines": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put: operations["put_drone_checklist"];
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/drones/{drone_id}/preflight/sign": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put?: never;
+        readonly post: operations["sign_preflight"];
         readonly delete?: never;
         readonly options?: never;
         readonly head?: never;
@@ -1642,6 +1706,30 @@ export interface components {
             /** @description Of the request that caused it; empty: none did */
             readonly request_id: string;
         };
+        /**
+         * @description Starts the calibration of a sensor. Prompts and progress come as the autopilot's own messages. On the ground,
+         *     disarmed, as all of the vehicle's set-up.
+         */
+        readonly Calibrate: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            readonly command: "calibrate";
+            readonly sensor: components["schemas"]["Sensor"];
+        };
+        /**
+         * @description The drone lies as the accelerometer's calibration asked: 1 level, 2 left, 3 right, 4 nose down, 5 nose up, 6 on
+         *     its back.
+         */
+        readonly CalibrationPose: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            readonly command: "calibration_pose";
+            readonly pose: number;
+        };
         readonly ChangeMode: {
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1675,6 +1763,10 @@ export interface components {
             /** @description null: NaN */
             readonly sent: number | null;
             readonly words: string;
+        };
+        /** @description Own lines, in order. Replaces those before; none deletes them. */
+        readonly ChecklistView: {
+            readonly lines: readonly string[];
         };
         readonly ClientsView: {
             /** @description Open live connections */
@@ -1894,6 +1986,15 @@ export interface components {
             readonly taken_from: components["schemas"]["UserRefView"] | null;
             /** @description Its team; null: none, or not visible to you */
             readonly team: components["schemas"]["TeamRefView"] | null;
+        };
+        /** @description Keeps the result of the compass calibration, or cancels the calibration. */
+        readonly EndCalibration: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            readonly command: "calibration_end";
+            readonly keep: boolean;
         };
         readonly Enrol: {
             /** @description Public half of the agent's Ed25519 key: 32 bytes in base64url */
@@ -2572,6 +2673,15 @@ export interface components {
             readonly m_s?: number | null;
             readonly radius_m: number;
         };
+        /** @description A line that people wrote, and that the pilot confirms. */
+        readonly OwnLineView: {
+            /**
+             * @description Whether every drone of the kind has it
+             * @enum {string}
+             */
+            readonly of: "kind" | "drone";
+            readonly text: string;
+        };
         /** @description How far the agent has read the drone's parameters. */
         readonly ParametersStateView: {
             /**
@@ -2763,6 +2873,33 @@ export interface components {
              */
             readonly state: "known" | "unknown";
         };
+        /** @description A line that the tower fills in. */
+        readonly PreflightLineView: {
+            readonly key: string;
+            /** @enum {string} */
+            readonly state: "good" | "caution" | "bad" | "unknown";
+            readonly title: string;
+            readonly words: string;
+        };
+        /** @description `checked`: the text of every own line. `weather`: as the pilot judges it, optional. */
+        readonly PreflightSignature: {
+            readonly checked: readonly string[];
+            /** @default  */
+            readonly weather?: string;
+        };
+        /** @description The checklist of one drone now. */
+        readonly PreflightView: {
+            /** @description Kind of drone; empty: not known yet */
+            readonly kind: string;
+            readonly kind_label: string;
+            readonly lines: readonly components["schemas"]["PreflightLineView"][];
+            /** @description You may change the lines of this drone */
+            readonly may_edit: boolean;
+            /** @description You have the controls, or assist */
+            readonly may_sign: boolean;
+            readonly own: readonly components["schemas"]["OwnLineView"][];
+            readonly signed: components["schemas"]["SignatureView"] | null;
+        };
         /** @description An RFC 9457 problem document. */
         readonly Problem: {
             /** @description Number known ... */
@@ -2800,6 +2937,14 @@ export interface components {
             readonly fresh_until: string | null;
             /** @description Accepted proofs of identity, best first */
             readonly kinds: readonly ("passkey" | "password")[];
+        };
+        /** @description Restarts the autopilot. The drone is not heard for some seconds. */
+        readonly Reboot: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            readonly command: "reboot";
         };
         /** @description An invitation, as the invited person sees it. */
         readonly ReceivedView: {
@@ -2940,6 +3085,11 @@ export interface components {
             readonly passkeys: number;
             readonly recovery_codes_left: number;
         };
+        /**
+         * @description What a calibration calibrates.
+         * @enum {string}
+         */
+        readonly Sensor: "accelerometer" | "level" | "gyroscope" | "compass" | "barometer";
         /** @description What happens when a certain link is lost. */
         readonly SentenceView: {
             /** @enum {string} */
@@ -3007,6 +3157,13 @@ export interface components {
          * @enum {string}
          */
         readonly Severity: "critical" | "warning" | "notice";
+        /** @description Who signed the list for the coming flight, or for the one that is going on. */
+        readonly SignatureView: {
+            /** Format: date-time */
+            readonly at: string;
+            readonly by: components["schemas"]["UserRefView"];
+            readonly weather: string;
+        };
         readonly SignIn: {
             /** @description From the authenticator, or a recovery code; if required */
             readonly code?: string | null;
@@ -3022,6 +3179,19 @@ export interface components {
              * @enum {string}
              */
             readonly command: "hold" | "land" | "pause" | "resume" | "rtl";
+        };
+        /** @description Turns one motor. `propellers_off`: the drone's name, which confirms that its propellers are off. */
+        readonly SpinMotor: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            readonly command: "motor_test";
+            readonly for_s: number;
+            /** @description In the autopilot's test order */
+            readonly motor: number;
+            readonly propellers_off: string;
+            readonly throttle_percent: number;
         };
         /** @description Flies the mission from this item on; arms first if necessary. */
         readonly Start: {
@@ -3399,6 +3569,56 @@ export interface operations {
             };
         };
     };
+    readonly get_checklist: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                /** @description `kind` of a drone's checklist */
+                readonly kind: string;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["ChecklistView"];
+                };
+            };
+        };
+    };
+    readonly put_checklist: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                /** @description `kind` of a drone's checklist */
+                readonly kind: string;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": components["schemas"]["ChecklistView"];
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["ChecklistView"];
+                };
+            };
+        };
+    };
     readonly list_drones: {
         readonly parameters: {
             readonly query?: never;
@@ -3726,7 +3946,7 @@ export interface operations {
         };
         readonly requestBody: {
             readonly content: {
-                readonly "application/json": components["schemas"]["Arm"] | components["schemas"]["Disarm"] | components["schemas"]["ChangeMode"] | components["schemas"]["TakeOff"] | components["schemas"]["GoTo"] | components["schemas"]["Simple"] | components["schemas"]["SetHome"] | components["schemas"]["ChangeSpeed"] | components["schemas"]["Turn"] | components["schemas"]["Start"] | components["schemas"]["Jump"] | components["schemas"]["Orbit"] | components["schemas"]["LookAt"] | components["schemas"]["Follow"] | components["schemas"]["FollowMe"];
+                readonly "application/json": components["schemas"]["Arm"] | components["schemas"]["Disarm"] | components["schemas"]["ChangeMode"] | components["schemas"]["TakeOff"] | components["schemas"]["GoTo"] | components["schemas"]["Simple"] | components["schemas"]["SetHome"] | components["schemas"]["ChangeSpeed"] | components["schemas"]["Turn"] | components["schemas"]["Start"] | components["schemas"]["Jump"] | components["schemas"]["Orbit"] | components["schemas"]["LookAt"] | components["schemas"]["Calibrate"] | components["schemas"]["CalibrationPose"] | components["schemas"]["EndCalibration"] | components["schemas"]["SpinMotor"] | components["schemas"]["Reboot"] | components["schemas"]["Follow"] | components["schemas"]["FollowMe"];
             };
         };
         readonly responses: {
@@ -4417,6 +4637,80 @@ export interface operations {
                 };
                 content: {
                     readonly "application/json": components["schemas"]["OperationView"];
+                };
+            };
+        };
+    };
+    readonly get_preflight: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly drone_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["PreflightView"];
+                };
+            };
+        };
+    };
+    readonly put_drone_checklist: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly drone_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": components["schemas"]["ChecklistView"];
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["ChecklistView"];
+                };
+            };
+        };
+    };
+    readonly sign_preflight: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly drone_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": components["schemas"]["PreflightSignature"];
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["PreflightView"];
                 };
             };
         };

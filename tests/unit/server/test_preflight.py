@@ -1,0 +1,102 @@
+"""The preflight checklist: what each line says, how long a reason or a signature counts."""
+
+from datetime import UTC, datetime, timedelta
+
+import pytest
+
+from server.domain.people import UserRef
+from server.live.preflight.arming_texts import MAX_REASONS, REPEATED_WITHIN_S, ArmingTexts
+from server.live.preflight.checks import CheckLine, LineState, PreflightFacts, preflight_lines
+from server.live.preflight.signature import VALID_FOR, Signature, SignedLine, after_report
+from wire.ids import UserId
+
+NOON = datetime(2026, 5, 1, 12, tzinfo=UTC)
+READY = PreflightFacts(
+    online=True,
+    heard=True,
+    rtt_ms=40.0,
+    loss=0.0,
+    arming_ok=True,
+    battery_percent=97,
+    battery_charge=1,
+    gps_fix=3,
+    satellites=14,
+    has_home=True,
+    return_height_m=15.0,
+    loss_complete=True,
+    plan_known=True,
+    fence_known=True,
+    fence_items=5,
+)
+
+
+def _line(key: str, **changes: object) -> CheckLine:
+    facts = PreflightFacts(**{**READY.__dict__, **changes})  # type: ignore[arg-type]
+    return next(line for line in preflight_lines(facts) if line.key == key)
+
+
+def test_a_ready_drone_has_only_good_lines() -> None:
+    assert {line.state for line in preflight_lines(READY)} == {LineState.GOOD}
+
+
+def test_what_is_not_known_is_never_good() -> None:
+    states = {line.key: line.state for line in preflight_lines(PreflightFacts())}
+    assert states.pop("link") is LineState.BAD
+    assert set(states.values()) == {LineState.UNKNOWN}
+
+
+@pytest.mark.parametrize(
+    ("key", "changes", "state", "words"),
+    [
+        ("link", {"heard": False}, LineState.BAD, "its autopilot is silent"),
+        ("link", {"rtt_ms": 700.0}, LineState.CAUTION, "700 ms"),
+        ("arming", {"arming_ok": False}, LineState.BAD, "has not said why yet"),
+        ("arming", {"arming_texts": ("Compass not calibrated",)}, LineState.BAD, "Compass not calibrated"),
+        ("battery", {"battery_percent": 60}, LineState.CAUTION, "60 %"),
+        ("battery", {"battery_percent": 20}, LineState.BAD, "20 %"),
+        ("battery", {"battery_charge": 3}, LineState.BAD, "low or faulty"),
+        ("position", {"gps_fix": 1}, LineState.BAD, "No position fix, 14 satellites"),
+        ("position", {"satellites": 6}, LineState.CAUTION, "6 satellites"),
+        ("home", {"has_home": False}, LineState.UNKNOWN, "not reported a home"),
+        ("return-height", {"return_height_m": 5.0}, LineState.CAUTION, "5 m"),
+        ("return-height", {"return_height_m": 0.0}, LineState.CAUTION, "the height that the drone has then"),
+        ("failsafes", {"loss_dangers": 2}, LineState.BAD, "2 dangers on a loss, not acknowledged"),
+        ("failsafes", {"loss_warnings": 1}, LineState.CAUTION, "1 warning in"),
+        ("plan", {"plan_items": 1}, LineState.GOOD, "a mission of 1 item is on board"),
+        ("plan", {"plan_fits": False}, LineState.BAD, "upload it again"),
+        ("fence", {"fence_items": 0}, LineState.CAUTION, "No fence"),
+    ],
+)
+def test_each_line(key: str, changes: dict[str, object], state: LineState, words: str) -> None:
+    line = _line(key, **changes)
+    assert line.state is state
+    assert words.lower() in line.words.lower()
+
+
+def test_a_reason_counts_while_it_is_repeated() -> None:
+    texts = ArmingTexts()
+    texts.take("PreArm: Compass not calibrated", 0.0)
+    texts.take("Preflight Fail: No connection to the GCS", 1.0)
+    texts.take("EKF3 IMU0 is using GPS", 2.0)
+    texts.take("PreArm: Compass not calibrated", 30.0)
+    assert texts.now(31.0) == ("No connection to the GCS", "Compass not calibrated")
+    assert texts.now(1.5 + REPEATED_WITHIN_S) == ("Compass not calibrated",)
+    for number in range(2 * MAX_REASONS):
+        texts.take(f"PreArm: reason {number}", 40.0)
+    assert len(texts.now(40.0)) == MAX_REASONS
+    texts.forget()
+    assert texts.now(40.0) == ()
+
+
+def test_a_signature_is_for_one_flight_and_an_hour() -> None:
+    signed = Signature(UserRef(UserId(7), "Ada"), NOON, (SignedLine("Propellers tight", "confirmed"),))
+    assert signed.is_valid(NOON + VALID_FOR - timedelta(seconds=1))
+    assert not signed.is_valid(NOON + VALID_FOR)
+    assert after_report(signed, armed=False) is signed
+    assert after_report(signed, armed=None) is signed
+    flying = after_report(signed, armed=True)
+    assert flying is not None
+    assert flying.is_valid(NOON + 3 * VALID_FOR)  # a long flight keeps its own
+    assert after_report(flying, armed=None) is flying
+    assert after_report(flying, armed=False) is None
+    assert after_report(None, armed=True) is None
