@@ -127,8 +127,9 @@ class FaultRig(Rig):
         person = self._people.get((name, number))
         if person is None:
             mark = OPERATOR if name == "operator" else ADMIN
-            person = self._people[name, number] = Person(name, mark, self.address_of(number), 1)
+            person = Person(name, mark, self.address_of(number), 1)
             await person.sign_in(PASSWORD)
+            self._people[name, number] = person
         return person
 
     def linked_times(self) -> int:
