@@ -94,6 +94,7 @@ export class Vehicle {
   readonly #hold: HoldFrame;
   readonly target: GoToTarget;
   readonly manual: Manual;
+  readonly #frameListeners = new Set<(frame: Uint8Array, nowMs: number) => void>();
   #seq = 0;
   #actions = 0;
 
@@ -179,7 +180,14 @@ export class Vehicle {
     });
   }
 
+  /** Calls back with each frame as it comes, decoded or not. Good until the callback returns: keep a copy. */
+  onFrame(listener: (frame: Uint8Array, nowMs: number) => void): () => void {
+    this.#frameListeners.add(listener);
+    return () => this.#frameListeners.delete(listener);
+  }
+
   receive(frame: Uint8Array, nowMs: number): void {
+    for (const listener of this.#frameListeners) listener(frame, nowMs);
     const modeBefore = this.telemetry.newest('HEARTBEAT')?.fields.custom_mode;
     const message = this.telemetry.receive(frame, nowMs);
     if (!message) return;

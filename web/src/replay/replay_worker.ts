@@ -37,8 +37,10 @@ async function openFile(file: Blob): Promise<void> {
   finish(file.size);
 }
 
+/** Raises Error with words for people. */
 function finish(totalBytes: number): void {
   reader.end();
+  if (reader.log.end === 0) throw new Error('There is no telemetry in this file: it is no .tlog, or it is empty.');
   report(totalBytes, true);
 }
 

@@ -124,7 +124,7 @@ export const HELP: Record<Route['page'], PageHelp> = {
       'Every flight that the tower recorded, the newest first. Find them by drone, pilot and date.',
       'Replay opens a flight on the map, with its flight display, sticks, events and charts.',
       'Download a flight as .tlog for other ground stations, or as CSV, KML or GPX.',
-      'Open a file replays a .tlog, .bin or .ulg of your own. It stays on your computer.',
+      'Open a file replays a .tlog of your own. It stays on your computer.',
     ],
     keys: [],
   },

@@ -77,12 +77,12 @@ describe('a replay', () => {
     const { player } = opened();
     await settled();
     const { vehicle } = player.state.get();
-    player.seek(BEGAN_MS + 9_000);
+    player.seek(BEGAN_MS + 3_000);
     await settled();
-    player.seek(BEGAN_MS + 11_000);
+    player.seek(BEGAN_MS + 5_000);
     await settled();
     expect(player.state.get().vehicle).toBe(vehicle);
-    expect(height(player)).toBe(11);
+    expect(height(player)).toBe(5);
     player.seek(BEGAN_MS + 2_000);
     await settled();
     expect(player.state.get().vehicle).not.toBe(vehicle);
