@@ -3,8 +3,8 @@
  * compass, its texts. Pure.
  */
 
-import { ACCELCAL_POSITIONS, MAG_CAL_STATES } from './calibration_words';
-import { MAG_CAL_STATUS, MAV_CMD } from '../link/generated/mavlink.gen';
+import { ACCELCAL_POSITIONS, MAG_CAL_STATES, MAG_CAL_SUCCESS } from './calibration_words';
+import { MAV_CMD } from '../link/generated/mavlink.gen';
 import type { Message } from '../link/mavlink';
 
 export type Sensor = 'accelerometer' | 'level' | 'gyroscope' | 'compass' | 'barometer';
@@ -63,7 +63,7 @@ export function received(view: CalibrationView, message: Message): CalibrationVi
     }
     case 'MAG_CAL_REPORT': {
       const { compass_id: id, cal_status: status, fitness } = message.fields;
-      const isGood = status === MAG_CAL_STATUS.MAG_CAL_SUCCESS;
+      const isGood = status === MAG_CAL_SUCCESS;
       const words = MAG_CAL_STATES[status] ?? '';
       return withCompass(view, { id, percent: isGood ? 100 : 0, words, isOver: true, isGood, fitness });
     }

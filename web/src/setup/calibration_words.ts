@@ -1,7 +1,5 @@
 /** How the drone must lie, and how a compass is doing, in words. */
 
-import { MAG_CAL_STATUS } from '../link/generated/mavlink.gen';
-
 /** By ACCELCAL_VEHICLE_POS. */
 export const ACCELCAL_POSITIONS: Readonly<Record<number, string>> = {
   1: 'level, as it stands',
@@ -12,17 +10,19 @@ export const ACCELCAL_POSITIONS: Readonly<Record<number, string>> = {
   6: 'on its back',
 };
 
-/** By MAG_CAL_STATUS. */
+export const MAG_CAL_SUCCESS = 4;
+
+/** By MAG_CAL_STATUS; numbers here, because only this page needs them. */
 export const MAG_CAL_STATES: Readonly<Record<number, string>> = {
-  [MAG_CAL_STATUS.MAG_CAL_NOT_STARTED]: 'not started',
-  [MAG_CAL_STATUS.MAG_CAL_WAITING_TO_START]: 'waits to start',
-  [MAG_CAL_STATUS.MAG_CAL_RUNNING_STEP_ONE]: 'turn it about every axis',
-  [MAG_CAL_STATUS.MAG_CAL_RUNNING_STEP_TWO]: 'turn it on',
-  [MAG_CAL_STATUS.MAG_CAL_SUCCESS]: 'done',
-  [MAG_CAL_STATUS.MAG_CAL_FAILED]: 'failed: try farther from metal',
-  [MAG_CAL_STATUS.MAG_CAL_FAILED_ORIENTATION]: 'failed: mounted otherwise than its parameter says',
-  [MAG_CAL_STATUS.MAG_CAL_FAILED_RADIUS]: 'failed: the field is too weak or too strong',
-  [MAG_CAL_STATUS.MAG_CAL_FAILED_OFFSETS]: 'failed: too much metal near it',
-  [MAG_CAL_STATUS.MAG_CAL_FAILED_DIAG_SCALING]: 'failed: its axes do not fit each other',
-  [MAG_CAL_STATUS.MAG_CAL_FAILED_RESIDUALS_HIGH]: 'failed: the field changes, as near metal',
+  0: 'not started',
+  1: 'waits to start',
+  2: 'turn it about every axis',
+  3: 'turn it on',
+  [MAG_CAL_SUCCESS]: 'done',
+  5: 'failed: try farther from metal',
+  6: 'failed: mounted otherwise than its parameter says',
+  7: 'failed: the field is too weak or too strong',
+  8: 'failed: too much metal near it',
+  9: 'failed: its axes do not fit each other',
+  10: 'failed: the field changes, as near metal',
 };

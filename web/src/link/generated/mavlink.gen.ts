@@ -19,8 +19,6 @@ export const MESSAGES: readonly (readonly [number, string, number, string])[] = 
   [32, 'LOCAL_POSITION_NED', 185, 'time_boot_ms:u32 x:f32 y:f32 z:f32 vx:f32 vy:f32 vz:f32'],
   [33, 'GLOBAL_POSITION_INT', 104, 'time_boot_ms:u32 lat:i32 lon:i32 alt:i32 relative_alt:i32 vx:i16 vy:i16 vz:i16 hdg:u16'],
   [36, 'SERVO_OUTPUT_RAW', 222, 'time_usec:u32 servo1_raw:u16 servo2_raw:u16 servo3_raw:u16 servo4_raw:u16 servo5_raw:u16 servo6_raw:u16 servo7_raw:u16 servo8_raw:u16 port:u8 servo9_raw:u16 servo10_raw:u16 servo11_raw:u16 servo12_raw:u16 servo13_raw:u16 servo14_raw:u16 servo15_raw:u16 servo16_raw:u16'],
-  [37, 'MISSION_REQUEST_PARTIAL_LIST', 212, 'start_index:i16 end_index:i16 target_system:u8 target_component:u8 mission_type:u8'],
-  [38, 'MISSION_WRITE_PARTIAL_LIST', 9, 'start_index:i16 end_index:i16 target_system:u8 target_component:u8 mission_type:u8'],
   [39, 'MISSION_ITEM', 254, 'param1:f32 param2:f32 param3:f32 param4:f32 x:f32 y:f32 z:f32 seq:u16 command:u16 target_system:u8 target_component:u8 frame:u8 current:u8 autocontinue:u8 mission_type:u8'],
   [40, 'MISSION_REQUEST', 230, 'seq:u16 target_system:u8 target_component:u8 mission_type:u8'],
   [41, 'MISSION_SET_CURRENT', 28, 'seq:u16 target_system:u8 target_component:u8'],
@@ -30,7 +28,6 @@ export const MESSAGES: readonly (readonly [number, string, number, string])[] = 
   [45, 'MISSION_CLEAR_ALL', 232, 'target_system:u8 target_component:u8 mission_type:u8'],
   [46, 'MISSION_ITEM_REACHED', 11, 'seq:u16'],
   [47, 'MISSION_ACK', 153, 'target_system:u8 target_component:u8 type:u8 mission_type:u8'],
-  [48, 'SET_GPS_GLOBAL_ORIGIN', 41, 'latitude:i32 longitude:i32 altitude:i32 target_system:u8 time_usec:u64'],
   [49, 'GPS_GLOBAL_ORIGIN', 39, 'latitude:i32 longitude:i32 altitude:i32 time_usec:u64'],
   [51, 'MISSION_REQUEST_INT', 196, 'seq:u16 target_system:u8 target_component:u8 mission_type:u8'],
   [62, 'NAV_CONTROLLER_OUTPUT', 183, 'nav_roll:f32 nav_pitch:f32 alt_error:f32 aspd_error:f32 xtrack_error:f32 nav_bearing:i16 target_bearing:i16 wp_dist:u16'],
@@ -67,7 +64,6 @@ export const MESSAGES: readonly (readonly [number, string, number, string])[] = 
   [244, 'MESSAGE_INTERVAL', 95, 'interval_us:i32 message_id:u16'],
   [245, 'EXTENDED_SYS_STATE', 130, 'vtol_state:u8 landed_state:u8'],
   [253, 'STATUSTEXT', 83, 'severity:u8 text:c8[50] id:u16 chunk_seq:u8'],
-  [259, 'CAMERA_INFORMATION', 92, 'time_boot_ms:u32 firmware_version:u32 focal_length:f32 sensor_size_h:f32 sensor_size_v:f32 flags:u32 resolution_h:u16 resolution_v:u16 cam_definition_version:u16 vendor_name:u8[32] model_name:u8[32] lens_id:u8 cam_definition_uri:c8[140] gimbal_device_id:u8 camera_device_id:u8'],
   [285, 'GIMBAL_DEVICE_ATTITUDE_STATUS', 137, 'time_boot_ms:u32 q:f32[4] angular_velocity_x:f32 angular_velocity_y:f32 angular_velocity_z:f32 failure_flags:u32 flags:u16 target_system:u8 target_component:u8 delta_yaw:f32 delta_yaw_velocity:f32 gimbal_device_id:u8'],
 ];
 
@@ -88,8 +84,6 @@ export interface MessageFields {
   LOCAL_POSITION_NED: { time_boot_ms: number; x: number; y: number; z: number; vx: number; vy: number; vz: number };
   GLOBAL_POSITION_INT: { time_boot_ms: number; lat: number; lon: number; alt: number; relative_alt: number; vx: number; vy: number; vz: number; hdg: number };
   SERVO_OUTPUT_RAW: { time_usec: number; servo1_raw: number; servo2_raw: number; servo3_raw: number; servo4_raw: number; servo5_raw: number; servo6_raw: number; servo7_raw: number; servo8_raw: number; port: number; servo9_raw: number; servo10_raw: number; servo11_raw: number; servo12_raw: number; servo13_raw: number; servo14_raw: number; servo15_raw: number; servo16_raw: number };
-  MISSION_REQUEST_PARTIAL_LIST: { start_index: number; end_index: number; target_system: number; target_component: number; mission_type: number };
-  MISSION_WRITE_PARTIAL_LIST: { start_index: number; end_index: number; target_system: number; target_component: number; mission_type: number };
   MISSION_ITEM: { param1: number; param2: number; param3: number; param4: number; x: number; y: number; z: number; seq: number; command: number; target_system: number; target_component: number; frame: number; current: number; autocontinue: number; mission_type: number };
   MISSION_REQUEST: { seq: number; target_system: number; target_component: number; mission_type: number };
   MISSION_SET_CURRENT: { seq: number; target_system: number; target_component: number };
@@ -99,7 +93,6 @@ export interface MessageFields {
   MISSION_CLEAR_ALL: { target_system: number; target_component: number; mission_type: number };
   MISSION_ITEM_REACHED: { seq: number };
   MISSION_ACK: { target_system: number; target_component: number; type: number; mission_type: number };
-  SET_GPS_GLOBAL_ORIGIN: { latitude: number; longitude: number; altitude: number; target_system: number; time_usec: bigint };
   GPS_GLOBAL_ORIGIN: { latitude: number; longitude: number; altitude: number; time_usec: bigint };
   MISSION_REQUEST_INT: { seq: number; target_system: number; target_component: number; mission_type: number };
   NAV_CONTROLLER_OUTPUT: { nav_roll: number; nav_pitch: number; alt_error: number; aspd_error: number; xtrack_error: number; nav_bearing: number; target_bearing: number; wp_dist: number };
@@ -136,7 +129,6 @@ export interface MessageFields {
   MESSAGE_INTERVAL: { interval_us: number; message_id: number };
   EXTENDED_SYS_STATE: { vtol_state: number; landed_state: number };
   STATUSTEXT: { severity: number; text: string; id: number; chunk_seq: number };
-  CAMERA_INFORMATION: { time_boot_ms: number; firmware_version: number; focal_length: number; sensor_size_h: number; sensor_size_v: number; flags: number; resolution_h: number; resolution_v: number; cam_definition_version: number; vendor_name: number[]; model_name: number[]; lens_id: number; cam_definition_uri: string; gimbal_device_id: number; camera_device_id: number };
   GIMBAL_DEVICE_ATTITUDE_STATUS: { time_boot_ms: number; q: number[]; angular_velocity_x: number; angular_velocity_y: number; angular_velocity_z: number; failure_flags: number; flags: number; target_system: number; target_component: number; delta_yaw: number; delta_yaw_velocity: number; gimbal_device_id: number };
 }
 
@@ -628,20 +620,6 @@ export const COPTER_MODE = {
   AUTOROTATE: 26,
   AUTO_RTL: 27,
   TURTLE: 28,
-} as const;
-
-export const MAG_CAL_STATUS = {
-  MAG_CAL_NOT_STARTED: 0,
-  MAG_CAL_WAITING_TO_START: 1,
-  MAG_CAL_RUNNING_STEP_ONE: 2,
-  MAG_CAL_RUNNING_STEP_TWO: 3,
-  MAG_CAL_SUCCESS: 4,
-  MAG_CAL_FAILED: 5,
-  MAG_CAL_FAILED_ORIENTATION: 6,
-  MAG_CAL_FAILED_RADIUS: 7,
-  MAG_CAL_FAILED_OFFSETS: 8,
-  MAG_CAL_FAILED_DIAG_SCALING: 9,
-  MAG_CAL_FAILED_RESIDUALS_HIGH: 10,
 } as const;
 
 export const MAV_CMD = {
