@@ -13,7 +13,9 @@ import secrets
 import threading
 import time
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -143,7 +145,7 @@ class BlackBoxDisk:
     def _step(self) -> None:
         for _ in range(len(self._jobs)):
             job = self._jobs.popleft()
-            self._guarded(lambda job=job: self._do(job))  # type: ignore[misc]
+            self._guarded(partial(self._do, job))
             self._done_bytes += len(job.chunk)
         if self._dirty and time.monotonic() >= self._sync_at:
             self._sync_at = time.monotonic() + SYNC_EVERY_S
@@ -228,7 +230,7 @@ class BlackBoxDisk:
             return BlackBoxPiece(request=wanted.request, next=wanted.at, last=True, words=words)
         return BlackBoxPiece(request=wanted.request, next=after, last=last, data=deflated(entries))
 
-    def _guarded(self, do) -> None:  # type: ignore[no-untyped-def]
+    def _guarded(self, do: Callable[[], None]) -> None:
         """A disk that fails ends the flight that is written, never the thread."""
         try:
             do()

@@ -9,7 +9,7 @@ import re
 import shutil
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
@@ -45,7 +45,7 @@ class _Times:
 
     began_us: int = 0
     ended_us: int | None = None
-    marks: list[tuple[int, int]] | None = None
+    marks: list[tuple[int, int]] = field(default_factory=list)
 
 
 def entries_in(path: Path, begin: int = 0) -> Iterator[tuple[int, bytes, int]]:
@@ -184,29 +184,29 @@ class FlightFiles:
 
     def _begin_of(self, name: str, from_us: int) -> int:
         best = 0
-        for at_us, at in self._times(name).marks or ():
+        for at_us, at in self._times(name).marks:
             if at_us >= from_us:
                 break
             best = at
         return best
 
     def _times(self, name: str) -> _Times:
-        times = _Times(marks=[])
+        times = _Times()
         index = self.path(name, INDEX)
         if not index.exists():
             return times
         with index.open("rb") as file:
             for line in file:
                 entry = _object(line)
-                kind, at_us = entry.get("kind"), entry.get("at_us")
+                kind, at_us, at = entry.get("kind"), entry.get("at_us"), entry.get("at")
                 if not isinstance(at_us, int):
                     continue
                 if kind == "flight":
                     times.began_us = at_us
                 elif kind == "end":
                     times.ended_us = at_us
-                elif kind == "at" and times.marks is not None and isinstance(entry.get("at"), int):
-                    times.marks.append((at_us, entry["at"]))
+                elif kind == "at" and isinstance(at, int):
+                    times.marks.append((at_us, at))
         return times
 
 
