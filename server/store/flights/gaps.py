@@ -10,6 +10,7 @@ import asyncio
 import time
 from collections import deque
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -23,7 +24,7 @@ from server.live.flights.index import NoIndex, index_end_us
 from server.store.database import Database, DatabaseUnavailable
 from server.store.flights import catalogue
 from server.store.flights.files import INDEX, TLOG, FlightFiles
-from server.store.flights.merging import merge, resume_point
+from server.store.flights.merging import NEAR_US, merge, resume_point
 from server.store.flights.tables import FlightGapRow, FlightRow
 from server.store.flights.writer import FlightFile
 from wire.ids import DroneId
@@ -152,32 +153,37 @@ class GapService:
             if row is not None:
                 row.state, row.words = FETCHED if has_some else MISSING, done.words[:200]
                 row.shift_us = self._shifts.pop(done.gap.id, 0)
+            is_known = row is not None
+        if not is_known:  # its flight was deleted meanwhile
+            await asyncio.to_thread(self._part(done.gap).unlink, missing_ok=True)
+            return
         _log.info("flight_gap_fetched", drone_id=done.gap.drone_id, bytes=done.gap.got_bytes, words=done.words)
         self._dirty = True
 
     async def _merge_all(self) -> bool:
         """Whether something waits for the end of its flight."""
         async with self._database.reading() as session:
-            query = select(FlightGapRow.id, FlightGapRow.shift_us, FlightRow)
+            query = select(FlightGapRow, FlightRow)
             query = query.join(FlightRow, FlightRow.id == FlightGapRow.flight_id)
             query = query.where(FlightRow.store == self._files.id, FlightGapRow.state == FETCHED)
             waiting = (await session.execute(query.order_by(FlightGapRow.id))).all()
         left = False
-        for gap_id, shift_us, flight in waiting:
+        for row, flight in waiting:
             if flight.state == catalogue.READY:
-                await self._merge(gap_id, shift_us, flight.id, flight.drone_id, flight.file)
+                await self._merge(row, flight.id, flight.drone_id, flight.file)
             else:
                 left = left or flight.state == catalogue.RUNNING
         return left
 
-    async def _merge(self, gap_id: int, shift_us: int, flight_id: int, drone_id: int, file: str) -> None:
-        part = self._part_of(drone_id, file, gap_id)
+    async def _merge(self, gap: FlightGapRow, flight_id: int, drone_id: int, file: str) -> None:
+        part = self._part_of(drone_id, file, gap.id)
         tlog = self._files.path(drone_id, file, TLOG)
         try:
             lines = await asyncio.to_thread(self._files.read_index, drone_id, file)
-            until_us = index_end_us(lines)
-            frames = await asyncio.to_thread(merge, tlog, part, shift_us=shift_us, until_us=until_us)
-            await asyncio.to_thread(self._note, drone_id, file, gap_id, frames)
+            until_us = min(index_end_us(lines), gap.to_us + NEAR_US)
+            span = {"shift_us": gap.shift_us, "since_us": gap.from_us - NEAR_US, "until_us": until_us}
+            frames = await asyncio.to_thread(partial(merge, tlog, part, **span))
+            await asyncio.to_thread(self._note, drone_id, file, gap.id, frames)
             facts = await asyncio.to_thread(self._files.close_unfinished, drone_id, file)
         except NoIndex:
             return
@@ -185,9 +191,9 @@ class GapService:
             row = await session.get(FlightRow, flight_id)
             if row is not None:
                 await catalogue.finish(session, row, facts, words=row.words, lost_frames=row.lost_frames)
-                gap = await session.get(FlightGapRow, gap_id)
-                if gap is not None:
-                    gap.state, gap.frames = MERGED, frames
+                merged = await session.get(FlightGapRow, gap.id)
+                if merged is not None:
+                    merged.state, merged.frames = MERGED, frames
         await asyncio.to_thread(part.unlink, missing_ok=True)
         self.frames += frames
         _log.info("flight_gap_merged", drone_id=drone_id, flight=flight_id, frames=frames)

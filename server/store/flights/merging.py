@@ -16,6 +16,10 @@ from typing import Final
 
 from server.live.flights.tlog import STAMP, Entry, read_entries
 from server.store.flights.files import ENTRIES_A_TURN, TURN_S
+from wire.dialect import mavlink
+from wire.frames import message_id
+
+SETUP_SIGNING: Final = mavlink.MAVLINK_MSG_ID_SETUP_SIGNING
 
 CLOCKS_US: Final = 30_000_000
 """The clocks of drone and tower differ by less, after what is known of them."""
@@ -23,10 +27,14 @@ NEAR_US: Final = 2_000_000
 """A frame that is the same and this near is the same frame: at 128 frames a second its number is used again."""
 
 
-def merge(tlog: Path, fetched: Path, *, shift_us: int, until_us: int) -> int:
+def merge(tlog: Path, fetched: Path, *, shift_us: int, since_us: int, until_us: int) -> int:
     """Returns how many frames the log has got. `shift_us`: what added to the fetched times gives those of the log, as
-    far as is known without looking. `until_us`: nothing later belongs to the flight. Raises OSError."""
-    wanted = [(one.at_us + shift_us, one.frame) for one in _entries(fetched)]
+    far as is known without looking. `since_us`, `until_us`: nothing else was asked for. Raises OSError."""
+    wanted = [
+        (one.at_us + shift_us, one.frame)
+        for one in _entries(fetched)
+        if message_id(one.frame) != SETUP_SIGNING  # it holds a key
+    ]
     if not wanted:
         return 0
     begin_us, end_us = wanted[0][0] - CLOCKS_US, wanted[-1][0] + CLOCKS_US
@@ -43,7 +51,7 @@ def merge(tlog: Path, fetched: Path, *, shift_us: int, until_us: int) -> int:
             times.popleft()
         if times and times[0] <= right_us + NEAR_US:
             times.popleft()
-        elif right_us <= until_us:
+        elif since_us <= right_us <= until_us:
             missing.append((right_us, frame))
     if missing:
         _write(tlog, missing)

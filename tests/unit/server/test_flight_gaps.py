@@ -299,12 +299,12 @@ def test_fetched_frames_take_their_places_and_the_towers_times(files: tuple[Path
     tlog, part = files
     tlog.write_bytes(entries(*range(100), *range(200, 300), shift_us=SHIFT_US + 40_000))
     part.write_bytes(entries(*range(80, 220)))
-    assert merge(tlog, part, shift_us=SHIFT_US, until_us=2**63) == 100
+    assert merge(tlog, part, shift_us=SHIFT_US, since_us=0, until_us=2**63) == 100
     merged = frames_of(tlog)
     assert [one for _, one in merged] == [frame(number) for number in range(300)]
     assert [at for at, _ in merged] == [AT_US + number * 20_000 + SHIFT_US + 40_000 for number in range(300)]
     whole = tlog.read_bytes()
-    assert merge(tlog, part, shift_us=SHIFT_US, until_us=2**63) == 0
+    assert merge(tlog, part, shift_us=SHIFT_US, since_us=0, until_us=2**63) == 0
     assert tlog.read_bytes() == whole, "doing it again changes nothing"
 
 
@@ -312,15 +312,25 @@ def test_nothing_after_the_end_of_the_flight_comes_in(files: tuple[Path, Path]) 
     tlog, part = files
     tlog.write_bytes(entries(*range(50)))
     part.write_bytes(entries(*range(40, 200)))
-    assert merge(tlog, part, shift_us=0, until_us=AT_US + 99 * 20_000) == 50
+    assert merge(tlog, part, shift_us=0, since_us=0, until_us=AT_US + 99 * 20_000) == 50
     assert [one for _, one in frames_of(tlog)] == [frame(number) for number in range(100)]
+
+
+def test_nothing_comes_in_that_was_not_asked_for(files: tuple[Path, Path]) -> None:
+    tlog, part = files
+    tlog.write_bytes(entries(*range(50)))
+    key = mavlink.MAVLink_setup_signing_message(1, 1, b"k" * 32, 1)
+    signing = build(key, system_id=255, component_id=190, sequence=0)
+    part.write_bytes(entries(*range(60, 70)) + STAMP.pack(AT_US + 70 * 20_000) + signing + entries(71, 72))
+    assert merge(tlog, part, shift_us=0, since_us=AT_US + 65 * 20_000, until_us=AT_US + 71 * 20_000) == 6
+    assert [one for _, one in frames_of(tlog)][50:] == [frame(number) for number in (65, 66, 67, 68, 69, 71)]
 
 
 def test_the_same_frame_sent_twice_is_there_twice(files: tuple[Path, Path]) -> None:
     tlog, part = files
     tlog.write_bytes(entries(1, 2, 2, 3))
     part.write_bytes(entries(1, 2, 2, 2, 3))
-    assert merge(tlog, part, shift_us=0, until_us=2**63) == 1
+    assert merge(tlog, part, shift_us=0, since_us=0, until_us=2**63) == 1
 
 
 def test_a_fetch_resumes_with_the_newest_time(files: tuple[Path, Path]) -> None:
