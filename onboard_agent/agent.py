@@ -88,7 +88,8 @@ class Agent:
             make_handlers=self._make_handlers,
         )
         has_camera = settings.camera != NO_CAMERA
-        box = None if settings.state is None else settings.state / "black-box"
+        # Two agents of one drone would complete and remove each other's flights.
+        box = None if settings.state is None or isinstance(journal, NoJournal) else settings.state / "black-box"
         self._black_box = BlackBox(box, settings.black_box_mb, self._loop.time())
         takes = (*((VIDEO,) if has_camera else ()), *self._black_box.takes)
         self._link = TowerLink(
