@@ -22,8 +22,10 @@ from pathlib import Path
 from typing import Any, Final
 
 import asyncpg  # type: ignore[import-untyped]
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
 from bench.rows import Report
+from server.store.audit.sealer import AuditSealer
 from server.store.audit.search import AuditFilter, page
 from server.store.audit.trail import Actor, record
 from server.store.database import Database, open_database
@@ -37,6 +39,7 @@ ROUNDS: Final = 20
 PAGE: Final = 100
 AT_ONCE: Final = 50_000
 WRITES: Final = 300
+CHAIN_S: Final = 5.0
 DRONES: Final = 200
 BEGAN: Final = datetime(2025, 1, 1, tzinfo=UTC)
 LASTED: Final = timedelta(days=730)
@@ -205,6 +208,33 @@ async def _measure(report: Report, database: Database, rounds: int) -> None:
             slowest = max(slowest, sorted(took_ms)[len(took_ms) // 2])
     report.add("all filters", "slowest_median", slowest, "ms")
     report.spread("write", "one_event", await _writes(database), "ms")
+    await _measure_chain(report, database)
+
+
+async def _measure_chain(report: Report, database: Database) -> None:
+    """Writes while the chain of hashes takes the events of years, as after the first start of this version."""
+    sealer = AuditSealer(database, lambda: datetime.now(UTC), _Key())
+    began = time.monotonic()
+    sealing = asyncio.create_task(sealer.once())
+    try:
+        report.spread("write, while the chain takes old events", "one_event", await _writes(database), "ms")
+        left_s = CHAIN_S - (time.monotonic() - began)
+        await asyncio.wait({sealing}, timeout=max(0.0, left_s))
+        report.add("chain", "old_events", sealer.sealed / (time.monotonic() - began), "1/s")
+    finally:
+        sealing.cancel()
+        await asyncio.gather(sealing, return_exceptions=True)
+
+
+class _Key:
+    """Signs as the tower does."""
+
+    def __init__(self) -> None:
+        self._private = Ed25519PrivateKey.generate()
+        self.public_key = self._private.public_key().public_bytes_raw()
+
+    def sign(self, message: bytes) -> bytes:
+        return self._private.sign(message)
 
 
 async def _next_pages(database: Database, wanted: AuditFilter, found: Any, rounds: int) -> list[float]:

@@ -10,6 +10,7 @@ from typing import Final
 
 from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.autopilot_port.port import AutopilotPort
+from onboard_agent.black_box.service import BlackBox
 from onboard_agent.failsafe.hold_files import HoldFiles
 from onboard_agent.failsafe.hold_memory import HoldStore, NoHoldStore
 from onboard_agent.link.identity import Identity
@@ -34,6 +35,7 @@ from onboard_agent.video.camera_setting import NO_CAMERA
 from onboard_agent.video.child import VideoChild
 from onboard_agent.video.core.lines import SetUp
 from onboard_agent.video.core.service import VideoService
+from wire.black_box import BlackBoxWanted
 from wire.content import Frames
 from wire.control_messages import ToAgent, Welcome
 from wire.frame_stream import FrameStream
@@ -62,6 +64,8 @@ class AgentSettings:
     """Log level of the video process, which has its own log."""
     state: Path | None = None
     """Folder for this drone's persistent state. None: nothing persists, and no plan is written."""
+    black_box_mb: int = 0
+    """Room for the black box; 0: there is none."""
 
 
 class Agent:
@@ -84,13 +88,12 @@ class Agent:
             make_handlers=self._make_handlers,
         )
         has_camera = settings.camera != NO_CAMERA
+        # Two agents of one drone would complete and remove each other's flights.
+        box = None if settings.state is None or isinstance(journal, NoJournal) else settings.state / "black-box"
+        self._black_box = BlackBox(box, settings.black_box_mb, self._loop.time())
+        takes = (*((VIDEO,) if has_camera else ()), *self._black_box.takes)
         self._link = TowerLink(
-            settings.tower,
-            settings.identity,
-            self,
-            settings.uplinks,
-            (VIDEO,) if has_camera else (),
-            TowerFile(settings.state),
+            settings.tower, settings.identity, self, settings.uplinks, takes, TowerFile(settings.state)
         )
         self._video = VideoService(has_camera=has_camera)
         self._video_child = VideoChild(
@@ -141,6 +144,7 @@ class Agent:
             asyncio.create_task(self._summarise_for_ever(), name="summary"),
             asyncio.create_task(self._video_child.run(), name="video"),
         ]
+        self._black_box.start()
         self._systemd.ready()
         try:
             done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -151,6 +155,7 @@ class Agent:
             self._systemd.stopping()
             self._files.stop()
             self._holds.close()
+            self._black_box.stop(self._loop.time())
             for task in tasks:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
@@ -164,7 +169,9 @@ class Agent:
         frames = self._stream.feed(data)
         if not frames:
             return
-        passed = self._onboard.from_autopilot(frames, self._loop.time())
+        now = self._loop.time()
+        self._black_box.add(frames, now)
+        passed = self._onboard.from_autopilot(frames, now)
         self._send_up(passed)
         self._flush()
 
@@ -176,6 +183,7 @@ class Agent:
 
     def link_up(self, welcome: Welcome) -> None:
         self._onboard.welcomed(welcome, self._loop.time())
+        self._black_box.link_up(welcome.takes)
         self._flush()
         self._video.link_up(welcome.takes)
         self._send_video_state()
@@ -187,6 +195,7 @@ class Agent:
 
     def link_resumed(self) -> None:
         self._onboard.resumed()
+        self._black_box.link_resumed()
         self._flush()
         self._video.link_resumed()
         self._send_video_state()
@@ -196,6 +205,9 @@ class Agent:
             self._video.wanted(message, self._loop.time())
             self._video_child.wake()
             self._send_video_state()
+            return
+        if isinstance(message, BlackBoxWanted):
+            self._black_box.wanted(message)
             return
         self._onboard.message(message, self._loop.time())
         self._tick()
@@ -239,11 +251,19 @@ class Agent:
         self._onboard.tick(now)
         self._link.closely = self._onboard.hands_on
         self._send_up(self._onboard.frames_to_tower(now))
+        autopilot = self._onboard.autopilot
+        self._black_box.tick(now, armed=autopilot.armed, heard=autopilot.heard)
+        if self._link.up:
+            for message in self._black_box.messages(now, self._link.room):
+                self._link.send_message(message)
         self._flush()
 
     def _flush(self) -> None:
-        for frame in self._onboard.frames_to_autopilot():
+        frames = self._onboard.frames_to_autopilot()
+        for frame in frames:
             self._port.send(frame)
+        if frames:  # the autopilot has them already
+            self._black_box.add(frames, self._loop.time())
         for message in self._onboard.messages_to_tower(self._loop.time(), self._link.room):
             self._link.send_message(message)
 

@@ -54,6 +54,7 @@ def run(found: dict[str, Any]) -> None:
         camera=camera,
         log_level=found["log_level"],
         state=state_directory(state, identity.drone_id),
+        black_box_mb=parse_megabytes(found["black_box"]),
     )
     warning = token_file_warning(token)
     if warning and identity.key is None:
@@ -93,6 +94,13 @@ def enrol(found: dict[str, Any], tower: str, one_time_token: str) -> None:
         return
     print(f"start it:  tower-agent run --tower {address} --token {token} --autopilot WHERE")
     print("or, where the unit is installed:  systemctl enable --now tower-agent")
+
+
+def parse_megabytes(text: str) -> int:
+    """Raises Unusable."""
+    if not (text.isascii() and text.isdigit() and len(text) <= 8):
+        raise Unusable(f"black_box must be a number of megabytes, not {text!r}")
+    return int(text)
 
 
 def _usable_camera(camera: str) -> str:

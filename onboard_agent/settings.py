@@ -85,6 +85,13 @@ SETTINGS: Final = (
         "/var/lib/tower-agent",
     ),
     Setting(
+        "black_box",
+        ("TOWER_AGENT_BLACK_BOX",),
+        "Room for the recordings of flights in the state folder, in MB; the oldest make room. 0: none are made.",
+        "1000",
+        default="1000",
+    ),
+    Setting(
         "log_level",
         ("TOWER_AGENT_LOG_LEVEL",),
         "debug, info, warning or error.",

@@ -9,6 +9,7 @@ from typing import Annotated, Final
 
 import msgspec
 
+from wire.black_box import BlackBoxToTower, BlackBoxWanted
 from wire.open_holds import HoldToAgent, HoldToTower, LostAction
 from wire.stream_profiles import StreamChoice, StreamProfile
 from wire.tower_list import Addresses, TowerList
@@ -264,6 +265,7 @@ ToTower = (
     | HoldToTower
     | TransactionToTower
     | VideoToTower
+    | BlackBoxToTower
 )
 ToAgent = (
     SignInChallenge
@@ -278,6 +280,7 @@ ToAgent = (
     | TransactionToAgent
     | VideoToAgent
     | TowerList
+    | BlackBoxWanted
 )
 
 UNREADABLE: Final = (msgspec.DecodeError, UnicodeDecodeError, RecursionError)

@@ -10,6 +10,7 @@ import re
 from collections.abc import Collection, Mapping
 from typing import Final
 
+from wire.black_box import BLACK_BOX, BlackBoxWanted
 from wire.control_messages import ToAgent
 from wire.following import FOLLOW, FollowWork, LeaderPosition
 from wire.open_holds import OPEN_HOLDS, Stay
@@ -18,7 +19,7 @@ from wire.tower_list import TOWERS, TowerList
 from wire.transactions import TRANSACTIONS, CancelTransaction, Transaction
 from wire.video import VIDEO, ClockProbe, VideoWanted
 
-TOWER_TAKES: Final = (TRANSACTIONS, VIDEO, OPEN_HOLDS, PARAMETER_METADATA)
+TOWER_TAKES: Final = (TRANSACTIONS, VIDEO, OPEN_HOLDS, PARAMETER_METADATA, BLACK_BOX)
 """The groups that the tower understands."""
 
 GROUPS: Final[Mapping[type, str]] = {
@@ -30,6 +31,7 @@ GROUPS: Final[Mapping[type, str]] = {
     ClockProbe: VIDEO,
     MetadataWanted: PARAMETER_METADATA,
     TowerList: TOWERS,
+    BlackBoxWanted: BLACK_BOX,
 }
 """Messages to an agent that not every agent understands."""
 

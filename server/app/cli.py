@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from server import VERSION
-from server.app.commands import drones, moving, teams, tokens, towers, users
+from server.app.commands import audit, drones, moving, teams, tokens, towers, users
 from server.app.commands.session import CommandError, settings_now, with_database
 from server.domain.refusal import Refusal
 from server.runtime.bus_unavailable import BusUnavailable
@@ -31,6 +31,7 @@ app.add_typer(users.app, name="user")
 app.add_typer(drones.app, name="drone")
 app.add_typer(teams.app, name="team")
 app.add_typer(tokens.app, name="token")
+app.add_typer(audit.app, name="audit")
 
 
 def _print_version(wanted: bool) -> None:

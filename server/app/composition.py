@@ -94,6 +94,7 @@ from server.store.accounts.sign_in import SignInService
 from server.store.accounts.tokens import ApiTokens
 from server.store.alerts.loading import load_alerts
 from server.store.alerts.writer import AlertWriter
+from server.store.audit.sealer import AuditSealer
 from server.store.control.after_start import end_assistance
 from server.store.control.hub_event_handler import HubEventHandler
 from server.store.control.lease_store import DatabaseLeaseStore
@@ -230,8 +231,15 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
     flight_log_quota = new_flight_log_quota(settings)
     recordings = new_recordings(settings, hub=hub, video=HubVideo(hub), database=database, clock=clock)
     flights = new_flights(settings, hub=hub, database=database, clock=clock)
+    identity = TowerIdentity()
     retention = new_retention(
-        settings, database, clock, logs=flight_log_quota, recordings=recordings.quota, flights=flights.quota
+        settings,
+        database,
+        clock,
+        logs=flight_log_quota,
+        recordings=recordings.quota,
+        flights=flights.quota,
+        key=identity,
     )
     event_handler = HubEventHandler(
         service=control,
@@ -279,12 +287,13 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         several=share_bus(settings, lock, hub, leases, control, database, clock, loss_checks, event_handler),
         enrolment_notifier=enrolment_notifier,
         sign_in_rules=SignInRules(
-            identity=TowerIdentity(),
+            identity=identity,
             binding=TlsBinding(settings.tls_certificate),
             credentials_until=settings.drone_credentials_until,
             exchange=CredentialExchange(database, roster, clock),
         ),
         audit_writer=audit_writer,
+        audit_sealer=AuditSealer(database, clock, identity),
         flight_log_quota=flight_log_quota,
         log_receiver=LogReceiver(flight_log_quota, lambda: file_accounts(hub)),
         recordings=recordings,
@@ -353,6 +362,7 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         await stack.enter_async_context(in_background("roster", tower.roster.follow))
         await stack.enter_async_context(in_background("loans", tower.loan_expiry.watch))
         await stack.enter_async_context(in_background("operations trail", tower.audit_writer.work))
+        await stack.enter_async_context(in_background("audit chain", tower.audit_sealer.work))
         await stack.enter_async_context(in_background("alerts", tower.alert_writer.work))
         stack.callback(tower.hub.observed.settle_all)
         stack.push_async_callback(tower.api_tokens.write_uses)

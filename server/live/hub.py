@@ -22,6 +22,7 @@ from server.domain.clock import Clock, utc_now
 from server.domain.fleet import FleetSnapshot
 from server.domain.people import SignInId, UserRef
 from server.live.alerts.service import AlertService
+from server.live.flights.black_box import BlackBoxFetcher
 from server.live.flights.recorder import FlightRecorder
 from server.live.operations.follow_feed import FollowFeed
 from server.live.operations.observed_commands import ObservedCommands
@@ -99,7 +100,9 @@ class Hub:
         """Which drones come near each other. For the metrics."""
         self.alerts = AlertService(state, self.separation, height_limit_m)
         """What needs attention at which drone. For routes, for the metrics, and for the store."""
-        self.reports = AgentReports(state, self.operations, self.video)
+        self.black_box = BlackBoxFetcher(state)
+        """Fetches from drones what their links lost. For the store, and for the metrics."""
+        self.reports = AgentReports(state, self.operations, self.video, self.black_box)
         """What agents report. For the control channel."""
         self.safety = SafetyWatch(state)
         """Presence of people. A program that keeps the controls reports here."""
@@ -378,6 +381,7 @@ class Hub:
         self.alerts.tick(now)
         self.video.tick(now)
         self.flights.tick(now)
+        self.black_box.tick(now)
 
     def each_second(self, now: float) -> None:
         """Once a second: whose map shows which drones, and how the link of every drone is that is online."""

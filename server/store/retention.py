@@ -20,6 +20,9 @@ from sqlalchemy import Select, delete, func, select
 from server.domain.clock import Clock
 from server.runtime.settings import Settings
 from server.store.alerts.tables import AlertRow
+from server.store.audit.chain_tables import AuditChainRow
+from server.store.audit.pruning import prune
+from server.store.audit.sealer import Signer
 from server.store.audit.tables import AuditEventRow
 from server.store.database import Database, DatabaseUnavailable
 from server.store.flight_logs.quota import FlightLogQuota
@@ -60,7 +63,10 @@ class Retention:
         logs: FlightLogQuota,
         recordings: RecordingQuota,
         flights: FlightQuota,
+        key: Signer,
     ) -> None:
+        """`key`: signs what stands in place of removed audit events."""
+        self._key = key
         self._limits = limits
         self._database = database
         self._clock = clock
@@ -108,7 +114,7 @@ class Retention:
         return self._clock() - timedelta(days=days)
 
     async def _old_events(self) -> int:
-        old = select(AuditEventRow.id).where(AuditEventRow.at < self._before(self._limits.audit_days))
+        old = _chained().where(AuditEventRow.at < self._before(self._limits.audit_days))
         return await self._remove_events(old.order_by(AuditEventRow.at))
 
     async def _surplus_events(self) -> int:
@@ -116,15 +122,13 @@ class Retention:
             # Ids have few gaps; counting millions of rows every minute would cost more than keeping some fewer.
             newest = await session.scalar(select(func.max(AuditEventRow.id)))
         until = (newest or 0) - self._limits.max_events
-        surplus = select(AuditEventRow.id).where(AuditEventRow.id <= until)
+        surplus = _chained().where(AuditEventRow.id <= until)
         return await self._remove_events(surplus.order_by(AuditEventRow.id)) if until > 0 else 0
 
     async def _remove_events(self, chosen: Select[int]) -> int:
         async with self._database.writing() as session:
             ids = (await session.scalars(chosen.limit(EVENTS_A_STEP))).all()
-            if ids:
-                await session.execute(delete(AuditEventRow).where(AuditEventRow.id.in_(ids)))
-            return len(ids)
+            return await prune(session, ids, self._key, self._clock())
 
     async def _old_alerts(self) -> int:
         """One that lasts stays."""
@@ -165,6 +169,7 @@ def new_retention(
     logs: FlightLogQuota,
     recordings: RecordingQuota,
     flights: FlightQuota,
+    key: Signer,
 ) -> Retention:
     """Returns the retention that these settings ask for."""
     limits = Limits(
@@ -175,4 +180,9 @@ def new_retention(
         flight_days=settings.flights_keep_days,
         alert_days=settings.alerts_keep_days,
     )
-    return Retention(limits, database=database, clock=clock, logs=logs, recordings=recordings, flights=flights)
+    return Retention(limits, database=database, clock=clock, logs=logs, recordings=recordings, flights=flights, key=key)
+
+
+def _chained() -> Select[int]:
+    """Events that the chain of hashes has."""
+    return select(AuditEventRow.id).join(AuditChainRow, AuditChainRow.event_id == AuditEventRow.id)

@@ -5,6 +5,7 @@ from typing import Final
 from server.store import tower_lock_table as tower_lock
 from server.store.accounts import tables as accounts
 from server.store.alerts import tables as alerts
+from server.store.audit import chain_tables as audit_chain
 from server.store.audit import tables as audit
 from server.store.control import tables as control
 from server.store.database import Base
@@ -20,6 +21,7 @@ ALL: Final = (
     accounts,
     alerts,
     audit,
+    audit_chain,
     control,
     fleet,
     flights,

@@ -19,8 +19,18 @@ class TcpSwitch:
         """Redirects new connections only. Existing ones stay with their tower and end with it."""
         self._target = target
 
+    def cut(self) -> None:
+        """Ends the connections and refuses new ones, until `turn_to`."""
+        self._target = 0
+        self._end(self._open)
+        self._open = []
+
     def close(self) -> None:
-        for one in [self._listener, *self._open]:
+        self._end([self._listener, *self._open])
+
+    @staticmethod
+    def _end(sockets: list[socket.socket]) -> None:
+        for one in sockets:
             with contextlib.suppress(OSError):
                 one.shutdown(socket.SHUT_RDWR)
             one.close()

@@ -12,6 +12,7 @@ from tower_world import TowerWorld, start_tower
 
 from server.store import retention
 from server.store.alerts.tables import AlertRow
+from server.store.audit import sealer
 from server.store.audit.tables import AuditEventRow
 from server.store.audit.trail import Actor, record
 from server.store.recordings.tables import RecordingRow
@@ -25,6 +26,7 @@ async def world(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterato
     monkeypatch.setattr(retention, "FILES_A_STEP", 2)
     monkeypatch.setattr(retention, "PAUSE_S", 0.01)
     monkeypatch.setattr(retention, "CHECK_EVERY_S", 0.05)
+    monkeypatch.setattr(sealer, "LOOK_EVERY_S", 0.05)
     limits = {
         "alerts_keep_days": 10.0,
         "audit_keep_days": 10.0,

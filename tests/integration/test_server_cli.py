@@ -16,8 +16,11 @@ from pathlib import Path
 
 import httpx
 import pytest
+from sqlalchemy import func, select, update
 from tower_world import start_tower
 from worlds.forked_programs import run_forked
+
+from server.store.audit.tables import AuditEventRow
 
 TOWER = Path(sys.executable).with_name("tower")
 
@@ -222,3 +225,18 @@ async def test_a_udp_port_in_use_is_one_line(shell: Shell) -> None:
         port = taken.getsockname()[1]
         error = await shell.run("serve", code=1, TOWER_UDP_PORT=str(port))
     assert f"tower: port {port} on 127.0.0.1 is in use: set TOWER_UDP_PORT to another one\n" in error
+
+
+async def test_a_changed_audit_event_is_named(tmp_path: Path) -> None:
+    async with start_tower(tmp_path) as world:
+        await world.add_user("Ann")
+        await world.tower.audit_sealer.once()
+        url = world.settings.database_url
+        shell = Shell(tmp_path / "var", as_installed=False)
+        said = await shell.run("audit", "verify", DATABASE_URL=url)
+        assert "events are as they were written" in said and "1 signed heads fit" in said
+        async with world.database.writing() as session:
+            first = await session.scalar(select(func.min(AuditEventRow.id)))
+            await session.execute(update(AuditEventRow).where(AuditEventRow.id == first).values(actor_name="Eve"))
+        refused = await shell.run("audit", "verify", code=1, DATABASE_URL=url)
+        assert f"event {first} was changed" in refused

@@ -27,12 +27,19 @@ class FlightCollector(Collector):
         frames.add_metric(("recorded",), writer.frames_written)
         frames.add_metric(("no_room",), writer.frames_refused)
         frames.add_metric(("not_written",), writer.frames_unwritten)
+        frames.add_metric(("from_drone",), self._flights.gaps.frames)
         yield frames
+        fetcher = self._flights.hub.black_box
+        gaps = CounterMetricFamily("tower_flight_gaps", "Gaps, by what became of them", labels=("end",))
+        for end in ("fetched", "failed"):
+            gaps.add_metric((end,), fetcher.counts[end])
+        yield gaps
         for name, words, value in (
             ("tower_flights_recording", "Flights that are being recorded", recorder.running),
             ("tower_flights_failing", "1: the disk keeps flights from being recorded; 0: not", int(service.failing)),
             ("tower_flights_waiting_bytes", "What the disk does not have yet", writer.waiting_bytes),
             ("tower_flights_before_bytes", "Memory for what came before flights", recorder.ring_bytes()),
+            ("tower_flight_gaps_waiting", "Gaps that are not fetched yet", fetcher.waiting),
             ("tower_flights_budget_bytes", "Room for flights", quota.budget_bytes),
         ):
             yield GaugeMetricFamily(name, words, value=value)

@@ -53,6 +53,8 @@ class Facts:
     """The worst axis."""
     fence_breach: str | None = None
     """Which limit of the fence is broken; empty: none."""
+    black_box_problem: str = ""
+    """Why the drone's black box records nothing; empty: nothing is known against it."""
     motion: str | None = None
     """`jump`, `speed`, `height`, `course`: it does not move as a machine can."""
 

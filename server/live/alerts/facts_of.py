@@ -31,6 +31,7 @@ def facts_of(drone: LiveDrone, height_limit_m: float, now: float) -> Facts:
         hold=drone.open_hold.view(online=drone.online),
         hold_unconfirmed=drone.hold_unconfirmed,
         hold_reason=drone.hold_reason,
+        black_box_problem=drone.black_box_problem,
     )
     if drone.online and drone.autopilot_heard:
         facts.armed, facts.airborne = drone.armed, drone.airborne

@@ -82,6 +82,12 @@ def unattended(facts: Facts, is_open: bool) -> Finding:
     return Not.SO if facts.airborne is not None else Not.KNOWN
 
 
+def black_box_failing(facts: Facts, is_open: bool) -> Finding:
+    if facts.black_box_problem:
+        return f"The black box of {facts.name} records nothing: {facts.black_box_problem}."
+    return Not.SO if not facts.silence else Not.KNOWN
+
+
 def _unless_silent(facts: Facts) -> Finding:
     """A link that is back closes what its loss opened."""
     return Not.SO if facts.silence != "link" or facts.airborne is not None else Not.KNOWN

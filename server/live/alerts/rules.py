@@ -245,6 +245,17 @@ RULES: Final[tuple[Rule, ...]] = (
         condition=link.on_hold,
         closes_after_s=1.0,
     ),
+    Rule(
+        name="black-box",
+        severity=_NOTICE,
+        badge="No black box",
+        when="the drone's own disk is full, broken or too slow for the recording of its flights",
+        advice="Look at the memory card before the next flight.",
+        condition=link.black_box_failing,
+        opens_after_s=2.0,
+        closes_after_s=2.0,
+        follows=True,
+    ),
 )
 """The most urgent first."""
 

@@ -16,6 +16,7 @@ import msgspec
 from server.live.flights.recorder import FlightHead
 
 VERSION: Final = 1
+MAX_US: Final = 2**63 - 1
 MAX_INDEX_BYTES: Final = 8 * 1024 * 1024
 """Of one flight. Some ten thousand entries; nobody reads more."""
 _decoder: Final = msgspec.json.Decoder()
@@ -78,6 +79,16 @@ def read_index(lines: Iterable[bytes]) -> IndexSummary:
     if summary is None:
         raise NoIndex("the index of the flight is empty")
     return summary
+
+
+def index_end_us(lines: Iterable[bytes]) -> int:
+    """When the recording was over: nothing later belongs to the flight. What a crash cut off has no such time."""
+    for line in lines:
+        entry = _object(line)
+        at_us = entry.get("at_us")
+        if entry.get("kind") == "end" and isinstance(at_us, int):
+            return at_us
+    return MAX_US
 
 
 _PILOT_IN: Final = {"armed": ("holder",), "control": ("holder",), "sticks": ("by",), "turn": ("user",)}

@@ -11,15 +11,17 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
-from datetime import datetime, timedelta
+from datetime import datetime
 from typing import Any, Final, Protocol
 
 import msgspec
 
 from server.domain.people import UserRef
 from server.live.alerts.alert import Alert
+from server.live.flights.gap_watch import GapWatch
 from server.live.flights.harmless import harmless
 from server.live.flights.tape import Tape
+from server.live.flights.times import microseconds
 from server.live.hub_events import (
     HolderExpired,
     HolderGone,
@@ -123,6 +125,8 @@ class FlightRecorder:
         """Seconds before a flight that are recorded; None: nothing is recorded at all."""
         self.on_begin: Callable[[FlightHead], FlightSink | None] = lambda head: None
         self.counts: Counter[str] = Counter(begun=0, ended=0, not_recorded=0, faults=0)
+        self.gaps = GapWatch()
+        """What of these flights did not come over the link."""
         self._open: dict[DroneId, _Open] = {}
         self._look_at = float("-inf")
 
@@ -208,7 +212,7 @@ class FlightRecorder:
             "way": "frames",
             "count": command.count,
             "answer": command.result,
-            "sent_us": _microseconds(command.at),
+            "sent_us": microseconds(command.at),
         }
         self.note(command.drone_id, "command", about)
 
@@ -232,9 +236,9 @@ class FlightRecorder:
 
     def _note(self, drone: LiveDrone, kind: str, about: dict[str, Any], at: datetime | None = None) -> None:
         at = at or self._state.clock()
-        line = _encoder.encode({"at_us": _microseconds(at), "kind": kind, **about})
+        line = _encoder.encode({"at_us": microseconds(at), "kind": kind, **about})
         if len(line) > MAX_LINE_BYTES:
-            line = _encoder.encode({"at_us": _microseconds(at), "kind": kind, "too_long": len(line)})
+            line = _encoder.encode({"at_us": microseconds(at), "kind": kind, "too_long": len(line)})
         flight = self._open.get(drone.drone_id)
         if flight is not None:
             flight.sink.event(line)
@@ -346,6 +350,7 @@ class FlightRecorder:
         drone = flight.drone
         if self._open.get(drone.drone_id) is not flight:
             return
+        self.gaps.look(drone, flight.sink, flight.tape.offset_us, now)
         has_link = drone.link is not None and drone.online
         if has_link != flight.had_link:
             flight.had_link = has_link
@@ -363,6 +368,7 @@ class FlightRecorder:
         at = flight.ended_at or self._state.clock()
         flight.tape.end(now)
         self._note(flight.drone, "end", {"words": words})
+        self.gaps.over(flight.drone, flight.sink, now)
         del self._open[flight.drone.drone_id]
         flight.sink.end(at, words)
         self.counts["ended"] += 1
@@ -370,7 +376,7 @@ class FlightRecorder:
     # -- clock and memory ---------------------------------------------------------------------------------------
 
     def _offset_us(self, now: float) -> int:
-        return _microseconds(self._state.clock()) - int(now * 1e6)
+        return microseconds(self._state.clock()) - int(now * 1e6)
 
     @staticmethod
     def _set_clock(tape: Tape, offset_us: int) -> None:
@@ -389,11 +395,3 @@ class FlightRecorder:
 def _team_of(drone: LiveDrone) -> object:
     team = drone.record.team
     return None if team is None else (team.id, team.since)
-
-
-_EPOCH: Final = datetime.fromisoformat("1970-01-01T00:00:00+00:00")
-_MICROSECOND: Final = timedelta(microseconds=1)
-
-
-def _microseconds(at: datetime) -> int:
-    return (at - _EPOCH) // _MICROSECOND

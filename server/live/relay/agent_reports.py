@@ -6,6 +6,7 @@ One entry for each message of `wire.control_messages.ToTower`. Reports of a repl
 from datetime import datetime
 from typing import Final
 
+from server.live.flights.black_box import BlackBoxFetcher
 from server.live.hub_events import HoldStepReported, LossParametersReported
 from server.live.operations.service import OperationService
 from server.live.preflight.signature import after_report
@@ -14,6 +15,7 @@ from server.live.relay.agent_link import AgentLink
 from server.live.relay.live_drone import LiveDrone
 from server.live.relay.live_state import LiveState
 from server.live.video.service import VideoService
+from wire.black_box import BlackBoxPiece, BlackBoxState
 from wire.control_messages import (
     AutopilotState,
     HoldCause,
@@ -41,8 +43,11 @@ _OWN_CAUSES: Final = {
 class AgentReports:
     """No state of its own: all of it is in the drones, and at the services of operations and of video."""
 
-    def __init__(self, state: LiveState, operations: OperationService, video: VideoService) -> None:
+    def __init__(
+        self, state: LiveState, operations: OperationService, video: VideoService, black_box: BlackBoxFetcher
+    ) -> None:
         self._state = state
+        self._black_box = black_box
         self._operations = operations
         self._video = video
 
@@ -71,6 +76,8 @@ class AgentReports:
             case VideoState():
                 if VIDEO in link.takes:
                     self._video.update_state(link, message)
+            case BlackBoxState() | BlackBoxPiece():
+                self._black_box.receive(drone, link, message)
             case MetadataKnown() | MetadataPiece():
                 if PARAMETER_METADATA in link.takes:
                     self._metadata(drone, link, message)

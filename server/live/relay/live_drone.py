@@ -169,6 +169,8 @@ class LiveDrone:
     """flight_sw_version of the autopilot, as the agent reports; 0: not known."""
     motion_check: MotionCheck = field(default_factory=MotionCheck)
     """Whether it moves as a machine can. Outlives its links."""
+    black_box_problem: str = ""
+    """Why its black box records nothing, as the agent reports; empty: nothing is known against it."""
     tape: Tape | None = None
     """What the recorder of flights has of it. Outlives its links."""
     preflight: Signature | None = None

@@ -18,7 +18,7 @@ from server.store.tower_lock_table import TowerLockRow
 
 ROWS_AT_ONCE: Final = 1000
 NOT_COPIED: Final = frozenset({TowerLockRow.__tablename__})
-SEEDED: Final = frozenset({"fleet_revision"})
+SEEDED: Final = frozenset({"fleet_revision", "audit_chain_state"})
 """Tables of one row that a migration makes."""
 
 Row = dict[str, Any]

@@ -57,6 +57,13 @@ class TowerIdentity:
         self.public_key = public_half(self._private_key)
 
 
+async def public_key_of(database: Database) -> str:
+    """The public half as text; empty: there is no identity yet."""
+    async with database.reading() as session:
+        row = await session.get(TowerIdentityRow, 1)
+        return "" if row is None else row.public_key
+
+
 async def check_key_is_there(vault: Vault, database: Database) -> None:
     """Before a first key is created: raises VaultError if the tower's identity is sealed with a missing one."""
     if vault.find_keys():

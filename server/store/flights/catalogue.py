@@ -21,6 +21,7 @@ from server.store.flights.files import FlightFacts
 from server.store.flights.tables import FlightPilotRow, FlightRow
 
 RUNNING: Final = "recording"
+READY: Final = "ready"
 FAILED: Final = "failed"
 OVERHEAD_BYTES: Final = 8192
 """What a flight takes beside its content: two files and some rows. A thousand empty flights are not for nothing."""
@@ -115,7 +116,7 @@ async def finish(session: AsyncSession, row: FlightRow, facts: FlightFacts, *, w
     """Everything is on the disk."""
     summary, index = facts.summary, facts.index
     ended_us = index.ended_us or summary.last_us or index.began_us
-    row.state, row.words = "ready", words[:_MAX_TEXT_LENGTH]
+    row.state, row.words = READY, words[:_MAX_TEXT_LENGTH]
     row.ended_at = _EPOCH + timedelta(microseconds=max(ended_us, index.began_us))
     row.frames, row.lost_frames, row.size_bytes = summary.frames, lost_frames, facts.size_bytes
     row.distance_m, row.max_height_m = round(summary.distance_m, 1), summary.max_height_m

@@ -67,9 +67,11 @@ class FlightFiles:
         return folder_of(self.root, DroneId(drone_id)) / f"{file}{ending}"
 
     def remove(self, drone_id: int, file: str) -> None:
-        """Removes both files. Raises OSError."""
+        """Removes both files, and what was fetched for them. Raises OSError."""
         for ending in (TLOG, INDEX):
             self.path(drone_id, file, ending).unlink(missing_ok=True)
+        for part in folder_of(self.root, DroneId(drone_id)).glob(f"{file}.*.part"):
+            part.unlink(missing_ok=True)
 
     def has_room(self, coming_bytes: int) -> bool:
         """Whether the disk has room. Raises OSError."""

@@ -19,6 +19,7 @@ from server.runtime.settings import Settings
 from server.store.database import Database, DatabaseUnavailable
 from server.store.file_accounts import file_accounts
 from server.store.flights.files import FlightFiles
+from server.store.flights.gaps import GapService
 from server.store.flights.quota import FlightQuota
 from server.store.flights.service import FlightService
 from server.store.flights.writer import FlightWriter
@@ -38,6 +39,7 @@ class Flights:
     writer: FlightWriter
     quota: FlightQuota
     service: FlightService
+    gaps: GapService
     before_s: float | None
     """None: flights are not recorded; those that are there can be read."""
     export_turns: asyncio.Semaphore = field(default_factory=lambda: asyncio.Semaphore(MAX_EXPORTS))
@@ -51,6 +53,7 @@ class Flights:
             await asyncio.to_thread(self.files.remove_drones, deleted)
             await asyncio.to_thread(self.files.open)
             await self.service.recover()
+            await self.gaps.recover()
         except (OSError, DatabaseUnavailable) as error:
             _log.error("flights_not_recorded", why=str(error))
         self._listen()
@@ -58,7 +61,7 @@ class Flights:
         self.recorder.on_begin = self.service.begin
         self.recorder.before_s = self.before_s
         try:
-            async with in_background("flights", self.service.work):
+            async with in_background("flights", self.service.work), in_background("flight gaps", self.gaps.work):
                 yield
         finally:
             self.recorder.end_all(TOWER_STOPPED, time.monotonic())
@@ -96,5 +99,6 @@ def new_flights(settings: Settings, *, hub: Hub, database: Database, clock: Cloc
         quota=quota,
         largest_bytes=min(budget_bytes, settings.flight_largest_mb * _MB),
     )
+    gaps = GapService(database=database, clock=clock, files=files, watch=hub.flights.gaps, fetcher=hub.black_box)
     before_s = settings.flight_before_s if settings.record_flights else None
-    return Flights(hub, hub.flights, files, writer, quota, service, before_s)
+    return Flights(hub, hub.flights, files, writer, quota, service, gaps, before_s)

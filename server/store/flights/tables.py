@@ -49,3 +49,21 @@ class FlightPilotRow(Base):
     name: Mapped[str] = mapped_column(String(64))
     name_key: Mapped[str] = mapped_column(String(256), index=True)
     """The name as it is compared."""
+
+
+class FlightGapRow(Base):
+    """A stretch of a flight that did not come over the link, and what became of it. Times by the clock of its file."""
+
+    __tablename__ = "flight_gaps"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    flight_id: Mapped[int] = mapped_column(ForeignKey("flights.id", ondelete="CASCADE"), index=True)
+    from_us: Mapped[int] = mapped_column(BigInteger)
+    to_us: Mapped[int] = mapped_column(BigInteger)
+    state: Mapped[str] = mapped_column(String(16), index=True)
+    """`wanted`, `fetched` (not in the file yet), `merged`, `missing`."""
+    shift_us: Mapped[int] = mapped_column(BigInteger, default=0)
+    """What added to the fetched times gives those of the file, as far as is known."""
+    words: Mapped[str] = mapped_column(String(200), default="")
+    frames: Mapped[int] = mapped_column(BigInteger, default=0)
+    """That the file has got."""

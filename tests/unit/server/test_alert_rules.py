@@ -81,6 +81,11 @@ SCENES: dict[str, tuple[Facts, Facts, str]] = {
     "unattended": (replace(FLYING, held_by=None), FLYING, "Merlin is in the air, and nobody has the controls"),
     "battery-on-ground": (replace(PARKED, battery_percent=10), replace(PARKED, battery_percent=90), "critical: 10 %"),
     "on-hold": (replace(FLYING, hold=HOLD, hold_reason="airspace closed"), FLYING, "Merlin is on hold: airspace"),
+    "black-box": (
+        replace(FLYING, black_box_problem="the disk is full"),
+        FLYING,
+        "The black box of Merlin records nothing: the disk is full",
+    ),
 }
 UNKNOWN = Facts(name="Merlin", silence="link")
 BY_OTHERS = {"near", "too-near", "failsafe", "autopilot-error"}

@@ -1,0 +1,32 @@
+"""A flight as a table."""
+
+from frames_of_flight import attitude, battery, heartbeat, position, sticks
+
+from onboard_agent.black_box.csv_rows import HEADER, CsvRows
+
+COLUMNS = HEADER.strip().split(",")
+
+
+def test_a_row_has_the_newest_of_everything() -> None:
+    rows = CsvRows()
+    for frame in (heartbeat(), position(), battery(), sticks()):
+        assert rows.take(1_000_000, frame) == ""
+    values = rows.take(2_000_000, attitude(1)).strip().split(",")
+    assert len(values) == len(COLUMNS)
+    row = dict(zip(COLUMNS, values, strict=True))
+    assert (row["time_s"], row["roll_deg"], row["yaw_rate_deg_s"]) == ("2.0000", "5.730", "34.377")
+    assert (row["lat_deg"], row["alt_rel_m"], row["east_m_s"]) == ("52.0000000", "20.000", "-2.00")
+    assert (row["stick_x"], row["stick_y"], row["battery_v"], row["battery_percent"]) == ("100", "-200", "15.800", "71")
+    assert (row["mode"], row["armed"], row["rc1"]) == ("LOITER", "1", "")
+
+
+def test_there_are_a_hundred_rows_a_second_at_most() -> None:
+    rows = CsvRows()
+    made = [rows.take(1_000_000 + number * 2_500, attitude(number)) for number in range(400)]
+    assert sum(bool(one) for one in made) == 100
+
+
+def test_nothing_known_leaves_the_columns_empty() -> None:
+    values = CsvRows().take(1_000_000, attitude(1)).strip().split(",")
+    assert len(values) == len(COLUMNS)
+    assert not any(values[7:])
