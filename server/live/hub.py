@@ -49,6 +49,7 @@ from server.live.separation.notifier import SeparationNotifier
 from server.live.towers.place import Place
 from server.live.towers.visits import Visits
 from server.live.video.service import VideoService
+from server.live.zones.service import ZoneService
 from wire.control_messages import (
     AutopilotState,
     HoldProgress,
@@ -97,6 +98,8 @@ class Hub:
         """For the channels of video, and for recordings."""
         self.separation = SeparationNotifier(state, separation or SeparationBounds())
         """Which drones come near each other. For the metrics."""
+        self.zones = ZoneService(state)
+        """Where drones may not be. For routes, for the metrics, and for the store."""
         self.alerts = AlertService(state, self.separation, height_limit_m)
         """What needs attention at which drone. For routes, for the metrics, and for the store."""
         self.reports = AgentReports(state, self.operations, self.video)
@@ -375,6 +378,7 @@ class Hub:
         self.observed.tick(now, self.state.mode_of)
         self.follows.tick(now)
         self.separation.tick(now)
+        self.zones.tick(now)
         self.alerts.tick(now)
         self.video.tick(now)
         self.flights.tick(now)

@@ -39,6 +39,7 @@ from server.live.operations.refusals import (
     OnlyWatches,
     TooManyOperations,
     ViewTaken,
+    ZoneForbids,
 )
 from server.live.operations.views import OperationView
 from server.live.relay.live_drone import LiveDrone
@@ -66,7 +67,7 @@ KindPath = Annotated[Literal["mission", "fence", "rally"], Path()]
 WhileFlying = Annotated[bool, Query(description="Allowed while the mission is flown; pauses it")]
 
 _BEGIN: Final = answers(OnlyWatches, DroneOffline, AgentTooOld, DroneBusy, TooManyOperations)
-_WRITE: Final = _BEGIN | ACCEPTED | answers(NotInControl, Assisted, LoanForbids)
+_WRITE: Final = _BEGIN | ACCEPTED | answers(NotInControl, Assisted, LoanForbids, ZoneForbids)
 _BODY: Final = answers(MalformedBody, BadPlan)
 _ITEMS: Final[dict[str, Any]] = {"items": ITEMS_SCHEMA}
 

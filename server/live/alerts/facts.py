@@ -53,6 +53,10 @@ class Facts:
     """The worst axis."""
     fence_breach: str | None = None
     """Which limit of the fence is broken; empty: none."""
+    zone_near: str = ""
+    """Which zone it comes near, or which one that only warns it is in: the end of a sentence; empty: none."""
+    zone_breach: str = ""
+    """Which zone it is in that refuses it."""
     motion: str | None = None
     """`jump`, `speed`, `height`, `course`: it does not move as a machine can."""
 

@@ -118,6 +118,16 @@ RULES: Final[tuple[Rule, ...]] = (
         closes_after_s=3.0,
     ),
     Rule(
+        name="zone-breached",
+        severity=_CRITICAL,
+        badge="In a zone",
+        when="in a zone that refuses it, above its height, or outside of its corridors, in the air",
+        advice="Leave by the shortest way. The way out is free; flown by hand it holds when it goes deeper.",
+        condition=flight.zone_breached,
+        closes_after_s=2.0,
+        follows=True,
+    ),
+    Rule(
         name="estimator",
         severity=_CRITICAL,
         badge="Position not trusted",
@@ -158,6 +168,16 @@ RULES: Final[tuple[Rule, ...]] = (
         closes_after_s=5.0,
     ),
     NEAR,
+    Rule(
+        name="zone-near",
+        severity=_WARNING,
+        badge="Near a zone",
+        when="15 s from a zone as it flies now, or 10 m from its edge; or in one that only warns; in the air",
+        advice="Turn away or stop. Flown by hand it holds in front of the edge of a zone that refuses it.",
+        condition=flight.zone_near,
+        closes_after_s=2.0,
+        follows=True,
+    ),
     Rule(
         name="link-lost-on-ground",
         severity=_WARNING,

@@ -29,6 +29,8 @@ from server.live.relay.policy import Authorization
 from server.live.relay.rtt_meter import TooLong
 from server.live.separation.plausible import MotionCheck
 from server.live.towers.place import Place
+from server.live.zones.index import NO_ZONES, ZoneIndex
+from server.live.zones.watch import ZoneWatch
 from wire.control_messages import LossParameters, SafetySettings, StreamSettings, StreamState
 from wire.firmware import firmware_words, release_of
 from wire.ids import DroneId, Epoch, UserId
@@ -141,6 +143,12 @@ class LiveDrone:
     """From HOME_POSITION; before that, the position before arming."""
     has_reported_home: bool = False
     limit_watch: LimitWatch = field(default_factory=LimitWatch)
+    zones: ZoneIndex = NO_ZONES
+    """Those that count for it now: the tower's and its team's."""
+    zone_watch: ZoneWatch = field(default_factory=ZoneWatch)
+    zones_checked_at: float = NEVER
+    setpoints_at: float = NEVER
+    """When the last target, velocity or attitude of a program was passed on."""
     commanded: int = 0
     """Counts holds and flight commands. A command of several steps ends when it changes."""
     orders: dict[int, str] = field(default_factory=dict)
@@ -267,6 +275,10 @@ class LiveDrone:
     def flown_by_hand(self, now: float) -> bool:
         """Whether sticks have moved this drone within the last seconds."""
         return now - self.sticks_at < MANUAL_FOR_S
+
+    def steered(self, now: float) -> bool:
+        """Whether sticks or a program's setpoints have moved it within the last seconds."""
+        return self.flown_by_hand(now) or now - self.setpoints_at < MANUAL_FOR_S
 
     def other_hands_of(self, browser: Browser, now: float) -> bool:
         """Whether another window or program of the same user is flying by hand."""

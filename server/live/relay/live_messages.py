@@ -161,6 +161,10 @@ class Notice(msgspec.Struct, frozen=True, tag="notice", tag_field="type"):
     count: int
 
 
+class ZonesChanged(msgspec.Struct, frozen=True, tag="zones", tag_field="type"):
+    """Zones that this browser may see have changed: `GET /zones` has them."""
+
+
 class Lost(msgspec.Struct, frozen=True, tag="lost", tag_field="type"):
     """Transactional frames that this browser was too slow for."""
 
@@ -321,6 +325,7 @@ ToBrowser = (
     | LossCheckChanged
     | Links
     | Notice
+    | ZonesChanged
     | Lost
     | Separation
     | AlertChanged
