@@ -5,7 +5,8 @@ a metre near its edge.
 """
 
 from collections.abc import Sequence
-from math import cos, hypot, radians
+from itertools import chain
+from math import cos, hypot, inf, radians
 from typing import Final, NamedTuple
 
 METRES_PER_DEGREE: Final = 111_319.5
@@ -59,6 +60,16 @@ class Area:
             if abs(along) > _MIN_EDGE_M or abs(up) > _MIN_EDGE_M:
                 self._edges.append((x, y, along, up, along * along + up * up))
         self.box = Box(south, west, north, east).widened(self._half_m or 0.0)
+        self._low_m = min(y for _, y in corners)
+        height_m = max(y for _, y in corners) - self._low_m
+        # Edges by their height on the map: a point or a short way looks at a few of a hundred.
+        count = max(1, len(self._edges) // 3) if height_m > 0 else 1
+        self._band_m = height_m / count or 1.0
+        self._bands: list[list[_Edge]] = [[] for _ in range(count)]
+        for edge in self._edges:
+            first, last = self._band_of(min(edge[1], edge[1] + edge[3])), self._band_of(max(edge[1], edge[1] + edge[3]))
+            for band in range(first, last + 1):
+                self._bands[band].append(edge)
 
     def metres(self, lat_deg: float, lon_deg: float) -> tuple[float, float]:
         """East and north of the middle of the area."""
@@ -67,16 +78,16 @@ class Area:
     def contains(self, lat_deg: float, lon_deg: float) -> bool:
         x, y = self.metres(lat_deg, lon_deg)
         if self._half_m is not None:
-            return self._from_line_m(x, y) <= self._half_m
+            return self._from_line_m(x, y, self._half_m) <= self._half_m
         inside = False
-        for ax, ay, along, up, _ in self._edges:
+        for ax, ay, along, up, _ in self._bands[self._band_of(y)]:
             if (ay > y) != (ay + up > y) and x < ax + along * (y - ay) / up:
                 inside = not inside
         return inside
 
-    def edge_m(self, lat_deg: float, lon_deg: float) -> float:
-        """How far the edge is, from inside or from outside."""
-        from_line_m = self._from_line_m(*self.metres(lat_deg, lon_deg))
+    def edge_m(self, lat_deg: float, lon_deg: float, most_m: float = inf) -> float:
+        """How far the edge is, from inside or from outside; some value above `most_m` if it is further than that."""
+        from_line_m = self._from_line_m(*self.metres(lat_deg, lon_deg), most_m + (self._half_m or 0.0))
         return from_line_m if self._half_m is None else abs(from_line_m - self._half_m)
 
     def spans(self, start: tuple[float, float], end: tuple[float, float]) -> list[Span]:
@@ -88,8 +99,10 @@ class Area:
         return self._ring_spans(x, y, to_x - x, to_y - y, starts_inside=self.contains(*start))
 
     def _ring_spans(self, x: float, y: float, along: float, up: float, *, starts_inside: bool) -> list[Span]:
-        crossings = []
-        for ax, ay, edge_along, edge_up, _ in self._edges:
+        crossings = set()
+        low, high = self._band_of(min(y, y + up)), self._band_of(max(y, y + up))
+        edges = self._edges if high - low > len(self._bands) // 2 else chain(*self._bands[low : high + 1])
+        for ax, ay, edge_along, edge_up, _ in edges:
             cross = along * edge_up - up * edge_along
             if cross == 0:
                 continue
@@ -97,21 +110,36 @@ class Area:
             share = (east * edge_up - north * edge_along) / cross
             at_edge = (east * up - north * along) / cross
             if 0 < share <= 1 and 0 <= at_edge < 1:
-                crossings.append(share)
-        crossings.sort()
-        marks = [0.0, *crossings, 1.0] if starts_inside else [*crossings, 1.0]
+                crossings.add(share)  # an edge may be in several bands
+        shares = sorted(crossings)
+        marks = [0.0, *shares, 1.0] if starts_inside else [*shares, 1.0]
         return [(a, b) for a, b in zip(marks[::2], marks[1::2], strict=False) if b > a or starts_inside]
 
-    def _from_line_m(self, x: float, y: float) -> float:
-        nearest = float("inf")
-        for ax, ay, along, up, square in self._edges:
-            east, north = x - ax, y - ay
-            share = (east * along + north * up) / square
-            share = 0.0 if share < 0 else 1.0 if share > 1 else share
-            east -= along * share
-            north -= up * share
-            nearest = min(nearest, east * east + north * north)
-        return float(nearest**0.5)
+    def _band_of(self, y: float) -> int:
+        band = int((y - self._low_m) / self._band_m)
+        return 0 if band < 0 else min(band, len(self._bands) - 1)
+
+    def _from_line_m(self, x: float, y: float, most_m: float) -> float:
+        """Outwards from the band of `y`, until no other band can have a nearer edge."""
+        nearest = most_m * most_m
+        own = self._band_of(y)
+        for step in range(len(self._bands)):
+            beyond = (step - 1) * self._band_m
+            if beyond > 0 and beyond * beyond > nearest:
+                break
+            for band in (own + step, own - step) if step else (own,):
+                if not 0 <= band < len(self._bands):
+                    continue
+                for ax, ay, along, up, square in self._bands[band]:
+                    east, north = x - ax, y - ay
+                    share = (east * along + north * up) / square
+                    share = 0.0 if share < 0 else 1.0 if share > 1 else share
+                    east -= along * share
+                    north -= up * share
+                    square_m = east * east + north * north
+                    if square_m < nearest:
+                        nearest = square_m
+        return float(nearest**0.5) + (1e-6 if nearest == most_m * most_m else 0.0)
 
 
 def _along(edge: _Edge, x: float, y: float, to_x: float, to_y: float, radius_m: float) -> list[Span]:

@@ -7,8 +7,8 @@ from typing import Final
 from server.live.zones.area import Box
 from server.live.zones.zone import Zone
 
-_CELL_DEG: Final = 0.05
-"""Some 5 km: a zone of a town is in a few cells."""
+_CELL_DEG: Final = 0.01
+"""Some 1 km: a zone of a street is in a few cells."""
 _MAX_CELLS: Final = 400
 """A larger zone is looked at for every drone."""
 

@@ -142,7 +142,9 @@ def _situation(
         return Situation(warned, breach)
     for zone in zones:
         # A corridor along a road is narrow: there only the course tells.
-        if not zone.is_corridor and zone.area.edge_m(here.lat_deg, here.lon_deg) <= NEAR_M and _counts_at(zone, here):
+        if zone.is_corridor or not _counts_at(zone, here):
+            continue
+        if zone.area.edge_m(here.lat_deg, here.lon_deg, NEAR_M) <= NEAR_M:
             return Situation(f"is within {NEAR_M:.0f} m of the edge of {zone.words}", "")
     return CLEAR
 

@@ -29,6 +29,7 @@ import { Squad } from './squad';
 import { Store } from './store';
 import { splitTagged } from './tagged_frames';
 import { Vehicle } from './vehicle';
+import { Zones } from './zones';
 import type { ControlEvent, Drone, HoldEvent, NoticeEvent, TowerEvent, User } from './wire_types';
 
 /** After these notices our commands cannot have reached the drone. */
@@ -58,6 +59,7 @@ export class Tower {
   readonly journal = new Journal();
   readonly alerts: Alerts;
   readonly separations = new Separations();
+  readonly zones: Zones;
   readonly lostControls = new LostControlsLog();
   readonly assist: AssistTurns;
   readonly lossChecks: LossChecks;
@@ -77,6 +79,7 @@ export class Tower {
     this.clock = options.clock ?? realClock;
     this.rest = options.rest ?? new Rest();
     this.alerts = new Alerts(this.clock, this.rest);
+    this.zones = new Zones(this.rest);
     this.operations = new Operations(this.rest);
     this.parameterTables = new ParameterTables(this.rest, this.operations);
     this.recordings = new Recordings(this.clock, this.rest);
@@ -199,6 +202,7 @@ export class Tower {
         this.#welcome(event.drones.map(readDrone));
         this.alerts.welcome(event.alerts ?? []);
         this.separations.connected(this.clock.nowMs());
+        void this.zones.read();
         break;
       case 'drone':
         this.#squad.put(readDrone(event.drone));
@@ -245,6 +249,9 @@ export class Tower {
         break;
       case 'recording':
         this.recordings.take(event);
+        break;
+      case 'zones':
+        void this.zones.read();
         break;
       case 'separation':
         this.separations.take(event);
@@ -380,6 +387,7 @@ export class Tower {
 
   /** What one user saw is not shown to the next. */
   #forget(): void {
+    this.zones.forget();
     this.#abortAll('signed out');
     this.user.set(null);
     this.vehicles.set(new Map());

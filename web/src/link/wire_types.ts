@@ -134,6 +134,11 @@ export interface NoticeEvent {
 }
 
 /** Two drones come near each other, or no longer do (docs/separation.md). */
+/** Zones have changed: they are to be read again. */
+export interface ZonesEvent {
+  readonly type: 'zones';
+}
+
 export interface SeparationEvent {
   readonly type: 'separation';
   /** Constant from the first report to `clear`. */
@@ -187,7 +192,8 @@ export type TowerEvent =
   | RecordingEvent
   | RehearsalEvent
   | SeparationEvent
-  | TurnEvent;
+  | TurnEvent
+  | ZonesEvent;
 
 const KNOWN_TYPES: ReadonlySet<string> = new Set<TowerEvent['type']>([
   'welcome',
@@ -210,6 +216,7 @@ const KNOWN_TYPES: ReadonlySet<string> = new Set<TowerEvent['type']>([
   'rehearsal',
   'separation',
   'turn',
+  'zones',
 ]);
 
 /** Null for anything unknown: the protocol lets the tower send more than this console understands. */
