@@ -68,6 +68,7 @@ from server.api.teams import routes as team_routes
 from server.api.tiles import routes as tile_routes
 from server.api.video import routes as video_routes
 from server.api.zones import routes as zone_routes
+from server.app.aircraft_feed import AircraftFeed
 from server.app.new_hub import new_hub
 from server.app.openapi_tags import TAGS
 from server.app.sharing import new_lock, share_bus, share_requests
@@ -358,6 +359,9 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         await stack.enter_async_context(in_background("roster", tower.roster.follow))
         await stack.enter_async_context(in_background("loans", tower.loan_expiry.watch))
         await stack.enter_async_context(in_background("operations trail", tower.audit_writer.work))
+        if settings.traffic_feed:
+            feed = AircraftFeed(settings.traffic_feed, tower.hub.aircraft)
+            await stack.enter_async_context(in_background("aircraft feed", feed.follow))
         await stack.enter_async_context(in_background("zones", tower.zone_follower.follow))
         await stack.enter_async_context(in_background("alerts", tower.alert_writer.work))
         stack.callback(tower.hub.observed.settle_all)

@@ -17,7 +17,8 @@ CREATE = """async (points) => {
   });
   return answer.status;
 }"""
-DRAWN = """(canvas) => canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data.some((one) => one > 0)"""
+DRAWN = """(canvas) =>
+  canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data.some((one) => one > 0)"""
 
 
 def test_an_admin_draws_a_zone_and_the_pilot_is_warned_and_refused(somebody: Somebody) -> None:

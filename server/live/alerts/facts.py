@@ -53,6 +53,10 @@ class Facts:
     """The worst axis."""
     fence_breach: str | None = None
     """Which limit of the fence is broken; empty: none."""
+    aircraft_near: str = ""
+    """Which aircraft comes near it, in words; empty: none."""
+    foreign_drone_near: str = ""
+    """Which drone of somebody else, by Remote ID."""
     zone_near: str = ""
     """Which zone it comes near, or which one that only warns it is in: the end of a sentence; empty: none."""
     zone_breach: str = ""

@@ -88,6 +88,16 @@ RULES: Final[tuple[Rule, ...]] = (
         opens_after_s=3.0,
         closes_after_s=2.0,
     ),
+    Rule(
+        name="aircraft-near",
+        severity=_CRITICAL,
+        badge="Aircraft near",
+        when="a manned aircraft is or will be nearer than 600 m, and 150 m in height, within 60 s; in the air",
+        advice="Go down and land, or fly away from its way. A manned aircraft has the right of way.",
+        condition=flight.aircraft_near,
+        closes_after_s=5.0,
+        follows=True,
+    ),
     TOO_NEAR,
     Rule(
         name="battery-critical",
@@ -168,6 +178,16 @@ RULES: Final[tuple[Rule, ...]] = (
         closes_after_s=5.0,
     ),
     NEAR,
+    Rule(
+        name="foreign-drone-near",
+        severity=_WARNING,
+        badge="Foreign drone near",
+        when="a drone with Remote ID is or will be nearer than 60 m, and 30 m in height, within 20 s; in the air",
+        advice="Look for it. Change the height or the course.",
+        condition=flight.foreign_drone_near,
+        closes_after_s=5.0,
+        follows=True,
+    ),
     Rule(
         name="zone-near",
         severity=_WARNING,

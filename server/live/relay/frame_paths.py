@@ -3,6 +3,8 @@
 from typing import Final
 
 from server.domain.people import UserRef
+from server.live.aircraft.decode import ADSB_VEHICLE
+from server.live.aircraft.decode import READ as AIRCRAFT
 from server.live.alerts.kept_telemetry import KEPT, STATUSTEXT
 from server.live.flights.recorder import FlightRecorder
 from server.live.hub_events import TurnRequested
@@ -94,6 +96,8 @@ class FramePaths:
                     self._state.drops[DropReason.NOT_ALLOWED] += 1
                     has_secret = True
                     continue
+                if kind in AIRCRAFT:
+                    self._state.aircraft_frames.append((drone_id, frame, now))
                 if is_asked and kind in ANSWERS:
                     self._observed.heard(drone_id, frame)
                 if kind == STATUSTEXT and drone.armed:  # checks before arming are for the drone's own page
@@ -108,6 +112,8 @@ class FramePaths:
                 drone.home, drone.has_reported_home = home_in(frame), True
             elif msgid == _HEARTBEAT and key[1] == _AUTOPILOT:
                 drone.heartbeat, drone.heartbeat_at = frame, now
+            elif msgid == ADSB_VEHICLE:
+                self._state.aircraft_frames.append((drone_id, frame, now))
             elif msgid in KEPT and key[1] == _AUTOPILOT:
                 drone.telemetry.newest[msgid, key[3]] = frame
         for browser in watchers:

@@ -8,6 +8,7 @@ from typing import Final, NamedTuple
 from server.domain.fleet import DroneRecord
 from server.domain.people import Principal, Role, UserRef
 from server.domain.relations import Relation, Right, TeamRole, may, relation_of
+from server.live.aircraft.near import NOTHING, Near
 from server.live.alerts.kept_telemetry import KeptTelemetry
 from server.live.fleet.views import DroneView, IdentityView, LoanView, TeamRefView, UserRefView
 from server.live.flights.tape import Tape
@@ -143,6 +144,8 @@ class LiveDrone:
     """From HOME_POSITION; before that, the position before arming."""
     has_reported_home: bool = False
     limit_watch: LimitWatch = field(default_factory=LimitWatch)
+    aircraft_near: Near = NOTHING
+    """What comes near it that is none of the tower's."""
     zones: ZoneIndex = NO_ZONES
     """Those that count for it now: the tower's and its team's."""
     zone_watch: ZoneWatch = field(default_factory=ZoneWatch)

@@ -30,7 +30,7 @@ import { Store } from './store';
 import { splitTagged } from './tagged_frames';
 import { Vehicle } from './vehicle';
 import { Zones } from './zones';
-import type { ControlEvent, Drone, HoldEvent, NoticeEvent, TowerEvent, User } from './wire_types';
+import type { Aircraft, ControlEvent, Drone, HoldEvent, NoticeEvent, TowerEvent, User } from './wire_types';
 
 /** After these notices our commands cannot have reached the drone. */
 const REFUSING_NOTICES = new Set([
@@ -60,6 +60,8 @@ export class Tower {
   readonly alerts: Alerts;
   readonly separations = new Separations();
   readonly zones: Zones;
+  /** Other aircraft around one's drones, as of the last second. */
+  readonly aircraft = new Store<readonly Aircraft[]>([]);
   readonly lostControls = new LostControlsLog();
   readonly assist: AssistTurns;
   readonly lossChecks: LossChecks;
@@ -250,6 +252,9 @@ export class Tower {
       case 'recording':
         this.recordings.take(event);
         break;
+      case 'aircraft':
+        this.aircraft.set(event.aircraft);
+        break;
       case 'zones':
         void this.zones.read();
         break;
@@ -388,6 +393,7 @@ export class Tower {
   /** What one user saw is not shown to the next. */
   #forget(): void {
     this.zones.forget();
+    this.aircraft.set([]);
     this.#abortAll('signed out');
     this.user.set(null);
     this.vehicles.set(new Map());

@@ -134,6 +134,28 @@ export interface NoticeEvent {
 }
 
 /** Two drones come near each other, or no longer do (docs/separation.md). */
+/** An aircraft that is none of the tower's. */
+export interface Aircraft {
+  readonly key: string;
+  readonly manned: boolean;
+  readonly name: string;
+  readonly lat: number;
+  readonly lon: number;
+  readonly alt_amsl_m: number | null;
+  readonly course_deg: number | null;
+  readonly speed_m_s: number | null;
+  readonly climb_m_s: number;
+  readonly squawk: number | null;
+  readonly on_ground: boolean;
+  readonly age_s: number;
+}
+
+/** All aircraft near one's drones. */
+export interface AircraftEvent {
+  readonly type: 'aircraft';
+  readonly aircraft: readonly Aircraft[];
+}
+
 /** Zones have changed: they are to be read again. */
 export interface ZonesEvent {
   readonly type: 'zones';
@@ -193,7 +215,8 @@ export type TowerEvent =
   | RehearsalEvent
   | SeparationEvent
   | TurnEvent
-  | ZonesEvent;
+  | ZonesEvent
+  | AircraftEvent;
 
 const KNOWN_TYPES: ReadonlySet<string> = new Set<TowerEvent['type']>([
   'welcome',
@@ -217,6 +240,7 @@ const KNOWN_TYPES: ReadonlySet<string> = new Set<TowerEvent['type']>([
   'separation',
   'turn',
   'zones',
+  'aircraft',
 ]);
 
 /** Null for anything unknown: the protocol lets the tower send more than this console understands. */
