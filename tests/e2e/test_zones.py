@@ -1,5 +1,6 @@
 """Zones in the browser: an admin draws one around a drone in flight, and its pilot is warned and refused."""
 
+from axe_look import Axe
 from console_page import METRES_PER_DEGREE, Somebody, signed_in
 from playwright.sync_api import expect
 
@@ -21,7 +22,7 @@ DRAWN = """(canvas) =>
   canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data.some((one) => one > 0)"""
 
 
-def test_an_admin_draws_a_zone_and_the_pilot_is_warned_and_refused(somebody: Somebody) -> None:
+def test_an_admin_draws_a_zone_and_the_pilot_is_warned_and_refused(somebody: Somebody, axe: Axe) -> None:
     alice = signed_in(somebody, "alice", "Kestrel")
     alice.acquire("Kestrel")
     alice.take_off("Kestrel", 10)
@@ -51,6 +52,7 @@ def test_an_admin_draws_a_zone_and_the_pilot_is_warned_and_refused(somebody: Som
     for across, down in ((0.1, 0.1), (0.9, 0.1), (0.9, 0.9), (0.1, 0.9)):
         admin.page.mouse.click(box["x"] + across * box["width"], box["y"] + down * box["height"])
     expect(admin.part("zone-points")).to_contain_text("4 points")
+    axe.look(admin, "zones-drawing")
     admin.part("zone-save").click()
     expect(admin.part("zone-row")).to_have_count(2)
     expect(admin.part("zone-form")).to_have_count(0)

@@ -9,9 +9,9 @@ from typing import Final
 
 from server.live.aircraft import decode
 from server.live.aircraft.decode import Identity, Report, Threat
+from server.live.aircraft.messages import AircraftHeard, AircraftView
 from server.live.aircraft.near import NOTHING, STALE_S, is_near_own, near
 from server.live.aircraft.table import Aircraft, AircraftTable
-from server.live.relay import live_messages as live
 from server.live.relay.live_state import LiveState
 from server.live.separation.motion import Motion, motion_in
 from server.live.towers.place import Place
@@ -116,13 +116,13 @@ class AircraftService:
                 shown.setdefault(number, []).append(one)
         for number in self._told - shown.keys():
             if number in self._state.browsers:
-                self._state.browsers[number].notify(live.AircraftHeard([]))
-        events: dict[tuple[str, ...], live.AircraftHeard] = {}
+                self._state.browsers[number].notify(AircraftHeard([]))
+        events: dict[tuple[str, ...], AircraftHeard] = {}
         for number, aircraft in shown.items():
             keys = tuple(one.key for one in aircraft[:MAX_TOLD])
             event = events.get(keys)
             if event is None:
-                event = events[keys] = live.AircraftHeard([_view(one, now) for one in aircraft[:MAX_TOLD]])
+                event = events[keys] = AircraftHeard([_view(one, now) for one in aircraft[:MAX_TOLD]])
             self._state.browsers[number].notify(event)
         self._told = set(shown)
 
@@ -136,9 +136,9 @@ def _around(place: Motion) -> list[tuple[int, int]]:
     return [(row + up, column + along) for up in (-1, 0, 1) for along in (-1, 0, 1)]
 
 
-def _view(one: Aircraft, now: float) -> live.AircraftView:
+def _view(one: Aircraft, now: float) -> AircraftView:
     report, motion = one.report, one.report.motion
-    return live.AircraftView(
+    return AircraftView(
         key=one.key,
         manned=report.kind is decode.Kind.MANNED,
         name=one.label,

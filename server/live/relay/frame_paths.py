@@ -193,7 +193,7 @@ class FramePaths:
         if not reads_only:
             self._observe(browser, drone_id, frame, kind, now)
         if message_id(frame) in MOTION:
-            drone.setpoints_at = now
+            drone.zone_watch.setpoints_at = now
         if kind is Kind.STICKS:
             drone.sticks_at = self._state.sticks_at = now
             drone.sticks_from = browser.number

@@ -145,13 +145,9 @@ class LiveDrone:
     has_reported_home: bool = False
     limit_watch: LimitWatch = field(default_factory=LimitWatch)
     aircraft_near: Near = NOTHING
-    """What comes near it that is none of the tower's."""
     zones: ZoneIndex = NO_ZONES
     """Those that count for it now: the tower's and its team's."""
     zone_watch: ZoneWatch = field(default_factory=ZoneWatch)
-    zones_checked_at: float = NEVER
-    setpoints_at: float = NEVER
-    """When the last target, velocity or attitude of a program was passed on."""
     commanded: int = 0
     """Counts holds and flight commands. A command of several steps ends when it changes."""
     orders: dict[int, str] = field(default_factory=dict)
@@ -278,10 +274,6 @@ class LiveDrone:
     def flown_by_hand(self, now: float) -> bool:
         """Whether sticks have moved this drone within the last seconds."""
         return now - self.sticks_at < MANUAL_FOR_S
-
-    def steered(self, now: float) -> bool:
-        """Whether sticks or a program's setpoints have moved it within the last seconds."""
-        return self.flown_by_hand(now) or now - self.setpoints_at < MANUAL_FOR_S
 
     def other_hands_of(self, browser: Browser, now: float) -> bool:
         """Whether another window or program of the same user is flying by hand."""

@@ -5,6 +5,7 @@ from typing import Annotated, Any, Final, Literal, Self
 import msgspec
 
 from server.domain.people import UserRef
+from server.live.aircraft.messages import AircraftHeard
 from server.live.alerts.views import AlertView
 from server.live.fleet.views import DroneView
 from server.live.operations.onboard_views import OnboardPlanView
@@ -159,30 +160,6 @@ class Notice(msgspec.Struct, frozen=True, tag="notice", tag_field="type"):
     text: str
     drone_id: int | None
     count: int
-
-
-class AircraftView(msgspec.Struct, frozen=True):
-    """An aircraft that is none of the tower's. Height above the sea; None: not known."""
-
-    key: str
-    manned: bool
-    name: str
-    lat: float
-    lon: float
-    alt_amsl_m: float | None
-    course_deg: float | None
-    speed_m_s: float | None
-    climb_m_s: float
-    squawk: int | None
-    on_ground: bool
-    age_s: float
-    """Since it was heard there."""
-
-
-class AircraftHeard(msgspec.Struct, frozen=True, tag="aircraft", tag_field="type"):
-    """All aircraft near the drones that this browser sees, once a second while there are any; at last none."""
-
-    aircraft: list[AircraftView]
 
 
 class ZonesChanged(msgspec.Struct, frozen=True, tag="zones", tag_field="type"):

@@ -13,7 +13,7 @@ from server.domain.people import Principal
 from server.domain.relations import Right
 from server.live.hub_events import ZoneReached
 from server.live.relay import live_messages as live
-from server.live.relay.live_drone import LiveDrone
+from server.live.relay.live_drone import MANUAL_FOR_S, LiveDrone
 from server.live.relay.live_state import LiveState
 from server.live.separation.motion import motion_in
 from server.live.towers.place import Place
@@ -77,8 +77,8 @@ class ZoneService:
             self._renew()
         for drone in self._state.drones.values():
             # No new position: what was last known stays. Silence does not mean that it left.
-            due = drone.zones_checked_at + 0.9 / CHECKS_PER_S
-            if drone.zones and now >= due and drone.position_at > drone.zones_checked_at:
+            due = drone.zone_watch.checked_at + 0.9 / CHECKS_PER_S
+            if drone.zones and now >= due and drone.position_at > drone.zone_watch.checked_at:
                 self._check(drone, now)
 
     def _renew(self) -> None:
@@ -107,13 +107,14 @@ class ZoneService:
     def _check(self, drone: LiveDrone, now: float) -> None:
         if drone.place is not Place.HERE:
             return  # its home watches over it
-        drone.zones_checked_at = now
+        drone.zone_watch.checked_at = now
         here = spot_of(drone)
         motion = motion_in(drone.position_frame, drone.position_at) if drone.position_frame is not None else None
         if here is None or motion is None or not drone.counts_as_flying():
             drone.zone_watch.reset()
             return
-        by_hand = drone.steered(now) and not _goes_down(drone)
+        steered = drone.flown_by_hand(now) or now - drone.zone_watch.setpoints_at < MANUAL_FOR_S
+        by_hand = steered and not _goes_down(drone)
         zone = drone.zone_watch.check(drone.zones, here, motion, by_hand=by_hand)
         if zone is not None:
             why = hold_words(zone)

@@ -51,6 +51,9 @@ class ZoneWatch:
 
     def __init__(self) -> None:
         self.situation = CLEAR
+        self.checked_at = float("-inf")
+        self.setpoints_at = float("-inf")
+        """When the last target, velocity or attitude of a program was passed on."""
         self._ordered: set[int] = set()
         """Zones for which a hold was ordered; not again until the drone has stopped, or turned."""
         self._inside: dict[int, _Depth] = {}

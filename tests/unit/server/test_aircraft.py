@@ -8,8 +8,9 @@ from test_zones_of_drones import Scene
 
 from server.live.aircraft.decode import Identity, Kind, Report, Threat, read
 from server.live.aircraft.feed import reports_in
+from server.live.aircraft.messages import AircraftHeard
 from server.live.aircraft.table import MAX_AIRCRAFT, AircraftTable
-from server.live.relay.live_messages import AircraftHeard, AlertChanged
+from server.live.relay.live_messages import AlertChanged
 from wire.control_messages import AutopilotState
 from wire.dialect import build, mavlink
 from wire.ids import DroneId

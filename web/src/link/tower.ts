@@ -27,10 +27,10 @@ import { mayGoLive } from './signed_in';
 import { Separations } from './separation';
 import { Squad } from './squad';
 import { Store } from './store';
+import { Surroundings } from './surroundings';
 import { splitTagged } from './tagged_frames';
 import { Vehicle } from './vehicle';
-import { Zones } from './zones';
-import type { Aircraft, ControlEvent, Drone, HoldEvent, NoticeEvent, TowerEvent, User } from './wire_types';
+import type { ControlEvent, Drone, HoldEvent, NoticeEvent, TowerEvent, User } from './wire_types';
 
 /** After these notices our commands cannot have reached the drone. */
 const REFUSING_NOTICES = new Set([
@@ -59,9 +59,7 @@ export class Tower {
   readonly journal = new Journal();
   readonly alerts: Alerts;
   readonly separations = new Separations();
-  readonly zones: Zones;
-  /** Other aircraft around one's drones, as of the last second. */
-  readonly aircraft = new Store<readonly Aircraft[]>([]);
+  readonly around: Surroundings;
   readonly lostControls = new LostControlsLog();
   readonly assist: AssistTurns;
   readonly lossChecks: LossChecks;
@@ -81,7 +79,7 @@ export class Tower {
     this.clock = options.clock ?? realClock;
     this.rest = options.rest ?? new Rest();
     this.alerts = new Alerts(this.clock, this.rest);
-    this.zones = new Zones(this.rest);
+    this.around = new Surroundings(this.rest, this.user);
     this.operations = new Operations(this.rest);
     this.parameterTables = new ParameterTables(this.rest, this.operations);
     this.recordings = new Recordings(this.clock, this.rest);
@@ -197,6 +195,7 @@ export class Tower {
   }
 
   #onEvent(event: TowerEvent): void {
+    this.around.take(event);
     switch (event.type) {
       case 'welcome':
         this.user.update((known) => (known?.id === event.user.id ? { ...known, ...event.user } : event.user));
@@ -204,7 +203,6 @@ export class Tower {
         this.#welcome(event.drones.map(readDrone));
         this.alerts.welcome(event.alerts ?? []);
         this.separations.connected(this.clock.nowMs());
-        void this.zones.read();
         break;
       case 'drone':
         this.#squad.put(readDrone(event.drone));
@@ -251,12 +249,6 @@ export class Tower {
         break;
       case 'recording':
         this.recordings.take(event);
-        break;
-      case 'aircraft':
-        this.aircraft.set(event.aircraft);
-        break;
-      case 'zones':
-        void this.zones.read();
         break;
       case 'separation':
         this.separations.take(event);
@@ -392,8 +384,6 @@ export class Tower {
 
   /** What one user saw is not shown to the next. */
   #forget(): void {
-    this.zones.forget();
-    this.aircraft.set([]);
     this.#abortAll('signed out');
     this.user.set(null);
     this.vehicles.set(new Map());
