@@ -139,14 +139,12 @@ class LiveDrone:
     position_frame: bytes | None = None
     """The newest GLOBAL_POSITION_INT, as it came."""
     position_at: float = NEVER
-    """When it came."""
     home: Home | None = None
     """From HOME_POSITION; before that, the position before arming."""
     has_reported_home: bool = False
     limit_watch: LimitWatch = field(default_factory=LimitWatch)
     aircraft_near: Near = NOTHING
     zones: ZoneIndex = NO_ZONES
-    """Those that count for it now: the tower's and its team's."""
     zone_watch: ZoneWatch = field(default_factory=ZoneWatch)
     commanded: int = 0
     """Counts holds and flight commands. A command of several steps ends when it changes."""

@@ -12,6 +12,7 @@ from server.live.operations.onboard_views import OnboardPlanView
 from server.live.operations.operation import Operation
 from server.live.operations.views import OperationView
 from server.live.recordings.views import RecordingView
+from server.live.zones.messages import ZonesChanged
 from wire.control_messages import UNREADABLE
 from wire.link_quality import Quality
 
@@ -160,10 +161,6 @@ class Notice(msgspec.Struct, frozen=True, tag="notice", tag_field="type"):
     text: str
     drone_id: int | None
     count: int
-
-
-class ZonesChanged(msgspec.Struct, frozen=True, tag="zones", tag_field="type"):
-    """Zones that this browser may see have changed: `GET /zones` has them."""
 
 
 class Lost(msgspec.Struct, frozen=True, tag="lost", tag_field="type"):

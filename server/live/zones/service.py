@@ -19,6 +19,7 @@ from server.live.separation.motion import motion_in
 from server.live.towers.place import Place
 from server.live.zones.check import spot_of
 from server.live.zones.index import NO_ZONES, ZoneIndex
+from server.live.zones.messages import ZonesChanged
 from server.live.zones.watch import hold_words
 from server.live.zones.zone import Zone
 from wire.autopilots import registry
@@ -58,7 +59,7 @@ class ZoneService:
         teams = {one.team_id for one in changed}
         for browser in self._state.browsers.values():
             if None in teams or teams & self._teams_of(browser.viewer):
-                browser.notify(live.ZonesChanged())
+                browser.notify(ZonesChanged())
 
     def visible(self, viewer: Principal, teams: Collection[int] = ()) -> list[Zone]:
         """The zones that this user may see: the tower's, and those of the teams of drones in their squad. `teams`:

@@ -13,7 +13,8 @@ from server.domain.relations import TeamRole
 from server.live.hub_events import HubEvent, ZoneReached
 from server.live.operations.permissions import refuse_commands, refuse_plan
 from server.live.operations.refusals import ZoneForbids
-from server.live.relay.live_messages import Notice, ZonesChanged
+from server.live.relay.live_messages import Notice
+from server.live.zones.messages import ZonesChanged
 from server.live.zones.zone import ZoneKind, ZoneRule
 from wire.dialect import build, mavlink
 from wire.ids import DroneId, UserId
