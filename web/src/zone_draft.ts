@@ -53,7 +53,7 @@ export const draftOf = (zone: Zone): ZoneDraft => ({
   aboveSea: zone.height_above === 'sea',
   from: field(zone.valid_from),
   until: field(zone.valid_until),
-  reason: zone.reason,
+  reason: zone.reason ?? '',
 });
 
 export const bodyOf = (draft: ZoneDraft): ZoneBody => ({
