@@ -1,12 +1,14 @@
 """Frames between local programs and the tower. No I/O; takes `now`.
 
-Frames are neither changed nor stored. A frame from a program goes to the tower with the drone's tag and the time of its
-reception, so that the tower can measure delays. A frame from the drone goes to every program.
+Frames are neither changed nor stored; the rest of the squad becomes traffic (`squad_traffic`). A frame from a program
+goes to the tower with the drone's tag and the time of its reception, so that the tower can measure delays. A frame from
+the drone goes to every program.
 """
 
 from collections.abc import Hashable
 from typing import Final
 
+from connect.squad_traffic import SquadTraffic
 from wire.dialect import mavlink
 from wire.frame_stream import FrameStream
 from wire.frames import MalformedFrame, message_id
@@ -33,6 +35,7 @@ class Bridge:
         """Set by the code that follows the tower's events."""
         self.skipped_bytes = 0
         self._drone_id = drone_id
+        self._traffic = SquadTraffic(drone_id)
         self._streams: dict[Hashable, FrameStream] = {}
         self._heard_at: dict[Hashable, float] = {}
         self._ever_heard = False
@@ -64,14 +67,17 @@ class Bridge:
         self._streams.pop(program, None)
         self._heard_at.pop(program, None)
 
-    def from_tower(self, message: bytes) -> list[bytes]:
-        """Returns the drone's frames in a binary message of the live channel, without those of the rest of the
-        squad."""
+    def from_tower(self, message: bytes, now: float) -> list[bytes]:
+        """Returns the drone's frames in a binary message of the live channel. The rest of the squad is traffic around
+        it: an ADSB_VEHICLE for each of its drones in the air."""
         try:
-            return [frame for drone_id, frame in split_tagged(message) if drone_id == self._drone_id]
+            parts = split_tagged(message)
         except MalformedFrame:
             self.skipped_bytes += len(message)
             return []
+        frames = [frame for drone_id, frame in parts if drone_id == self._drone_id]
+        told = [self._traffic.frame(drone_id, frame, now) for drone_id, frame in parts]
+        return frames + [frame for frame in told if frame is not None]
 
     def has_programs(self, now: float) -> bool:
         """Returns whether a program has sent frames recently. Before the first frame the user who typed the command

@@ -22,8 +22,8 @@ from connect.tower_url import TowerUrl
 from connect.unusable import Ended, Unusable
 
 ALREADY_OURS: Final = "already-yours"
-WATCH_RATE_HZ: Final = 0.2
-"""For the other drones of the squad, whose frames are discarded: the lowest rate that the tower accepts."""
+WATCH_RATE_HZ: Final = 0.5
+"""For the other drones of the squad, of which programs get the positions only (`squad_traffic`)."""
 
 RELEASE_WITHIN_S: Final = 5.0
 _BODIES: Final[dict[str, Any]] = {"accept": {"sticks_centred": True}}
@@ -95,7 +95,7 @@ class Session:
 
     def _from_tower(self, message: str | bytes) -> None:
         if isinstance(message, bytes):
-            frames = self._bridge.from_tower(message)
+            frames = self._bridge.from_tower(message, self._loop.time())
             if frames:
                 for endpoint in self._options.endpoints:
                     endpoint.send(frames)

@@ -98,6 +98,7 @@ def simulate(
         bool, typer.Option("--camera-component", help="Each has a camera as a MAVLink component.")
     ] = False,
     gimbal: Annotated[bool, typer.Option("--gimbal", help="Each has a gimbal as a MAVLink component.")] = False,
+    traffic: Annotated[bool, typer.Option("--traffic", help="Each hears a few aircraft by ADS-B.")] = False,
     fail: Annotated[list[str] | None, typer.Option(help=FAIL_HELP)] = None,
 ) -> None:
     """Fly simulated quadrotors that speak MAVLink 2; or one of shell, fly and plot, as the first word."""
@@ -125,6 +126,7 @@ def simulate(
             metadata=metadata,
             camera=camera_component,
             gimbal=gimbal,
+            traffic=traffic,
         )
         vehicles = make_squad(count, settings)
         cameras = _cameras(camera, vehicles, place, seed) if camera else None

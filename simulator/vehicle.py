@@ -11,6 +11,7 @@ from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
+from simulator.air_traffic import AirTraffic
 from simulator.ardupilot import ARDUPILOT
 from simulator.command_message import ACCEPTED, FAILED, UNSUPPORTED, Command, read_command
 from simulator.commands_flight import jump_to_item
@@ -58,6 +59,8 @@ class VehicleSettings:
     camera: bool = False
     """A camera as a separate component."""
     gimbal: bool = False
+    traffic: bool = False
+    """A receiver of ADS-B, which hears a few aircraft."""
 
 
 class Vehicle:
@@ -110,6 +113,7 @@ class Vehicle:
             packs_parameters=settings.flavour.keeps_parameter_file,
             file=self._metadata.file if self._metadata else lambda _name: None,
         )
+        self._traffic = AirTraffic(settings.flight.place) if settings.traffic else None
         self.components = Components(settings.system_id, self._send, camera=settings.camera, gimbal=settings.gimbal)
         if self.components.camera is not None:
             self.components.camera.video_uri = self.video_uri
@@ -185,6 +189,9 @@ class Vehicle:
         for message_id in self._owed:
             self._send_report(message_id)
         self._owed.clear()
+        if self._traffic is not None:
+            for message in self._traffic.due(flight):
+                self._send(message)
         self.components.tick(flight)
         if self._reboot_tick is not None and self._ticks >= self._reboot_tick:
             self._reboot()

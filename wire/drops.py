@@ -30,6 +30,7 @@ class DropReason(StrEnum):
     ASK_TWICE = "ask-twice"
     LOSS_CHECK = "loss-check"
     LOAN = "loan"
+    ZONE = "zone"
     LATE = "late"
     OTHER_HANDS = "other-hands"
     FLOOD = "flood"

@@ -53,6 +53,7 @@ from server.store.recordings.recordings import Recordings
 from server.store.retention import Retention
 from server.store.tower_lock import TowerLock
 from server.store.towers.membership import TowerMembership
+from server.store.zones.follow import ZoneFollower
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,6 +92,7 @@ class Parts:
     loop_lag: LoopLag
     anonymous: AnonymousBudget
     shared_checks: SharedChecks
+    zone_follower: ZoneFollower
 
 
 def provide(app: FastAPI, parts: Parts, metrics_registry: CollectorRegistry) -> None:
@@ -173,6 +175,7 @@ MapFolderDep = Annotated[MapFolder, _part(lambda parts: parts.map_folder)]
 LoopLagDep = Annotated[LoopLag, _part(lambda parts: parts.loop_lag)]
 AnonymousBudgetDep = Annotated[AnonymousBudget, _part(lambda parts: parts.anonymous)]
 SharedChecksDep = Annotated[SharedChecks, _part(lambda parts: parts.shared_checks)]
+ZoneFollowerDep = Annotated[ZoneFollower, _part(lambda parts: parts.zone_follower)]
 
 
 async def _metrics_registry(connection: HTTPConnection) -> CollectorRegistry:

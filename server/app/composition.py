@@ -67,6 +67,8 @@ from server.api.system import tower_routes
 from server.api.teams import routes as team_routes
 from server.api.tiles import routes as tile_routes
 from server.api.video import routes as video_routes
+from server.api.zones import routes as zone_routes
+from server.app.aircraft_feed import AircraftFeed
 from server.app.new_hub import new_hub
 from server.app.openapi_tags import TAGS
 from server.app.sharing import new_lock, share_bus, share_requests
@@ -120,6 +122,7 @@ from server.store.recordings.capture import HubVideo
 from server.store.recordings.recordings import new_recordings
 from server.store.retention import new_retention
 from server.store.schema import check_schema
+from server.store.zones.follow import ZoneFollower
 
 ROUTERS: Final[tuple[APIRouter, ...]] = (
     session_routes.router,
@@ -148,6 +151,7 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     relay_routes.router,
     video_routes.router,
     tile_routes.router,
+    zone_routes.router,
     token_routes.router,
     user_routes.router,
     audit_routes.router,
@@ -304,6 +308,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         anonymous=anonymous,
         started_at=clock(),
         shared_checks=SharedChecks(),
+        zone_follower=ZoneFollower(database, hub.zones),
     )
 
 
@@ -350,6 +355,7 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         await tower.loss_checks.load()
         await tower.roster.refresh()
         await load_into(tower.hub, tower.database)
+        await tower.zone_follower.refresh()
         if several is None:
             await load_open_holds(tower.hub, tower.database)
             await load_alerts(tower.hub, tower.database, tower.clock)
@@ -363,6 +369,10 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         await stack.enter_async_context(in_background("loans", tower.loan_expiry.watch))
         await stack.enter_async_context(in_background("operations trail", tower.audit_writer.work))
         await stack.enter_async_context(in_background("audit chain", tower.audit_sealer.work))
+        if settings.traffic_feed:
+            feed = AircraftFeed(settings.traffic_feed, tower.hub.aircraft)
+            await stack.enter_async_context(in_background("aircraft feed", feed.follow))
+        await stack.enter_async_context(in_background("zones", tower.zone_follower.follow))
         await stack.enter_async_context(in_background("alerts", tower.alert_writer.work))
         stack.callback(tower.hub.observed.settle_all)
         stack.push_async_callback(tower.api_tokens.write_uses)

@@ -19,6 +19,7 @@ TAGS: Final = (
     {"name": "flights", "description": "Flights that the tower recorded."},
     {"name": "missions", "description": "The library of missions."},
     {"name": "operations", "description": "Work at drones that is going on."},
+    {"name": "zones", "description": "Where drones may not be, not above a height, or only."},
     {"name": "alerts", "description": "What needs attention at a drone."},
     {"name": "map", "description": "The tiles of the map."},
     {"name": "users", "description": "Users administration, for admins."},

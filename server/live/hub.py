@@ -21,6 +21,7 @@ from server.domain.access import AccessRequest, Action, judge
 from server.domain.clock import Clock, utc_now
 from server.domain.fleet import FleetSnapshot
 from server.domain.people import SignInId, UserRef
+from server.live.aircraft.service import AircraftService
 from server.live.alerts.service import AlertService
 from server.live.flights.black_box import BlackBoxFetcher
 from server.live.flights.recorder import FlightRecorder
@@ -50,6 +51,7 @@ from server.live.separation.notifier import SeparationNotifier
 from server.live.towers.place import Place
 from server.live.towers.visits import Visits
 from server.live.video.service import VideoService
+from server.live.zones.service import ZoneService
 from wire.control_messages import (
     AutopilotState,
     HoldProgress,
@@ -98,6 +100,10 @@ class Hub:
         """For the channels of video, and for recordings."""
         self.separation = SeparationNotifier(state, separation or SeparationBounds())
         """Which drones come near each other. For the metrics."""
+        self.aircraft = AircraftService(state)
+        """Other aircraft around the drones. For the network feed, and for the metrics."""
+        self.zones = ZoneService(state)
+        """Where drones may not be. For routes, for the metrics, and for the store."""
         self.alerts = AlertService(state, self.separation, height_limit_m)
         """What needs attention at which drone. For routes, for the metrics, and for the store."""
         self.black_box = BlackBoxFetcher(state)
@@ -378,6 +384,8 @@ class Hub:
         self.observed.tick(now, self.state.mode_of)
         self.follows.tick(now)
         self.separation.tick(now)
+        self.zones.tick(now)
+        self.aircraft.tick(now)
         self.alerts.tick(now)
         self.video.tick(now)
         self.flights.tick(now)

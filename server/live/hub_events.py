@@ -109,6 +109,17 @@ class LoanLimitPassed:
 
 
 @dataclass(frozen=True)
+class ZoneReached:
+    """A drone that is flown by hand is about to enter a zone, or goes deeper into it. `why` is in words."""
+
+    drone_id: DroneId
+    user_id: UserId | None
+    zone_id: int
+    zone: str
+    why: str
+
+
+@dataclass(frozen=True)
 class SeparationLost:
     """Two drones are about to be nearer to each other than is safe: a warning was given. Metres and seconds,
     predicted."""
@@ -130,6 +141,7 @@ class MotionSuspected:
 
 HubEvent = (
     LoanLimitPassed
+    | ZoneReached
     | AgentLinked
     | HolderGone
     | HolderExpired

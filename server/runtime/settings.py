@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, Final
 from urllib.parse import urlsplit
 
+from server.runtime.feed_source import read_feed_address
 from server.runtime.packaged import CONSOLE
 from server.runtime.tile_source import TileSource, read_tiles
 from server.runtime.vault import KEY_FILE, Vault, parse_keys
@@ -228,6 +229,8 @@ class Settings:
     """How far ahead the separation watch predicts."""
     height_limit_m: float = _setting(120.0, "TOWER_HEIGHT_LIMIT_M", _number(0, 100_000, float))
     """An alert is raised above this height over home. 0: no limit of the tower."""
+    traffic_feed: str = _setting("", "TOWER_TRAFFIC_FEED", read_feed_address)
+    """The `aircraft.json` of a receiver on the ground (dump1090, readsb): a file or an http address. Empty: none."""
     tiles: TileSource | None = field(default=None, metadata=_from("TOWER_TILES", read_tiles))
     """Map tiles over the built-in coastline; None: none."""
     tiles_attribution: str = _setting("", "TOWER_TILES_ATTRIBUTION", _attribution)

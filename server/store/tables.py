@@ -16,6 +16,7 @@ from server.store.preflight import tables as preflight
 from server.store.recordings import tables as recordings
 from server.store.teams import tables as teams
 from server.store.towers import tables as towers
+from server.store.zones import tables as zones
 
 ALL: Final = (
     accounts,
@@ -31,5 +32,6 @@ ALL: Final = (
     teams,
     tower_lock,
     towers,
+    zones,
 )
 METADATA: Final = Base.metadata

@@ -33,6 +33,7 @@ PAGES: Final = {
     "flights": "flight-filter",
     "flights/file": "own-file",
     "flights/1": "events",
+    "zones": "zones-none",
     **{f"account/{one}": f"section-{one}" for one in ("password", "passkeys", "second-factor", "sessions", "tokens")},
     "admin/users": "user-row",
     "admin/drones": "drone-row",

@@ -8,6 +8,7 @@ from fastapi.routing import APIRoute
 from server.app.composition import ROUTERS
 
 MISSION: Final = {"name": "field", "document": {"mission": [], "fence": [], "rally": []}}
+ZONE: Final = {"name": "x", "kind": "no-fly", "points": [[0, 0], [0, 1e-3], [1e-3, 0]]}
 BODIES: Final[dict[str, dict[str, object]]] = {
     "rehearse_loss": {"what": "tower"},
     "make_team": {"name": "x"},
@@ -24,6 +25,9 @@ BODIES: Final[dict[str, dict[str, object]]] = {
     "command_drone": {"command": "land"},
     "create_mission": MISSION,
     "replace_mission": MISSION,
+    "create_zone": ZONE,
+    "replace_zone": ZONE | {"version": 1},
+    "read_zone_file": {"text": "{}"},
     "write_parameters": {"values": {"RTL_ALT": 1500}},
 }
 # A response to HEAD has only a status, the same as that of GET.

@@ -224,7 +224,7 @@ async def test_what_the_autopilot_will_not_keep_is_told_before_anything_is_sent(
         return await scene.watcher.post(f"{scene.path}/{kind}/kept", json={"items": rows})
 
     plain = (await foresee([ROWS[0], [20, 2, [0, 0, 0, 0], 0, 0, 0, 1]])).json()
-    assert plain == {"autopilot": "ArduPilot", "changes": [], "count": 0, "quiet": 2}  # an open heading, a frame
+    assert plain == {"autopilot": "ArduPilot", "changes": [], "count": 0, "quiet": 2, "zones": []}  # an open heading
     reported = (await foresee([[16, 3, [2.5, 0, 0, 0], 470001000, 80001000, 30.0, 1]])).json()
     assert reported["changes"] == [
         {

@@ -12,13 +12,13 @@ from server.api.dependencies import AddressDep, HubDep
 from server.api.http.problem_docs import answers
 from server.api.operations.operation_requests import ACCEPTED, ASYNC, Prefer, answer, begin, flown_drone
 from server.domain.access import UnknownDrone
-from server.live.flight_commands.bodies import Disarm, FlightCommand, Follow, FollowMe, SetHome
+from server.live.flight_commands.bodies import Disarm, FlightCommand, Follow, FollowMe, Jump, SetHome, Start
 from server.live.flight_commands.follow_me import follow_me_order
 from server.live.flight_commands.following import CannotFollow, NoSuchLeader, follow_order
 from server.live.flight_commands.on_the_ground import NotOnTheGround, PropellersNotConfirmed, require_set_up
 from server.live.flight_commands.steps import order_of
 from server.live.flight_commands.vehicle import NoSuchItem, NoSuchMode, NotKnownHow, NotKnownYet, Vehicle
-from server.live.operations.permissions import refuse_commands
+from server.live.operations.permissions import refuse_commands, refuse_zones
 from server.live.operations.refusals import (
     AgentTooOld,
     Assisted,
@@ -31,8 +31,11 @@ from server.live.operations.refusals import (
     TooManyOperations,
     ViewTaken,
     WouldFall,
+    ZoneForbids,
 )
 from server.live.operations.views import OperationView
+from server.live.zones.check import zones_of_plan
+from wire.plans import PlanKind
 from wire.transactions import CommandWork
 
 router = APIRouter(
@@ -53,6 +56,7 @@ DronePath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
             NotInControl,
             Assisted,
             LoanForbids,
+            ZoneForbids,
             LossCheckOpen,
             WouldFall,
             MovesHome,
@@ -85,6 +89,9 @@ async def command_drone(
     sent = [step.work for step in order.steps if step.skip is None or not step.skip()]
     works = [work for work in sent if isinstance(work, CommandWork)]
     refuse_commands(drone, principal, works, falls=isinstance(body, Disarm) and body.force)
+    if isinstance(body, Start | Jump):
+        on_board = drone.onboard.plan(PlanKind.MISSION)[1].items() or ()
+        refuse_zones(drone, zones_of_plan(drone, PlanKind.MISSION, on_board))
     if isinstance(body, SetHome) and drone.airborne is not False and not body.while_flying:
         raise MovesHome(drone.record.name, known=drone.airborne is True)
     operation = begin(hub, principal, drone, order, address)

@@ -19,7 +19,9 @@ MAX_BODY_BYTES: Final = LIMITS.max_body_bytes
 WITHIN_S: Final = LIMITS.body_within_s
 SPREAD_S: Final = LIMITS.body_spread_s
 
-_PLANS: Final = re.compile(r"/api/v1/(drones/\d+/((mission|fence|rally)(/verify)?|parameters)|missions(/\d+)?)")
+_PLANS: Final = re.compile(
+    r"/api/v1/(drones/\d+/((mission|fence|rally)(/verify)?|parameters)|missions(/\d+)?|zones/shapes)"
+)
 _SIGN_IN: Final = frozenset(
     {"/api/v1/session", "/api/v1/session/passkey", "/api/v1/session/passkey/options", "/api/v1/enrol"}
 )

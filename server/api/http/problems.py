@@ -63,6 +63,7 @@ from server.live.operations.refusals import (
     UnknownOperation,
     ViewTaken,
     WouldFall,
+    ZoneForbids,
 )
 from server.live.parameters.metadata import NoMetadata
 from server.live.parameters.orders import ParametersUnknown
@@ -90,6 +91,8 @@ from server.live.teams.refusals import (
     UnknownInvitation,
     UnknownTeam,
 )
+from server.live.zones.imports import UnreadableFile
+from server.live.zones.zone import BadZone
 from server.runtime.tile_source import NoTileFile
 from server.store.accounts.passkey_sign_in import PasskeyRefused, PasswordNeeded, WrongPasskey
 from server.store.accounts.passkeys import PasskeyKnown, TooManyPasskeys, UnknownPasskey
@@ -114,6 +117,7 @@ from server.store.missions.library import (
     UnknownMission,
     VersionNeeded,
 )
+from server.store.zones.zones import TooManyZones, UnknownZone, ZoneChangedMeanwhile
 
 _log = structlog.get_logger(__name__)
 MEDIA_TYPE: Final = "application/problem+json"
@@ -215,6 +219,12 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     NotOnTheGround: Kind("not-on-the-ground", 409, "The drone is not on the ground"),
     PropellersNotConfirmed: Kind("propellers-not-confirmed", 409, "The propellers are not confirmed to be off"),
     MovesHome: Kind("moves-home", 409, "Home would move"),
+    ZoneForbids: Kind("zone", 409, "A zone is on the way"),
+    UnknownZone: Kind("unknown-zone", 404, "No such zone"),
+    TooManyZones: Kind("too-many-zones", 409, "Too many zones"),
+    ZoneChangedMeanwhile: Kind("changed-meanwhile", 412, "Changed meanwhile"),
+    BadZone: Kind(INVALID.slug, INVALID.status, INVALID.title, field="points"),
+    UnreadableFile: Kind(INVALID.slug, INVALID.status, INVALID.title, field="text"),
     LoanForbids: Kind("loan", 409, "Beyond the limits of the loan"),
     ViewTaken: Kind("view-taken", 403, "The view was taken"),
     OnlyWatches: Kind("only-watches", 403, "You may only watch"),

@@ -39,9 +39,11 @@ from server.live.operations.refusals import (
     OnlyWatches,
     TooManyOperations,
     ViewTaken,
+    ZoneForbids,
 )
 from server.live.operations.views import OperationView
 from server.live.relay.live_drone import LiveDrone
+from server.live.zones.check import zones_of_plan
 from wire.plans import PlanKind
 from wire.transactions import PlanDownloadWork
 
@@ -66,7 +68,7 @@ KindPath = Annotated[Literal["mission", "fence", "rally"], Path()]
 WhileFlying = Annotated[bool, Query(description="Allowed while the mission is flown; pauses it")]
 
 _BEGIN: Final = answers(OnlyWatches, DroneOffline, AgentTooOld, DroneBusy, TooManyOperations)
-_WRITE: Final = _BEGIN | ACCEPTED | answers(NotInControl, Assisted, LoanForbids)
+_WRITE: Final = _BEGIN | ACCEPTED | answers(NotInControl, Assisted, LoanForbids, ZoneForbids)
 _BODY: Final = answers(MalformedBody, BadPlan)
 _ITEMS: Final[dict[str, Any]] = {"items": ITEMS_SCHEMA}
 
@@ -176,9 +178,11 @@ async def verify_plan(
 async def foresee_plan(
     request: Request, principal: Viewer, hub: HubDep, drone_id: DronePath, kind: KindPath
 ) -> PlanKeptView:
-    """Lists what the drone's autopilot would not keep of this plan. Nothing is sent to the drone."""
+    """Lists what the drone's autopilot would not keep of this plan, and the zones on its way. Nothing is sent to the
+    drone."""
     items = plan_of((await read_body(request, PlanBody)).items)
-    return plan_kept(keeping_for(watched_drone(hub, principal, drone_id)), PlanKind(kind), items)
+    drone, what = watched_drone(hub, principal, drone_id), PlanKind(kind)
+    return plan_kept(keeping_for(drone), what, items, zones_of_plan(drone, what, items))
 
 
 def _being_read(hub: Hub, drone: LiveDrone, kind: PlanKind) -> Operation | None:

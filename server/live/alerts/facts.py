@@ -55,6 +55,14 @@ class Facts:
     """Which limit of the fence is broken; empty: none."""
     black_box_problem: str = ""
     """Why the drone's black box records nothing; empty: nothing is known against it."""
+    aircraft_near: str = ""
+    """Which aircraft comes near it, in words; empty: none."""
+    foreign_drone_near: str = ""
+    """Which drone of somebody else, by Remote ID."""
+    zone_near: str = ""
+    """Which zone it comes near, or which one that only warns it is in: the end of a sentence; empty: none."""
+    zone_breach: str = ""
+    """Which zone it is in that refuses it."""
     motion: str | None = None
     """`jump`, `speed`, `height`, `course`: it does not move as a machine can."""
 

@@ -52,6 +52,8 @@ def _add_telemetry(facts: Facts, drone: LiveDrone, now: float) -> None:
     facts.battery_percent, facts.battery_charge = telemetry.battery_percent, telemetry.battery_charge
     facts.gps_fix, facts.estimator_fault = telemetry.gps_fix, telemetry.estimator_fault
     facts.vibration_m_s2, facts.fence_breach = telemetry.vibration_m_s2, telemetry.fence_breach
+    facts.aircraft_near, facts.foreign_drone_near = drone.aircraft_near
+    facts.zone_near, facts.zone_breach = drone.zone_watch.situation
     facts.motion = drone.motion_check.why if drone.armed is not False else None
     if drone.heartbeat is not None:
         heart = payload(drone.heartbeat).ljust(_HEARTBEAT, b"\0")

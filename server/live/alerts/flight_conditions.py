@@ -83,6 +83,22 @@ def fence_breached(facts: Facts, is_open: bool) -> Finding:
     return f"{facts.name} broke {facts.fence_breach}." if facts.fence_breach else Not.SO
 
 
+def aircraft_near(facts: Facts, is_open: bool) -> Finding:
+    return _aircraft(facts, facts.aircraft_near)
+
+
+def foreign_drone_near(facts: Facts, is_open: bool) -> Finding:
+    return _aircraft(facts, facts.foreign_drone_near)
+
+
+def zone_breached(facts: Facts, is_open: bool) -> Finding:
+    return _zone(facts, facts.zone_breach)
+
+
+def zone_near(facts: Facts, is_open: bool) -> Finding:
+    return _zone(facts, facts.zone_near)
+
+
 def height_limit(facts: Facts, is_open: bool) -> Finding:
     if facts.height_limit_m is None:
         return Not.KNOWN if facts.silence else Not.SO
@@ -105,6 +121,18 @@ def suspicious_motion(facts: Facts, is_open: bool) -> Finding:
 
 def _is_on_bench(facts: Facts) -> bool:
     return facts.armed is False and not facts.airborne
+
+
+def _aircraft(facts: Facts, words: str) -> Finding:
+    if not facts.flies:
+        return _on_ground(facts)
+    return f"{facts.name}: {words}." if words else Not.SO
+
+
+def _zone(facts: Facts, words: str) -> Finding:
+    if not facts.flies:
+        return _on_ground(facts)
+    return f"{facts.name} {words}." if words else Not.SO
 
 
 def _on_ground(facts: Facts) -> Finding:

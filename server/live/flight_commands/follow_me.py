@@ -14,7 +14,7 @@ from server.live.flight_commands.bodies import FollowMe
 from server.live.flight_commands.following import STALE_S, CannotFollow, order_for, refuse_busy
 from server.live.flight_commands.vehicle import Vehicle
 from server.live.hub import Hub
-from server.live.operations.follow_feed import Following, motion_of, why_beyond
+from server.live.operations.follow_feed import Following, motion_of, why_beyond, why_in_zone
 from server.live.operations.operation import Order
 from server.live.operations.person import MIN_M, Fix, PersonTrack, sure_m
 from server.live.operations.refusals import LoanForbids
@@ -71,6 +71,9 @@ def follow_me_order(
     beyond = why_beyond(drone, person.motion(), following)
     if beyond is not None:
         raise LoanForbids(name, f"with limits: {beyond}")
+    in_zone = why_in_zone(drone, person.motion(), following)
+    if in_zone is not None:
+        raise CannotFollow(f"{name} cannot follow: {in_zone}")
     # The audit trail does not record where people were.
     about: dict[str, object] = {"command": FOLLOW_ME, "distance_m": request.distance_m, "leader_name": work.leader_name}
     order = order_for(vehicle, following, request.for_s, work=FOLLOW_ME, needs=FOLLOW_PERSON, about=about)

@@ -10,7 +10,7 @@ from server.live.flight_commands.bodies import Follow
 from server.live.flight_commands.steps import step_of
 from server.live.flight_commands.vehicle import NotKnownHow, Vehicle
 from server.live.hub import Hub
-from server.live.operations.follow_feed import Following, motion_of, why_beyond
+from server.live.operations.follow_feed import Following, motion_of, why_beyond, why_in_zone
 from server.live.operations.operation import Lane, Order, Step, WorkName
 from server.live.operations.refusals import DroneBusy, LoanForbids
 from server.live.relay.live_drone import LiveDrone
@@ -49,6 +49,9 @@ def follow_order(
     beyond = why_beyond(drone, motion_of(leader), following)
     if beyond is not None:
         raise LoanForbids(name, f"with limits: {beyond}")
+    in_zone = why_in_zone(drone, motion_of(leader), following)
+    if in_zone is not None:
+        raise CannotFollow(f"{name} cannot follow: {in_zone}")
 
     about: dict[str, object] = request.model_dump() | {"leader_name": leads}
     return order_for(vehicle, following, request.for_s, work=FOLLOW, needs=FOLLOW, about=about), following

@@ -30,6 +30,7 @@ from server.live.hub_events import (
     MotionSuspected,
     RttTooLong,
     SeparationLost,
+    ZoneReached,
 )
 from server.live.operations.observed_commands import CommandObserved
 from server.live.operations.operation import Operation
@@ -61,8 +62,8 @@ CLOCK_STEP_US: Final = 500_000
 """The time of day was set: what came before has times that do not fit."""
 
 _TOLD: Final = (live.Control, live.Hold, live.Turn, live.Rehearsal, live.Notice)
-_NOTICED: Final = (HolderExpired, HolderGone, LoanLimitPassed, MotionSuspected, RttTooLong, SeparationLost)
-_ALERTS: Final = (LoanLimitPassed, MotionSuspected, RttTooLong, SeparationLost)
+_NOTICED: Final = (HolderExpired, HolderGone, LoanLimitPassed, MotionSuspected, RttTooLong, SeparationLost, ZoneReached)
+_ALERTS: Final = (LoanLimitPassed, MotionSuspected, RttTooLong, SeparationLost, ZoneReached)
 _encoder: Final = msgspec.json.Encoder(enc_hook=str)
 """The details of an operation may hold anything: an entry of the index is not worth an error in its way."""
 

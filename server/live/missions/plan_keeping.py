@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from struct import Struct
-from typing import Annotated, Final, Literal
+from typing import Annotated, Final, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from server.live.flight_commands.vehicle import NotKnownYet
 from server.live.relay.live_drone import LiveDrone
+from server.live.zones.requests import ZoneHit
 from wire.frames import payload
 from wire.plan_fields import Effect, KeptFields
 from wire.plan_keeping import change_words, changes_ahead, keeping_of
@@ -34,6 +35,20 @@ class ChangeView(BaseModel):
     words: str
 
 
+class ZoneOnWayView(BaseModel):
+    """A zone that the plan would lead this drone into."""
+
+    model_config = ConfigDict(frozen=True)
+
+    item: Annotated[int, Field(description="From 0: the item whose way leads there")]
+    words: str
+    refuses: Annotated[bool, Field(description="The upload will be refused; otherwise the zone only warns")]
+
+    @classmethod
+    def of(cls, hit: ZoneHit) -> Self:
+        return cls(item=hit.item or 0, words=hit.words, refuses=hit.zone.binds)
+
+
 class PlanKeptView(BaseModel):
     """What the drone's autopilot makes of a plan."""
 
@@ -43,6 +58,7 @@ class PlanKeptView(BaseModel):
     changes: Annotated[list[ChangeView], Field(description=f"To be known before an upload; the first {MAX_LISTED}")]
     count: Annotated[int, Field(description="Total number of these")]
     quiet: Annotated[int, Field(description="Number of values that change without effect on the flight")]
+    zones: Annotated[list[ZoneOnWayView], Field(description="At most one for each item")]
 
 
 def keeping_for(drone: LiveDrone) -> KeptFields:
@@ -54,7 +70,9 @@ def keeping_for(drone: LiveDrone) -> KeptFields:
     return keeping_of(autopilot, vehicle_type, drone.firmware)
 
 
-def plan_kept(keeping: KeptFields, kind: PlanKind, items: Sequence[PlanItem]) -> PlanKeptView:
+def plan_kept(
+    keeping: KeptFields, kind: PlanKind, items: Sequence[PlanItem], zones: Sequence[ZoneHit] = ()
+) -> PlanKeptView:
     """The changes to report before an upload."""
     changes = changes_ahead(keeping, kind, items)
     relevant = [one for one in changes if one.effect > Effect.QUIET]
@@ -69,4 +87,10 @@ def plan_kept(keeping: KeptFields, kind: PlanKind, items: Sequence[PlanItem]) ->
         )
         for one in relevant[:MAX_LISTED]
     ]
-    return PlanKeptView(autopilot=keeping.name, changes=views, count=len(relevant), quiet=len(changes) - len(relevant))
+    return PlanKeptView(
+        autopilot=keeping.name,
+        changes=views,
+        count=len(relevant),
+        quiet=len(changes) - len(relevant),
+        zones=[ZoneOnWayView.of(hit) for hit in zones],
+    )

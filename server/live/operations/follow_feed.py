@@ -4,12 +4,14 @@ hub.
 Rules, each tested:
 
 - A follower's agent gets its leader's newest position and age five times a second.
-- The requester must be allowed to see the leader throughout, and the position must be within the limits of a loan.
+- The requester must be allowed to see the leader throughout, and the position must be within the limits of a loan and
+  in no zone that refuses the drone.
 - No drone follows a follower, and two followers of one leader keep apart.
 - A drone that follows a person holds when the browser that reports their position is gone.
 """
 
 from dataclasses import dataclass
+from math import cos, radians
 from typing import Final
 
 from server.domain.people import Principal
@@ -20,6 +22,8 @@ from server.live.operations.service import OperationService
 from server.live.relay.live_drone import LiveDrone
 from server.live.relay.live_state import LiveState
 from server.live.separation.motion import METRES_PER_DEGREE, Motion, motion_in
+from server.live.zones.check import zone_at
+from server.live.zones.track import Spot
 from wire.following import FollowWork, LeaderPosition, is_apart
 from wire.ids import DroneId, UserId
 from wire.lateness import stamp_ms
@@ -113,7 +117,7 @@ class FollowFeed:
         person = following.person
         unseen = why_not_seen(leader, following) if person is None else None
         motion = _motion(leader) if person is None else person.motion()
-        why = unseen or why_beyond(drone, motion, following)
+        why = unseen or why_beyond(drone, motion, following) or why_in_zone(drone, motion, following)
         if why is not None:
             self._stop(operation, following, why)
         elif motion is not None and drone.link is not None and isinstance(operation.step.work, FollowWork):
@@ -178,3 +182,20 @@ def why_beyond(drone: LiveDrone, motion: Motion | None, following: Following) ->
     if limits.radius_m is not None and reach_m > limits.radius_m:
         return f"the place is further from home than the {limits.radius_m:.0f} m of the loan"
     return None
+
+
+def why_in_zone(drone: LiveDrone, motion: Motion | None, following: Following) -> str | None:
+    """Which zone the place would be in where the drone would be now, or None."""
+    if not drone.zones or motion is None:
+        return None
+    work = following.work
+    east_m_per_degree = METRES_PER_DEGREE * max(0.01, cos(radians(motion.lat_deg)))
+    above_sea_m = motion.alt_amsl_m + work.up_m
+    spot = Spot(
+        motion.lat_deg + work.north_m / METRES_PER_DEGREE,
+        motion.lon_deg + work.east_m / east_m_per_degree,
+        None if drone.home is None else above_sea_m - drone.home.alt_amsl_m,
+        above_sea_m,
+    )
+    hit = zone_at(drone, spot)
+    return None if hit is None else f"the way there {hit.words}"

@@ -15,10 +15,13 @@ from server.live.operations.refusals import (
     NotThroughTheTower,
     ViewTaken,
     WouldFall,
+    ZoneForbids,
 )
 from server.live.relay.live_drone import LiveDrone
 from server.live.relay.loan_check import barred_by_loan
 from server.live.relay.policy import command_in, ends_the_flight, refusal_of
+from server.live.zones.check import warn, zones_of_frame, zones_of_plan
+from server.live.zones.requests import ZoneHit
 from wire.dialect import build, mavlink
 from wire.drops import DropReason
 from wire.plans import PlanItem, PlanKind, item_message
@@ -62,7 +65,9 @@ def refuse_frame(
 
 
 def refuse_plan(drone: LiveDrone, viewer: Principal, kind: PlanKind, items: Sequence[PlanItem]) -> None:
-    """Raises LoanForbids about the first item that leads beyond the limits of a loan."""
+    """Raises LoanForbids about the first item that leads beyond the limits of a loan, and ZoneForbids about the first
+    one on whose way a zone is."""
+    refuse_zones(drone, zones_of_plan(drone, kind, items))
     limits = drone.limits_of(viewer.user_id, viewer.role)
     if limits is None or not limits.any:
         return
@@ -73,10 +78,20 @@ def refuse_plan(drone: LiveDrone, viewer: Principal, kind: PlanKind, items: Sequ
         refuse_frame(drone, viewer, _frame(message), item=number)
 
 
+def refuse_zones(drone: LiveDrone, hits: Sequence[ZoneHit]) -> None:
+    """Raises ZoneForbids for the first zone that refuses. People are told of those that only warn."""
+    for hit in hits:
+        if hit.zone.binds:
+            raise ZoneForbids(drone.record.name, hit.words, item=hit.item)
+    warn(drone, hits)
+
+
 def refuse_commands(drone: LiveDrone, viewer: Principal, works: Iterable[CommandWork], *, falls: bool = False) -> None:
-    """Raises what the frame policy decides about the first refused frame."""
+    """Raises what the frame policy decides about the first refused frame, and ZoneForbids."""
     for work in works:
-        refuse_frame(drone, viewer, _frame(message_of(work)), falls=falls)
+        frame = _frame(message_of(work))
+        refuse_frame(drone, viewer, frame, falls=falls)
+        refuse_zones(drone, zones_of_frame(drone, frame, command_in(frame)))
 
 
 def message_of(work: CommandWork) -> Any:

@@ -87,6 +87,15 @@ class ViewTaken(Refusal):
         super().__init__(f"an admin has taken the view of {name} with its controls")
 
 
+class ZoneForbids(Refusal):
+    """`item`: the one of the plan, from 0, whose way leads into a zone."""
+
+    def __init__(self, name: str, words: str, *, item: int | None = None) -> None:
+        which = f"the way of {name} " if item is None else f"item {item + 1}: the way of {name} there "
+        super().__init__(f"{which}{words}")
+        self.item = item
+
+
 class LoanForbids(Refusal):
     """`item`: the one of the plan, from 0, that leads beyond what is lent."""
 

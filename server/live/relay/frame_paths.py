@@ -3,6 +3,8 @@
 from typing import Final
 
 from server.domain.people import UserRef
+from server.live.aircraft.decode import ADSB_VEHICLE
+from server.live.aircraft.decode import READ as AIRCRAFT
 from server.live.alerts.kept_telemetry import KEPT, STATUSTEXT
 from server.live.flights.recorder import FlightRecorder
 from server.live.hub_events import TurnRequested
@@ -14,6 +16,7 @@ from server.live.relay.live_drone import LiveDrone
 from server.live.relay.live_state import LiveState
 from server.live.relay.loan_check import barred_by_loan
 from server.live.relay.loan_limits import home_in
+from server.live.relay.loan_tables import MOTION
 from server.live.relay.policy import (
     CommandSeen,
     Kind,
@@ -27,6 +30,7 @@ from server.live.relay.policy import (
 )
 from server.live.relay.refusals import denied_command
 from server.live.relay.viewport import POSITION
+from server.live.zones.check import warn, zones_of_frame
 from wire.content import Frames
 from wire.dialect import mavlink
 from wire.drops import Dropped, DropReason
@@ -46,6 +50,14 @@ class RefusedByLoan(Dropped):
 
     def __init__(self, words: str) -> None:
         super().__init__(DropReason.LOAN)
+        self.words = words
+
+
+class RefusedByZone(Dropped):
+    """`words`: which zone."""
+
+    def __init__(self, words: str) -> None:
+        super().__init__(DropReason.ZONE)
         self.words = words
 
 
@@ -84,6 +96,8 @@ class FramePaths:
                     self._state.drops[DropReason.NOT_ALLOWED] += 1
                     has_secret = True
                     continue
+                if kind in AIRCRAFT:
+                    self._state.aircraft_frames.append((drone_id, frame, now))
                 if is_asked and kind in ANSWERS:
                     self._observed.heard(drone_id, frame)
                 if kind == STATUSTEXT and drone.armed:  # checks before arming are for the drone's own page
@@ -98,6 +112,8 @@ class FramePaths:
                 drone.home, drone.has_reported_home = home_in(frame), True
             elif msgid == _HEARTBEAT and key[1] == _AUTOPILOT:
                 drone.heartbeat, drone.heartbeat_at = frame, now
+            elif msgid == ADSB_VEHICLE:
+                self._state.aircraft_frames.append((drone_id, frame, now))
             elif msgid in KEPT and key[1] == _AUTOPILOT:
                 drone.telemetry.newest[msgid, key[3]] = frame
         for browser in watchers:
@@ -125,7 +141,7 @@ class FramePaths:
             try:
                 self._frame_down(browser, drone_id, frame, late_s, now)
             except Dropped as dropped:
-                words = dropped.words if isinstance(dropped, RefusedByLoan) else ""
+                words = dropped.words if isinstance(dropped, RefusedByLoan | RefusedByZone) else ""
                 self._state.refuse(browser, dropped.reason, drone_id, now, words)
                 if dropped.reason is not DropReason.FLOOD:  # which must not become a flood of answers
                     self._answer(browser, drone_id, frame, dropped.reason)
@@ -149,6 +165,8 @@ class FramePaths:
         barred = barred_by_loan(drone, browser.viewer, frame, command)
         if barred is not None:
             raise RefusedByLoan(barred)
+        if drone.zones:
+            self._check_zones(drone, frame, command)
         kind = kind_of(frame)
         safety = drone.safety
         if late_s > (safety.sticks_late_s if kind is Kind.STICKS else safety.commands_late_s):
@@ -174,10 +192,20 @@ class FramePaths:
         drone.commanded += changes_the_flight(frame, command)
         if not reads_only:
             self._observe(browser, drone_id, frame, kind, now)
+        if message_id(frame) in MOTION:
+            drone.zone_watch.setpoints_at = now
         if kind is Kind.STICKS:
             drone.sticks_at = self._state.sticks_at = now
             drone.sticks_from = browser.number
             self._flights.sticks(drone, user_id, browser.viewer.name, now)
+
+    @staticmethod
+    def _check_zones(drone: LiveDrone, frame: bytes, command: CommandSeen | None) -> None:
+        hits = zones_of_frame(drone, frame, command)
+        refused = next((hit for hit in hits if hit.zone.binds), None)
+        if refused is not None:
+            raise RefusedByZone(f"{refused.words}.")
+        warn(drone, hits)
 
     def _observe(self, browser: Browser, drone_id: DroneId, frame: bytes, kind: Kind, now: float) -> None:
         """For the audit trail, after the frame was sent."""

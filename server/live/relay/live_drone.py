@@ -8,6 +8,7 @@ from typing import Final, NamedTuple
 from server.domain.fleet import DroneRecord
 from server.domain.people import Principal, Role, UserRef
 from server.domain.relations import Relation, Right, TeamRole, may, relation_of
+from server.live.aircraft.near import NOTHING, Near
 from server.live.alerts.kept_telemetry import KeptTelemetry
 from server.live.fleet.views import DroneView, IdentityView, LoanView, TeamRefView, UserRefView
 from server.live.flights.tape import Tape
@@ -29,6 +30,8 @@ from server.live.relay.policy import Authorization
 from server.live.relay.rtt_meter import TooLong
 from server.live.separation.plausible import MotionCheck
 from server.live.towers.place import Place
+from server.live.zones.index import NO_ZONES, ZoneIndex
+from server.live.zones.watch import ZoneWatch
 from wire.control_messages import LossParameters, SafetySettings, StreamSettings, StreamState
 from wire.firmware import firmware_words, release_of
 from wire.ids import DroneId, Epoch, UserId
@@ -136,11 +139,13 @@ class LiveDrone:
     position_frame: bytes | None = None
     """The newest GLOBAL_POSITION_INT, as it came."""
     position_at: float = NEVER
-    """When it came."""
     home: Home | None = None
     """From HOME_POSITION; before that, the position before arming."""
     has_reported_home: bool = False
     limit_watch: LimitWatch = field(default_factory=LimitWatch)
+    aircraft_near: Near = NOTHING
+    zones: ZoneIndex = NO_ZONES
+    zone_watch: ZoneWatch = field(default_factory=ZoneWatch)
     commanded: int = 0
     """Counts holds and flight commands. A command of several steps ends when it changes."""
     orders: dict[int, str] = field(default_factory=dict)

@@ -5,12 +5,14 @@ from typing import Annotated, Any, Final, Literal, Self
 import msgspec
 
 from server.domain.people import UserRef
+from server.live.aircraft.messages import AircraftHeard
 from server.live.alerts.views import AlertView
 from server.live.fleet.views import DroneView
 from server.live.operations.onboard_views import OnboardPlanView
 from server.live.operations.operation import Operation
 from server.live.operations.views import OperationView
 from server.live.recordings.views import RecordingView
+from server.live.zones.messages import ZonesChanged
 from wire.control_messages import UNREADABLE
 from wire.link_quality import Quality
 
@@ -321,6 +323,8 @@ ToBrowser = (
     | LossCheckChanged
     | Links
     | Notice
+    | ZonesChanged
+    | AircraftHeard
     | Lost
     | Separation
     | AlertChanged

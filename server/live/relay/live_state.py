@@ -3,9 +3,11 @@
 Nothing here decides anything. Every method is plain and returns at once.
 """
 
+from collections import deque
 from collections.abc import Callable, Iterable
 from collections.abc import Set as AbstractSet
 from datetime import datetime
+from typing import Final
 
 from msgspec import Raw
 from msgspec.structs import replace
@@ -25,6 +27,8 @@ from wire.frames import payload
 from wire.ids import DroneId, LinkId, UserId
 from wire.open_holds import LostAction
 
+MAX_AIRCRAFT_FRAMES: Final = 500
+
 
 class LiveState:
     """The dictionaries of the hub."""
@@ -37,6 +41,8 @@ class LiveState:
         self.browsers: dict[int, Browser] = {}
         self.drops: DropCounts = DropCounts()
         self.traffic = Traffic()
+        self.aircraft_frames: deque[tuple[DroneId, bytes, float]] = deque(maxlen=MAX_AIRCRAFT_FRAMES)
+        """What receivers on board heard and nobody has read yet; a flood loses the oldest."""
         self.sticks_at = float("-inf")
         """When the last stick frame of any user was forwarded."""
         self.place_of: Callable[[DroneId], Place] = lambda drone_id: Place.HERE

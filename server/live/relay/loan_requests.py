@@ -52,6 +52,7 @@ _HERE_E7: Final = 2**31 - 1
 _POSITION_ONLY: Final = 0b1_1111_1000
 """Type mask: ignores velocities and accelerations, uses the position."""
 _MASK_BITS: Final = 0b1_1111_1111
+_GUIDED: Final = (_M.MAV_CMD_DO_REPOSITION, _M.MAV_CMD_DO_ORBIT)
 _SET_TARGET: Final = Struct("<IiifffffffffHBBB")
 _IN_INT: Final = Struct("<ffffiifHHBBB")  # MISSION_ITEM_INT: seq, command; COMMAND_INT has the command first
 _IN_LONG: Final = Struct("<fffffff")
@@ -64,7 +65,7 @@ _MISSION_TYPE_AT: Final[Mapping[int, int]] = {
 
 
 @dataclass(frozen=True)
-class _Target:
+class Target:
     """A place, in degrees and metres; None: where it is. `frames`: all the ways in which it may be read."""
 
     lat_deg: float | None
@@ -167,13 +168,13 @@ def _bar_in_space(
 ) -> LoanBlock | None:
     if message_id(frame) in MOTION and message_id(frame) != _M.MAVLINK_MSG_ID_SET_POSITION_TARGET_GLOBAL_INT:
         return LoanBlock.UNJUDGED
-    found = _target_in(frame, command, family=family)
+    found = target_in(frame, command, family=family)
     if found is None or isinstance(found, LoanBlock):
         return found
     return _too_high(found, limits, home) or _too_far(found, limits, home)
 
 
-def _too_high(target: _Target, limits: Limits, home: Home | None) -> LoanBlock | None:
+def _too_high(target: Target, limits: Limits, home: Home | None) -> LoanBlock | None:
     if limits.max_height_m is None or target.alt_m is None:
         return None
     for frame in target.frames:
@@ -188,7 +189,7 @@ def _too_high(target: _Target, limits: Limits, home: Home | None) -> LoanBlock |
     return None
 
 
-def _too_far(target: _Target, limits: Limits, home: Home | None) -> LoanBlock | None:
+def _too_far(target: Target, limits: Limits, home: Home | None) -> LoanBlock | None:
     if limits.radius_m is None:
         return None
     if target.lat_deg is None or target.lon_deg is None:
@@ -200,15 +201,16 @@ def _too_far(target: _Target, limits: Limits, home: Home | None) -> LoanBlock | 
     return LoanBlock.RADIUS if reach_m > limits.radius_m else None
 
 
-def _target_in(
+def target_in(
     frame: bytes, command: CommandSeen | None, *, family: AutopilotFamily | None
-) -> _Target | LoanBlock | None:
+) -> Target | LoanBlock | None:
+    """Where the frame leads; None: to no place; a LoanBlock: that cannot be said."""
     msgid, body = message_id(frame), payload(frame)
     if msgid == _M.MAVLINK_MSG_ID_SET_POSITION_TARGET_GLOBAL_INT:
         fields = _SET_TARGET.unpack(body.ljust(_SET_TARGET.size, b"\0")[: _SET_TARGET.size])
         if fields[12] & _MASK_BITS != _POSITION_ONLY:
             return LoanBlock.UNJUDGED  # a velocity leads anywhere
-        return _Target(fields[1] / 1e7, fields[2] / 1e7, _or_here(fields[3]), (fields[15],))
+        return Target(fields[1] / 1e7, fields[2] / 1e7, _or_here(fields[3]), (fields[15],))
     if msgid == _M.MAVLINK_MSG_ID_MISSION_ITEM_INT:
         fields = _IN_INT.unpack_from(body.ljust(_IN_INT.size, b"\0"))
         if fields[8] not in ITEMS_AT_A_PLACE:
@@ -218,8 +220,8 @@ def _target_in(
         return None
     if command.command == _M.MAV_CMD_DO_CHANGE_ALTITUDE:
         frame_number = int(command.param2) if isfinite(command.param2) else -1
-        return _Target(None, None, _or_here(command.param1), _readings(frame_number, family))
-    if command.command not in AT_A_PLACE and command.command != _M.MAV_CMD_DO_REPOSITION:
+        return Target(None, None, _or_here(command.param1), _readings(frame_number, family))
+    if command.command not in AT_A_PLACE and command.command not in _GUIDED:
         return None
     if msgid == _M.MAVLINK_MSG_ID_COMMAND_INT:
         fields = _IN_INT.unpack_from(body.ljust(_IN_INT.size, b"\0"))
@@ -231,16 +233,16 @@ def _target_in(
     own = 0 if above_sea or command.command == _M.MAV_CMD_DO_REPOSITION else 3
     readings = (own,) if above_sea else _readings(own, family)
     circle_m = _circle(values, command.command)
-    return _Target(None if here else lat, None if here else lon, _or_here(values[6]), readings, circle_m)
+    return Target(None if here else lat, None if here else lon, _or_here(values[6]), readings, circle_m)
 
 
 def _from_int(
     fields: tuple[float, ...], number: int, frames: tuple[int, ...], *, family: AutopilotFamily | None
-) -> _Target:
+) -> Target:
     lat, lon = fields[4], fields[5]
     here = _HERE_E7 in (lat, lon) or _zero_is_here(lat, lon, number, family)
     circle_m = _circle(fields, number)
-    return _Target(None if here else lat / 1e7, None if here else lon / 1e7, _or_here(fields[6]), frames, circle_m)
+    return Target(None if here else lat / 1e7, None if here else lon / 1e7, _or_here(fields[6]), frames, circle_m)
 
 
 def _readings(frame: int, family: AutopilotFamily | None) -> tuple[int, ...]:

@@ -104,5 +104,6 @@ CIRCLE_IN: Final[Mapping[int, int]] = {
     _M.MAV_CMD_NAV_LOITER_TIME: 2,
     _M.MAV_CMD_NAV_LOITER_TO_ALT: 1,
     _M.MAV_CMD_DO_REPOSITION: 2,
+    _M.MAV_CMD_DO_ORBIT: 0,
 }
 """Which parameter, from 0, is the radius of a circle around the place."""

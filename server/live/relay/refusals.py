@@ -31,6 +31,7 @@ _TEXTS: Final[dict[DropReason, Callable[[str], str]]] = {
     ),
     DropReason.LOSS_CHECK: lambda name: f"Read and acknowledge what a loss would do to {name} before arming it.",
     DropReason.LOAN: lambda name: f"{name} is lent to you ",  # the limit follows
+    DropReason.ZONE: lambda name: f"Nothing was sent to {name}: its way ",  # the zone follows
     DropReason.FLOOD: lambda name: (
         f"This was more than you may send{f' to {name}' if name else ''} at once. The rest of it was not sent."
     ),

@@ -35,6 +35,7 @@ from server.live.hub_events import (
     RttTooLong,
     SeparationLost,
     TurnRequested,
+    ZoneReached,
 )
 from server.store.audit.trail import TOWER, Actor, record
 from server.store.control.lease_store import MOVED
@@ -107,7 +108,7 @@ class HubEventHandler:
                     return
             case HolderGone():
                 self._hub.holds.order(event.drone_id, f"the holder has been gone for {event.for_s:.0f} s")
-            case LoanLimitPassed():
+            case LoanLimitPassed() | ZoneReached():
                 self._hub.holds.order(event.drone_id, event.why)
             case RttTooLong():
                 self._hub.holds.order(event.drone_id, f"the round trip takes {event.rtt_ms:.0f} ms")
@@ -192,6 +193,9 @@ class HubEventHandler:
                 await change(event.drone_id, Event.OFFER_LAPSED, reason=reason, now=now)
             case LoanLimitPassed():
                 await self._record(event.drone_id, "control.loan_limit", {"user_id": event.user_id, "why": event.why})
+            case ZoneReached():
+                about = {"user_id": event.user_id, "zone_id": event.zone_id, "zone": event.zone, "why": event.why}
+                await self._record(event.drone_id, "control.zone", about)
             case SeparationLost():
                 near = {"other_id": event.other_id, "in_s": round(event.in_s, 1)}
                 metres = {"horizontal_m": round(event.horizontal_m, 1), "vertical_m": round(event.vertical_m, 1)}

@@ -59,8 +59,8 @@ def test_a_burst_is_cut_to_what_the_tower_takes() -> None:
 
 def test_only_this_drones_frames_come_down() -> None:
     bridge = Bridge(KESTREL)
-    assert bridge.from_tower(tag(MERLIN, LIST) + tag(KESTREL, STICKS) + tag(KESTREL, LIST)) == [STICKS, LIST]
-    assert bridge.from_tower(b"\0\0nonsense") == []
+    assert bridge.from_tower(tag(MERLIN, LIST) + tag(KESTREL, STICKS) + tag(KESTREL, LIST), 0.0) == [STICKS, LIST]
+    assert bridge.from_tower(b"\0\0nonsense", 0.0) == []
     assert bridge.skipped_bytes == 10
 
 
@@ -91,4 +91,34 @@ def test_nothing_that_comes_from_either_side_raises(data: bytes) -> None:
     bridge = Bridge(KESTREL)
     for part in upward(bridge.from_program("any", data, 0.0)):
         assert part[1] in data
-    bridge.from_tower(data)
+    bridge.from_tower(data, 0.0)
+
+
+def position(up_m: float = 30.0, east_m_s: float = 12.0) -> bytes:
+    values = (0, 470000000, 80000000, 530_000, round(up_m * 1000), 0, round(east_m_s * 100), 0, 0)
+    return frame(mavlink.MAVLink_global_position_int_message(*values), system_id=7)
+
+
+def adsb_in(frames: list[bytes]) -> list[object]:
+    parser = mavlink.MAVLink(None)
+    messages = [message for one in frames for message in parser.parse_buffer(bytearray(one)) or ()]
+    return [one for one in messages if one.get_type() == "ADSB_VEHICLE"]
+
+
+def test_the_rest_of_the_squad_is_traffic_once_a_second() -> None:
+    bridge = Bridge(KESTREL)
+    own = tag(KESTREL, position())
+    assert adsb_in(bridge.from_tower(tag(MERLIN, position()), 0.0)) == [], "its own system is not known yet"
+    [told] = adsb_in(bridge.from_tower(own + tag(MERLIN, position()), 0.1))
+    assert (told.lat, told.altitude, told.hor_velocity, told.heading) == (470000000, 530_000, 1200, 9000)  # type: ignore[attr-defined]
+    assert (told.callsign, told.get_srcSystem(), told.emitter_type) == ("TWR4", 7, 14)  # type: ignore[attr-defined]
+    assert adsb_in(bridge.from_tower(tag(MERLIN, position()), 0.9)) == []
+    assert len(adsb_in(bridge.from_tower(tag(MERLIN, position()), 1.2))) == 1
+    assert adsb_in(bridge.from_tower(tag(MERLIN, position(up_m=0.5)), 3.0)) == [], "on the ground"
+
+
+def test_a_large_squad_is_bounded_traffic() -> None:
+    bridge = Bridge(KESTREL)
+    bridge.from_tower(tag(KESTREL, position()), 0.0)
+    many = [adsb_in(bridge.from_tower(tag(DroneId(100 + one), position()), 0.5)) for one in range(80)]
+    assert sum(len(one) for one in many) == 50

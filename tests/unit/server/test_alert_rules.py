@@ -44,6 +44,26 @@ SCENES: dict[str, tuple[Facts, Facts, str]] = {
         replace(FLYING, fence_breach=""),
         "Merlin broke its boundary",
     ),
+    "aircraft-near": (
+        replace(FLYING, aircraft_near="an aircraft (HELI1) comes near: 800 m to the east, at the same height"),
+        FLYING,
+        "Merlin: an aircraft (HELI1) comes near",
+    ),
+    "foreign-drone-near": (
+        replace(FLYING, foreign_drone_near="a drone of somebody else comes near: 40 m to the east, 10 m lower"),
+        FLYING,
+        "Merlin: a drone of somebody else comes near",
+    ),
+    "zone-breached": (
+        replace(FLYING, zone_breach="is in the no-fly zone Airport"),
+        FLYING,
+        "Merlin is in the no-fly zone Airport.",
+    ),
+    "zone-near": (
+        replace(FLYING, zone_near="reaches the no-fly zone Airport in about 10 s, 80 m ahead"),
+        FLYING,
+        "Merlin reaches the no-fly zone Airport in about 10 s",
+    ),
     "estimator": (
         replace(FLYING, estimator_fault="bad compass"),
         replace(FLYING, estimator_fault=""),

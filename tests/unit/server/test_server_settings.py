@@ -46,6 +46,9 @@ def test_the_database_url_gets_its_driver(given: str, used: str) -> None:
     ("variable", "value"),
     [
         ("TOWER_PORT", "http"),
+        ("TOWER_TRAFFIC_FEED", "aircraft.json"),
+        ("TOWER_TRAFFIC_FEED", "https://127.0.0.1/aircraft.json"),
+        ("TOWER_TRAFFIC_FEED", "http://user@127.0.0.1/"),
         ("TOWER_PORT", "65536"),
         ("TOWER_PORT", "-1"),
         ("TOWER_UDP_PORT", "1.5"),

@@ -27,6 +27,7 @@ import { mayGoLive } from './signed_in';
 import { Separations } from './separation';
 import { Squad } from './squad';
 import { Store } from './store';
+import { Surroundings } from './surroundings';
 import { splitTagged } from './tagged_frames';
 import { Vehicle } from './vehicle';
 import type { ControlEvent, Drone, HoldEvent, NoticeEvent, TowerEvent, User } from './wire_types';
@@ -58,6 +59,7 @@ export class Tower {
   readonly journal = new Journal();
   readonly alerts: Alerts;
   readonly separations = new Separations();
+  readonly around: Surroundings;
   readonly lostControls = new LostControlsLog();
   readonly assist: AssistTurns;
   readonly lossChecks: LossChecks;
@@ -77,6 +79,7 @@ export class Tower {
     this.clock = options.clock ?? realClock;
     this.rest = options.rest ?? new Rest();
     this.alerts = new Alerts(this.clock, this.rest);
+    this.around = new Surroundings(this.rest, this.user);
     this.operations = new Operations(this.rest);
     this.parameterTables = new ParameterTables(this.rest, this.operations);
     this.recordings = new Recordings(this.clock, this.rest);
@@ -192,6 +195,7 @@ export class Tower {
   }
 
   #onEvent(event: TowerEvent): void {
+    this.around.take(event);
     switch (event.type) {
       case 'welcome':
         this.user.update((known) => (known?.id === event.user.id ? { ...known, ...event.user } : event.user));

@@ -134,6 +134,33 @@ export interface NoticeEvent {
 }
 
 /** Two drones come near each other, or no longer do (docs/separation.md). */
+/** An aircraft that is none of the tower's. */
+export interface Aircraft {
+  readonly key: string;
+  readonly manned: boolean;
+  readonly name: string;
+  readonly lat: number;
+  readonly lon: number;
+  readonly alt_amsl_m: number | null;
+  readonly course_deg: number | null;
+  readonly speed_m_s: number | null;
+  readonly climb_m_s: number;
+  readonly squawk: number | null;
+  readonly on_ground: boolean;
+  readonly age_s: number;
+}
+
+/** All aircraft near one's drones. */
+export interface AircraftEvent {
+  readonly type: 'aircraft';
+  readonly aircraft: readonly Aircraft[];
+}
+
+/** Zones have changed: they are to be read again. */
+export interface ZonesEvent {
+  readonly type: 'zones';
+}
+
 export interface SeparationEvent {
   readonly type: 'separation';
   /** Constant from the first report to `clear`. */
@@ -187,7 +214,9 @@ export type TowerEvent =
   | RecordingEvent
   | RehearsalEvent
   | SeparationEvent
-  | TurnEvent;
+  | TurnEvent
+  | ZonesEvent
+  | AircraftEvent;
 
 const KNOWN_TYPES: ReadonlySet<string> = new Set<TowerEvent['type']>([
   'welcome',
@@ -210,6 +239,8 @@ const KNOWN_TYPES: ReadonlySet<string> = new Set<TowerEvent['type']>([
   'rehearsal',
   'separation',
   'turn',
+  'zones',
+  'aircraft',
 ]);
 
 /** Null for anything unknown: the protocol lets the tower send more than this console understands. */

@@ -19,6 +19,8 @@ import { tileLayers, tileSources } from './tile_layers';
 import { MISSING_TILE } from './tile_source';
 
 export { readLayers } from './tile_source';
+export { drawAircraft } from './aircraft_overlay';
+export { drawZones } from './zones_overlay';
 
 setWorkerUrl(new URL(workerUrl, import.meta.url).href);
 

@@ -21,6 +21,7 @@ import {
   parametersHref,
   setupHref,
   videosHref,
+  zonesHref,
 } from '../route.svelte';
 import { takeUp } from '../take_up';
 import { tower } from '../tower.svelte';
@@ -106,6 +107,7 @@ export function consoleEntries(user: User): SearchEntry[] {
     entry('page', 'Monitor', 'map and list of the squad', go(monitorHref)),
     entry('page', 'Missions', 'plan, check, upload', go(missionsHref())),
     entry('page', 'Flights', 'recorded, to download', go(flightsHref)),
+    entry('page', 'Zones', 'where drones may not be', go(zonesHref)),
     entry('page', 'Videos', 'of all drones', go(videosHref())),
     ...sections('Account', ACCOUNT, accountHref),
     ...(user.role === 'admin' ? sections('Admin', ADMIN, adminHref) : []),

@@ -137,6 +137,15 @@ export const HELP: Record<Route['page'], PageHelp> = {
     ],
     keys: REPLAY_KEYS,
   },
+  zones: {
+    title: 'Zones',
+    sentences: [
+      'Where drones may not be, not above a height, or only. Every map shows them.',
+      'Admins draw zones for the tower, admins of a team for its drones: on the map, or from a GeoJSON or KML file.',
+      'A zone refuses plans and go-tos into it, and holds a drone that is flown by hand at it; or it only warns.',
+    ],
+    keys: [],
+  },
   account: {
     title: 'Your account',
     sentences: [

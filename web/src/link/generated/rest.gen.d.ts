@@ -1585,6 +1585,54 @@ export interface paths {
         readonly patch?: never;
         readonly trace?: never;
     };
+    readonly "/zones": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["list_zones"];
+        readonly put?: never;
+        readonly post: operations["create_zone"];
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/zones/{zone_id}": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put: operations["replace_zone"];
+        readonly post?: never;
+        readonly delete: operations["delete_zone"];
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/zones/shapes": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put?: never;
+        readonly post: operations["read_zone_file"];
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
 }
 export type webhooks = Record<string, never>;
 export interface components {
@@ -1729,6 +1777,39 @@ export interface components {
              */
             readonly command: "calibration_pose";
             readonly pose: number;
+        };
+        readonly ChangedZone: {
+            readonly ceiling_m?: number | null;
+            readonly floor_m?: number | null;
+            /**
+             * @default home
+             * @enum {string}
+             */
+            readonly height_above?: "home" | "sea";
+            /** @enum {string} */
+            readonly kind: "no-fly" | "height-limit" | "corridor";
+            /** @description 1 to 64 printable characters */
+            readonly name: string;
+            /** @description Latitude, longitude */
+            readonly points: readonly (readonly [
+                number,
+                number
+            ])[];
+            /** @default  */
+            readonly reason?: string;
+            /**
+             * @default refuse
+             * @enum {string}
+             */
+            readonly rule?: "refuse" | "warn";
+            /** @description Omitted: for the whole tower */
+            readonly team_id?: number | null;
+            readonly valid_from?: string | null;
+            readonly valid_until?: string | null;
+            /** @description The version to replace */
+            readonly version: number;
+            /** @description Of a line; omitted: an area */
+            readonly width_m?: number | null;
         };
         readonly ChangeMode: {
             /**
@@ -2797,6 +2878,8 @@ export interface components {
             readonly count: number;
             /** @description Number of values that change without effect on the flight */
             readonly quiet: number;
+            /** @description At most one for each item */
+            readonly zones: readonly components["schemas"]["ZoneOnWayView"][];
         };
         /**
          * @description What the items are for.
@@ -3157,6 +3240,22 @@ export interface components {
          * @enum {string}
          */
         readonly Severity: "critical" | "warning" | "notice";
+        readonly ShapesView: {
+            readonly shapes: readonly components["schemas"]["ShapeView"][];
+            /** @description What cannot become a zone, in words */
+            readonly skipped: readonly string[];
+        };
+        /** @description A shape of a file, which may become a zone. */
+        readonly ShapeView: {
+            /** @description It needs a width */
+            readonly is_line: boolean;
+            readonly name: string;
+            readonly points: readonly (readonly [
+                number,
+                number
+            ])[];
+            readonly reason: string;
+        };
         /** @description Who signed the list for the coming flight, or for the one that is going on. */
         readonly SignatureView: {
             /** Format: date-time */
@@ -3390,6 +3489,78 @@ export interface components {
             readonly state: components["schemas"]["VideoCondition"];
             readonly streams: readonly components["schemas"]["VideoStreamView"][];
             readonly words: string;
+        };
+        readonly ZoneBody: {
+            readonly ceiling_m?: number | null;
+            readonly floor_m?: number | null;
+            /**
+             * @default home
+             * @enum {string}
+             */
+            readonly height_above?: "home" | "sea";
+            /** @enum {string} */
+            readonly kind: "no-fly" | "height-limit" | "corridor";
+            /** @description 1 to 64 printable characters */
+            readonly name: string;
+            /** @description Latitude, longitude */
+            readonly points: readonly (readonly [
+                number,
+                number
+            ])[];
+            /** @default  */
+            readonly reason?: string;
+            /**
+             * @default refuse
+             * @enum {string}
+             */
+            readonly rule?: "refuse" | "warn";
+            /** @description Omitted: for the whole tower */
+            readonly team_id?: number | null;
+            readonly valid_from?: string | null;
+            readonly valid_until?: string | null;
+            /** @description Of a line; omitted: an area */
+            readonly width_m?: number | null;
+        };
+        /** @description A zone that the plan would lead this drone into. */
+        readonly ZoneOnWayView: {
+            /** @description From 0: the item whose way leads there */
+            readonly item: number;
+            /** @description The upload will be refused; otherwise the zone only warns */
+            readonly refuses: boolean;
+            readonly words: string;
+        };
+        readonly ZoneView: {
+            readonly ceiling_m?: number | null;
+            readonly floor_m?: number | null;
+            /**
+             * @default home
+             * @enum {string}
+             */
+            readonly height_above?: "home" | "sea";
+            readonly id: number;
+            /** @enum {string} */
+            readonly kind: "no-fly" | "height-limit" | "corridor";
+            /** @description 1 to 64 printable characters */
+            readonly name: string;
+            /** @description Latitude, longitude */
+            readonly points: readonly (readonly [
+                number,
+                number
+            ])[];
+            /** @default  */
+            readonly reason?: string;
+            /**
+             * @default refuse
+             * @enum {string}
+             */
+            readonly rule?: "refuse" | "warn";
+            /** @description Omitted: for the whole tower */
+            readonly team_id?: number | null;
+            readonly valid_from?: string | null;
+            readonly valid_until?: string | null;
+            readonly version: number;
+            /** @description Of a line; omitted: an area */
+            readonly width_m?: number | null;
         };
     };
     responses: never;
@@ -6723,6 +6894,123 @@ export interface operations {
                 };
                 content: {
                     readonly "application/json": components["schemas"]["AccountView"];
+                };
+            };
+        };
+    };
+    readonly list_zones: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": readonly components["schemas"]["ZoneView"][];
+                };
+            };
+        };
+    };
+    readonly create_zone: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": components["schemas"]["ZoneBody"];
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 201: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["ZoneView"];
+                };
+            };
+        };
+    };
+    readonly replace_zone: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly zone_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": components["schemas"]["ChangedZone"];
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["ZoneView"];
+                };
+            };
+        };
+    };
+    readonly delete_zone: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly zone_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 204: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content?: never;
+            };
+        };
+    };
+    readonly read_zone_file: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": {
+                    /** @description A GeoJSON or KML file, 400 kB at most */
+                    readonly text: string;
+                };
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["ShapesView"];
                 };
             };
         };

@@ -1,0 +1,94 @@
+"""Aircraft that come near a drone, by the geometry of the separation watch, and the words about it. Pure."""
+
+from collections.abc import Iterable
+from typing import Final, NamedTuple
+
+from server.live.aircraft.decode import Kind
+from server.live.aircraft.table import Aircraft
+from server.live.separation.approach import conflict_ahead
+from server.live.separation.motion import Motion, Relative
+
+STALE_S: Final = 15.0
+"""An aircraft that has not been heard for this long is no longer where its course puts it."""
+GLANCE_DEG: Final = 0.15
+"""Some 16 km: 60 s at the speed of an airliner, and more."""
+
+
+class Bounds(NamedTuple):
+    horizontal_m: float
+    vertical_m: float
+    ahead_s: float
+
+
+MANNED: Final = Bounds(600.0, 150.0, 60.0)
+"""A helicopter at 70 m/s needs 60 s for four kilometres: time to go down and land."""
+UNMANNED: Final = Bounds(60.0, 30.0, 20.0)
+_DIRECTIONS: Final = (
+    "north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west",
+)  # fmt: skip
+
+
+class Near(NamedTuple):
+    """What comes near one drone: words without its name; empty: nothing."""
+
+    manned: str = ""
+    unmanned: str = ""
+
+
+NOTHING: Final = Near()
+
+
+def near(own: Motion, aircraft: Iterable[Aircraft], now: float) -> Near:
+    """The nearest in time of each kind."""
+    soonest: dict[Kind, tuple[float, str]] = {}
+    for one in aircraft:
+        motion = one.report.motion
+        if abs(motion.lat_deg - own.lat_deg) > GLANCE_DEG or one.is_own or one.report.on_ground:
+            continue
+        if now - motion.at > STALE_S:
+            continue
+        if not one.report.has_height:
+            motion = motion._replace(alt_amsl_m=own.alt_amsl_m, up_m_s=own.up_m_s)
+        kind = one.report.kind
+        bounds = MANNED if kind is Kind.MANNED else UNMANNED
+        seen = Relative.of(own, motion, now)
+        approach = conflict_ahead(
+            seen, horizontal_m=bounds.horizontal_m, vertical_m=bounds.vertical_m, ahead_s=bounds.ahead_s
+        )
+        threatens = one.threat is not None and one.threat.level > 0
+        if approach is None and not threatens:
+            continue
+        in_s = approach.in_s if approach is not None else one.threat.in_s if one.threat is not None else 0.0
+        known = soonest.get(kind)
+        if known is None or in_s < known[0]:
+            soonest[kind] = in_s, _words(one, seen, in_s)
+    found = {kind: words for kind, (_, words) in soonest.items()}
+    return Near(found.get(Kind.MANNED, ""), found.get(Kind.UNMANNED, ""))
+
+
+def _words(one: Aircraft, seen: Relative, in_s: float) -> str:
+    """Rounded, so that they do not change all the time."""
+    what = "an aircraft" if one.report.kind is Kind.MANNED else "a drone of somebody else"
+    label = f" ({one.label})" if one.label else ""
+    step = 100 if seen.distance_m >= 500 else 20
+    away = f"{step * max(1, round(seen.distance_m / step))} m to the {_direction(seen.bearing_deg)}"
+    up = 10 * round(seen.up_m / 10)
+    height = "height not known" if not one.report.has_height else (
+        "at the same height" if up == 0 else f"{abs(up)} m {'higher' if up > 0 else 'lower'}")  # fmt: skip
+    soon = f", closest in about {max(5, 5 * round(in_s / 5))} s" if in_s >= 2.5 else ""
+    return f"{what}{label} comes near: {away}, {height}{soon}"
+
+
+def _direction(bearing_deg: float) -> str:
+    return _DIRECTIONS[round(bearing_deg % 360 / 45) % len(_DIRECTIONS)]
+
+
+def is_near_own(one: Aircraft, drones: Iterable[Motion], now: float) -> bool:
+    """Whether this is the Remote ID of one of the tower's own drones."""
+    if one.report.kind is not Kind.UNMANNED:
+        return False
+    motion = one.report.motion
+    for own in drones:
+        if abs(own.lat_deg - motion.lat_deg) < 0.001 and Relative.of(own, motion, now).distance_m < 30.0:
+            return True
+    return False

@@ -1,0 +1,154 @@
+"""Aircraft around the drones: takes what receivers heard, tells people, and finds what comes near. Part of the hub.
+
+The path of a frame only puts frames of a few message ids into a bounded queue. They are read here, between other work.
+"""
+
+from collections import deque
+from math import floor
+from typing import Final
+
+from server.live.aircraft import decode
+from server.live.aircraft.decode import Identity, Report, Threat
+from server.live.aircraft.messages import AircraftHeard, AircraftView
+from server.live.aircraft.near import NOTHING, STALE_S, is_near_own, near
+from server.live.aircraft.table import Aircraft, AircraftTable
+from server.live.relay.live_state import LiveState
+from server.live.separation.motion import Motion, motion_in
+from server.live.towers.place import Place
+from wire.ids import DroneId
+
+READ_A_TICK: Final = 100
+LOOK_S: Final = 1.0
+PARTS: Final = 5
+"""A fifth of the drones at each look."""
+CELL_DEG: Final = 0.5
+"""Of the feed only what is in the cell of a drone or beside it counts: some 50 km."""
+MAX_TOLD: Final = 100
+"""Aircraft in one message. The newest."""
+
+
+class AircraftService:
+    """One for the hub."""
+
+    def __init__(self, state: LiveState) -> None:
+        self._state = state
+        self.table = AircraftTable()
+        self._pending: deque[tuple[DroneId, bytes, float]] = state.aircraft_frames
+        self._told: set[int] = set()
+        """Browsers whose map shows aircraft."""
+        self._looked_at = float("-inf")
+        self._part = 0
+
+    def feed(self, reports: list[Report], now: float) -> None:
+        """What the network feed has now: of it only what is near a drone."""
+        near_drones = {cell for place in self._motions().values() for cell in _around(place)}
+        for report in reports:
+            if _cell(report.motion) in near_drones:
+                self.table.take(report, None, now)
+
+    def tick(self, now: float) -> None:
+        """Some ten times a second."""
+        for _ in range(min(READ_A_TICK, len(self._pending))):
+            drone_id, frame, at = self._pending.popleft()
+            self._take(drone_id, frame, at)
+        if now - self._looked_at < LOOK_S / PARTS:
+            return
+        self._looked_at = now
+        self._part = (self._part + 1) % PARTS
+        if not len(self.table) and not self._told:
+            return
+        if self._part == 0:
+            self.table.forget_old(now)
+            motions = list(self._motions().values())
+            for one in self.table:
+                one.is_own = is_near_own(one, motions, now)
+            self._tell(now)
+        self._look(now)
+
+    def _take(self, drone_id: DroneId, frame: bytes, at: float) -> None:
+        match decode.read(frame, at):
+            case Report() as report:
+                self.table.take(report, drone_id, at)
+            case Identity() as identity:
+                self.table.name(identity)
+            case Threat() as threat:
+                self.table.threaten(threat, at)
+            case None:
+                pass
+
+    def _look(self, now: float) -> None:
+        for drone_id, drone in self._state.drones.items():
+            if drone_id % PARTS != self._part:
+                continue
+            flies = drone.counts_as_flying() and drone.place is Place.HERE
+            own = motion_in(drone.position_frame, drone.position_at) if flies and drone.position_frame else None
+            drone.aircraft_near = NOTHING if own is None else near(own, self.table, now)
+
+    def _motions(self) -> dict[DroneId, Motion]:
+        found = {}
+        for drone_id, drone in self._state.drones.items():
+            motion = motion_in(drone.position_frame, drone.position_at) if drone.position_frame is not None else None
+            if motion is not None:
+                found[drone_id] = motion
+        return found
+
+    def _tell(self, now: float) -> None:
+        """To each browser what drones that it watches have heard, and the feed."""
+        shown: dict[int, list[Aircraft]] = {}
+        beside: dict[tuple[int, int], set[int]] = {}
+        for drone_id, place in self._motions().items():
+            watching = {browser.number for browser in self._state.drones[drone_id].frame_watchers()}
+            for cell in _around(place):
+                beside.setdefault(cell, set()).update(watching)
+        newest = sorted(self.table, key=lambda one: -one.report.motion.at)
+        for one in newest:
+            if one.is_own:
+                continue
+            numbers: set[int] = set()
+            if now - one.fed_at <= STALE_S:
+                # Only beside one's own drones: where the feed is cut off would show where those of others are.
+                numbers.update(beside.get(_cell(one.report.motion), ()))
+            for drone_id in one.heard_by:
+                drone = self._state.drones.get(drone_id)
+                if drone is not None:
+                    numbers.update(browser.number for browser in drone.frame_watchers())
+            for number in numbers:
+                shown.setdefault(number, []).append(one)
+        for number in self._told - shown.keys():
+            if number in self._state.browsers:
+                self._state.browsers[number].notify(AircraftHeard([]))
+        events: dict[tuple[str, ...], AircraftHeard] = {}
+        for number, aircraft in shown.items():
+            keys = tuple(one.key for one in aircraft[:MAX_TOLD])
+            event = events.get(keys)
+            if event is None:
+                event = events[keys] = AircraftHeard([_view(one, now) for one in aircraft[:MAX_TOLD]])
+            self._state.browsers[number].notify(event)
+        self._told = set(shown)
+
+
+def _cell(place: Motion) -> tuple[int, int]:
+    return floor(place.lat_deg / CELL_DEG), floor(place.lon_deg / CELL_DEG)
+
+
+def _around(place: Motion) -> list[tuple[int, int]]:
+    row, column = _cell(place)
+    return [(row + up, column + along) for up in (-1, 0, 1) for along in (-1, 0, 1)]
+
+
+def _view(one: Aircraft, now: float) -> AircraftView:
+    report, motion = one.report, one.report.motion
+    return AircraftView(
+        key=one.key,
+        manned=report.kind is decode.Kind.MANNED,
+        name=one.label,
+        lat=round(motion.lat_deg, 6),
+        lon=round(motion.lon_deg, 6),
+        alt_amsl_m=round(motion.alt_amsl_m, 1) if report.has_height else None,
+        course_deg=report.course_deg,
+        speed_m_s=None if report.speed_m_s is None else round(report.speed_m_s, 1),
+        climb_m_s=round(motion.up_m_s, 1),
+        squawk=report.squawk,
+        on_ground=report.on_ground,
+        age_s=round(max(0.0, now - motion.at), 1),
+    )

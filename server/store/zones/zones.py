@@ -1,0 +1,163 @@
+"""The rules of zones: who draws, changes and deletes them. Independent of HTTP.
+
+Admins of the tower change every zone; an admin of a team changes those of the team. A zone that a user may not see does
+not exist for that user. Every rule takes a session of `Database.writing()`, so that a change and its audit record are
+committed together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import datetime
+from typing import Any
+
+import msgspec
+from sqlalchemy import func, select
+from sqlalchemy.ext.asyncio import AsyncSession
+
+from server.domain.access import AdminsOnly
+from server.domain.refusal import Refusal
+from server.live.zones.zone import MAX_ZONES, HeightAbove, Zone, ZoneKind, ZoneRule, ZoneShape, checked
+from server.store.audit.action import AuditAction
+from server.store.teams.tables import TeamMemberRow
+from server.store.teams.teams import TeamManager, get_team, led_team, new_id
+from server.store.zones.tables import ZoneRow
+
+VERSIONS = select(func.count(ZoneRow.id), func.coalesce(func.sum(ZoneRow.version), 0), func.max(ZoneRow.updated_at))
+"""Changes with each change of a zone."""
+
+
+class UnknownZone(Refusal):
+    """The zone does not exist, or this user may not see it."""
+
+    def __init__(self) -> None:
+        super().__init__("there is no such zone")
+
+
+class TooManyZones(Refusal):
+    def __init__(self) -> None:
+        super().__init__(f"the tower keeps at most {MAX_ZONES} zones: delete some first")
+
+
+class ZoneChangedMeanwhile(Refusal):
+    def __init__(self, version: int) -> None:
+        super().__init__(f"somebody else has changed this zone: it is at version {version}")
+
+
+def zone_of(row: ZoneRow) -> Zone:
+    points = msgspec.json.decode(row.points, type=tuple[tuple[float, float], ...])
+    return Zone(
+        id=row.id,
+        name=row.name,
+        kind=ZoneKind(row.kind),
+        rule=ZoneRule(row.rule),
+        shape=ZoneShape(points=points, width_m=row.width_m),
+        team_id=row.team_id,
+        floor_m=row.floor_m,
+        ceiling_m=row.ceiling_m,
+        height_above=HeightAbove(row.height_above),
+        valid_from=row.valid_from,
+        valid_until=row.valid_until,
+        reason=row.reason,
+        version=row.version,
+    )
+
+
+async def all_zones(session: AsyncSession) -> list[Zone]:
+    return [zone_of(row) for row in await session.scalars(select(ZoneRow).order_by(ZoneRow.id))]
+
+
+async def teams_of(session: AsyncSession, user_id: int) -> frozenset[int]:
+    """The teams that this user is in."""
+    return frozenset(await session.scalars(select(TeamMemberRow.team_id).where(TeamMemberRow.user_id == user_id)))
+
+
+async def create_zone(session: AsyncSession, zone: Zone, *, manager: TeamManager, action: AuditAction) -> Zone:
+    """The zone with its id. Raises BadZone, BadName, AdminsOnly, UnknownTeam, TeamAdminsOnly, TooManyZones."""
+    zone = checked(zone)
+    await _require_right(session, zone.team_id, manager)
+    if (await session.scalar(select(func.count(ZoneRow.id))) or 0) >= MAX_ZONES:
+        raise TooManyZones
+    row = ZoneRow(id=new_id(), version=1)
+    _fill(row, zone, action)
+    session.add(row)
+    await session.flush()
+    action.record(session, "zone.created", **_about(zone_of(row)))
+    return zone_of(row)
+
+
+async def replace_zone(
+    session: AsyncSession, zone_id: int, zone: Zone, *, manager: TeamManager, action: AuditAction
+) -> Zone:
+    """`zone.version`: the one to be replaced. Raises what `create_zone` does, UnknownZone, ZoneChangedMeanwhile."""
+    zone = checked(zone)
+    row = await _to_change(session, zone_id, manager)
+    await _require_right(session, zone.team_id, manager)
+    if zone.version != row.version:
+        raise ZoneChangedMeanwhile(row.version)
+    before = _about(zone_of(row))
+    _fill(row, zone, action)
+    row.version += 1
+    after = _about(zone_of(row))
+    changed = {key: value for key, value in before.items() if after[key] != value}
+    action.record(session, "zone.changed", **after, before=changed)
+    await session.flush()
+    return zone_of(row)
+
+
+async def delete_zone(session: AsyncSession, zone_id: int, *, manager: TeamManager, action: AuditAction) -> None:
+    """Raises UnknownZone, AdminsOnly, TeamAdminsOnly."""
+    row = await _to_change(session, zone_id, manager)
+    action.record(session, "zone.deleted", **_about(zone_of(row)))
+    await session.delete(row)
+
+
+async def _to_change(session: AsyncSession, zone_id: int, manager: TeamManager) -> ZoneRow:
+    row = await session.get(ZoneRow, zone_id, with_for_update=True)
+    if row is None:
+        raise UnknownZone
+    if row.team_id is not None and not manager.above:
+        try:
+            await get_team(session, row.team_id, manager)
+        except Refusal:
+            raise UnknownZone from None
+    await _require_right(session, row.team_id, manager)
+    return row
+
+
+async def _require_right(session: AsyncSession, team_id: int | None, manager: TeamManager) -> None:
+    if team_id is not None:
+        await led_team(session, team_id, manager)
+    elif not manager.above:
+        raise AdminsOnly
+
+
+def _fill(row: ZoneRow, zone: Zone, action: AuditAction) -> None:
+    row.team_id, row.name, row.kind, row.rule = zone.team_id, zone.name, zone.kind.value, zone.rule.value
+    row.points, row.width_m = msgspec.json.encode(zone.shape.points).decode(), zone.shape.width_m
+    row.floor_m, row.ceiling_m, row.height_above = zone.floor_m, zone.ceiling_m, zone.height_above.value
+    row.valid_from, row.valid_until, row.reason = zone.valid_from, zone.valid_until, zone.reason
+    row.made_by, row.updated_at = action.by.name, action.at
+
+
+def _about(zone: Zone) -> dict[str, Any]:
+    def said(at: datetime | None) -> str | None:
+        return None if at is None else at.isoformat()
+
+    points: Sequence[tuple[float, float]] = zone.shape.points
+    return {
+        "zone_id": zone.id,
+        "zone": zone.name,
+        "kind": zone.kind.value,
+        "rule": zone.rule.value,
+        "team_id": zone.team_id,
+        "points": len(points),
+        "first_point": list(points[0]),
+        "width_m": zone.shape.width_m,
+        "floor_m": zone.floor_m,
+        "ceiling_m": zone.ceiling_m,
+        "height_above": zone.height_above.value,
+        "valid_from": said(zone.valid_from),
+        "valid_until": said(zone.valid_until),
+        "reason": zone.reason,
+    }

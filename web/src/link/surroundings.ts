@@ -1,0 +1,32 @@
+/** What is around the drones and none of theirs: zones, and other aircraft. */
+
+import type { Rest } from './rest';
+import { Store, type Readable } from './store';
+import type { Aircraft, TowerEvent, User } from './wire_types';
+import { Zones } from './zones';
+
+export class Surroundings {
+  readonly zones: Zones;
+  readonly #aircraft = new Store<readonly Aircraft[]>([]);
+
+  /** Forgets everything when `user` signs out. */
+  constructor(rest: Pick<Rest, 'call'>, user: Readable<User | null>) {
+    this.zones = new Zones(rest);
+    user.subscribe((present) => {
+      if (present) return;
+      this.zones.forget();
+      this.#aircraft.set([]);
+    });
+  }
+
+  /** As of the last second. */
+  get aircraft(): Readable<readonly Aircraft[]> {
+    return this.#aircraft;
+  }
+
+  /** Every event of the tower. */
+  take(event: TowerEvent): void {
+    if (event.type === 'aircraft') this.#aircraft.set(event.aircraft);
+    else if (event.type === 'zones' || event.type === 'welcome') void this.zones.read();
+  }
+}
