@@ -27,6 +27,7 @@ from server.live.hub import Hub
 from server.runtime.aligned_timers import SharedChecks
 from server.runtime.loop_lag import LoopLag
 from server.runtime.map_files import MapFolder
+from server.runtime.maps.terrain import Terrain
 from server.runtime.settings import Settings
 from server.runtime.vault import Vault
 from server.store.accounts.passkey_sign_in import PasskeySignInService
@@ -88,6 +89,7 @@ class Parts:
     flights: Flights
     retention: Retention
     map_folder: MapFolder
+    terrain: Terrain
     loop_lag: LoopLag
     anonymous: AnonymousBudget
     shared_checks: SharedChecks
@@ -169,6 +171,7 @@ FlightLogQuotaDep = Annotated[FlightLogQuota, _part(lambda parts: parts.flight_l
 LogReceiverDep = Annotated[LogReceiver, _part(lambda parts: parts.log_receiver)]
 RecordingsDep = Annotated[Recordings, _part(lambda parts: parts.recordings)]
 FlightsDep = Annotated[Flights, _part(lambda parts: parts.flights)]
+TerrainDep = Annotated[Terrain, _part(lambda parts: parts.terrain)]
 MapFolderDep = Annotated[MapFolder, _part(lambda parts: parts.map_folder)]
 LoopLagDep = Annotated[LoopLag, _part(lambda parts: parts.loop_lag)]
 AnonymousBudgetDep = Annotated[AnonymousBudget, _part(lambda parts: parts.anonymous)]

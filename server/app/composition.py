@@ -80,6 +80,7 @@ from server.runtime.background import in_background
 from server.runtime.listening import CannotListen
 from server.runtime.loop_lag import LoopLag
 from server.runtime.map_files import MapFolder
+from server.runtime.maps.terrain import Terrain
 from server.runtime.private_files import make_private_folder
 from server.runtime.settings import Settings
 from server.runtime.tile_source import TileAddresses
@@ -247,6 +248,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
     hub.observed.on_settled = audit_writer.observed
     alert_writer = AlertWriter(database, clock)
     hub.alerts.listeners.append(alert_writer.changed)
+    map_folder = MapFolder(settings.maps)
     return Tower(
         settings=settings,
         clock=clock,
@@ -290,7 +292,8 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         recordings=recordings,
         flights=flights,
         retention=retention,
-        map_folder=MapFolder(settings.maps),
+        map_folder=map_folder,
+        terrain=Terrain(lambda: map_folder.look()[0]),
         loop_lag=LoopLag(),
         anonymous=anonymous,
         started_at=clock(),

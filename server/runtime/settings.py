@@ -228,6 +228,8 @@ class Settings:
     """How far ahead the separation watch predicts."""
     height_limit_m: float = _setting(120.0, "TOWER_HEIGHT_LIMIT_M", _number(0, 100_000, float))
     """An alert is raised above this height over home. 0: no limit of the tower."""
+    ground_clearance_m: float = _setting(5.0, "TOWER_GROUND_CLEARANCE_M", _number(0, 1_000, float))
+    """A mission that comes nearer to the ground between its points is refused, where the tower knows the ground."""
     tiles: TileSource | None = field(default=None, metadata=_from("TOWER_TILES", read_tiles))
     """Map tiles over the built-in coastline; None: none."""
     tiles_attribution: str = _setting("", "TOWER_TILES_ATTRIBUTION", _attribution)

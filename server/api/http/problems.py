@@ -45,6 +45,7 @@ from server.live.flight_commands.vehicle import NoSuchItem, NoSuchMode, NotKnown
 from server.live.flight_logs.refusals import BadCredential, FileIncomplete, FileNotTaken, NotAskedFor, UnknownLog
 from server.live.flights.refusals import BadPage, FlightElsewhere, FlightRunning, UnknownFlight
 from server.live.missions.document import DocumentTooLarge
+from server.live.missions.ground_check import IntoTheGround
 from server.live.missions.plan_body import BadPlan, MalformedBody
 from server.live.missions.plans import PlanNotRead
 from server.live.operations.refusals import (
@@ -215,6 +216,7 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     NotOnTheGround: Kind("not-on-the-ground", 409, "The drone is not on the ground"),
     PropellersNotConfirmed: Kind("propellers-not-confirmed", 409, "The propellers are not confirmed to be off"),
     MovesHome: Kind("moves-home", 409, "Home would move"),
+    IntoTheGround: Kind("into-the-ground", 409, "The mission leads into the ground"),
     LoanForbids: Kind("loan", 409, "Beyond the limits of the loan"),
     ViewTaken: Kind("view-taken", 403, "The view was taken"),
     OnlyWatches: Kind("only-watches", 403, "You may only watch"),

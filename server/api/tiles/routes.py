@@ -14,7 +14,7 @@ from fastapi.responses import FileResponse, Response
 from pydantic import BaseModel, Field
 
 from server.api.access import Viewer
-from server.api.dependencies import MapFolderDep, SettingsDep
+from server.api.dependencies import MapFolderDep, SettingsDep, TerrainDep
 from server.api.http.problem_docs import answers
 from server.domain.access import BadToken, NotSignedIn, ScopeMissing, SessionExpired
 from server.runtime.map_files import MapFile, MapRole
@@ -30,6 +30,7 @@ CONFIGURED: Final = "tiles"
 """The id of the layer of `TOWER_TILES`."""
 CONFIGURED_PATH: Final = "/api/v1/map/tiles.pmtiles"
 MEDIA_TYPE: Final = "application/vnd.pmtiles"
+MAX_PLACES: Final = 2_000
 _KEPT: Final = "private, max-age=604800, no-transform"
 """Cached by the browser only, for a week: the address that the console uses changes with the file."""
 _FILE_ANSWERS: Final[dict[int | str, dict[str, object]]] = {
@@ -61,6 +62,25 @@ class LayerView(BaseModel):
 
 class MapView(BaseModel):
     layers: list[LayerView]
+
+
+LatLon = tuple[Annotated[float, Field(ge=-90, le=90)], Annotated[float, Field(ge=-180, le=180)]]
+
+
+class PlacesBody(BaseModel):
+    places: Annotated[list[LatLon], Field(max_length=MAX_PLACES, description="Latitude and longitude in degrees")]
+
+
+class HeightsView(BaseModel):
+    heights_m: Annotated[
+        list[float | None], Field(description="Of the ground above the sea; null: this tower does not know it")
+    ]
+
+
+@router.post("/heights")
+async def get_heights(principal: Viewer, body: PlacesBody, terrain: TerrainDep) -> HeightsView:
+    """Returns the height of the ground at each place, from the elevation that this tower has."""
+    return HeightsView(heights_m=await asyncio.to_thread(terrain.heights, body.places))
 
 
 @router.get("")

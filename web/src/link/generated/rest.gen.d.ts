@@ -929,6 +929,22 @@ export interface paths {
         readonly patch?: never;
         readonly trace?: never;
     };
+    readonly "/map/heights": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put?: never;
+        readonly post: operations["get_heights"];
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
     readonly "/map/tiles.pmtiles": {
         readonly parameters: {
             readonly query?: never;
@@ -2198,6 +2214,10 @@ export interface components {
             readonly status: string;
             readonly version: string;
         };
+        readonly HeightsView: {
+            /** @description Of the ground above the sea; null: this tower does not know it */
+            readonly heights_m: readonly (number | null)[];
+        };
         /**
          * @description The stage of an open hold.
          * @enum {string}
@@ -2786,6 +2806,13 @@ export interface components {
         readonly PilotView: {
             readonly id: number | null;
             readonly name: string;
+        };
+        readonly PlacesBody: {
+            /** @description Latitude and longitude in degrees */
+            readonly places: readonly (readonly [
+                number,
+                number
+            ])[];
         };
         /** @description What the drone's autopilot makes of a plan. */
         readonly PlanKeptView: {
@@ -3773,6 +3800,8 @@ export interface operations {
         readonly requestBody: {
             readonly content: {
                 readonly "application/json": {
+                    /** @default false */
+                    readonly despite_ground?: boolean;
                     readonly items: readonly (readonly [
                         number,
                         number,
@@ -5327,6 +5356,30 @@ export interface operations {
                 };
                 content: {
                     readonly "application/vnd.pmtiles": unknown;
+                };
+            };
+        };
+    };
+    readonly get_heights: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": components["schemas"]["PlacesBody"];
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["HeightsView"];
                 };
             };
         };
