@@ -65,7 +65,9 @@ from server.api.remembered import RememberedSignIns
 from server.api.system import routes as system_routes
 from server.api.system import tower_routes
 from server.api.teams import routes as team_routes
-from server.api.tiles import routes as tile_routes
+from server.api.tiles import admin_routes as map_admin_routes
+from server.api.tiles import routes as map_routes
+from server.api.tiles import tile_routes
 from server.api.video import routes as video_routes
 from server.app.new_hub import new_hub
 from server.app.openapi_tags import TAGS
@@ -80,10 +82,12 @@ from server.runtime.background import in_background
 from server.runtime.listening import CannotListen
 from server.runtime.loop_lag import LoopLag
 from server.runtime.map_files import MapFolder
+from server.runtime.maps.elevation_layer import ElevationLayer
 from server.runtime.maps.terrain import Terrain
+from server.runtime.maps.tile_proxy import TileProxy
+from server.runtime.maps.tile_store import TileStore
 from server.runtime.private_files import make_private_folder
 from server.runtime.settings import Settings
-from server.runtime.tile_source import TileAddresses
 from server.store.accounts.hashing_process import HashingProcess
 from server.store.accounts.known_addresses import remember_addresses
 from server.store.accounts.passkey_sign_in import PasskeySignInService
@@ -115,6 +119,8 @@ from server.store.fleet.tower_identity import TowerIdentity, check_key_is_there
 from server.store.flight_logs.quota import new_flight_log_quota
 from server.store.flight_logs.receiving import LogReceiver
 from server.store.flights.flights import new_flights
+from server.store.maps.areas import MapAreas
+from server.store.maps.layers import MapLayers
 from server.store.operations.audit_writer import OperationAuditWriter
 from server.store.recordings.capture import HubVideo
 from server.store.recordings.recordings import new_recordings
@@ -147,6 +153,8 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     flight_routes.router,
     relay_routes.router,
     video_routes.router,
+    map_routes.router,
+    map_admin_routes.router,
     tile_routes.router,
     token_routes.router,
     user_routes.router,
@@ -189,10 +197,9 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> TowerApp:
     app.add_middleware(BodyCheck, budget=tower.anonymous)
     app.add_middleware(OriginCheck, settings=settings)
     app.add_middleware(UnexpectedErrors)
-    tiles_from = settings.tiles.origin if isinstance(settings.tiles, TileAddresses) else None
     over_tls = OverTls(settings.public_url)
     app.add_middleware(CookiePrefix, over_tls=over_tls)
-    app.add_middleware(SecurityHeaders, api_prefix="/api/", over_tls=over_tls, tiles_from=tiles_from)
+    app.add_middleware(SecurityHeaders, api_prefix="/api/", over_tls=over_tls)
     app.add_middleware(RequestGate, budget=tower.anonymous, is_vouched=partial(is_agent, tower.hub))
     app.add_middleware(RequestIds)
     return app
@@ -248,7 +255,9 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
     hub.observed.on_settled = audit_writer.observed
     alert_writer = AlertWriter(database, clock)
     hub.alerts.listeners.append(alert_writer.changed)
-    map_folder = MapFolder(settings.maps)
+    map_folder, map_layers = MapFolder(settings.maps), MapLayers(database)
+    tile_store = TileStore(settings.var / "tiles", settings.var / "offline-maps", settings.tile_cache_mb * 1_000_000)
+    tile_proxy = TileProxy(tile_store)
     return Tower(
         settings=settings,
         clock=clock,
@@ -293,7 +302,13 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         flights=flights,
         retention=retention,
         map_folder=map_folder,
-        terrain=Terrain(lambda: map_folder.look()[0]),
+        map_layers=map_layers,
+        map_areas=MapAreas(database, map_layers, tile_proxy),
+        tile_proxy=tile_proxy,
+        terrain=Terrain(
+            lambda: map_folder.look()[0],
+            lambda: [ElevationLayer(one.tiles, tile_proxy) for one in map_layers.known if one.about.role == "terrain"],
+        ),
         loop_lag=LoopLag(),
         anonymous=anonymous,
         started_at=clock(),
@@ -361,6 +376,8 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         stack.push_async_callback(tower.api_tokens.write_uses)
         await stack.enter_async_context(in_background("token uses", tower.api_tokens.keep_writing_uses))
         await stack.enter_async_context(in_background("retention", tower.retention.work))
+        stack.callback(tower.tile_proxy.close)
+        await stack.enter_async_context(in_background("offline maps", tower.map_areas.run))
         await stack.enter_async_context(in_background("loop lag", tower.loop_lag.watch))
         if several is not None:
             await stack.enter_async_context(several.running(tower.roster))

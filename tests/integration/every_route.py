@@ -8,6 +8,7 @@ from fastapi.routing import APIRoute
 from server.app.composition import ROUTERS
 
 MISSION: Final = {"name": "field", "document": {"mission": [], "fence": [], "rally": []}}
+AREA: Final = {"name": "x", "layer_id": 9999, "south": 1, "west": 1, "north": 2, "east": 2, "max_zoom": 3}
 BODIES: Final[dict[str, dict[str, object]]] = {
     "rehearse_loss": {"what": "tower"},
     "make_team": {"name": "x"},
@@ -24,6 +25,10 @@ BODIES: Final[dict[str, dict[str, object]]] = {
     "command_drone": {"command": "land"},
     "create_mission": MISSION,
     "replace_mission": MISSION,
+    "get_heights": {"places": [[47.4, 8.5]]},
+    "add_map_layer": {"name": "x", "role": "map", "template": "no address"},
+    "estimate_map_area": AREA,
+    "keep_map_area": AREA,
     "write_parameters": {"values": {"RTL_ALT": 1500}},
 }
 # A response to HEAD has only a status, the same as that of GET.
@@ -36,4 +41,5 @@ def path_of(route: APIRoute, drone_id: int) -> str:
     """Returns a path for this drone. Every other object that the path names does not exist."""
     path = route.path.replace("{drone_id}", str(drone_id)).replace("{name}", "units")
     path = path.replace("{kind:plan_kind}", "mission").replace("{format_name}", "csv").replace("{kind}", "unknown")
+    path = path.replace("{zoom}/{x}/{y}", "1/0/0")
     return re.sub(r"\{\w+_id\}", "9999", path)

@@ -33,6 +33,14 @@ from server.domain.access import (
     UnknownDrone,
 )
 from server.domain.drone_settings import BadDroneSettings
+from server.domain.map_layers import (
+    BadMapFile,
+    BadMapLayer,
+    MapTileUnavailable,
+    TooManyMapLayers,
+    UnknownMapArea,
+    UnknownMapLayer,
+)
 from server.domain.names import BadName
 from server.domain.refusal import Refusal, RetryLater
 from server.domain.tower_refusals import LastTower, TowerDraining, UnknownTower
@@ -232,6 +240,12 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     NoSuchItem: Kind(INVALID.slug, INVALID.status, INVALID.title, field="item"),
     NoSuchLeader: Kind(INVALID.slug, INVALID.status, INVALID.title, field="leader"),
     CannotFollow: Kind("cannot-follow", 409, "It cannot follow"),
+    UnknownMapLayer: Kind("unknown-map-layer", 404, "No such map layer"),
+    UnknownMapArea: Kind("unknown-map-area", 404, "No such area"),
+    TooManyMapLayers: Kind("too-many-map-layers", 409, "Too many map layers"),
+    BadMapLayer: Kind(INVALID.slug, INVALID.status, INVALID.title),
+    BadMapFile: Kind(INVALID.slug, INVALID.status, INVALID.title),
+    MapTileUnavailable: Kind("map-tile-unavailable", 503, "The tile is not to be had now"),
     UnknownMission: Kind("unknown-mission", 404, "No such mission"),
     NotYourMission: Kind("not-your-mission", 403, "Not your mission"),
     TooManyMissions: Kind("too-many-missions", 409, "Too many missions"),

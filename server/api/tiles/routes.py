@@ -14,18 +14,21 @@ from fastapi.responses import FileResponse, Response
 from pydantic import BaseModel, Field
 
 from server.api.access import Viewer
-from server.api.dependencies import MapFolderDep, SettingsDep, TerrainDep
+from server.api.dependencies import MapFolderDep, MapLayersDep, SettingsDep, TerrainDep
 from server.api.http.problem_docs import answers
+from server.api.tiles.tile_routes import CONFIGURED as CONFIGURED_LAYER
 from server.domain.access import BadToken, NotSignedIn, ScopeMissing, SessionExpired
 from server.runtime.map_files import MapFile, MapRole
 from server.runtime.settings import Settings
 from server.runtime.tile_source import NoTileFile, TileAddresses, TileFile, TileKind
+from server.store.maps.layers import KnownLayer
 
 router = APIRouter(
     prefix="/api/v1/map", tags=["map"], responses=answers(NotSignedIn, SessionExpired, BadToken, ScopeMissing)
 )
 
 FILES_PATH: Final = "/api/v1/map/files"
+LAYERS_PATH: Final = "/api/v1/map/layers"
 CONFIGURED: Final = "tiles"
 """The id of the layer of `TOWER_TILES`."""
 CONFIGURED_PATH: Final = "/api/v1/map/tiles.pmtiles"
@@ -84,11 +87,12 @@ async def get_heights(principal: Viewer, body: PlacesBody, terrain: TerrainDep) 
 
 
 @router.get("")
-async def get_map(principal: Viewer, settings: SettingsDep, folder: MapFolderDep) -> MapView:
+async def get_map(principal: Viewer, settings: SettingsDep, folder: MapFolderDep, layers: MapLayersDep) -> MapView:
     """Returns the layers that the console may draw over its built-in coastline."""
+    added = [_added(one) for one in await layers.all()]
     files, _ = await asyncio.to_thread(folder.look)
     configured = await asyncio.to_thread(_configured, settings)
-    return MapView(layers=[*configured, *(_layer(file) for file in files)])
+    return MapView(layers=[*configured, *(_layer(file) for file in files), *added])
 
 
 @router.head("/tiles.pmtiles", include_in_schema=False)
@@ -132,11 +136,27 @@ def _layer(file: MapFile) -> LayerView:
     )
 
 
+def _added(known: KnownLayer) -> LayerView:
+    about = known.about
+    return LayerView(
+        id=f"layer-{known.id}",
+        name=about.name,
+        role=about.role,
+        kind="raster",
+        source="addresses",
+        url=f"{LAYERS_PATH}/{known.id}/{{z}}/{{x}}/{{y}}",
+        tile_size=about.tile_size,
+        max_zoom=about.max_zoom,
+        attribution=about.attribution,
+    )
+
+
 def _configured(settings: Settings) -> list[LayerView]:
     """Returns the layer of `TOWER_TILES`, if it is set."""
     match settings.tiles:
-        case TileAddresses(template=template):
-            return [_configured_layer(settings, "raster", "addresses", template, settings.tiles_most_zoom)]
+        case TileAddresses():
+            url = f"{LAYERS_PATH}/{CONFIGURED_LAYER}/{{z}}/{{x}}/{{y}}"
+            return [_configured_layer(settings, "raster", "addresses", url, settings.tiles_most_zoom)]
         case TileFile(kind=kind) as file:
             return [_configured_layer(settings, kind, "file", f"{CONFIGURED_PATH}?v={_version(file)}", None)]
         case _:

@@ -34,8 +34,12 @@ class ElevationSource(Protocol):
     @property
     def zoom(self) -> int: ...
     def tile(self, x: int, y: int) -> bytes | None:
-        """Returns the tile of `zoom`, or None where there is none."""
+        """Returns the tile of `zoom`, or None where there is none. Raises ElevationAway if it cannot be had now."""
         ...
+
+
+class ElevationAway(Exception):
+    """The height is known to others, and not to be had now."""
 
 
 @dataclass
@@ -60,28 +64,27 @@ class ElevationFile:
 class Terrain:
     """The first source that has a height at a place decides. Safe from several threads."""
 
-    def __init__(self, files: Callable[[], Iterable[MapFile]]) -> None:
+    def __init__(
+        self,
+        files: Callable[[], Iterable[MapFile]],
+        others: Callable[[], Iterable[ElevationSource]] = lambda: (),
+    ) -> None:
+        """`others`: sources besides the files, asked after them."""
         self._files = files
+        self._others = others
         self._open: dict[str, ElevationFile] = {}
-        self._others: list[ElevationSource] = []
         self._tiles: OrderedDict[tuple[str, int, int], HeightTile | None] = OrderedDict()
         self._lock = Lock()
-
-    def use(self, others: Iterable[ElevationSource]) -> None:
-        """Sources besides the files, asked after them."""
-        with self._lock:
-            self._others = list(others)
-            self._tiles.clear()
 
     def heights(self, places: Iterable[tuple[float, float]]) -> list[float | None]:
         """Returns metres above the sea for places of latitude and longitude, in degrees."""
         with self._lock:
-            sources: list[ElevationSource] = [*self._current_files(), *self._others]
+            sources: list[ElevationSource] = [*self._current_files(), *self._others()]
             return [self._height(sources, lat_deg, lon_deg) for lat_deg, lon_deg in places]
 
     def is_there(self) -> bool:
         """Whether this tower has any elevation."""
-        return bool(self._others) or any(file.role == "terrain" for file in self._files())
+        return any(True for _ in self._others()) or any(file.role == "terrain" for file in self._files())
 
     def _current_files(self) -> list[ElevationFile]:
         found = {f"{file.name}-{file.version}": file for file in self._files() if file.role == "terrain"}
@@ -135,7 +138,10 @@ class Terrain:
         if key in self._tiles:
             self._tiles.move_to_end(key)
             return self._tiles[key]
-        raw = source.tile(x, y) if 0 <= y < 1 << source.zoom else None
+        try:
+            raw = source.tile(x, y) if 0 <= y < 1 << source.zoom else None
+        except ElevationAway:
+            return None  # and asked for again the next time
         tile: HeightTile | None = None
         if raw is not None:
             try:
