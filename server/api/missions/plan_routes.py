@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import asyncio
 import time
+from contextlib import suppress
+from functools import partial
 from typing import Annotated, Any, Final, Literal
 
 from fastapi import APIRouter, Path, Query, Request, Response
@@ -132,7 +133,9 @@ async def put_plan(
         if drone.home is not None:
             home = Origin(drone.home.lat_deg, drone.home.lon_deg, drone.home.alt_amsl_m)
         clearance_m = settings.ground_clearance_m
-        await asyncio.to_thread(refuse_into_the_ground, drone.record.name, items, home, terrain.heights, clearance_m)
+        refuse = partial(refuse_into_the_ground, drone.record.name, items, home, terrain.heights, clearance_m)
+        with suppress(TimeoutError):  # then the ground is not known, and nothing is said
+            await terrain.in_turn(refuse)
     drone = await flown_drone(hub, principal, drone_id)
     refuse_plan(drone, principal, what, items)
     order = plans.upload(what, items, while_flying=body.while_flying)

@@ -18,6 +18,7 @@ from server.api.dependencies import MapFolderDep, MapLayersDep, SettingsDep, Ter
 from server.api.http.problem_docs import answers
 from server.api.tiles.tile_routes import CONFIGURED as CONFIGURED_LAYER
 from server.domain.access import BadToken, NotSignedIn, ScopeMissing, SessionExpired
+from server.domain.map_layers import MapTileUnavailable
 from server.runtime.map_files import MapFile, MapRole
 from server.runtime.settings import Settings
 from server.runtime.tile_source import NoTileFile, TileAddresses, TileFile, TileKind
@@ -80,10 +81,13 @@ class HeightsView(BaseModel):
     ]
 
 
-@router.post("/heights")
+@router.post("/heights", responses=answers(MapTileUnavailable))
 async def get_heights(principal: Viewer, body: PlacesBody, terrain: TerrainDep) -> HeightsView:
     """Returns the height of the ground at each place, from the elevation that this tower has."""
-    return HeightsView(heights_m=await asyncio.to_thread(terrain.heights, body.places))
+    try:
+        return HeightsView(heights_m=await terrain.in_turn(lambda: terrain.heights(body.places)))
+    except TimeoutError:
+        raise MapTileUnavailable("the heights are not to be had now") from None
 
 
 @router.get("")

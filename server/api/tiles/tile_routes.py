@@ -25,7 +25,6 @@ router = APIRouter(
 CONFIGURED: Final = 0
 """The layer of `TOWER_TILES`, where that is an address."""
 _KEPT: Final = "private, max-age=86400"
-_MISSING: Final = Response(status_code=204, headers={"Cache-Control": _KEPT})
 Zoom = Annotated[int, Path(ge=0, le=24)]
 Number = Annotated[int, Path(ge=0, lt=1 << 24)]
 
@@ -61,7 +60,7 @@ async def get_map_tile(
     if layer is None:
         raise UnknownMapLayer
     if not layer.has(zoom, x, y):
-        return _MISSING
+        return _sent(None)
     found = await asyncio.to_thread(proxy.stored, layer, zoom, x, y)
     if found is not None and found[1]:
         return _sent(found[0])
@@ -75,4 +74,5 @@ async def get_map_tile(
 
 def _sent(tile: bytes | None) -> Response:
     kind = media_type(tile[:16]) if tile else None
-    return Response(tile, media_type=kind, headers={"Cache-Control": _KEPT}) if kind else _MISSING
+    headers = {"Cache-Control": _KEPT}
+    return Response(tile, media_type=kind, headers=headers) if kind else Response(status_code=204, headers=headers)

@@ -6,12 +6,14 @@ it would hide what rises between its points. Blocks: call it from a thread.
 
 from __future__ import annotations
 
+import asyncio
 import math
 from collections import OrderedDict
 from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from threading import Lock
-from typing import Final, Protocol
+from typing import Final, Protocol, TypeVar
 
 import structlog
 
@@ -21,8 +23,12 @@ from server.runtime.maps.terrarium import BadTile, HeightTile, decode_terrarium
 
 MAX_TILES: Final = 64
 """Kept decoded; each has 200 kB, or 800 kB at 512 pixels."""
+MAX_WAITING: Final = 32
+"""Questions that wait for the thread; more are refused, as if they took too long."""
+WITHIN_S: Final = 8.0
 MAX_LAT_DEG: Final = 85.05
 
+_Answer = TypeVar("_Answer")
 log = structlog.get_logger(__name__)
 
 
@@ -75,6 +81,24 @@ class Terrain:
         self._open: dict[str, ElevationFile] = {}
         self._tiles: OrderedDict[tuple[str, int, int], HeightTile | None] = OrderedDict()
         self._lock = Lock()
+        self._thread = ThreadPoolExecutor(1, thread_name_prefix="terrain")
+        self._waiting = 0
+
+    async def in_turn(self, work: Callable[[], _Answer]) -> _Answer:
+        """Runs what asks for heights in the one thread for it: a slow server of elevation must not hold those that the
+        rest of the tower needs. Raises TimeoutError."""
+        if self._waiting >= MAX_WAITING:
+            raise TimeoutError
+        self._waiting += 1
+        future = asyncio.get_running_loop().run_in_executor(self._thread, work)
+        future.add_done_callback(lambda _: self._done())
+        return await asyncio.wait_for(future, WITHIN_S)
+
+    def _done(self) -> None:
+        self._waiting -= 1
+
+    def close(self) -> None:
+        self._thread.shutdown(wait=False, cancel_futures=True)
 
     def heights(self, places: Iterable[tuple[float, float]]) -> list[float | None]:
         """Returns metres above the sea for places of latitude and longitude, in degrees."""

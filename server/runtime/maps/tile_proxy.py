@@ -18,7 +18,7 @@ from typing import Final
 import structlog
 
 from server.runtime.maps.tile_store import TileName, TileStore
-from server.runtime.maps.upstream import TileUnavailable, Upstream, fetch_tile
+from server.runtime.maps.upstream import ServerRests, TileUnavailable, Upstream, fetch_tile
 
 FETCHES_AT_A_TIME: Final = 6
 MAX_WAITING: Final = 300
@@ -83,7 +83,7 @@ class TileProxy:
             if running is not None:
                 return running
             if self._rests(layer.source):
-                raise TileUnavailable("the tile server did not answer a moment ago")
+                raise ServerRests
             if len(self._running) >= MAX_WAITING:
                 raise TileUnavailable("too many tiles are being fetched")
             future = self._pool.submit(self._fetched, layer, name)

@@ -34,6 +34,13 @@ class TileUnavailable(Exception):
     """It could not be fetched now. The message is for people, without the address (it may contain a key)."""
 
 
+class ServerRests(TileUnavailable):
+    """It did not answer a moment ago, and is left alone for a while."""
+
+    def __init__(self) -> None:
+        super().__init__("the tile server did not answer a moment ago")
+
+
 @dataclass(frozen=True, slots=True)
 class Upstream:
     """`template` has {z}, {x} and {y}. `may_be_private`: an admin named a server of their own network."""

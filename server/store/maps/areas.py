@@ -15,7 +15,7 @@ from server.domain.names import clean_name
 from server.runtime.maps.area_tiles import MAX_AREA_TILES, USUAL_TILE_BYTES, Area, area_tiles, count_tiles
 from server.runtime.maps.tile_proxy import TileLayer, TileProxy
 from server.runtime.maps.tile_store import TileName
-from server.runtime.maps.upstream import TileUnavailable
+from server.runtime.maps.upstream import ServerRests, TileUnavailable
 from server.store.audit.action import AuditAction
 from server.store.database import Database
 from server.store.maps.layers import KnownLayer, MapLayers
@@ -155,11 +155,11 @@ class MapAreas:
                     return  # removed meanwhile
                 try:
                     size = await asyncio.to_thread(self._keep, tiles, name)
+                except ServerRests:
+                    return
                 except TileUnavailable as error:
                     progress.failed += 1
                     progress.problem = str(error)
-                    if "moment ago" in progress.problem:
-                        return
                 except OSError as error:
                     progress.problem = f"cannot be stored ({error.strerror})"
                     return
