@@ -69,6 +69,7 @@ from server.api.tiles import admin_routes as map_admin_routes
 from server.api.tiles import routes as map_routes
 from server.api.tiles import tile_routes
 from server.api.video import routes as video_routes
+from server.app.map_parts import new_map_parts
 from server.app.new_hub import new_hub
 from server.app.openapi_tags import TAGS
 from server.app.sharing import new_lock, share_bus, share_requests
@@ -81,11 +82,6 @@ from server.runtime.aligned_timers import SharedChecks
 from server.runtime.background import in_background
 from server.runtime.listening import CannotListen
 from server.runtime.loop_lag import LoopLag
-from server.runtime.map_files import MapFolder
-from server.runtime.maps.elevation_layer import ElevationLayer
-from server.runtime.maps.terrain import Terrain
-from server.runtime.maps.tile_proxy import TileProxy
-from server.runtime.maps.tile_store import TileStore
 from server.runtime.private_files import make_private_folder
 from server.runtime.settings import Settings
 from server.store.accounts.hashing_process import HashingProcess
@@ -119,8 +115,6 @@ from server.store.fleet.tower_identity import TowerIdentity, check_key_is_there
 from server.store.flight_logs.quota import new_flight_log_quota
 from server.store.flight_logs.receiving import LogReceiver
 from server.store.flights.flights import new_flights
-from server.store.maps.areas import MapAreas
-from server.store.maps.layers import MapLayers
 from server.store.operations.audit_writer import OperationAuditWriter
 from server.store.recordings.capture import HubVideo
 from server.store.recordings.recordings import new_recordings
@@ -255,9 +249,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
     hub.observed.on_settled = audit_writer.observed
     alert_writer = AlertWriter(database, clock)
     hub.alerts.listeners.append(alert_writer.changed)
-    map_folder, map_layers = MapFolder(settings.maps), MapLayers(database)
-    tile_store = TileStore(settings.var / "tiles", settings.var / "offline-maps", settings.tile_cache_mb * 1_000_000)
-    tile_proxy = TileProxy(tile_store)
+    maps = new_map_parts(settings, database)
     return Tower(
         settings=settings,
         clock=clock,
@@ -301,14 +293,11 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         recordings=recordings,
         flights=flights,
         retention=retention,
-        map_folder=map_folder,
-        map_layers=map_layers,
-        map_areas=MapAreas(database, map_layers, tile_proxy),
-        tile_proxy=tile_proxy,
-        terrain=Terrain(
-            lambda: map_folder.look()[0],
-            lambda: [ElevationLayer(one.tiles, tile_proxy) for one in map_layers.known if one.about.role == "terrain"],
-        ),
+        map_folder=maps.folder,
+        map_layers=maps.layers,
+        map_areas=maps.areas,
+        tile_proxy=maps.proxy,
+        terrain=maps.terrain,
         loop_lag=LoopLag(),
         anonymous=anonymous,
         started_at=clock(),
