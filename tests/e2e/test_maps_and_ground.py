@@ -106,7 +106,7 @@ def test_a_layer_is_added_in_the_console_and_no_request_leaves_the_tower(
     expect(admin.part("map-layer-list")).to_contain_text("Field map")
     expect(admin.part("map-file-list")).to_contain_text("hills")
     admin.open("/#/")
-    expect(admin.part("map-attribution")).to_have_text("© The surveyors")
+    expect(admin.part("map-attribution")).to_have_text("© The surveyors · Simulated land")
     admin.wait("tiles", lambda: sum(server.asked.values()) > 4)
     # A coordinate in the search.
     admin.page.keyboard.press("Control+k")
