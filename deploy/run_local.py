@@ -117,7 +117,7 @@ def draw_land(maps: Path, log: Path) -> Program:
     """Draws the land that the cameras see as map files, beside everything else. Later runs find them there."""
     land = Program(
         "map of the simulated land",
-        [sys.executable, "-m", "simulator.land_map", "--home", HOME, "--out", maps],
+        [sys.executable, "-m", "simulator.land_map", "--home", HOME, "--hills", "--out", maps],
         log / "land.log",
     )
     land.start()
@@ -145,7 +145,7 @@ def start_squad(address: str, squad: Squad, names: list[str], log: Path) -> list
     cameras = [word for port in camera_ports for word in ("--camera", str(port))]
     simulator = Program(
         "simulator",
-        [BIN / "tower-sim", "--count", str(len(names)), "--home", HOME, *outs, *cameras],
+        [BIN / "tower-sim", "--count", str(len(names)), "--home", HOME, "--hills", *outs, *cameras],
         log / "simulator.log",
     )
     simulator.start()

@@ -1,7 +1,7 @@
 """The quadrotor as a rigid body: four motors with lag, thrust, drag, gravity and the ground.
 
-World axes are north, east, down (metres); body axes are forward, right, down. The ground is flat at down = 0. This
-module knows neither flight modes nor MAVLink: motor commands in, motion out.
+World axes are north, east, down (metres); body axes are forward, right, down. The ground is flat at down = 0, unless
+`ground` says where it is. This module knows neither flight modes nor MAVLink: motor commands in, motion out.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import math
 from collections.abc import Set
 
 from simulator.failure_modes import Failure
+from simulator.terrain import Ground
 
 GRAVITY_MSS = 9.80665
 MASS_KG = 1.5
@@ -26,6 +27,8 @@ DRAG_LINEAR = 0.25
 DRAG_QUADRATIC = 0.030
 """Measured: 10.2 m/s at full lean; 1.6 m/s of that remain five seconds and 23 m after levelling."""
 ROTATION_DRAG = 0.4
+HILLSIDE_SLOPE = 0.1
+"""Who flies against steeper ground hits it with the whole speed."""
 
 STEADY_INNOVATIONS = (0.02, 0.02, 0.02, 0.02)
 
@@ -56,6 +59,8 @@ class Airframe:
         self.impact_mps = 0.0
         self.force_body_mss = (0.0, 0.0, -GRAVITY_MSS)
         """The reading of an accelerometer."""
+        self.ground: Ground | None = None
+        """None: flat."""
         self._roll_pitch_yaw = (0.0, 0.0, yaw_rad)
 
     @property
@@ -81,6 +86,10 @@ class Airframe:
     def innovations(self) -> tuple[float, float, float, float]:
         """Of velocity, horizontal position, height and compass, as shares of what the filter still believes."""
         return STEADY_INNOVATIONS
+
+    def ground_m(self) -> float:
+        """Returns the height of the ground below, over the origin."""
+        return 0.0 if self.ground is None else self.ground(self.north_m, self.east_m)
 
     def ground_speed_mps(self) -> float:
         return math.hypot(self.vn_mps, self.ve_mps)
@@ -139,13 +148,14 @@ class Airframe:
         self.down_m += self.vd_mps * dt_s
 
     def _touch_ground(self, total_n: float) -> None:
-        if self.down_m < 0.0:
+        floor_m = 0.0 if self.ground is None else -self.ground(self.north_m, self.east_m)
+        if self.down_m < floor_m:
             self.on_ground = False
             return
         if not self.on_ground:
-            self.impact_mps = self.vd_mps
+            self.impact_mps = self._impact_mps()
         self.on_ground = True
-        self.down_m = 0.0
+        self.down_m = floor_m
         self.vd_mps = min(self.vd_mps, 0.0)
         grip = 0.8 if total_n < WEIGHT_N else 0.95
         self.vn_mps *= grip
@@ -156,6 +166,15 @@ class Airframe:
         self.p_rps = self.q_rps = self.r_rps = 0.0
         self.turn_to(self._euler()[2])
         self.force_body_mss = (0.0, 0.0, -GRAVITY_MSS)
+
+    def _impact_mps(self) -> float:
+        speed = self.ground_speed_mps()
+        if self.ground is None or speed < 0.1:
+            return self.vd_mps
+        # One metre farther on.
+        north_m, east_m = self.north_m + self.vn_mps / speed, self.east_m + self.ve_mps / speed
+        slope = self.ground(north_m, east_m) - self.ground_m()
+        return math.hypot(speed, self.vd_mps) if slope > HILLSIDE_SLOPE else self.vd_mps + slope * speed
 
     def _euler(self) -> tuple[float, float, float]:
         w, x, y, z = self.qw, self.qx, self.qy, self.qz

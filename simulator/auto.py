@@ -39,12 +39,16 @@ JUMP_FOREVER = -1
 STEPS_PER_TICK_MAX = 100
 """A mission of only jumps must not hang the vehicle."""
 
+STRAIGHT = (WAYPOINT, SPLINE)
+"""Flown along a straight line in space."""
+
 
 @dataclass(slots=True)
 class Progress:
     """Progress of the current item."""
 
     destination: tuple[float, float, float]
+    origin: tuple[float, float, float]
     reached_since_s: float | None = None
     started_s: float = 0.0
     orbit: Orbit | None = None
@@ -230,7 +234,9 @@ class Auto(Behaviour):
     def _begin(self, item: Item) -> None:
         flight, plans = self.flight, self.flight.plans
         self._flown = plans.current
-        self._progress = Progress(self._destination(item), started_s=flight.now_s)
+        target = flight.target
+        origin = target.north_m, target.east_m, target.alt_m
+        self._progress = Progress(self._destination(item), origin, started_s=flight.now_s)
         flight.notify(Severity.INFO, f"Mission: {plans.current} {NAMES[item.command]}")
         flight.yaw_override_rad = None
         if item.command == TAKE_OFF and flight.landed:
@@ -298,13 +304,17 @@ class Auto(Behaviour):
                 return
             alt_m = max(flight.target.alt_m, 1.0)
         limits = flight.limits()
-        flight.target.climb_to(alt_m, limits, TICK_S)
         if progress.orbit is not None and item is not None:
+            flight.target.climb_to(alt_m, limits, TICK_S)
             sign = -1.0 if item.number(2) < 0 else 1.0
             progress.orbit.run(flight, sign * math.radians(abs(flight.parameters["CIRCLE_RATE"])))
             flight.fly()
             return
-        flight.target.fly_to(north_m, east_m, limits, body, TICK_S)
+        if item is not None and item.command in STRAIGHT:
+            flight.target.slide_to(progress.origin, progress.destination, limits, body, TICK_S)
+        else:
+            flight.target.climb_to(alt_m, limits, TICK_S)
+            flight.target.fly_to(north_m, east_m, limits, body, TICK_S)
         if look_at_roi(flight):
             pass
         elif flight.yaw_override_rad is not None:

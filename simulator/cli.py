@@ -86,6 +86,9 @@ def simulate(
         AirframeModel,
         typer.Option(help="exact: the vehicle knows the truth; sensing: it has sensors with errors, and a filter."),
     ] = AirframeModel.EXACT,
+    hills: Annotated[
+        bool, typer.Option("--hills", help="The ground rises and falls, as in the map of simulator.land_map --hills.")
+    ] = False,
     battery_mah: Annotated[float, typer.Option(min=100)] = 5200.0,
     param: Annotated[list[str] | None, typer.Option(help="NAME=VALUE, set before the start.")] = None,
     param_count: Annotated[int, typer.Option(min=0, max=5000, help="Fill the table up to so many.")] = 0,
@@ -128,7 +131,7 @@ def simulate(
             gimbal=gimbal,
             traffic=traffic,
         )
-        vehicles = make_squad(count, settings)
+        vehicles = make_squad(count, settings, hills=hills)
         cameras = _cameras(camera, vehicles, place, seed) if camera else None
     except (ValueError, KeyError) as error:
         raise typer.BadParameter(str(error.args[0])) from error

@@ -29,6 +29,7 @@ from simulator.pilot_input import PilotInput
 from simulator.position_control import Limits, PositionControl, Target
 from simulator.receiver import Receiver
 from simulator.setup_state import VehicleSetup
+from simulator.terrain import Ground
 from simulator.wind import Wind
 
 STOPPED = (0.0, 0.0, 0.0, 0.0)
@@ -49,6 +50,8 @@ class FlightSettings:
     battery_mah: float = 5200.0
     seed: int = 1
     model: AirframeModel = AirframeModel.EXACT
+    ground: Ground | None = None
+    """None: flat. Only the exact model touches another ground."""
 
 
 class FailsafeFlags:
@@ -87,6 +90,7 @@ class FlightState(ABC):
         self.origin = LocalFrame(settings.place)
         heading_rad = math.radians(settings.heading_deg)
         self.body = make_airframe(settings.model, heading_rad, settings.seed, settings.boot_s)
+        self.body.ground = settings.ground
         self.battery = Battery(settings.battery_mah)
         self.wind = Wind(settings.wind_mps, settings.wind_from_deg, random.Random(settings.seed))  # noqa: S311
         self.sticks = sticks

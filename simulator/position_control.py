@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from simulator.airframe import GRAVITY_MSS, MASS_KG, MOTOR_MAX_N, Airframe, drag_of
 from simulator.geodesy import clamp
@@ -18,6 +18,8 @@ CLIMB_ACCELERATION_MAX = 5.0
 TILT_LAG_S = 0.3
 """Time that the vehicle takes to lean over: the target's velocity follows its acceleration with this lag, while the
 acceleration itself is flown at once, so that the two match and nothing overshoots."""
+MIN_SLIDE_M = 1.0
+"""A shorter leg is flown in height and to the side independently."""
 LEASH_M = 4.0
 """A target farther ahead of the vehicle than this waits for it."""
 
@@ -90,6 +92,31 @@ class Target:
             self.fly_with(0.0, 0.0, limits, dt_s)
         else:
             self.fly_with(dn / distance * speed, de / distance * speed, limits, dt_s)
+
+    def slide_to(
+        self,
+        origin: tuple[float, float, float],
+        to: tuple[float, float, float],
+        limits: Limits,
+        body: Airframe,
+        dt_s: float,
+    ) -> None:
+        """Travels along the straight line in space between two points (north, east, height), as ArduCopter does: the
+        slower of climb and flight sets the pace."""
+        length_m = math.hypot(to[0] - origin[0], to[1] - origin[1])
+        if length_m < MIN_SLIDE_M:
+            self.climb_to(to[2], limits, dt_s)
+            self.fly_to(to[0], to[1], limits, body, dt_s)
+            return
+        slope = (to[2] - origin[2]) / length_m
+        fastest = limits.climb_mps if slope > 0.0 else limits.descent_mps
+        pace = replace(limits, speed_mps=min(limits.speed_mps, fastest / abs(slope))) if slope else limits
+        self.fly_to(to[0], to[1], pace, body, dt_s)
+        to_go_m = math.hypot(to[0] - self.north_m, to[1] - self.east_m)
+        gap_m = to[2] - slope * min(to_go_m, length_m) - self.alt_m
+        ahead = slope * math.hypot(self._vn_ahead, self._ve_ahead) if to_go_m < length_m else 0.0
+        catch_up = math.copysign(approach_speed(abs(gap_m), fastest, limits.climb_acceleration_mss), gap_m)
+        self.climb_with(clamp(ahead + catch_up, -limits.descent_mps, limits.climb_mps), limits, dt_s)
 
     def climb_to(self, alt_m: float, limits: Limits, dt_s: float) -> None:
         gap = alt_m - self.alt_m

@@ -6,9 +6,11 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
+from simulator.airframe_model import AirframeModel
 from simulator.failure_modes import Failure, PlannedFailure
 from simulator.geodesy import LocalFrame, Place
 from simulator.links import Endpoint
+from simulator.terrain import ground_around, hills_m
 from simulator.vehicle import Vehicle, VehicleSettings
 
 SPACING_M = 20.0
@@ -25,12 +27,21 @@ def standing_places() -> Iterator[tuple[float, float]]:
         ring += 1
 
 
-def make_squad(count: int, settings: VehicleSettings) -> list[Vehicle]:
-    """Each vehicle has its own position and seed; everything else, including the sysid, is the same."""
+def make_squad(count: int, settings: VehicleSettings, *, hills: bool = False) -> list[Vehicle]:
+    """Each vehicle has its own position and seed; everything else, including the sysid, is the same. Raises
+    ValueError."""
+    if hills and settings.flight.model is not AirframeModel.EXACT:
+        raise ValueError("--hills needs --model exact: the other model's ground is flat")
     frame = LocalFrame(settings.flight.place)
     vehicles = []
     for index, (north_m, east_m) in zip(range(count), standing_places(), strict=False):
-        flight = replace(settings.flight, place=frame.to_place(north_m, east_m, 0.0), seed=settings.flight.seed + index)
+        down_m = -hills_m(north_m, east_m) if hills else 0.0
+        flight = replace(
+            settings.flight,
+            place=frame.to_place(north_m, east_m, down_m),
+            seed=settings.flight.seed + index,
+            ground=ground_around(north_m, east_m) if hills else None,
+        )
         vehicles.append(Vehicle(replace(settings, flight=flight)))
     return vehicles
 

@@ -27,6 +27,8 @@ from server.live.hub import Hub
 from server.runtime.aligned_timers import SharedChecks
 from server.runtime.loop_lag import LoopLag
 from server.runtime.map_files import MapFolder
+from server.runtime.maps.terrain import Terrain
+from server.runtime.maps.tile_proxy import TileProxy
 from server.runtime.settings import Settings
 from server.runtime.vault import Vault
 from server.store.accounts.passkey_sign_in import PasskeySignInService
@@ -49,6 +51,8 @@ from server.store.fleet.roster import Roster
 from server.store.flight_logs.quota import FlightLogQuota
 from server.store.flight_logs.receiving import LogReceiver
 from server.store.flights.flights import Flights
+from server.store.maps.areas import MapAreas
+from server.store.maps.layers import MapLayers
 from server.store.recordings.recordings import Recordings
 from server.store.retention import Retention
 from server.store.tower_lock import TowerLock
@@ -89,6 +93,10 @@ class Parts:
     flights: Flights
     retention: Retention
     map_folder: MapFolder
+    map_layers: MapLayers
+    map_areas: MapAreas
+    tile_proxy: TileProxy
+    terrain: Terrain
     loop_lag: LoopLag
     anonymous: AnonymousBudget
     shared_checks: SharedChecks
@@ -171,6 +179,10 @@ FlightLogQuotaDep = Annotated[FlightLogQuota, _part(lambda parts: parts.flight_l
 LogReceiverDep = Annotated[LogReceiver, _part(lambda parts: parts.log_receiver)]
 RecordingsDep = Annotated[Recordings, _part(lambda parts: parts.recordings)]
 FlightsDep = Annotated[Flights, _part(lambda parts: parts.flights)]
+MapLayersDep = Annotated[MapLayers, _part(lambda parts: parts.map_layers)]
+MapAreasDep = Annotated[MapAreas, _part(lambda parts: parts.map_areas)]
+TileProxyDep = Annotated[TileProxy, _part(lambda parts: parts.tile_proxy)]
+TerrainDep = Annotated[Terrain, _part(lambda parts: parts.terrain)]
 MapFolderDep = Annotated[MapFolder, _part(lambda parts: parts.map_folder)]
 LoopLagDep = Annotated[LoopLag, _part(lambda parts: parts.loop_lag)]
 AnonymousBudgetDep = Annotated[AnonymousBudget, _part(lambda parts: parts.anonymous)]

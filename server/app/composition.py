@@ -65,10 +65,13 @@ from server.api.remembered import RememberedSignIns
 from server.api.system import routes as system_routes
 from server.api.system import tower_routes
 from server.api.teams import routes as team_routes
-from server.api.tiles import routes as tile_routes
+from server.api.tiles import admin_routes as map_admin_routes
+from server.api.tiles import routes as map_routes
+from server.api.tiles import tile_routes
 from server.api.video import routes as video_routes
 from server.api.zones import routes as zone_routes
 from server.app.aircraft_feed import AircraftFeed
+from server.app.map_parts import new_map_parts
 from server.app.new_hub import new_hub
 from server.app.openapi_tags import TAGS
 from server.app.sharing import new_lock, share_bus, share_requests
@@ -81,10 +84,8 @@ from server.runtime.aligned_timers import SharedChecks
 from server.runtime.background import in_background
 from server.runtime.listening import CannotListen
 from server.runtime.loop_lag import LoopLag
-from server.runtime.map_files import MapFolder
 from server.runtime.private_files import make_private_folder
 from server.runtime.settings import Settings
-from server.runtime.tile_source import TileAddresses
 from server.store.accounts.hashing_process import HashingProcess
 from server.store.accounts.known_addresses import remember_addresses
 from server.store.accounts.passkey_sign_in import PasskeySignInService
@@ -150,6 +151,8 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     flight_routes.router,
     relay_routes.router,
     video_routes.router,
+    map_routes.router,
+    map_admin_routes.router,
     tile_routes.router,
     zone_routes.router,
     token_routes.router,
@@ -193,10 +196,9 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> TowerApp:
     app.add_middleware(BodyCheck, budget=tower.anonymous)
     app.add_middleware(OriginCheck, settings=settings)
     app.add_middleware(UnexpectedErrors)
-    tiles_from = settings.tiles.origin if isinstance(settings.tiles, TileAddresses) else None
     over_tls = OverTls(settings.public_url)
     app.add_middleware(CookiePrefix, over_tls=over_tls)
-    app.add_middleware(SecurityHeaders, api_prefix="/api/", over_tls=over_tls, tiles_from=tiles_from)
+    app.add_middleware(SecurityHeaders, api_prefix="/api/", over_tls=over_tls)
     app.add_middleware(RequestGate, budget=tower.anonymous, is_vouched=partial(is_agent, tower.hub))
     app.add_middleware(RequestIds)
     return app
@@ -259,6 +261,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
     hub.observed.on_settled = audit_writer.observed
     alert_writer = AlertWriter(database, clock)
     hub.alerts.listeners.append(alert_writer.changed)
+    maps = new_map_parts(settings, database)
     return Tower(
         settings=settings,
         clock=clock,
@@ -303,7 +306,11 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         recordings=recordings,
         flights=flights,
         retention=retention,
-        map_folder=MapFolder(settings.maps),
+        map_folder=maps.folder,
+        map_layers=maps.layers,
+        map_areas=maps.areas,
+        tile_proxy=maps.proxy,
+        terrain=maps.terrain,
         loop_lag=LoopLag(),
         anonymous=anonymous,
         started_at=clock(),
@@ -378,6 +385,9 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         stack.push_async_callback(tower.api_tokens.write_uses)
         await stack.enter_async_context(in_background("token uses", tower.api_tokens.keep_writing_uses))
         await stack.enter_async_context(in_background("retention", tower.retention.work))
+        stack.callback(tower.tile_proxy.close)
+        stack.callback(tower.terrain.close)
+        await stack.enter_async_context(in_background("offline maps", tower.map_areas.run))
         await stack.enter_async_context(in_background("loop lag", tower.loop_lag.watch))
         if several is not None:
             await stack.enter_async_context(several.running(tower.roster))

@@ -231,11 +231,16 @@ class Settings:
     """An alert is raised above this height over home. 0: no limit of the tower."""
     traffic_feed: str = _setting("", "TOWER_TRAFFIC_FEED", read_feed_address)
     """The `aircraft.json` of a receiver on the ground (dump1090, readsb): a file or an http address. Empty: none."""
+    ground_clearance_m: float = _setting(5.0, "TOWER_GROUND_CLEARANCE_M", _number(0, 1_000, float))
+    """A mission that comes nearer to the ground between its points is refused, where the tower knows the ground."""
     tiles: TileSource | None = field(default=None, metadata=_from("TOWER_TILES", read_tiles))
     """Map tiles over the built-in coastline; None: none."""
     tiles_attribution: str = _setting("", "TOWER_TILES_ATTRIBUTION", _attribution)
     tiles_most_zoom: int = _setting(19, "TOWER_TILES_MOST_ZOOM", _number(0, 24))
     """Maximum zoom of tiles from elsewhere; beyond it they are stretched. A tile file has its own."""
+    tile_cache_mb: int = _setting(2_000, "TOWER_TILE_CACHE_MB", _number(1, 1_000_000))
+    """Total of cached map tiles of other servers, in millions of bytes; the least recently used are removed first."""
+    map_file_largest_mb: int = _setting(10_000, "TOWER_MAP_FILE_LARGEST_MB", _number(1, 1_000_000))
     maps: Path = field(default=_UNSET, metadata=_from("TOWER_MAPS", Path))
     """Folder of map files: each is a layer of the map. Not set: `maps` in `var`."""
     files: Path = field(default=_UNSET, metadata=_from("TOWER_FILES", Path))

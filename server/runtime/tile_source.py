@@ -34,15 +34,9 @@ class NoTileFile(Refusal):
 
 @dataclass(frozen=True)
 class TileAddresses:
-    """Raster tiles that browsers fetch from elsewhere."""
+    """Raster tiles that the tower fetches from elsewhere."""
 
     template: str
-
-    @property
-    def origin(self) -> str:
-        """The only address besides ours that the console's page may then load from."""
-        parts = urlsplit(self.template)
-        return f"{parts.scheme}://{parts.netloc}"
 
 
 @dataclass(frozen=True)

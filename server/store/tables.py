@@ -11,6 +11,7 @@ from server.store.control import tables as control
 from server.store.database import Base
 from server.store.fleet import tables as fleet
 from server.store.flights import tables as flights
+from server.store.maps import tables as maps
 from server.store.missions import tables as missions
 from server.store.preflight import tables as preflight
 from server.store.recordings import tables as recordings
@@ -26,6 +27,7 @@ ALL: Final = (
     control,
     fleet,
     flights,
+    maps,
     missions,
     preflight,
     recordings,

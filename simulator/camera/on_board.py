@@ -145,7 +145,10 @@ class VehicleCamera:
         while unplug_requests:
             vehicle.plan_failure(PlannedFailure(now_s, Failure.CAMERA_UNPLUGGED, now_s + unplug_requests.popleft()))
         process.plug(number, Failure.CAMERA_UNPLUGGED not in vehicle.failures)
-        north_m, east_m, height_m, quaternion = vehicle.flight.body.true_pose
+        body = vehicle.flight.body
+        north_m, east_m, height_m, quaternion = body.true_pose
+        # The picture's land is flat: as far below the camera as the ground right under it.
+        height_m -= body.ground_m()
         north_m, east_m = north_m + self._stands_at[0], east_m + self._stands_at[1]
         process.poses.write(number, Pose(north_m, east_m, height_m, quaternion), now_s)
 

@@ -11,7 +11,7 @@ import cv2
 import typer
 
 from simulator.geodesy import LocalFrame
-from simulator.land_map import imagery, vector_map
+from simulator.land_map import elevation, imagery, vector_map
 from simulator.land_map.pmtiles import TileType, write_pmtiles
 from simulator.land_map.tile_grid import Tile, TileGrid
 from simulator.squad import parse_home
@@ -28,8 +28,10 @@ def write(
     home: Annotated[str, typer.Option(help="LAT,LON[,ALT[,HEADING]], as for tower-sim.")],
     out: Annotated[Path, typer.Option(help="Folder for the files.")],
     seed: Annotated[int, typer.Option(help="As for tower-sim.")] = 1,
+    hills: Annotated[bool, typer.Option("--hills", help="As for tower-sim: the heights of the land, too.")] = False,
 ) -> None:
-    """Write simulated-land.pmtiles (vector, with names) and simulated-land-from-above.pmtiles (imagery)."""
+    """Write simulated-land.pmtiles (vector, with names), simulated-land-from-above.pmtiles (imagery) and, with
+    hills, simulated-land-heights.pmtiles (elevation)."""
     try:
         place, _ = parse_home(home)
     except ValueError as error:
@@ -37,7 +39,9 @@ def write(
     cv2.setNumThreads(1)
     out.mkdir(parents=True, exist_ok=True)
     grid = TileGrid(LocalFrame(place))
-    made_from = hashlib.sha256(repr((VERSION, place.lat_deg, place.lon_deg, seed)).encode()).hexdigest()[:16]
+    made_from = hashlib.sha256(
+        repr((VERSION, place.lat_deg, place.lon_deg, place.alt_amsl_m, seed)).encode()
+    ).hexdigest()[:16]
 
     def draw(name: str, part: Any, tiles: Callable[[int, TileGrid], dict[Tile, bytes]], kind: TileType) -> None:
         file, mark = out / f"{name}.pmtiles", out / f".{name}.{DRAWN_FROM}"
@@ -48,6 +52,8 @@ def write(
         typer.echo(f"{file}: {file.stat().st_size / 1e6:.1f} MB")
 
     draw("simulated-land", vector_map, vector_map.vector_tiles, vector_map.KIND)
+    if hills:
+        draw("simulated-land-heights", elevation, elevation.height_tiles, elevation.KIND)
     draw("simulated-land-from-above", imagery, imagery.image_tiles, imagery.KIND)
 
 

@@ -39,6 +39,11 @@ class TileGrid:
         self._lat_per_m = 1e-7 / METRES_PER_E7
         self._lon_per_m = self._lat_per_m / math.cos(math.radians(frame.origin.lat_deg))
 
+    @property
+    def home_alt_m(self) -> float:
+        """Above the sea."""
+        return self._home.alt_amsl_m
+
     def to_world(self, east_m: Floats, north_m: Floats) -> tuple[Floats, Floats]:
         """Returns Web Mercator, 0 to 1 from west to east and from north to south."""
         lon = self._home.lon_deg + east_m * self._lon_per_m

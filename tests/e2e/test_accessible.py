@@ -117,6 +117,7 @@ def test_the_administration(come: Somebody, axe: Axe) -> None:
         "tokens": "token-row",
         "teams": "new-team",
         "audit": "audit-row",
+        "maps": "map-layer-form",
         "system": "system",
     }
     links = console.page.locator("nav a[data-testid^=section-]")

@@ -42,6 +42,7 @@ PAGES: Final = {
     "admin/tokens": "token-row",
     "admin/teams": "new-team",
     "admin/audit": "audit-row",
+    "admin/maps": "map-layer-form",
     "admin/system": "system",
 }
 """Each with a part that shows that it is there."""

@@ -9,6 +9,7 @@ from server.app.composition import ROUTERS
 
 MISSION: Final = {"name": "field", "document": {"mission": [], "fence": [], "rally": []}}
 ZONE: Final = {"name": "x", "kind": "no-fly", "points": [[0, 0], [0, 1e-3], [1e-3, 0]]}
+AREA: Final = {"name": "x", "layer_id": 9999, "south": 1, "west": 1, "north": 2, "east": 2, "max_zoom": 3}
 BODIES: Final[dict[str, dict[str, object]]] = {
     "rehearse_loss": {"what": "tower"},
     "make_team": {"name": "x"},
@@ -28,6 +29,10 @@ BODIES: Final[dict[str, dict[str, object]]] = {
     "create_zone": ZONE,
     "replace_zone": ZONE | {"version": 1},
     "read_zone_file": {"text": "{}"},
+    "get_heights": {"places": [[47.4, 8.5]]},
+    "add_map_layer": {"name": "x", "role": "map", "template": "no address"},
+    "estimate_map_area": AREA,
+    "keep_map_area": AREA,
     "write_parameters": {"values": {"RTL_ALT": 1500}},
 }
 # A response to HEAD has only a status, the same as that of GET.
@@ -40,4 +45,5 @@ def path_of(route: APIRoute, drone_id: int) -> str:
     """Returns a path for this drone. Every other object that the path names does not exist."""
     path = route.path.replace("{drone_id}", str(drone_id)).replace("{name}", "units")
     path = path.replace("{kind:plan_kind}", "mission").replace("{format_name}", "csv").replace("{kind}", "unknown")
+    path = path.replace("{zoom}/{x}/{y}", "1/0/0")
     return re.sub(r"\{\w+_id\}", "9999", path)

@@ -8,6 +8,7 @@ import httpx
 import pytest
 from tower_world import TowerWorld, assert_problem, start_tower
 from worlds.tile_files import MVT, PNG, write_tile_file
+from worlds.tile_server import tile_server
 
 from server.runtime.tile_source import TileAddresses, TileFile
 
@@ -110,15 +111,18 @@ async def test_without_a_setting_there_is_only_the_coastline(tmp_path: Path) -> 
         assert "https:" not in (await olga.get("/")).headers["content-security-policy"]
 
 
-async def test_tiles_from_elsewhere_widen_the_policy_by_their_origin(tmp_path: Path) -> None:
-    template = "https://tiles.example.org/{z}/{x}/{y}.png"
-    async with start_tower(tmp_path, tiles=TileAddresses(template), tiles_most_zoom=17) as world:
-        olga = await world.signed_in(await world.add_user("olga"))
-        (said,) = await layers(olga)
-        assert (said["source"], said["url"], said["max_zoom"]) == ("addresses", template, 17)
-        policy = (await olga.get("/")).headers["content-security-policy"]
-        assert "connect-src 'self' https://tiles.example.org;" in policy
-        assert_problem(await olga.get(FILE), 404, "no-tiles")
+async def test_tiles_of_another_address_go_through_the_tower(tmp_path: Path) -> None:
+    with tile_server() as server:
+        source = TileAddresses(server.template)
+        async with start_tower(tmp_path, tiles=source, tiles_most_zoom=17) as world:
+            olga = await world.signed_in(await world.add_user("olga"))
+            (said,) = await layers(olga)
+            url = "/api/v1/map/layers/0/{z}/{x}/{y}"
+            assert (said["source"], said["url"], said["max_zoom"]) == ("addresses", url, 17)
+            assert "://" not in (await olga.get("/")).headers["content-security-policy"]
+            tile = await olga.get("/api/v1/map/layers/0/3/4/5")
+            assert (tile.status_code, tile.content) == (200, server.tile)
+            assert_problem(await olga.get(FILE), 404, "no-tiles")
 
 
 async def test_a_file_put_into_the_folder_of_maps_is_a_layer_at_once(tmp_path: Path) -> None:

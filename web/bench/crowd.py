@@ -90,14 +90,15 @@ class Crowd:
 
 def layer(file: Path) -> dict[str, Any]:
     above = "above" in file.name
+    heights = "heights" in file.name
     return {
         "id": file.stem,
         "name": file.stem,
-        "role": "imagery" if above else "map",
-        "kind": "raster" if above else "vector",
+        "role": "imagery" if above else "terrain" if heights else "map",
+        "kind": "raster" if above or heights else "vector",
         "source": "file",
         "url": f"/maps/{file.name}",
-        "tile_size": 512,
+        "tile_size": 256 if heights else 512,
         "max_zoom": None,
         "attribution": "",
     }

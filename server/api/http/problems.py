@@ -33,6 +33,14 @@ from server.domain.access import (
     UnknownDrone,
 )
 from server.domain.drone_settings import BadDroneSettings
+from server.domain.map_layers import (
+    BadMapFile,
+    BadMapLayer,
+    MapTileUnavailable,
+    TooManyMapLayers,
+    UnknownMapArea,
+    UnknownMapLayer,
+)
 from server.domain.names import BadName
 from server.domain.refusal import Refusal, RetryLater
 from server.domain.tower_refusals import LastTower, TowerDraining, UnknownTower
@@ -45,6 +53,7 @@ from server.live.flight_commands.vehicle import NoSuchItem, NoSuchMode, NotKnown
 from server.live.flight_logs.refusals import BadCredential, FileIncomplete, FileNotTaken, NotAskedFor, UnknownLog
 from server.live.flights.refusals import BadPage, FlightElsewhere, FlightRunning, UnknownFlight
 from server.live.missions.document import DocumentTooLarge
+from server.live.missions.ground_check import IntoTheGround
 from server.live.missions.plan_body import BadPlan, MalformedBody
 from server.live.missions.plans import PlanNotRead
 from server.live.operations.refusals import (
@@ -225,6 +234,7 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     ZoneChangedMeanwhile: Kind("changed-meanwhile", 412, "Changed meanwhile"),
     BadZone: Kind(INVALID.slug, INVALID.status, INVALID.title, field="points"),
     UnreadableFile: Kind(INVALID.slug, INVALID.status, INVALID.title, field="text"),
+    IntoTheGround: Kind("into-the-ground", 409, "The mission leads into the ground"),
     LoanForbids: Kind("loan", 409, "Beyond the limits of the loan"),
     ViewTaken: Kind("view-taken", 403, "The view was taken"),
     OnlyWatches: Kind("only-watches", 403, "You may only watch"),
@@ -240,6 +250,12 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     NoSuchItem: Kind(INVALID.slug, INVALID.status, INVALID.title, field="item"),
     NoSuchLeader: Kind(INVALID.slug, INVALID.status, INVALID.title, field="leader"),
     CannotFollow: Kind("cannot-follow", 409, "It cannot follow"),
+    UnknownMapLayer: Kind("unknown-map-layer", 404, "No such map layer"),
+    UnknownMapArea: Kind("unknown-map-area", 404, "No such area"),
+    TooManyMapLayers: Kind("too-many-map-layers", 409, "Too many map layers"),
+    BadMapLayer: Kind(INVALID.slug, INVALID.status, INVALID.title),
+    BadMapFile: Kind(INVALID.slug, INVALID.status, INVALID.title),
+    MapTileUnavailable: Kind("map-tile-unavailable", 503, "The tile is not to be had now"),
     UnknownMission: Kind("unknown-mission", 404, "No such mission"),
     NotYourMission: Kind("not-your-mission", 403, "Not your mission"),
     TooManyMissions: Kind("too-many-missions", 409, "Too many missions"),

@@ -10,19 +10,17 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from server.api.http.over_tls import OverTls
 
 
-def content_security_policy(tiles_from: str | None = None) -> str:
-    """Returns what the console's pages may load. `tiles_from`: the only other origin, for map tiles, set by an
-    admin."""
-    tiles = f" {tiles_from}" if tiles_from else ""
+def content_security_policy() -> str:
+    """Returns what the console's pages may load: nothing from elsewhere, map tiles included."""
     return "; ".join(
         (
             "default-src 'self'",
             # Video decoders are WebAssembly; this does not let text become code.
             "script-src 'self' 'wasm-unsafe-eval'",
             "style-src 'self'",
-            f"img-src 'self' data: blob:{tiles}",
+            "img-src 'self' data: blob:",
             "worker-src 'self'",
-            f"connect-src 'self'{tiles}",
+            "connect-src 'self'",
             "object-src 'none'",
             "base-uri 'none'",
             "frame-ancestors 'none'",
@@ -64,11 +62,11 @@ TABLE: Final = (
 
 
 class SecurityHeaders:
-    def __init__(self, app: ASGIApp, *, api_prefix: str, over_tls: OverTls, tiles_from: str | None = None) -> None:
+    def __init__(self, app: ASGIApp, *, api_prefix: str, over_tls: OverTls) -> None:
         self._app = app
         self._api_prefix = api_prefix
         self._over_tls = over_tls
-        self._policy = content_security_policy(tiles_from)
+        self._policy = content_security_policy()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http":

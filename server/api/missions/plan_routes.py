@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import time
+from contextlib import suppress
+from functools import partial
 from typing import Annotated, Any, Final, Literal
 
 from fastapi import APIRouter, Path, Query, Request, Response
 from starlette.convertors import Convertor, register_url_convertor
 
 from server.api.access import Pilot, Viewer
-from server.api.dependencies import AddressDep, AuthenticatorDep, ClockDep, HubDep
+from server.api.dependencies import AddressDep, AuthenticatorDep, ClockDep, HubDep, SettingsDep, TerrainDep
 from server.api.http.problem_docs import answers
 from server.api.http.strict_body import read_body
 from server.api.operations.operation_requests import ACCEPTED, Prefer, answer, begin, ended, flown_drone, watched_drone
@@ -16,6 +19,7 @@ from server.domain.access import Action, UnknownDrone
 from server.live.flight_commands.vehicle import NotKnownYet
 from server.live.hub import Hub
 from server.live.missions import plans
+from server.live.missions.ground_check import IntoTheGround, Origin, refuse_into_the_ground
 from server.live.missions.plan_body import (
     ITEMS_SCHEMA,
     BadPlan,
@@ -28,7 +32,7 @@ from server.live.missions.plan_body import (
 from server.live.missions.plan_keeping import PlanKeptView, keeping_for, plan_kept
 from server.live.missions.plans import PlanNotRead, PlanView
 from server.live.operations.operation import Lane, Operation, State
-from server.live.operations.permissions import refuse_plan
+from server.live.operations.permissions import refuse_others, refuse_plan
 from server.live.operations.refusals import (
     AgentTooOld,
     Assisted,
@@ -71,6 +75,7 @@ _BEGIN: Final = answers(OnlyWatches, DroneOffline, AgentTooOld, DroneBusy, TooMa
 _WRITE: Final = _BEGIN | ACCEPTED | answers(NotInControl, Assisted, LoanForbids, ZoneForbids)
 _BODY: Final = answers(MalformedBody, BadPlan)
 _ITEMS: Final[dict[str, Any]] = {"items": ITEMS_SCHEMA}
+_NO: Final = {"type": "boolean", "default": False}
 
 
 @router.get(
@@ -102,8 +107,8 @@ async def get_plan(
 @router.put(
     "/{kind:plan_kind}",
     operation_id="put_plan",
-    responses=_WRITE | _BODY,
-    openapi_extra=body_schema({**_ITEMS, "while_flying": {"type": "boolean", "default": False}}, ["items"]),
+    responses=_WRITE | _BODY | answers(IntoTheGround),
+    openapi_extra=body_schema({**_ITEMS, "while_flying": _NO, "despite_ground": _NO}, ["items"]),
 )
 async def put_plan(
     request: Request,
@@ -112,15 +117,27 @@ async def put_plan(
     authenticator: AuthenticatorDep,
     hub: HubDep,
     address: AddressDep,
+    terrain: TerrainDep,
+    settings: SettingsDep,
     drone_id: DronePath,
     kind: KindPath,
     prefer: Prefer = None,
 ) -> OperationView:
     """Uploads a plan. It replaces the old plan as a whole, verified by reading it back; otherwise the old plan
-    stays."""
+    stays. A mission into the ground is refused, unless `despite_ground`."""
     body = await read_body(request, PlanToPut)
     principal = await authenticator.admit(request, Action.FLY)
     what, items = PlanKind(kind), plan_of(body.items)
+    if what is PlanKind.MISSION and not body.despite_ground:
+        drone = watched_drone(hub, principal, drone_id)
+        refuse_others(drone, principal, time.monotonic())
+        home = None
+        if drone.home is not None:
+            home = Origin(drone.home.lat_deg, drone.home.lon_deg, drone.home.alt_amsl_m)
+        clearance_m = settings.ground_clearance_m
+        refuse = partial(refuse_into_the_ground, drone.record.name, items, home, terrain.heights, clearance_m)
+        with suppress(TimeoutError):  # then the ground is not known, and nothing is said
+            await terrain.in_turn(refuse)
     drone = await flown_drone(hub, principal, drone_id)
     refuse_plan(drone, principal, what, items)
     order = plans.upload(what, items, while_flying=body.while_flying)

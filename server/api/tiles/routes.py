@@ -14,22 +14,27 @@ from fastapi.responses import FileResponse, Response
 from pydantic import BaseModel, Field
 
 from server.api.access import Viewer
-from server.api.dependencies import MapFolderDep, SettingsDep
+from server.api.dependencies import MapFolderDep, MapLayersDep, SettingsDep, TerrainDep
 from server.api.http.problem_docs import answers
+from server.api.tiles.tile_routes import CONFIGURED as CONFIGURED_LAYER
 from server.domain.access import BadToken, NotSignedIn, ScopeMissing, SessionExpired
+from server.domain.map_layers import MapTileUnavailable
 from server.runtime.map_files import MapFile, MapRole
 from server.runtime.settings import Settings
 from server.runtime.tile_source import NoTileFile, TileAddresses, TileFile, TileKind
+from server.store.maps.layers import KnownLayer
 
 router = APIRouter(
     prefix="/api/v1/map", tags=["map"], responses=answers(NotSignedIn, SessionExpired, BadToken, ScopeMissing)
 )
 
 FILES_PATH: Final = "/api/v1/map/files"
+LAYERS_PATH: Final = "/api/v1/map/layers"
 CONFIGURED: Final = "tiles"
 """The id of the layer of `TOWER_TILES`."""
 CONFIGURED_PATH: Final = "/api/v1/map/tiles.pmtiles"
 MEDIA_TYPE: Final = "application/vnd.pmtiles"
+MAX_PLACES: Final = 2_000
 _KEPT: Final = "private, max-age=604800, no-transform"
 """Cached by the browser only, for a week: the address that the console uses changes with the file."""
 _FILE_ANSWERS: Final[dict[int | str, dict[str, object]]] = {
@@ -63,12 +68,35 @@ class MapView(BaseModel):
     layers: list[LayerView]
 
 
+LatLon = tuple[Annotated[float, Field(ge=-90, le=90)], Annotated[float, Field(ge=-180, le=180)]]
+
+
+class PlacesBody(BaseModel):
+    places: Annotated[list[LatLon], Field(max_length=MAX_PLACES, description="Latitude and longitude in degrees")]
+
+
+class HeightsView(BaseModel):
+    heights_m: Annotated[
+        list[float | None], Field(description="Of the ground above the sea; null: this tower does not know it")
+    ]
+
+
+@router.post("/heights", responses=answers(MapTileUnavailable))
+async def get_heights(principal: Viewer, body: PlacesBody, terrain: TerrainDep) -> HeightsView:
+    """Returns the height of the ground at each place, from the elevation that this tower has."""
+    try:
+        return HeightsView(heights_m=await terrain.in_turn(lambda: terrain.heights(body.places)))
+    except TimeoutError:
+        raise MapTileUnavailable("the heights are not to be had now") from None
+
+
 @router.get("")
-async def get_map(principal: Viewer, settings: SettingsDep, folder: MapFolderDep) -> MapView:
+async def get_map(principal: Viewer, settings: SettingsDep, folder: MapFolderDep, layers: MapLayersDep) -> MapView:
     """Returns the layers that the console may draw over its built-in coastline."""
+    added = [_added(one) for one in await layers.all()]
     files, _ = await asyncio.to_thread(folder.look)
     configured = await asyncio.to_thread(_configured, settings)
-    return MapView(layers=[*configured, *(_layer(file) for file in files)])
+    return MapView(layers=[*configured, *(_layer(file) for file in files), *added])
 
 
 @router.head("/tiles.pmtiles", include_in_schema=False)
@@ -112,11 +140,27 @@ def _layer(file: MapFile) -> LayerView:
     )
 
 
+def _added(known: KnownLayer) -> LayerView:
+    about = known.about
+    return LayerView(
+        id=f"layer-{known.id}",
+        name=about.name,
+        role=about.role,
+        kind="raster",
+        source="addresses",
+        url=f"{LAYERS_PATH}/{known.id}/{{z}}/{{x}}/{{y}}",
+        tile_size=about.tile_size,
+        max_zoom=about.max_zoom,
+        attribution=about.attribution,
+    )
+
+
 def _configured(settings: Settings) -> list[LayerView]:
     """Returns the layer of `TOWER_TILES`, if it is set."""
     match settings.tiles:
-        case TileAddresses(template=template):
-            return [_configured_layer(settings, "raster", "addresses", template, settings.tiles_most_zoom)]
+        case TileAddresses():
+            url = f"{LAYERS_PATH}/{CONFIGURED_LAYER}/{{z}}/{{x}}/{{y}}"
+            return [_configured_layer(settings, "raster", "addresses", url, settings.tiles_most_zoom)]
         case TileFile(kind=kind) as file:
             return [_configured_layer(settings, kind, "file", f"{CONFIGURED_PATH}?v={_version(file)}", None)]
         case _:

@@ -76,10 +76,12 @@ class PlanBody(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class PlanToPut(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """`while_flying`: also while a mission is being flown, which is paused for it."""
+    """`while_flying`: also while a mission is being flown, which is paused for it. `despite_ground`: although the
+    tower's elevation says that it leads into the ground."""
 
     items: ItemRows
     while_flying: bool = False
+    despite_ground: bool = False
 
 
 def decode_body(text: bytes, kind: type[_Body]) -> _Body:

@@ -69,7 +69,9 @@ export function createMap(container: HTMLElement, shown: Shown): MapLibreMap {
   map.addControl(new NavigationControl({ showCompass: false }), 'top-right');
   map.addControl(new ScaleControl({ maxWidth: 120, unit: 'metric' }), 'bottom-right');
   map.on('error', ({ error }) => {
-    if (error.message !== MISSING_TILE) reportError(error);
+    // Its server does not give the tile now; the map shows a coarser one, or none.
+    const isAway = (error as { status?: number }).status === 503;
+    if (error.message !== MISSING_TILE && !isAway) reportError(error);
   });
   return map;
 }

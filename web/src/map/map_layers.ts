@@ -29,9 +29,18 @@ export interface MapChoice {
   /** Of the imagery, 0 to 1. */
   readonly opacity: number;
   readonly labels: boolean;
+  /** The shape of the ground, shaded. */
+  readonly relief: boolean;
 }
 
-export const DEFAULT_CHOICE: MapChoice = { view: 'both', imagery: null, map: null, opacity: 1, labels: true };
+export const DEFAULT_CHOICE: MapChoice = {
+  view: 'both',
+  imagery: null,
+  map: null,
+  opacity: 1,
+  labels: true,
+  relief: true,
+};
 export const MIN_OPACITY = 0.2;
 
 /** What is drawn: never more than the tower has. */
@@ -40,13 +49,14 @@ export interface Shown {
   readonly map: MapLayer | null;
   readonly opacity: number;
   readonly labels: boolean;
+  readonly relief: MapLayer | null;
 }
 
 const isOneOf = <T extends string>(all: readonly T[], value: unknown): value is T => all.some((one) => one === value);
 
 /** Reads what was stored: anything unusable becomes the default. */
 export function readChoice(stored: unknown): MapChoice {
-  const { view, imagery, map, opacity, labels } = (stored ?? {}) as Record<string, unknown>;
+  const { view, imagery, map, opacity, labels, relief } = (stored ?? {}) as Record<string, unknown>;
   const id = (value: unknown): string | null => (typeof value === 'string' ? value : null);
   return {
     view: isOneOf(MAP_VIEWS, view) ? view : DEFAULT_CHOICE.view,
@@ -54,6 +64,7 @@ export function readChoice(stored: unknown): MapChoice {
     map: id(map),
     opacity: typeof opacity === 'number' && opacity >= MIN_OPACITY && opacity <= 1 ? opacity : DEFAULT_CHOICE.opacity,
     labels: typeof labels === 'boolean' ? labels : DEFAULT_CHOICE.labels,
+    relief: typeof relief === 'boolean' ? relief : DEFAULT_CHOICE.relief,
   };
 }
 
@@ -68,15 +79,17 @@ export function shownOf(layers: readonly MapLayer[], choice: MapChoice): Shown {
   const imagery = layerOf(layers, 'imagery', choice.imagery);
   const map = layerOf(layers, 'map', choice.map);
   const { view, opacity, labels } = choice;
-  if (view === 'none') return { imagery: null, map: null, opacity, labels };
+  if (view === 'none') return { imagery: null, map: null, opacity, labels, relief: null };
+  const relief = choice.relief ? layerOf(layers, 'terrain', null) : null;
   return {
     imagery: view === 'map' && map ? null : imagery,
     map: view === 'imagery' && imagery ? null : map,
     opacity,
     labels,
+    relief,
   };
 }
 
 /** The credits of what is drawn, each once. */
-export const creditsOf = ({ imagery, map }: Shown): string =>
-  [...new Set([imagery?.attribution, map?.attribution].filter(Boolean))].join(' · ');
+export const creditsOf = ({ imagery, map, relief }: Shown): string =>
+  [...new Set([imagery?.attribution, map?.attribution, relief?.attribution].filter(Boolean))].join(' · ');

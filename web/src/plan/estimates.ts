@@ -1,8 +1,9 @@
 /** Distance, time and battery: based on figures that the user enters, so no more accurate than these. */
 
 import { CMD } from './catalogue';
-import { flownPath, type Ending, type FlownPath, type Leg } from './flown_path';
+import { flownPath, type Ending, type FlownPath, type GroundAt, type Leg } from './flown_path';
 import { bearingDeg, turnDeg } from './ground';
+import { between } from './over_ground';
 import type { Plan } from './plan_types';
 
 export interface FlightFigures {
@@ -136,20 +137,23 @@ export interface ProfilePoint {
   readonly heightM: number;
   /** The item that it flies to. */
   readonly seq: number;
+  /** The ground under it, above home's; null: not known. */
+  readonly groundM: number | null;
 }
 
 /** About as many samples as a drawing needs; includes each corner, so that no peak is lost. */
-export function heightProfile(path: FlownPath, samples = 200): ProfilePoint[] {
+export function heightProfile(path: FlownPath, samples = 200, groundOverHome?: GroundAt): ProfilePoint[] {
+  const groundM = (leg: Leg, part: number): number | null => groundOverHome?.(between(leg.from, leg.to, part)) ?? null;
   const total = path.legs.reduce((sum, leg) => sum + leg.lengthM, 0);
   const points: ProfilePoint[] = [];
   let alongM = 0;
   for (const leg of path.legs) {
-    if (points.length === 0) points.push({ alongM, heightM: leg.fromHeightM, seq: leg.seq });
+    if (points.length === 0) points.push({ alongM, heightM: leg.fromHeightM, seq: leg.seq, groundM: groundM(leg, 0) });
     const steps = total > 0 ? Math.max(1, Math.round((leg.lengthM / total) * samples)) : 1;
     for (let step = 1; step <= steps; step += 1) {
       const part = step / steps;
       const heightM = leg.fromHeightM + (leg.toHeightM - leg.fromHeightM) * part;
-      points.push({ alongM: alongM + leg.lengthM * part, heightM, seq: leg.seq });
+      points.push({ alongM: alongM + leg.lengthM * part, heightM, seq: leg.seq, groundM: groundM(leg, part) });
     }
     alongM += leg.lengthM;
   }

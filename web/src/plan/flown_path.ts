@@ -62,13 +62,24 @@ export interface Leg {
   readonly from: Spot;
   readonly to: Spot;
   readonly lengthM: number;
-  /** Above home; terrain is assumed to be as high as home. */
+  /** Above home. Where the ground is not known it is taken to be as high as home. */
   readonly fromHeightM: number;
   readonly toHeightM: number;
+  /** Both ends are in the terrain frame: the autopilot follows the ground between them. */
+  readonly followsGround: boolean;
 }
 
+/** Metres above the sea; null: not known; undefined: being loaded. */
+export type GroundAt = (spot: Spot) => number | null | undefined;
+const NO_GROUND: GroundAt = () => null;
+
 /** Metres above the planned home; null if unknown: a height above sea level without a home. */
-export function heightAboveHomeM(plan: Plan, item: PlanItem): number | null {
+export function heightAboveHomeM(plan: Plan, item: PlanItem, ground: GroundAt = NO_GROUND): number | null {
+  if (datumOf(item.frame) === 'terrain') {
+    const under = ground({ latE7: item.x, lonE7: item.y });
+    const atHome = plan.home && ground(plan.home.spot);
+    return typeof under === 'number' && typeof atHome === 'number' ? item.z + under - atHome : item.z;
+  }
   if (datumOf(item.frame) !== 'sea') return item.z;
   return plan.home ? item.z - plan.home.altM : null;
 }
@@ -81,16 +92,19 @@ export interface FlownPath {
 const isLanding = (command: number): boolean => command === CMD.LAND || command === CMD.VTOL_LAND;
 
 /** Begins at the planned home, if any, on the ground; otherwise at the first place. */
-export function flownPath(plan: Plan): FlownPath {
+export function flownPath(plan: Plan, ground: GroundAt = NO_GROUND): FlownPath {
   const order = flownOrder(plan);
   const legs: Leg[] = [];
   let here: Spot | null = plan.home?.spot ?? null;
   let heightM = 0;
-  const fly = (seq: number, to: Spot, toHeightM: number): void => {
+  let wasOverGround = false;
+  const fly = (seq: number, to: Spot, toHeightM: number, isOverGround = false): void => {
     const from = here ?? to;
-    legs.push({ seq, from, to, lengthM: distanceM(from, to), fromHeightM: heightM, toHeightM });
+    const followsGround = wasOverGround && isOverGround;
+    legs.push({ seq, from, to, lengthM: distanceM(from, to), fromHeightM: heightM, toHeightM, followsGround });
     here = to;
     heightM = toHeightM;
+    wasOverGround = isOverGround;
   };
   for (const seq of order.steps) {
     const item = plan.items[seq]!;
@@ -103,7 +117,7 @@ export function flownPath(plan: Plan): FlownPath {
     const own = { latE7: item.x, lonE7: item.y };
     const to: Spot | null = isNoPlace(own) ? here : own;
     if (!to) continue;
-    const target = heightAboveHomeM(plan, item) ?? heightM;
+    const target = heightAboveHomeM(plan, item, ground) ?? heightM;
     if (isLanding(item.command)) {
       fly(seq, to, heightM);
       fly(seq, to, Math.min(target, heightM));
@@ -111,7 +125,7 @@ export function flownPath(plan: Plan): FlownPath {
       // It climbs in place; only planes fly to the place of a take-off.
       fly(seq, here ?? to, target);
     } else {
-      fly(seq, to, target);
+      fly(seq, to, target, datumOf(item.frame) === 'terrain');
     }
   }
   return { legs, order };

@@ -8,8 +8,9 @@ import { CMD, commandWords, isKnownTo, isOpenTo, specOf, type AutopilotKind } fr
 import { FenceCheck, type Breach } from './fence_crossings';
 import type { Firmware } from './firmware';
 import { itemFaults, rallyFaults, shapeFaults } from './field_checks';
-import { flownPath, heightAboveHomeM, type FlownPath } from './flown_path';
+import { flownPath, heightAboveHomeM, type FlownPath, type GroundAt } from './flown_path';
 import { distanceM } from './ground';
+import { groundFindings, type GroundLimits } from './over_ground';
 import { MAX_ITEMS, type PartId, type Plan, type PlanKind } from './plan_types';
 import { itemsOf } from './wire_items';
 
@@ -39,6 +40,8 @@ export interface CheckLimits {
   /** Above home; null: no limit. */
   readonly highestM: number | null;
   readonly farthestM: number | null;
+  /** Where the tower has elevation. */
+  readonly ground?: GroundLimits & { readonly at: GroundAt };
 }
 
 /** Waypoints closer than this are one: a copter counts a waypoint as reached from 2 m away. */
@@ -90,6 +93,7 @@ export function planChecks(plan: Plan, limits: CheckLimits, path: FlownPath = fl
   }
   checkCourse(plan, path, addFinding);
   checkPlaces(plan, limits, path, addFinding);
+  if (limits.ground) findings.push(...groundFindings(plan, path, limits.ground.at, limits.ground));
   findings.push(...fenceFindings(plan, path, named));
   for (const [at, point] of plan.rally.entries()) {
     for (const fault of rallyFaults(point)) {
@@ -163,7 +167,7 @@ function checkPlaces(plan: Plan, limits: CheckLimits, path: FlownPath, addFindin
     if (limits.farthestM !== null && away > limits.farthestM) {
       addFinding('error', leg.seq, `is ${metres(away)} from home; ${metres(limits.farthestM)} is the most.`);
     }
-    const height = heightAboveHomeM(plan, item);
+    const height = heightAboveHomeM(plan, item, limits.ground?.at);
     if (height === null) continue;
     if (limits.highestM !== null && height > limits.highestM) {
       addFinding('error', leg.seq, `is ${metres(height)} above home; ${metres(limits.highestM)} is the most.`);

@@ -38,7 +38,7 @@ const DRONE_PAGES = [
   ['Logs of', logsHref],
 ] as const;
 const ACCOUNT = ['password', 'passkeys', 'second-factor', 'sessions', 'tokens', 'teams'];
-const ADMIN = ['users', 'drones', 'enrolment', 'sessions', 'tokens', 'teams', 'audit', 'system'];
+const ADMIN = ['users', 'drones', 'enrolment', 'sessions', 'tokens', 'teams', 'audit', 'maps', 'system'];
 
 const entry = (kind: EntryKind, label: string, detail: string, run: () => unknown): SearchEntry => ({
   id: `${kind} ${label} ${detail}`,

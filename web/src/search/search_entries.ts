@@ -1,6 +1,6 @@
 /** What the search finds: drones, pages and commands, and in which order. Pure. */
 
-export type EntryKind = 'drone' | 'page' | 'command';
+export type EntryKind = 'drone' | 'page' | 'command' | 'place';
 
 export interface SearchEntry {
   readonly id: string;
@@ -13,7 +13,7 @@ export interface SearchEntry {
 
 export const MAX_FOUND = 40;
 
-const RANK: Record<EntryKind, number> = { drone: 0, page: 1, command: 2 };
+const RANK: Record<EntryKind, number> = { place: 0, drone: 0, page: 1, command: 2 };
 
 /** 0: the label begins with it; 1: a word of the label does; 2: elsewhere. Null: not found. */
 function distance({ label, detail }: SearchEntry, words: readonly string[]): number | null {

@@ -27,6 +27,8 @@ interface Known {
   readonly values: FlightValues;
   readonly telemetry: Telemetry;
   readonly units: UnitSystem;
+  /** Undefined: this tower has no elevation. */
+  readonly overGroundM?: number | null | undefined;
 }
 type Show = (known: Known) => Omit<ShownValue, 'label'> & { label?: string };
 
@@ -72,6 +74,16 @@ const NAMED: Readonly<Record<string, readonly [string, Show]>> = {
     }),
   ],
   altitude: ['Height above home', of('height', ({ altRelM }) => altRelM, [0, 120])],
+  'over-ground': [
+    'Height above ground',
+    ({ overGroundM = null, units, ...known }) => ({
+      ...measure(units, 'height', overGroundM),
+      raw: plain(overGroundM),
+      number: overGroundM,
+      ends: [0, 120],
+      isHidden: known.overGroundM === undefined,
+    }),
+  ],
   'altitude-amsl': ['Height above the sea', of('height', ({ altAmslM }) => altAmslM)],
   climb: ['Climb', of('climb', ({ climbMps }) => climbMps, [-5, 5])],
   speed: ['Ground speed', of('speed', ({ groundSpeedMps }) => groundSpeedMps, [0, 20])],

@@ -40,8 +40,18 @@ const MAX_NAME_LENGTH = 40;
 const ID = /^[A-Za-z0-9_.-]{1,48}$/;
 
 const USUAL_IDS = [
-  ...['mode', 'armed', 'altitude', 'climb', 'speed', 'heading', 'battery', 'battery-left', 'throttle', 'gps'],
-  ...['estimator', 'wind', 'landed', 'distance-to-home', 'distance-to-target', 'flight-time', 'link'],
+  ...['mode', 'armed', 'altitude', 'over-ground', 'climb', 'speed', 'heading', 'battery', 'battery-left'],
+  ...[
+    'throttle',
+    'gps',
+    'estimator',
+    'wind',
+    'landed',
+    'distance-to-home',
+    'distance-to-target',
+    'flight-time',
+    'link',
+  ],
   ...['latitude', 'longitude'],
 ];
 

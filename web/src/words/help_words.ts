@@ -158,7 +158,7 @@ export const HELP: Record<Route['page'], PageHelp> = {
     title: 'Administration',
     sentences: [
       'Users and their roles, drones and their owners, enrolment of a drone by one command, teams, sessions, tokens.',
-      'The audit trail tells who did what. System shows the health of the tower.',
+      'The audit trail tells who did what. Maps: layers, files, and areas kept for when the network is away. System shows the health of the tower.',
     ],
     keys: [],
   },

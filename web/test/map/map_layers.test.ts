@@ -22,7 +22,7 @@ const ALL = [STREETS, ABOVE, OTHER, HILLS];
 
 describe('what is stored of a choice', () => {
   it('comes back as it was', () => {
-    const choice = { view: 'map', imagery: 'a', map: 'b', opacity: 0.5, labels: false } as const;
+    const choice = { view: 'map', imagery: 'a', map: 'b', opacity: 0.5, labels: false, relief: false } as const;
     expect(readChoice(JSON.parse(JSON.stringify(choice)))).toEqual(choice);
   });
 
@@ -58,7 +58,8 @@ describe('what is drawn', () => {
   });
 
   it('is credited, each source once', () => {
-    expect(creditsOf(shownOf(ALL, DEFAULT_CHOICE))).toBe('© Pilots · © Walkers');
+    expect(creditsOf(shownOf(ALL, DEFAULT_CHOICE))).toBe('© Pilots · © Walkers · © Climbers');
+    expect(creditsOf(shownOf(ALL, { ...DEFAULT_CHOICE, relief: false }))).toBe('© Pilots · © Walkers');
     expect(creditsOf(shownOf([ABOVE, layer('b', 'map', '© Pilots')], DEFAULT_CHOICE))).toBe('© Pilots');
     expect(creditsOf(shownOf([], DEFAULT_CHOICE))).toBe('');
   });

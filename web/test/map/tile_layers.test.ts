@@ -26,13 +26,30 @@ const MAP: MapLayer = {
   parts: ['places', 'roads', 'water', 'earth', 'buildings'],
 };
 const IMAGERY: MapLayer = { ...MAP, id: 'above', role: 'imagery', kind: 'raster', tileSize: 512, parts: [] };
-const shown = (changes: Partial<Shown>): Shown => ({ imagery: null, map: null, opacity: 1, labels: true, ...changes });
+const HILLS: MapLayer = { ...MAP, id: 'hills', role: 'terrain', kind: 'raster', parts: [] };
+const shown = (changes: Partial<Shown>): Shown => ({
+  imagery: null,
+  map: null,
+  opacity: 1,
+  labels: true,
+  relief: null,
+  ...changes,
+});
 const drawn = (changes: Partial<Shown>): string[] => tileLayers(shown(changes), THEME).map(({ id }) => id);
 
 describe('the source of tiles', () => {
   it('of a file is found by the protocol of its format, which knows its zooms', () => {
     expect(tileSource(MAP)).toEqual({ type: 'vector', url: `pmtiles://${MAP.url}` });
     expect(tileSource(IMAGERY)).toEqual({ type: 'raster', tileSize: 512, url: `pmtiles://${IMAGERY.url}` });
+  });
+
+  it('of heights is one of elevation, and its shape is shaded under the names', () => {
+    const { url, tileSize } = HILLS;
+    const source = { type: 'raster-dem', encoding: 'terrarium', tileSize, url: `pmtiles://${url}` };
+    expect(tileSource(HILLS)).toEqual(source);
+    const ids = drawn({ map: MAP, imagery: IMAGERY, relief: HILLS });
+    expect(ids.indexOf('tiles-hills')).toBe(ids.indexOf('tiles-above') + 1);
+    expect(ids.findIndex((id) => id.includes('label'))).toBeGreaterThan(ids.indexOf('tiles-hills'));
   });
 
   it('of single tiles is the template, up to the zoom that is set', () => {

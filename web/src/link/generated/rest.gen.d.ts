@@ -913,6 +913,70 @@ export interface paths {
         readonly patch?: never;
         readonly trace?: never;
     };
+    readonly "/map/admin": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["get_map_admin"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/map/areas": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put?: never;
+        readonly post: operations["keep_map_area"];
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/map/areas/{area_id}": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete: operations["let_map_area_go"];
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/map/areas/estimate": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put?: never;
+        readonly post: operations["estimate_map_area"];
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
     readonly "/map/files/{name}": {
         readonly parameters: {
             readonly query?: never;
@@ -921,6 +985,70 @@ export interface paths {
             readonly cookie?: never;
         };
         readonly get: operations["get_map_file"];
+        readonly put: operations["put_map_file"];
+        readonly post?: never;
+        readonly delete: operations["remove_map_file"];
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/map/heights": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put?: never;
+        readonly post: operations["get_heights"];
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/map/layers": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put?: never;
+        readonly post: operations["add_map_layer"];
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/map/layers/{layer_id}": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete: operations["remove_map_layer"];
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/map/layers/{layer_id}/{zoom}/{x}/{y}": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["get_map_tile"];
         readonly put?: never;
         readonly post?: never;
         readonly delete?: never;
@@ -1668,6 +1796,33 @@ export interface components {
         readonly Acknowledgement: {
             readonly drone?: string | null;
         };
+        readonly AdminLayerView: {
+            /** @default  */
+            readonly attribution?: string;
+            readonly id: number;
+            /** @default 19 */
+            readonly max_zoom?: number;
+            /**
+             * @description Its terms allow an area to be downloaded ahead
+             * @default false
+             */
+            readonly may_be_kept?: boolean;
+            /**
+             * @description Its server may be in a private network
+             * @default false
+             */
+            readonly may_be_private?: boolean;
+            readonly name: string;
+            /** @enum {string} */
+            readonly role: "imagery" | "map" | "terrain";
+            /** @description With {z}, {x}, {y}; or WMTS's {TileMatrix}, {TileCol}, {TileRow} */
+            readonly template: string;
+            /**
+             * @default 256
+             * @enum {integer}
+             */
+            readonly tile_size?: 256 | 512;
+        };
         /**
          * @description What the autopilot does if the agent's sticks stop or the agent dies.
          * @enum {string}
@@ -1718,6 +1873,32 @@ export interface components {
             readonly severity: components["schemas"]["Severity"];
             /** @description What is wrong, naming the drone */
             readonly words: string;
+        };
+        readonly AreaBody: {
+            readonly east: number;
+            readonly layer_id: number;
+            readonly max_zoom: number;
+            readonly name: string;
+            readonly north: number;
+            readonly south: number;
+            readonly west: number;
+        };
+        readonly AreaView: {
+            readonly bytes: number;
+            /** @description Tiles that are here */
+            readonly done: number;
+            readonly east: number;
+            readonly failed: number;
+            readonly id: number;
+            readonly layer_id: number;
+            readonly max_zoom: number;
+            readonly name: string;
+            readonly north: number;
+            /** @description Why tiles are missing, as last seen; empty: none */
+            readonly problem: string;
+            readonly south: number;
+            readonly tiles: number;
+            readonly west: number;
         };
         readonly Arm: {
             /**
@@ -2118,6 +2299,17 @@ export interface components {
             readonly enrolment: components["schemas"]["EnrolmentView"];
             readonly token: string;
         };
+        readonly EstimateView: {
+            readonly bytes: number;
+            readonly tiles: number;
+        };
+        readonly FileView: {
+            readonly bytes: number | null;
+            readonly name: string;
+            /** @description Why it cannot be drawn; empty if it can */
+            readonly problem: string;
+            readonly role: string | null;
+        };
         /** @description One flight with its index. */
         readonly FlightDetailView: {
             /**
@@ -2279,6 +2471,10 @@ export interface components {
             readonly status: string;
             readonly version: string;
         };
+        readonly HeightsView: {
+            /** @description Of the ground above the sea; null: this tower does not know it */
+            readonly heights_m: readonly (number | null)[];
+        };
         /**
          * @description The stage of an open hold.
          * @enum {string}
@@ -2385,6 +2581,32 @@ export interface components {
             /** @description MAV_TYPE */
             readonly vehicle_type: number | null;
         };
+        readonly LayerBody: {
+            /** @default  */
+            readonly attribution?: string;
+            /** @default 19 */
+            readonly max_zoom?: number;
+            /**
+             * @description Its terms allow an area to be downloaded ahead
+             * @default false
+             */
+            readonly may_be_kept?: boolean;
+            /**
+             * @description Its server may be in a private network
+             * @default false
+             */
+            readonly may_be_private?: boolean;
+            readonly name: string;
+            /** @enum {string} */
+            readonly role: "imagery" | "map" | "terrain";
+            /** @description With {z}, {x}, {y}; or WMTS's {TileMatrix}, {TileCol}, {TileRow} */
+            readonly template: string;
+            /**
+             * @default 256
+             * @enum {integer}
+             */
+            readonly tile_size?: 256 | 512;
+        };
         readonly LayerView: {
             /** @description To show on the map; may be empty */
             readonly attribution: string;
@@ -2484,6 +2706,15 @@ export interface components {
             readonly response: components["schemas"]["AttestationResponse"];
             /** @constant */
             readonly type: "public-key";
+        };
+        readonly MapAdminView: {
+            readonly areas: readonly components["schemas"]["AreaView"][];
+            readonly cache_bytes: number;
+            readonly cache_max_bytes: number;
+            readonly files: readonly components["schemas"]["FileView"][];
+            readonly layers: readonly components["schemas"]["AdminLayerView"][];
+            readonly presets: readonly components["schemas"]["PresetView"][];
+            readonly upload_max_bytes: number;
         };
         readonly MapView: {
             readonly layers: readonly components["schemas"]["LayerView"][];
@@ -2868,6 +3099,13 @@ export interface components {
             readonly id: number | null;
             readonly name: string;
         };
+        readonly PlacesBody: {
+            /** @description Latitude and longitude in degrees */
+            readonly places: readonly (readonly [
+                number,
+                number
+            ])[];
+        };
         /** @description What the drone's autopilot makes of a plan. */
         readonly PlanKeptView: {
             /** @description Name, for people */
@@ -2982,6 +3220,18 @@ export interface components {
             readonly may_sign: boolean;
             readonly own: readonly components["schemas"]["OwnLineView"][];
             readonly signed: components["schemas"]["SignatureView"] | null;
+        };
+        readonly PresetView: {
+            readonly attribution: string;
+            readonly key: string;
+            readonly max_zoom: number;
+            readonly may_be_kept: boolean;
+            readonly name: string;
+            /** @enum {string} */
+            readonly role: "imagery" | "map" | "terrain";
+            readonly template: string;
+            readonly terms: string;
+            readonly terms_url: string;
         };
         /** @description An RFC 9457 problem document. */
         readonly Problem: {
@@ -3944,6 +4194,8 @@ export interface operations {
         readonly requestBody: {
             readonly content: {
                 readonly "application/json": {
+                    /** @default false */
+                    readonly despite_ground?: boolean;
                     readonly items: readonly (readonly [
                         number,
                         number,
@@ -5471,6 +5723,94 @@ export interface operations {
             };
         };
     };
+    readonly get_map_admin: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["MapAdminView"];
+                };
+            };
+        };
+    };
+    readonly keep_map_area: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": components["schemas"]["AreaBody"];
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 202: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": unknown;
+                };
+            };
+        };
+    };
+    readonly let_map_area_go: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly area_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 204: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content?: never;
+            };
+        };
+    };
+    readonly estimate_map_area: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": components["schemas"]["AreaBody"];
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["EstimateView"];
+                };
+            };
+        };
+    };
     readonly get_map_file: {
         readonly parameters: {
             readonly query?: never;
@@ -5499,6 +5839,150 @@ export interface operations {
                 content: {
                     readonly "application/vnd.pmtiles": unknown;
                 };
+            };
+        };
+    };
+    readonly put_map_file: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly name: string;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/vnd.pmtiles": string;
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 204: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content?: never;
+            };
+        };
+    };
+    readonly remove_map_file: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly name: string;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 204: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content?: never;
+            };
+        };
+    };
+    readonly get_heights: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": components["schemas"]["PlacesBody"];
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["HeightsView"];
+                };
+            };
+        };
+    };
+    readonly add_map_layer: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": components["schemas"]["LayerBody"];
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 201: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["AdminLayerView"];
+                };
+            };
+        };
+    };
+    readonly remove_map_layer: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly layer_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 204: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content?: never;
+            };
+        };
+    };
+    readonly get_map_tile: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly layer_id: number;
+                readonly x: number;
+                readonly y: number;
+                readonly zoom: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description The tile */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "image/*": unknown;
+                };
+            };
+            /** @description Its server has no such tile */
+            readonly 204: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content?: never;
             };
         };
     };

@@ -21,8 +21,9 @@ import { estimate, USUAL_FIGURES, type FlightFigures } from '../../plan/estimate
 import { FenceCheck } from '../../plan/fence_crossings';
 import { ANY_FIRMWARE, type Firmware } from '../../plan/firmware';
 import { shapeFaults } from '../../plan/field_checks';
-import { flownPath } from '../../plan/flown_path';
+import { flownPath, type GroundAt } from '../../plan/flown_path';
 import { bearingDeg } from '../../plan/ground';
+import type { GroundLimits } from '../../plan/over_ground';
 import { planChecks, type CheckLimits } from '../../plan/plan_checks';
 import { PlanEditor } from '../../plan/plan_editor';
 import type { KeptPattern, KeptPlan } from '../../plan/plan_keeping';
@@ -53,6 +54,9 @@ export class PlanWorkspace {
   settings = $state.raw<PatternSettings>(USUAL_SETTINGS);
   figures = $state.raw<FlightFigures>(USUAL_FIGURES);
   limits = $state.raw<Pick<CheckLimits, 'highestM' | 'farthestM'>>({ highestM: 120, farthestM: null });
+  groundLimits = $state.raw<GroundLimits>({ clearanceM: 10, returnHeightM: null });
+  /** Null: this tower has no elevation. */
+  ground = $state.raw<GroundAt | null>(null);
   autopilot = $state<AutopilotKind>(USUAL_FAMILY);
   firmware = $state.raw<Firmware>(ANY_FIRMWARE);
   name = $state('');
@@ -67,10 +71,29 @@ export class PlanWorkspace {
   shows = $state(0);
   #editor = new PlanEditor(EMPTY_PLAN, () => this.#changed());
 
-  readonly path = $derived(flownPath(this.plan));
+  readonly path = $derived(flownPath(this.plan, this.ground ?? undefined));
+  /** Metres above the ground at home; null: not known. */
+  readonly groundOverHome = $derived.by((): GroundAt | null => {
+    const { ground } = this;
+    const homeM = this.plan.home && ground?.(this.plan.home.spot);
+    if (!ground || typeof homeM !== 'number') return null;
+    return (spot) => {
+      const under = ground(spot);
+      return typeof under === 'number' ? under - homeM : under;
+    };
+  });
   readonly estimate = $derived(estimate(this.plan, this.figures, this.path));
   readonly findings = $derived(
-    planChecks(this.plan, { ...this.limits, autopilot: this.autopilot, firmware: this.firmware }, this.path),
+    planChecks(
+      this.plan,
+      {
+        ...this.limits,
+        autopilot: this.autopilot,
+        firmware: this.firmware,
+        ...(this.ground ? { ground: { ...this.groundLimits, at: this.ground } } : {}),
+      },
+      this.path,
+    ),
   );
   readonly errors = $derived(this.findings.filter(({ severity }) => severity === 'error'));
   readonly faulty = $derived(new Set(this.errors.flatMap(({ part }) => (part === null ? [] : [part]))));
@@ -79,7 +102,8 @@ export class PlanWorkspace {
     if (!isPattern(tool) || draft.length === 0) return null;
     if (tool === 'survey' && draft.length < 3) return null;
     if (tool === 'corridor' && draft.length < 2) return null;
-    return patternPreview(tool, draft, radiusM, this.settings, this.plan.defaults.frame, this.autopilot);
+    const land = this.ground && { home: this.plan.home?.spot ?? null, ground: this.ground };
+    return patternPreview(tool, draft, radiusM, this.settings, this.plan.defaults.frame, this.autopilot, land);
   });
   /** The legs that cross the fence, by the item that they lead to. */
   readonly forbidden = $derived.by((): ReadonlySet<number> => {
@@ -200,7 +224,7 @@ export class PlanWorkspace {
   retake(placed: PlacedPattern): void {
     const { pattern, drawn, radiusM, settings } = placed;
     this.drawing = { ...chooseTool(this.drawing, pattern), draft: drawn, radiusM, isWhole: true };
-    this.settings = settings;
+    this.settings = { ...USUAL_SETTINGS, ...settings };
     this.retaken = placed;
   }
 

@@ -12,6 +12,7 @@ import { planItems } from '../wire_items';
 import { areaM2, SurveyFault } from './area';
 import { distancesFor, footprint, type Camera } from './camera';
 import { corridorItems, orbitItems } from './corridor';
+import { followGround, type FollowSettings } from './follow_ground';
 import { gridLines, lineItems } from './survey_grid';
 
 export type Pattern = 'survey' | 'corridor' | 'orbit';
@@ -64,6 +65,9 @@ export interface PatternSettings {
   readonly isClockwise: boolean;
   readonly looksAtMiddle: boolean;
   readonly lookAtM: number;
+  /** The height is above the ground everywhere, within the tolerance, instead of above home. */
+  readonly overGround: boolean;
+  readonly toleranceM: number;
 }
 
 export const USUAL_SETTINGS: PatternSettings = {
@@ -85,7 +89,12 @@ export const USUAL_SETTINGS: PatternSettings = {
   isClockwise: true,
   looksAtMiddle: true,
   lookAtM: 0,
+  overGround: false,
+  toleranceM: 2,
 };
+
+/** For heights above the ground. */
+export type Land = Pick<FollowSettings, 'home' | 'ground'>;
 
 export interface Preview {
   readonly items: readonly WireItem[];
@@ -124,6 +133,7 @@ export function patternPreview(
   settings: PatternSettings,
   frame: number,
   autopilot: AutopilotKind,
+  land: Land | null = null,
 ): Preview {
   const { heightM, angleDeg, turnaroundM, entry } = settings;
   try {
@@ -153,10 +163,12 @@ export function patternPreview(
     const triggerM = distances.triggerM > 0 ? distances.triggerM : null;
     const { spacingM } = distances;
     const flown = { heightM, frame, triggerM, spacingM };
-    const items =
+    const flat =
       pattern === 'survey'
         ? lineItems(gridLines(drawn, { ...flown, angleDeg, turnaroundM, entry }), flown)
         : corridorItems(drawn, { ...flown, widthM: settings.widthM, fromEnd: settings.fromEnd });
+    const items =
+      settings.overGround && land ? followGround(flat, { heightM, toleranceM: settings.toleranceM, ...land }) : flat;
     const size = pattern === 'survey' ? areaM2(drawn) : along(drawn) * settings.widthM;
     const pictures = triggerM === null ? 0 : picturesOf(items);
     return {

@@ -1,0 +1,23 @@
+/** A coordinate typed into the search: the map goes there. */
+
+import { readCoordinate } from '../coordinates/read_coordinate';
+import { mapTarget } from '../map_target.svelte';
+import { shownArea } from '../map/shown_area';
+import { monitorHref, navigation } from '../route.svelte';
+import { latLon } from '../words/format';
+import type { SearchEntry } from './search_entries';
+
+const WITH_MAP: ReadonlySet<string> = new Set(['monitor', 'control', 'missions', 'squad-mission']);
+
+export function placeEntries(text: string): SearchEntry[] {
+  const { last } = shownArea;
+  const near = last && { latDeg: (last.south + last.north) / 2, lonDeg: (last.west + last.east) / 2 };
+  const place = readCoordinate(text, near);
+  if (!place) return [];
+  const words = latLon(place);
+  const run = (): void => {
+    mapTarget.sought = { ...place, words };
+    if (!WITH_MAP.has(navigation.route.page)) window.location.hash = monitorHref;
+  };
+  return [{ id: `place ${words}`, kind: 'place', label: `Show ${words} on the map`, detail: '', run }];
+}
