@@ -7,35 +7,14 @@ import time
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import AsyncExitStack, asynccontextmanager
 from functools import partial
-from typing import Final
 from urllib.parse import urlsplit
 
-from fastapi import APIRouter
 from fastapi.routing import APIRoute
 
 from server import VERSION
-from server.api.accounts import (
-    passkey_routes,
-    preference_routes,
-    proof_routes,
-    second_factor_routes,
-    session_routes,
-    token_routes,
-    user_routes,
-)
-from server.api.alerts import routes as alert_routes
 from server.api.anonymous.request_gate import RequestGate
-from server.api.audit import routes as audit_routes
 from server.api.authentication import Authenticator
-from server.api.control import receiver_routes, safety_routes, settings_routes
-from server.api.control import routes as control_routes
 from server.api.dependencies import provide, provide_data_endpoint
-from server.api.fleet import enrolment_routes, loan_routes
-from server.api.fleet import routes as fleet_routes
-from server.api.flight_commands import routes as command_routes
-from server.api.flight_logs import routes as log_routes
-from server.api.flights import routes as flight_routes
-from server.api.http import health
 from server.api.http.body import BodyCheck
 from server.api.http.console import serve_console
 from server.api.http.cookie_prefix import CookiePrefix
@@ -52,28 +31,15 @@ from server.api.http.security_headers import SecurityHeaders
 from server.api.http.security_txt import PATH as SECURITY_TXT
 from server.api.http.security_txt import security_txt
 from server.api.metrics import routes as metrics_routes
-from server.api.missions import library_routes, plan_routes
-from server.api.operations import routes as operation_routes
-from server.api.parameters import routes as parameter_routes
-from server.api.preflight import routes as preflight_routes
-from server.api.recordings import routes as recording_routes
-from server.api.relay import routes as relay_routes
 from server.api.relay.agent_sign_in import SignInRules, is_agent
 from server.api.relay.running import running_relay
 from server.api.relay.tls_binding import TlsBinding
 from server.api.remembered import RememberedSignIns
-from server.api.system import routes as system_routes
-from server.api.system import tower_routes
-from server.api.teams import routes as team_routes
-from server.api.tiles import admin_routes as map_admin_routes
-from server.api.tiles import routes as map_routes
-from server.api.tiles import tile_routes
-from server.api.video import routes as video_routes
-from server.api.zones import routes as zone_routes
 from server.app.aircraft_feed import AircraftFeed
 from server.app.map_parts import new_map_parts
 from server.app.new_hub import new_hub
 from server.app.openapi_tags import TAGS
+from server.app.routers import ROUTERS
 from server.app.sharing import new_lock, share_bus, share_requests
 from server.app.tower import Tower, TowerApp
 from server.domain.clock import Clock, utc_now
@@ -124,45 +90,6 @@ from server.store.recordings.recordings import new_recordings
 from server.store.retention import new_retention
 from server.store.schema import check_schema
 from server.store.zones.follow import ZoneFollower
-
-ROUTERS: Final[tuple[APIRouter, ...]] = (
-    session_routes.router,
-    proof_routes.router,
-    preference_routes.router,
-    second_factor_routes.router,
-    passkey_routes.router,
-    fleet_routes.router,
-    enrolment_routes.router,
-    loan_routes.router,
-    team_routes.router,
-    control_routes.router,
-    settings_routes.router,
-    safety_routes.router,
-    receiver_routes.router,
-    preflight_routes.router,
-    plan_routes.router,
-    parameter_routes.router,
-    command_routes.router,
-    library_routes.router,
-    log_routes.router,
-    operation_routes.router,
-    alert_routes.router,
-    recording_routes.router,
-    flight_routes.router,
-    relay_routes.router,
-    video_routes.router,
-    map_routes.router,
-    map_admin_routes.router,
-    tile_routes.router,
-    zone_routes.router,
-    token_routes.router,
-    user_routes.router,
-    audit_routes.router,
-    system_routes.router,
-    tower_routes.router,
-    health.router,
-    metrics_routes.router,
-)
 
 
 def create_app(settings: Settings, *, clock: Clock = utc_now) -> TowerApp:

@@ -5,7 +5,7 @@ from typing import Final
 
 from fastapi.routing import APIRoute
 
-from server.app.composition import ROUTERS
+from server.app.routers import ROUTERS
 
 MISSION: Final = {"name": "field", "document": {"mission": [], "fence": [], "rally": []}}
 ZONE: Final = {"name": "x", "kind": "no-fly", "points": [[0, 0], [0, 1e-3], [1e-3, 0]]}

@@ -38,7 +38,7 @@ from test_server_access_table import VISITORS as ACCESS_VISITORS
 from tower_world import PASSWORD, TowerWorld, start_tower
 
 from server.api.authentication import COOKIE
-from server.app.composition import ROUTERS
+from server.app.routers import ROUTERS
 from server.domain.people import Role
 from server.domain.scopes import Scope
 from server.store.accounts.tables import UserRow

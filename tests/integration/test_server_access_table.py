@@ -11,7 +11,8 @@ from fastapi.routing import APIRoute, APIWebSocketRoute
 from starlette.routing import Route
 from tower_world import TowerWorld, start_tower
 
-from server.app.composition import ROUTERS, create_app
+from server.app.composition import create_app
+from server.app.routers import ROUTERS
 from server.domain.people import Role
 from server.runtime.settings import Settings
 

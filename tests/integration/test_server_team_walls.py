@@ -12,7 +12,7 @@ from fastapi.routing import APIRoute
 from team_world import ADMIN, OBSERVER, OPERATOR, Team
 from tower_world import TowerWorld, assert_problem, start_tower
 
-from server.app.composition import ROUTERS
+from server.app.routers import ROUTERS
 from server.domain.people import Role
 from server.domain.relations import TeamRole
 from server.store.fleet.tables import OwnershipRow

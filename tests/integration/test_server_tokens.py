@@ -18,7 +18,7 @@ from tower_world import PASSWORD, Person, TowerWorld, assert_problem, start_towe
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
-from server.app.composition import ROUTERS
+from server.app.routers import ROUTERS
 from server.domain.access import NEEDS, Action
 from server.domain.people import Role
 from server.domain.scopes import Scope

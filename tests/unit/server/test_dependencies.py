@@ -12,7 +12,7 @@ from fastapi.dependencies.models import Dependant
 from fastapi.routing import APIRoute, APIWebSocketRoute
 
 import server
-from server.app.composition import ROUTERS
+from server.app.routers import ROUTERS
 
 ROOT = Path(server.__file__).parent
 THE_ONE = ROOT / "api" / "dependencies.py"
