@@ -49,6 +49,11 @@ async def _start_other(rig: FaultRig, home: int) -> None:
     await rig.start_tower_number(1 - home)
 
 
+async def _drain_home(rig: FaultRig, home: int) -> None:
+    await rig.drain(home)
+    await asyncio.wait_for(rig.process(home).wait(), ENDS_WITHIN_S)
+
+
 async def _freeze_home(rig: FaultRig, home: int) -> None:
     rig.process(home).send_signal(signal.SIGSTOP)
 
@@ -112,6 +117,7 @@ async def _unlock(rig: FaultRig, _home: int) -> None:
 
 
 CASES: Final = (
+    Case("the drone's tower drained", _drain_home, _start_home, lasts_s=2.0),
     Case("the drone's tower killed", _kill_home, _start_home),
     Case("the drone's tower frozen", _freeze_home, _thaw_home, lasts_s=6.0),
     Case("the pilot's tower killed", _kill_other, _start_other),

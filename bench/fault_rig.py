@@ -95,6 +95,10 @@ class FaultRig(Rig):
 
             await wait_for(f"the tower at {address}", ready)
 
+    async def drain(self, number: int) -> None:
+        """Returns when the tower has left the others."""
+        await self._tower_command("drain", self.address_of(number))
+
     def process(self, number: int) -> asyncio.subprocess.Process:
         process = self.towers[number]
         assert process is not None

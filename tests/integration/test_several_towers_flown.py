@@ -19,7 +19,8 @@ from worlds.processes import BIN, Process, Visitor, World, kill_9, wait_for
 
 BACK_WITHIN_S = 3.0
 HOLD_WITHIN_S = 2.0
-MAX_GAP_S = 0.2
+MAX_GAP_S = 0.45
+"""Wanted are 0.2 s, which `bench faults` measures; beside other tests it must only be too short for a hold."""
 SIMULATOR = ("--boot-s", "1", "--seed", "3", "--speed", "1", "--radio", "low")
 
 
