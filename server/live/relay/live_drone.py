@@ -121,9 +121,8 @@ class LiveDrone:
     fenced: bool = False
     """A change of control is pending in the database: no commands pass until it is decided."""
     sticks_at: float = NEVER
-    """When the last stick frame was passed on."""
+    """When the last stick frame was passed on, and from which browser."""
     sticks_from: int = 0
-    """The browser it came from."""
     safety: SafetySettings = field(default_factory=SafetySettings)
     stream: StreamSettings = field(default_factory=StreamSettings)
     stream_state: StreamState | None = None
@@ -165,9 +164,8 @@ class LiveDrone:
     """The plans on board, as the agent reports."""
     telemetry: KeptTelemetry = field(default_factory=KeptTelemetry)
     heartbeat: bytes | None = None
-    """The newest of the autopilot, as it came."""
+    """The newest of the autopilot, as it came, and when."""
     heartbeat_at: float = NEVER
-    """When it came."""
     agent_version: str | None = None
     """Of the agent of its newest link since the tower started, also while it is offline."""
     firmware: int = 0
