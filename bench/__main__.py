@@ -14,6 +14,7 @@ import uvloop
 from bench import (
     anonymous,
     audit,
+    capacity,
     control,
     encoder,
     faults,
@@ -32,6 +33,7 @@ from bench.video import bench_run as video
 BENCHES: dict[str, tuple[Callable[[Report, argparse.Namespace], Coroutine[Any, Any, None]], str]] = {
     "anonymous": (anonymous.run, anonymous.__doc__ or ""),
     "audit": (audit.run, audit.__doc__ or ""),
+    "capacity": (capacity.run, capacity.__doc__ or ""),
     "control": (control.run, control.__doc__ or ""),
     "encoder": (encoder.run, encoder.__doc__ or ""),
     "faults": (faults.run, faults.__doc__ or ""),
