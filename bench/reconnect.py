@@ -21,7 +21,7 @@ from collections.abc import AsyncIterator
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from bench.load_agents import Telemetry, allow_files, fly, kept_alive, sign_in_all
 from bench.load_frames import STATE_KINDS
@@ -236,6 +236,6 @@ def _as(tower: LoadTower, seat: Seat) -> LoadTower:
     return LoadTower(tower.url, tower.process, tower.keys, seat.cookie)
 
 
-async def _cancelled(task: asyncio.Task[None]) -> None:
+async def _cancelled(task: asyncio.Task[Any]) -> None:
     task.cancel()
     await asyncio.gather(task, return_exceptions=True)

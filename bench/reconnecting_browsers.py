@@ -34,7 +34,7 @@ class Seat:
 
 def backoff_s(failures: int, chance: random.Random) -> float:
     """As the console: half to all of a delay that doubles with each failure (from 1)."""
-    return min(MAX_DELAY_S, FIRST_DELAY_S * 2 ** min(failures - 1, 10)) * (0.5 + 0.5 * chance.random())
+    return min(MAX_DELAY_S, FIRST_DELAY_S * float(2 ** min(failures - 1, 10))) * (0.5 + 0.5 * chance.random())
 
 
 @dataclass
