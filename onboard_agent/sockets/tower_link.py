@@ -24,6 +24,7 @@ from onboard_agent.sockets.link_user import LinkUser
 from onboard_agent.sockets.replacement_channel import successor
 from onboard_agent.sockets.tower_search import HelloTurn
 from onboard_agent.telemetry.auto_profile import LOSS_NOW_OVER_S, LOSS_OVER_S, Measured
+from wire.agent_update import AGENT_UPDATE
 from wire.content import MAX_URGENT_BYTES
 from wire.control_messages import (
     AutopilotState,
@@ -82,7 +83,16 @@ class TowerLink:
         towers: TowerFile | None = None,
     ) -> None:
         """`takes`: capabilities for the hello, besides those of every agent. `towers`: keeps the list of towers."""
-        self._takes = (TRANSACTIONS, FOLLOW, FOLLOW_PERSON, OPEN_HOLDS, PARAMETER_METADATA, TOWERS, *takes)
+        self._takes = (
+            TRANSACTIONS,
+            FOLLOW,
+            FOLLOW_PERSON,
+            OPEN_HOLDS,
+            PARAMETER_METADATA,
+            AGENT_UPDATE,
+            TOWERS,
+            *takes,
+        )
         self._identity = identity
         self._elsewhere = Elsewhere(url, identity, towers or TowerFile(None), self._open_at)
         self._user = user
