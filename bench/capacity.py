@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -73,7 +74,7 @@ class Fleet:
     pictures_per_s: float = 30.0
 
 
-FLEETS: Final = (
+FLEETS: Final[tuple[Fleet, ...]] = (
     Fleet("club", 20, 50, squad=20, viewers=10, video_streams=5),
     Fleet("issue: 200 drones, 40 operators", 200, 50, squad=5, viewers=40, video_streams=40),
     Fleet("5,000 drones", 5_000, 10, squad=10, viewers=1_000, video_streams=100),
@@ -107,7 +108,7 @@ def fitted(points: tuple[Point, ...] = FITTED) -> Model:
     return Model(base, frame, max(pair, 0.0), base_mb, drone_mb)
 
 
-def least_squares(rows: list[tuple[float, ...]], wanted: list[float]) -> list[float]:
+def least_squares(rows: Sequence[tuple[float, ...]], wanted: list[float]) -> list[float]:
     """Solves the normal equations by elimination. Scales each column, which differ by four orders of magnitude."""
     size = len(rows[0])
     scale = [max(abs(row[column]) for row in rows) or 1.0 for column in range(size)]
