@@ -24,7 +24,6 @@ from onboard_agent.sockets.link_user import LinkUser
 from onboard_agent.sockets.replacement_channel import successor
 from onboard_agent.sockets.tower_search import HelloTurn
 from onboard_agent.telemetry.auto_profile import LOSS_NOW_OVER_S, LOSS_OVER_S, Measured
-from wire.agent_update import AGENT_UPDATE
 from wire.content import MAX_URGENT_BYTES
 from wire.control_messages import (
     AutopilotState,
