@@ -40,6 +40,7 @@ from onboard_agent.video.camera_setting import NO_CAMERA
 from onboard_agent.video.child import VideoChild
 from onboard_agent.video.core.lines import SetUp
 from onboard_agent.video.core.service import VideoService
+from wire.agent_update import AGENT_UPDATE
 from wire.black_box import BlackBoxWanted
 from wire.content import Frames
 from wire.control_messages import ToAgent, Welcome
@@ -116,7 +117,7 @@ class Agent:
         # Two agents of one drone would complete and remove each other's flights.
         box = None if settings.state is None or isinstance(journal, NoJournal) else settings.state / "black-box"
         self._black_box = BlackBox(box, settings.black_box_mb, self._loop.time())
-        takes = (*((VIDEO,) if has_camera else ()), *self._black_box.takes)
+        takes = (AGENT_UPDATE, *((VIDEO,) if has_camera else ()), *self._black_box.takes)
         self._link = TowerLink(
             settings.tower, settings.identity, self, settings.uplinks, takes, TowerFile(settings.state)
         )

@@ -82,16 +82,7 @@ class TowerLink:
         towers: TowerFile | None = None,
     ) -> None:
         """`takes`: capabilities for the hello, besides those of every agent. `towers`: keeps the list of towers."""
-        self._takes = (
-            TRANSACTIONS,
-            FOLLOW,
-            FOLLOW_PERSON,
-            OPEN_HOLDS,
-            PARAMETER_METADATA,
-            AGENT_UPDATE,
-            TOWERS,
-            *takes,
-        )
+        self._takes = (TRANSACTIONS, FOLLOW, FOLLOW_PERSON, OPEN_HOLDS, PARAMETER_METADATA, TOWERS, *takes)
         self._identity = identity
         self._elsewhere = Elsewhere(url, identity, towers or TowerFile(None), self._open_at)
         self._user = user
