@@ -11,19 +11,36 @@ from typing import Any
 
 import uvloop
 
-from bench import anonymous, audit, control, encoder, faults, fuzz, missions, recorder, relay, scale, simulator, towers
+from bench import (
+    anonymous,
+    audit,
+    capacity,
+    control,
+    encoder,
+    faults,
+    fuzz,
+    missions,
+    reconnect,
+    recorder,
+    relay,
+    scale,
+    simulator,
+    towers,
+)
 from bench.rows import Report
 from bench.video import bench_run as video
 
 BENCHES: dict[str, tuple[Callable[[Report, argparse.Namespace], Coroutine[Any, Any, None]], str]] = {
     "anonymous": (anonymous.run, anonymous.__doc__ or ""),
     "audit": (audit.run, audit.__doc__ or ""),
+    "capacity": (capacity.run, capacity.__doc__ or ""),
     "control": (control.run, control.__doc__ or ""),
     "encoder": (encoder.run, encoder.__doc__ or ""),
     "faults": (faults.run, faults.__doc__ or ""),
     "fuzz": (fuzz.run, fuzz.__doc__ or ""),
     "missions": (missions.run, missions.__doc__ or ""),
     "recorder": (recorder.run, recorder.__doc__ or ""),
+    "reconnect": (reconnect.run, reconnect.__doc__ or ""),
     "relay": (relay.run, relay.__doc__ or ""),
     "scale": (scale.run, scale.__doc__ or ""),
     "simulator": (simulator.run, simulator.__doc__ or ""),
@@ -60,7 +77,7 @@ def parse(words: list[str]) -> argparse.Namespace:
     parser.add_argument(
         "--drones",
         type=int,
-        help="scale: so many (1,000); recorder, simulator: (100); control's flown table: at once (4)",
+        help="scale: so many (1,000); recorder, simulator: (100); reconnect: (200); control's flown table: at once (4)",
     )
     parser.add_argument("--flown", action="store_true", help="control: the flown table, with tower-sim")
     parser.add_argument(
@@ -80,7 +97,7 @@ def parse(words: list[str]) -> argparse.Namespace:
     parser.add_argument(
         "--set-up", action="store_true", help="control: drones without a receiver have the console's parameters"
     )
-    parser.add_argument("--browsers", type=int, help="scale: so many that watch all of them (20)")
+    parser.add_argument("--browsers", type=int, help="scale: so many that watch all of them (20); reconnect: (1,000)")
     parser.add_argument(
         "--seconds",
         type=float,

@@ -28,6 +28,7 @@ class LeanBrowser(asyncio.Protocol):
     def __init__(self) -> None:
         self.on_binary: Callable[[bytes], None] = lambda message: None
         self.on_text: Callable[[bytes], None] = lambda message: None
+        self.on_closed: Callable[[], None] = lambda: None
         self.messages = 0
         """Binary ones."""
         self.bytes = 0
@@ -106,6 +107,7 @@ class LeanBrowser(asyncio.Protocol):
 
     def connection_lost(self, exc: Exception | None) -> None:
         self.closed = True
+        self.on_closed()
         if not self.upgraded.done():
             self.upgraded.set_exception(exc or ConnectionError("closed before the upgrade"))
 
@@ -115,9 +117,16 @@ class LeanBrowser(asyncio.Protocol):
 
 
 async def connect_browser(
-    url: str, *, path: str, cookie: str = "", subprotocol: str = "", before: Callable[[LeanBrowser], None] | None = None
+    url: str,
+    *,
+    path: str,
+    cookie: str = "",
+    subprotocol: str = "",
+    before: Callable[[LeanBrowser], None] | None = None,
+    address: str = "",
 ) -> LeanBrowser:
-    """Opens `path` at `url` (http://host:port). `before` sets the listeners. Raises UpgradeRefused or OSError."""
+    """Opens `path` at `url` (http://host:port), from `address` if one is given. `before` sets the listeners. Raises
+    UpgradeRefused or OSError."""
     place = urlsplit(url)
     assert place.hostname is not None and place.port is not None
     headers = [
@@ -132,7 +141,8 @@ async def connect_browser(
     headers += [f"Cookie: {cookie}"] if cookie else []
     headers += [f"Sec-WebSocket-Protocol: {subprotocol}"] if subprotocol else []
     loop = asyncio.get_running_loop()
-    transport, browser = await loop.create_connection(LeanBrowser, place.hostname, place.port)
+    local = (address, 0) if address else None
+    transport, browser = await loop.create_connection(LeanBrowser, place.hostname, place.port, local_addr=local)
     if before is not None:
         before(browser)
     transport.write("\r\n".join([*headers, "", ""]).encode())

@@ -2,9 +2,10 @@
 
     python deploy/release.py [--out dist] [--architecture amd64 --architecture arm64] [--python 3.11]
 
-Wheels of tower and agent, packages for Debian of each architecture, bills of materials (CycloneDX), the example
-of the agent's settings, and SHA256SUMS over all. The packages hold the versions of `requirements/*.txt`, by their
-hashes; wheels of another architecture are fetched as they are, and nothing is compiled.
+Wheels of tower and agent, packages for Debian of each architecture, bills of materials (CycloneDX), the example of the
+agent's settings, the agent's signed update where TOWER_RELEASE_KEY names a key, and SHA256SUMS over all. The packages
+hold the versions of `requirements/*.txt`, by their hashes; wheels of another architecture are fetched as they are, and
+nothing is compiled.
 """
 
 from __future__ import annotations
@@ -25,11 +26,14 @@ from typing import Final
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+from packages.agent_update import read_key, sign_wheel
 from packages.bill_of_materials import bill_of_materials
 from packages.debian import AGENT, AGENT_VIDEO, CHECKOUT, TOWER, Package, build_deb
 
 PLATFORMS: Final = {"amd64": "x86_64", "arm64": "aarch64", "armhf": "armv7l"}
 """Debian's names, and those of wheels."""
+RELEASE_KEY: Final = "TOWER_RELEASE_KEY"
+"""File of the key that signs the agent's update (packages/agent_update.py)."""
 _GLIBC: Final = ("2_17", "2_26", "2_27", "2_28", "2_31", "2_34", "2_35", "2_36")
 """Versions of the C library up to that of Debian 12."""
 LOCKS: Final = {TOWER.name: "tower.txt", AGENT.name: "agent.txt", AGENT_VIDEO.name: "agent-video.txt"}
@@ -51,6 +55,7 @@ def main() -> int:
         version = wheels[TOWER.name].name.split("-")[1]
         _bills(out, version)
         shutil.copy(CHECKOUT / "deploy" / "agent.toml", out / "agent.toml")
+        _sign(wheels[AGENT.name], out)
         with tempfile.TemporaryDirectory(prefix="tower-release-") as work:
             for architecture in said.architecture or ["amd64", "arm64"]:
                 for package in (TOWER, AGENT, AGENT_VIDEO):
@@ -61,6 +66,18 @@ def main() -> int:
     write_sums(out)
     print(f"{len(list(out.iterdir()))} files of version {version} are in {out}")
     return 0
+
+
+def _sign(wheel: Path, out: Path) -> None:
+    """Makes the agent's update, if the environment names the release key."""
+    key = os.environ.get(RELEASE_KEY)
+    if key is None:
+        print(f"not signed: {RELEASE_KEY} names no key, so that no tower can update an agent to this release")
+        return
+    try:
+        sign_wheel(wheel, read_key(Path(key)), out)
+    except (OSError, ValueError) as error:
+        raise CannotRelease(f"{RELEASE_KEY}={key}: {error}") from None
 
 
 def _arguments() -> argparse.Namespace:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from onboard_agent import VERSION
 from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.autopilot_port.port import AutopilotPort
 from onboard_agent.black_box.service import BlackBox
@@ -31,10 +32,15 @@ from onboard_agent.transactions.log_handler import LogHandler
 from onboard_agent.transactions.metadata_service import MetadataService
 from onboard_agent.transactions.parameter_files import ParameterFiles
 from onboard_agent.transactions.parameter_handler import ParameterHandler
+from onboard_agent.update.handler import UpdateHandler
+from onboard_agent.update.installer import TowerUpdateInstaller
+from onboard_agent.update.launch import installed_version
+from onboard_agent.update.releases import Releases
 from onboard_agent.video.camera_setting import NO_CAMERA
 from onboard_agent.video.child import VideoChild
 from onboard_agent.video.core.lines import SetUp
 from onboard_agent.video.core.service import VideoService
+from wire.agent_update import AGENT_UPDATE
 from wire.black_box import BlackBoxWanted
 from wire.content import Frames
 from wire.control_messages import ToAgent, Welcome
@@ -66,6 +72,16 @@ class AgentSettings:
     """Folder for this drone's persistent state. None: nothing persists, and no plan is written."""
     black_box_mb: int = 0
     """Room for the black box; 0: there is none."""
+    releases: Releases | None = None
+    """Where updates of the agent are installed. None: nowhere."""
+    release_keys: tuple[str, ...] = ()
+    """Who may sign them."""
+    on_trial: int | None = None
+    """The tower's transaction that waits for this process (onboard_agent.update.launch)."""
+
+
+class StartAgain(Exception):
+    """Another release was installed, and is to run."""
 
 
 class Agent:
@@ -76,6 +92,16 @@ class Agent:
         self._port = settings.port
         self._port.on_open = self._port_opened
         self._state = settings.state
+        self._switched = asyncio.Event()
+        self._installer = TowerUpdateInstaller(
+            lambda: self._link.tower,
+            lambda: self._link.ticket,
+            settings.releases,
+            settings.release_keys,
+            on_trial=settings.on_trial,
+            on_switched=self._switched.set,
+            uplinks=settings.uplinks,
+        )
         self._files = TowerFileSender(lambda: self._link.tower, lambda: self._link.ticket, settings.uplinks)
         journal, self._holds = self._lasting(settings.state)
         self._onboard = Onboard(
@@ -91,7 +117,7 @@ class Agent:
         # Two agents of one drone would complete and remove each other's flights.
         box = None if settings.state is None or isinstance(journal, NoJournal) else settings.state / "black-box"
         self._black_box = BlackBox(box, settings.black_box_mb, self._loop.time())
-        takes = (*((VIDEO,) if has_camera else ()), *self._black_box.takes)
+        takes = (AGENT_UPDATE, *((VIDEO,) if has_camera else ()), *self._black_box.takes)
         self._link = TowerLink(
             settings.tower, settings.identity, self, settings.uplinks, takes, TowerFile(settings.state)
         )
@@ -131,11 +157,13 @@ class Agent:
             # First, so that it closes its file before the parameter handler opens its own.
             MetadataService(maker, parameters_busy=parameters.busy),
             parameters,
+            UpdateHandler(self._installer, running=VERSION, installed=installed_version()),
             LogHandler(maker, LogFiles(None if state is None else state / "logs"), self._files),
         ]
 
     async def run(self) -> None:
-        """Runs until cancelled. Raises Unusable (not in an exception group) for errors that a restart does not cure."""
+        """Runs until cancelled. Raises StartAgain, and Unusable (not in an exception group) for errors that a restart
+        does not cure."""
         _log.info("agent of drone %s: autopilot on %s", self._link.drone_id, self._port.name)
         tasks = [
             asyncio.create_task(self._port.run(self._from_port), name="port"),
@@ -143,6 +171,7 @@ class Agent:
             asyncio.create_task(self._tick_for_ever(), name="tick"),
             asyncio.create_task(self._summarise_for_ever(), name="summary"),
             asyncio.create_task(self._video_child.run(), name="video"),
+            asyncio.create_task(self._until_switched(), name="update"),
         ]
         self._black_box.start()
         self._systemd.ready()
@@ -152,13 +181,19 @@ class Agent:
                 task.result()
             raise RuntimeError("a part of the agent ended by itself")
         finally:
-            self._systemd.stopping()
+            if not self._switched.is_set():
+                self._systemd.stopping()
+            self._installer.stop()
             self._files.stop()
             self._holds.close()
             self._black_box.stop(self._loop.time())
             for task in tasks:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
+
+    async def _until_switched(self) -> None:
+        await self._switched.wait()
+        raise StartAgain
 
     # From the autopilot
 
@@ -182,6 +217,7 @@ class Agent:
     # From the tower (LinkUser)
 
     def link_up(self, welcome: Welcome) -> None:
+        self._systemd.linked()
         self._onboard.welcomed(welcome, self._loop.time())
         self._black_box.link_up(welcome.takes)
         self._flush()

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from onboard_agent import VERSION
-from onboard_agent.agent import Agent, AgentSettings
+from onboard_agent.agent import Agent, AgentSettings, StartAgain
 from onboard_agent.autopilot_port.schemes import make_port
 from onboard_agent.command_line import command_line
 from onboard_agent.link.enrolment import NotReached, check_can_keep
@@ -29,6 +29,9 @@ from onboard_agent.settings import read_settings
 from onboard_agent.sockets.uplinks import parse_uplinks
 from onboard_agent.state_directory import state_directory
 from onboard_agent.unusable import Unusable
+from onboard_agent.update.launch import launch, start_again, transaction_on_trial
+from onboard_agent.update.release_keys import parse_release_keys
+from onboard_agent.update.releases import Releases
 from onboard_agent.video.camera_setting import NO_CAMERA, parse_camera
 
 _log = logging.getLogger("onboard_agent")
@@ -46,6 +49,9 @@ def run(found: dict[str, Any]) -> None:
     camera = _usable_camera(parse_camera(found["camera"]))
     _enrol_first(address, token)
     identity = read_identity(token, lambda drone_id: state_directory(state, drone_id))
+    own_state = state_directory(state, identity.drone_id)
+    releases = Releases(own_state / "releases")
+    launch(releases)
     settings = AgentSettings(
         tower=address,
         identity=identity,
@@ -53,13 +59,19 @@ def run(found: dict[str, Any]) -> None:
         uplinks=parse_uplinks(found["uplinks"] or ()),
         camera=camera,
         log_level=found["log_level"],
-        state=state_directory(state, identity.drone_id),
+        state=own_state,
+        releases=releases,
+        release_keys=parse_release_keys(found["release_keys"] or ()),
+        on_trial=transaction_on_trial(os.environ),
         black_box_mb=parse_megabytes(found["black_box"]),
     )
     warning = token_file_warning(token)
     if warning and identity.key is None:
         _log.warning("%s", warning)
-    _run(_until_stopped(settings))
+    try:
+        _run(_until_stopped(settings))
+    except StartAgain:
+        start_again()
 
 
 def check(found: dict[str, Any]) -> bool:

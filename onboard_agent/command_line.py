@@ -14,7 +14,7 @@ _SETTINGS_OF: Final = {
     "check": ("tower", "token", "autopilot", "camera", "state", "log_level"),
     "doctor": tuple(KEYS),
     "enrol": ("token", "autopilot", "camera", "log_level"),
-    "install": ("tower", "autopilot", "camera", "uplinks", "log_level"),
+    "install": ("tower", "autopilot", "camera", "uplinks", "release_keys", "log_level"),
 }
 _PURPOSES: Final = {
     "run": "Link an autopilot to the tower until stopped.",

@@ -22,6 +22,7 @@ from onboard_agent.link.tower_url import parse_tower_url
 from onboard_agent.settings import DEFAULT_FILE, KEYS, as_toml
 from onboard_agent.sockets.uplinks import parse_uplinks
 from onboard_agent.unusable import Unusable
+from onboard_agent.update.release_keys import parse_release_keys
 from onboard_agent.video.camera_setting import parse_camera
 
 UNIT: Final = "tower-agent.service"
@@ -73,6 +74,7 @@ def _values(root: Path, options: Mapping[str, Any]) -> dict[str, Any]:
     make_port(values["autopilot"])
     parse_camera(values["camera"] or "")
     parse_uplinks(values["uplinks"] or ())
+    parse_release_keys(values["release_keys"] or ())
     return values
 
 

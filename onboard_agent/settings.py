@@ -92,6 +92,14 @@ SETTINGS: Final = (
         default="1000",
     ),
     Setting(
+        "release_keys",
+        ("TOWER_AGENT_RELEASE_KEYS",),
+        "Public keys of who may sign releases of the agent. Without one the tower cannot update it.",
+        ["GX+/RAlphM5+hUG6wWfcO5bIUIaqeSrHz4Sfq0bR8nA="],
+        option="release-key",
+        many=True,
+    ),
+    Setting(
         "log_level",
         ("TOWER_AGENT_LOG_LEVEL",),
         "debug, info, warning or error.",

@@ -3,6 +3,10 @@
 import contextlib
 import os
 import socket
+from typing import Final
+
+LINKED: Final = "X_TOWER_LINKED=1"
+"""To the launcher of a release on trial (onboard_agent.update.launch); systemd ignores it."""
 
 
 class Systemd:
@@ -26,6 +30,10 @@ class Systemd:
     def ready(self) -> None:
         """The settings are valid and the agent works, whether or not the tower responds."""
         self._notify("READY=1")
+
+    def linked(self) -> None:
+        """There is a link with the tower."""
+        self._notify(LINKED)
 
     def stopping(self) -> None:
         """The agent is shutting down."""

@@ -10,6 +10,7 @@ import re
 from collections.abc import Collection, Mapping
 from typing import Final
 
+from wire.agent_update import AGENT_UPDATE, AgentUpdateWork
 from wire.black_box import BLACK_BOX, BlackBoxWanted
 from wire.control_messages import ToAgent
 from wire.following import FOLLOW, FollowWork, LeaderPosition
@@ -43,8 +44,11 @@ def understands(takes: Collection[str], message: ToAgent) -> bool:
     group = GROUPS.get(type(message))
     if group is None:
         return True
-    if isinstance(message, Transaction) and isinstance(message.work, FollowWork) and FOLLOW not in takes:
-        return False
+    if isinstance(message, Transaction):
+        if isinstance(message.work, FollowWork) and FOLLOW not in takes:
+            return False
+        if isinstance(message.work, AgentUpdateWork) and AGENT_UPDATE not in takes:
+            return False
     return group in takes
 
 

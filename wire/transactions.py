@@ -11,6 +11,7 @@ from typing import Annotated, Final
 
 import msgspec
 
+from wire.agent_update import AgentUpdateWork
 from wire.following import FollowWork, LeaderPosition
 from wire.parameter_metadata import MetadataToTower, MetadataWanted
 from wire.plans import I32, MAX_ITEMS_ANY, U8, U16, BoundedPlan, PlanKind
@@ -127,6 +128,7 @@ Work = (
     | LogListWork
     | LogDownloadWork
     | FollowWork
+    | AgentUpdateWork
 )
 
 

@@ -24,6 +24,7 @@ from server.api.relay.data_endpoint import DataEndpoint
 from server.domain.clock import Clock
 from server.live.anonymous.budget import AnonymousBudget
 from server.live.hub import Hub
+from server.runtime.agent_packages import AgentPackages
 from server.runtime.aligned_timers import SharedChecks
 from server.runtime.loop_lag import LoopLag
 from server.runtime.map_files import MapFolder
@@ -92,6 +93,7 @@ class Parts:
     recordings: Recordings
     flights: Flights
     retention: Retention
+    agent_packages: AgentPackages
     map_folder: MapFolder
     map_layers: MapLayers
     map_areas: MapAreas
@@ -183,6 +185,7 @@ MapLayersDep = Annotated[MapLayers, _part(lambda parts: parts.map_layers)]
 MapAreasDep = Annotated[MapAreas, _part(lambda parts: parts.map_areas)]
 TileProxyDep = Annotated[TileProxy, _part(lambda parts: parts.tile_proxy)]
 TerrainDep = Annotated[Terrain, _part(lambda parts: parts.terrain)]
+AgentPackagesDep = Annotated[AgentPackages, _part(lambda parts: parts.agent_packages)]
 MapFolderDep = Annotated[MapFolder, _part(lambda parts: parts.map_folder)]
 LoopLagDep = Annotated[LoopLag, _part(lambda parts: parts.loop_lag)]
 AnonymousBudgetDep = Annotated[AnonymousBudget, _part(lambda parts: parts.anonymous)]

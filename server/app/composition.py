@@ -46,6 +46,7 @@ from server.domain.clock import Clock, utc_now
 from server.live.accounts.challenges import Challenges
 from server.live.accounts.throttle import SignInThrottle
 from server.live.anonymous.budget import AnonymousBudget, Over
+from server.runtime.agent_packages import AgentPackages
 from server.runtime.aligned_timers import SharedChecks
 from server.runtime.background import in_background
 from server.runtime.listening import CannotListen
@@ -238,6 +239,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         map_areas=maps.areas,
         tile_proxy=maps.proxy,
         terrain=maps.terrain,
+        agent_packages=AgentPackages(settings.agent_releases),
         loop_lag=LoopLag(),
         anonymous=anonymous,
         started_at=clock(),

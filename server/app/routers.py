@@ -13,6 +13,7 @@ from server.api.accounts import (
     token_routes,
     user_routes,
 )
+from server.api.agent_updates import routes as agent_update_routes
 from server.api.alerts import routes as alert_routes
 from server.api.audit import routes as audit_routes
 from server.api.control import receiver_routes, safety_routes, settings_routes
@@ -48,6 +49,7 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     fleet_routes.router,
     enrolment_routes.router,
     loan_routes.router,
+    agent_update_routes.router,
     team_routes.router,
     control_routes.router,
     settings_routes.router,

@@ -243,6 +243,8 @@ class Settings:
     map_file_largest_mb: int = _setting(10_000, "TOWER_MAP_FILE_LARGEST_MB", _number(1, 1_000_000))
     maps: Path = field(default=_UNSET, metadata=_from("TOWER_MAPS", Path))
     """Folder of map files: each is a layer of the map. Not set: `maps` in `var`."""
+    agent_releases: Path = field(default=_UNSET, metadata=_from("TOWER_AGENT_RELEASES", Path))
+    """Folder of packages with which admins update agents. Not set: `agent_releases` in `var`."""
     files: Path = field(default=_UNSET, metadata=_from("TOWER_FILES", Path))
     """Folder of flight logs, recordings and flights. Not set: `files` in `var`."""
     files_budget_mb: int = _setting(5_000, "TOWER_FILES_BUDGET_MB", _number(1, 100_000_000))
@@ -277,6 +279,8 @@ class Settings:
         if self.secret_key_file == _UNSET:
             object.__setattr__(self, "secret_key_file", self.var / KEY_FILE)
         object.__setattr__(self, "maps", (self.var / "maps" if self.maps == _UNSET else self.maps).absolute())
+        own = self.var / "agent_releases" if self.agent_releases == _UNSET else self.agent_releases
+        object.__setattr__(self, "agent_releases", own.absolute())
         object.__setattr__(self, "files", (self.var / "files" if self.files == _UNSET else self.files).absolute())
         if not self.udp_host:
             object.__setattr__(self, "udp_host", self.host)

@@ -3,7 +3,9 @@
 from datetime import UTC, datetime, timedelta
 
 from console_page import ConsolePage, Somebody, signed_in
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 from playwright.sync_api import Route, expect
+from worlds.agent_releases import write_release
 from worlds.processes import World
 
 
@@ -108,6 +110,18 @@ def test_what_an_admin_takes_away_is_asked_first_with_the_drone_that_is_flown(
     agree(admin, "Kestrel")
     expect(admin.part("loan-row")).to_have_count(0)
     assert bob.drone(1).get("holder") is None
+
+
+def test_an_update_of_an_agent_is_refused_in_words(somebody_early: Somebody, quiet_world: World) -> None:
+    write_release(quiet_world.folder / "agent_releases", "9.1.0", Ed25519PrivateKey.generate())
+    admin = signed_in(somebody_early, "admin")
+    admin.open("/#/admin/drones")
+    admin.part("drone-menu-1").click()
+    admin.part("drone-agent-update").click()
+    expect(admin.part("agent-update-version")).to_have_value("9.1.0")
+    admin.part("agent-update-begin").click()
+    expect(admin.part("agent-update-problem")).to_contain_text("Kestrel is offline")
+    admin.part("agent-update-close").click()
 
 
 def test_a_new_drone_is_enrolled_and_its_enrolment_cancelled(somebody_early: Somebody) -> None:

@@ -11,7 +11,7 @@ from worlds.pilot import at_the_controls
 from worlds.processes import Answer, World, wait_for
 
 from server.domain.people import Role
-from server.runtime.request_id import accepted_or_new
+from server.runtime.request_id import accepted_or_new, trace_id_in
 
 ID = "browser-1.take_off"
 
@@ -31,6 +31,21 @@ def test_anything_else_gets_an_id_of_the_towers(sent: str | None) -> None:
     assert made != accepted_or_new(sent)
 
 
+@pytest.mark.parametrize(
+    ("traceparent", "found"),
+    [
+        ("00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01", "4bf92f3577b34da6a3ce929d0e0e4736"),
+        ("00-" + "0" * 32 + "-00f067aa0ba902b7-01", None),
+        ("01-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01", None),
+        ("00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01\n", None),
+        ("", None),
+        (None, None),
+    ],
+)
+def test_the_trace_id_of_other_programs(traceparent: str | None, found: str | None) -> None:
+    assert trace_id_in(traceparent) == found
+
+
 async def test_answers_and_audit_events_name_the_request(tmp_path: Path) -> None:
     async with start_tower(tmp_path) as world:
         root = await world.signed_in(await world.add_user("Root", Role.ADMIN))
@@ -43,6 +58,8 @@ async def test_answers_and_audit_events_name_the_request(tmp_path: Path) -> None
         for path in ("/api/v1/nothing", "/", "/api/v1/health"):
             refused = await root.get(path, headers={"X-Request-Id": "bad id"})
             assert re.fullmatch(r"[0-9a-f]{16}", refused.headers["x-request-id"])
+        traced = await root.get("/api/v1/health", headers={"traceparent": f"00-{'ab' * 16}-{'cd' * 8}-01"})
+        assert traced.headers["x-request-id"] == "ab" * 16
         assert f",{ID}," in (await root.get("/api/v1/audit.csv")).text
 
 

@@ -128,7 +128,7 @@ async def test_every_route_says_what_it_needs(world: TowerWorld, root: httpx.Asy
             slug = answer.json().get("type", "") if answer.status_code == 403 else ""
             assert (slug == "/problems/scope-missing") is missing, (route.name, scope, answer.text)
     signing_in = {"sign_in", "sign_in_with_passkey", "ask_for_passkey", "sign_out"}
-    assert unguarded == signing_in | {"health", "ready", "enrol", "put_agent_file"}, (
+    assert unguarded == signing_in | {"health", "ready", "enrol", "put_agent_file", "get_agent_release"}, (
         "an agent shows a token, or the ticket of its link"
     )
 

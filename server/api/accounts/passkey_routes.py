@@ -24,10 +24,10 @@ from server.api.dependencies import (
 from server.api.http.problem_docs import answers
 from server.domain.access import InPersonOnly, NotSignedIn, SessionExpired
 from server.domain.names import clean_name
-from server.live.accounts import webauthn_check
 from server.live.accounts.challenges import ChallengeOver, Purpose, TooManyChallenges
 from server.live.accounts.relying_party import PasskeysUnavailable
-from server.live.accounts.webauthn_check import PasskeyFault
+from server.live.accounts.webauthn_values import CHECK, PasskeyFault
+from server.runtime.late_import import load_late
 from server.store.accounts import passkeys
 from server.store.accounts.passkey_sign_in import PasskeyRefused, PasswordNeeded, WrongPasskey
 from server.store.accounts.passkey_views import (
@@ -52,6 +52,9 @@ _OWN: Final = (NotSignedIn, SessionExpired, InPersonOnly)
 @router.post("/session/passkey/options", responses=answers(PasskeysUnavailable, TooManyChallenges))
 async def ask_for_passkey(response: Response, passkey_request: PasskeyRequestDep) -> PasskeyOptions:
     """Begins a sign-in with a passkey. The response does not depend on the user."""
+    await load_late(CHECK)
+    from server.live.accounts import webauthn_check
+
     ceremony = passkey_request.begin_sign_in(response)
     challenge = passkey_request.challenge_for(ceremony)
     return PasskeyOptions(public_key=webauthn_check.request_options(ceremony.party, challenge=challenge))
@@ -101,6 +104,9 @@ async def begin_passkey(
     principal: FactorSetter, database: DatabaseDep, passkey_request: PasskeyRequestDep
 ) -> PasskeyOptions:
     """Begins adding a passkey. Nothing changes until `POST /me/passkeys`."""
+    await load_late(CHECK)
+    from server.live.accounts import webauthn_check
+
     ceremony = passkey_request.of_session(principal, Purpose.ADD)
     async with database.writing() as session:
         user, there = await passkeys.begin_adding(session, principal.user_id)
@@ -134,6 +140,9 @@ async def add_passkey(
     Your other sessions must prove your identity again before they can change credentials.
     """
     clean_name(body.name)  # before the challenge is used up
+    await load_late(CHECK)
+    from server.live.accounts import webauthn_check
+
     ceremony = passkey_request.of_session(principal, Purpose.ADD)
     try:
         challenge = passkey_sign_in.use_challenge(

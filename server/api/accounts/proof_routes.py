@@ -16,9 +16,10 @@ from server.api.dependencies import AuditDep, ClockDep, DatabaseDep, PasskeySign
 from server.api.http.problem_docs import answers
 from server.domain.access import InPersonOnly, NotSignedIn, SessionExpired, is_fresh
 from server.domain.people import Principal
-from server.live.accounts import webauthn_check
 from server.live.accounts.challenges import ChallengeOver, Purpose, TooManyChallenges
 from server.live.accounts.relying_party import PasskeysUnavailable
+from server.live.accounts.webauthn_values import CHECK
+from server.runtime.late_import import load_late
 from server.store.accounts import passkeys
 from server.store.accounts.passkey_sign_in import PasskeySignInService, WrongPasskey
 from server.store.accounts.passkey_views import PasskeyAnswer, PasskeyOptions
@@ -175,6 +176,9 @@ async def ask_for_proof_by_passkey(
     async with database.reading() as session:
         own = await passkeys.list_passkeys(session, principal.user_id)
     allowed = [passkeys.known(one) for one in own if one.party_id == ceremony.party.id]
+    await load_late(CHECK)
+    from server.live.accounts import webauthn_check
+
     options = webauthn_check.request_options(
         ceremony.party, challenge=passkey_request.challenge_for(ceremony), allowed=allowed
     )

@@ -46,6 +46,7 @@ from server.domain.refusal import Refusal, RetryLater
 from server.domain.tower_refusals import LastTower, TowerDraining, UnknownTower
 from server.live.accounts.challenges import ChallengeOver, TooManyChallenges
 from server.live.accounts.relying_party import PasskeysUnavailable
+from server.live.agent_updates.refusals import FlownByAnother, UnknownRelease
 from server.live.alerts.refusals import MayNotAcknowledge, UnknownAlert
 from server.live.flight_commands.following import CannotFollow, NoSuchLeader
 from server.live.flight_commands.on_the_ground import NotOnTheGround, PropellersNotConfirmed
@@ -262,6 +263,8 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     ChangedMeanwhile: Kind("changed-meanwhile", 412, "Changed meanwhile"),
     VersionNeeded: Kind("version-needed", 428, "Say which version"),
     DocumentTooLarge: Kind(TOO_LARGE.slug, TOO_LARGE.status, TOO_LARGE.title),
+    UnknownRelease: Kind("unknown-release", 404, "No such release of the agent"),
+    FlownByAnother: Kind("flown-by-another", 409, "Somebody has the controls"),
     UnknownLog: Kind("unknown-log", 404, "No such log here"),
     BadCredential: Kind("bad-credential", 401, "The ticket or credential is not valid"),
     NotAskedFor: Kind("not-asked-for", 404, "Nobody is waiting for it"),

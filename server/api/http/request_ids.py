@@ -5,7 +5,7 @@ from __future__ import annotations
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from server.runtime.request_id import HEADER, accepted_or_new, begin_request
+from server.runtime.request_id import HEADER, accepted_or_new, begin_request, trace_id_in
 
 
 class RequestIds:
@@ -16,7 +16,8 @@ class RequestIds:
         if scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
             return
-        request_id = accepted_or_new(Headers(scope=scope).get(HEADER))
+        headers = Headers(scope=scope)
+        request_id = accepted_or_new(headers.get(HEADER) or trace_id_in(headers.get("traceparent")))
         begin_request(request_id)
 
         async def send_with_id(message: Message) -> None:

@@ -6,9 +6,7 @@ made an authenticator. The caller (`passkeys.py`) compares the counter.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, Final
 
 from webauthn import (
@@ -18,7 +16,6 @@ from webauthn import (
     verify_registration_response,
 )
 from webauthn.helpers import (
-    base64url_to_bytes,
     options_to_json_dict,
     parse_attestation_object,
     parse_registration_credential_json,
@@ -36,6 +33,7 @@ from webauthn.helpers.structs import (
 
 from server.live.accounts.challenges import LIFETIME_S
 from server.live.accounts.relying_party import RelyingParty
+from server.live.accounts.webauthn_values import Assertion, KnownCredential, NewCredential, PasskeyFault
 
 TOWER_NAME: Final = "Control Tower"
 MAX_CREDENTIAL_ID_BYTES: Final = 1023
@@ -48,38 +46,6 @@ _ALGORITHMS: Final = [
     COSEAlgorithmIdentifier.RSASSA_PKCS1_v1_5_SHA_256,
 ]
 _TIMEOUT_MS: Final = int(LIFETIME_S * 1000)
-
-
-class PasskeyFault(Exception):
-    """An authenticator's response is invalid. `why` is for the audit trail, not for the client."""
-
-    def __init__(self, why: str) -> None:
-        super().__init__(why)
-        self.why = why
-
-
-@dataclass(frozen=True)
-class KnownCredential:
-    """A credential that an authenticator may use, or must not create again."""
-
-    id: bytes
-    transports: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class NewCredential:
-    id: bytes
-    public_key: bytes
-    sign_count: int
-    transports: tuple[str, ...]
-    synced: bool
-    """It is kept in more than one device."""
-
-
-@dataclass(frozen=True)
-class Assertion:
-    sign_count: int
-    synced: bool
 
 
 def creation_options(
@@ -116,21 +82,6 @@ def request_options(
         user_verification=UserVerificationRequirement.REQUIRED,
     )
     return options_to_json_dict(options)
-
-
-def challenge_in(client_data: str) -> bytes:
-    """The challenge that a response claims to answer, unverified. Raises PasskeyFault."""
-    try:
-        document = json.loads(base64url_to_bytes(client_data))
-        text, crossing = document["challenge"], document.get("crossOrigin")
-        challenge = base64url_to_bytes(text) if isinstance(text, str) else b""
-    except (ValueError, KeyError, TypeError, RecursionError):
-        raise PasskeyFault("malformed client data") from None
-    if not challenge:
-        raise PasskeyFault("malformed client data")
-    if crossing:
-        raise PasskeyFault("made inside another site")
-    return challenge
 
 
 def check_new(credential: dict[str, Any], *, challenge: bytes, party: RelyingParty) -> NewCredential:

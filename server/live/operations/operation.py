@@ -26,6 +26,7 @@ WorkName = Literal[
     "log_download",
     "follow",
     "follow_me",
+    "agent_update",
 ]
 
 
@@ -56,9 +57,17 @@ class Lane(StrEnum):
     COMMANDS = "commands"
     LOGS = "logs"
     FOLLOWING = "following"
+    AGENT = "agent"
 
 
-MAX_RUNNING: Final = {Lane.PLANS: 1, Lane.PARAMETERS: 1, Lane.COMMANDS: 4, Lane.LOGS: 1, Lane.FOLLOWING: 1}
+MAX_RUNNING: Final = {
+    Lane.PLANS: 1,
+    Lane.PARAMETERS: 1,
+    Lane.COMMANDS: 4,
+    Lane.LOGS: 1,
+    Lane.FOLLOWING: 1,
+    Lane.AGENT: 1,
+}
 """How many operations of a lane a drone runs at a time. Few commands, because an autopilot's acknowledgement names only
 the kind of command."""
 
@@ -101,6 +110,8 @@ class Order:
     """It decides how the drone flies: it replaces earlier commands and is exempt from the limit."""
     stops: bool = False
     """It stops the drone, returns or lands it: exempt from the rate limit."""
+    restarts_agent: bool = False
+    """The agent starts again in the middle of it, and the new process reports the end."""
     needs: str = TRANSACTIONS
     """The capability that the agent must have reported."""
     result_text: ResultText = agents_text

@@ -6,8 +6,9 @@ Rules, each tested:
 - An operation ends exactly once, with a text. An agent may later correct only an end that was unknown.
 - An agent's report counts only for operations of its own drone.
 - A lost link ends nothing at once: the agent works on beside the autopilot and reports when it is back. A restarted
-  agent knows nothing, so what it ran has failed. If an agent reports nothing of a plan, which it would do five times a
-  second, it is asked to stop it: a request lost on its way ends with that answer.
+  agent knows nothing, so what it ran has failed, unless the order was to start it again. If an agent reports nothing of
+  a plan, which it would do five times a second, it is asked to stop it: a request lost on its way ends with that
+  answer.
 - All steps of an operation are sent under the epoch of its beginning, and none after the controls changed hands, the
   drone was made to hold, or another flight command came.
 - Bounded: a number at a time per lane of a drone, and 1,000 ended ones, for an hour at most.
@@ -322,7 +323,8 @@ class OperationService:
         is_same_link = link is operation.link
         if operation.by is not None and assistant is not None and operation.by.id == assistant.id:
             drone.turn.asks(now)  # else the turn goes back in the middle of it, and the agent undoes what it wrote
-        if link is not None and not is_same_link and is_another_agent(operation.link, link):
+        restarted = link is not None and not is_same_link and is_another_agent(operation.link, link)
+        if restarted and not operation.order.restarts_agent:
             self._end(operation, State.FAILED, unknown_words(operation, "was started again in between"))
         elif now > operation.deadline + GRACE_S:
             self._give_up(operation, link)

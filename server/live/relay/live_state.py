@@ -19,6 +19,7 @@ from server.live.relay.agent_link import AgentLink
 from server.live.relay.browser import Browser
 from server.live.relay.flood_gate import FLOODING
 from server.live.relay.live_drone import MANUAL_FOR_S, LiveDrone, Viewpoint
+from server.live.relay.open_browsers import OpenBrowsers
 from server.live.relay.traffic import Traffic
 from server.live.towers.place import Place
 from wire.control_messages import ControlChanged, ToAgent
@@ -38,7 +39,7 @@ class LiveState:
         """The time of day, for people."""
         self.drones: dict[DroneId, LiveDrone] = {}
         self.links: dict[LinkId, AgentLink] = {}
-        self.browsers: dict[int, Browser] = {}
+        self.browsers = OpenBrowsers()
         self.drops: DropCounts = DropCounts()
         self.traffic = Traffic()
         self.aircraft_frames: deque[tuple[DroneId, bytes, float]] = deque(maxlen=MAX_AIRCRAFT_FRAMES)
@@ -152,4 +153,4 @@ class LiveState:
 
     def has_browser(self, user_id: UserId) -> bool:
         """Whether this user has any live browser that may fly."""
-        return any(browser.viewer.user_id == user_id and browser.viewer.may_fly for browser in self.browsers.values())
+        return any(browser.viewer.may_fly for browser in self.browsers.of_user(user_id))

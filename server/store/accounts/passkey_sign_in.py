@@ -11,17 +11,18 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
 
-from webauthn.helpers import base64url_to_bytes, bytes_to_base64url
-
 from server.domain.refusal import Refusal
 from server.live.accounts.challenges import Challenges, Purpose
 from server.live.accounts.relying_party import RelyingParty
-from server.live.accounts.webauthn_check import (
+from server.live.accounts.webauthn_values import (
+    CHECK,
     Assertion,
     PasskeyFault,
     challenge_in,
-    check_assertion,
+    from_base64url,
+    to_base64url,
 )
+from server.runtime.late_import import load_late
 from server.store.accounts import passkeys
 from server.store.accounts.sessions import Sessions, end_session
 from server.store.accounts.sign_in import SignedIn
@@ -136,10 +137,13 @@ class PasskeySignInService:
     async def _check(
         self, credential: dict[str, Any], *, ceremony: PasskeyCeremony, user_id: int | None, address: str, now: datetime
     ) -> _Checked:
+        await load_late(CHECK)
+        from server.live.accounts.webauthn_check import check_assertion
+
         response = credential["response"]
         try:
             challenge = self.use_challenge(response["clientDataJSON"], ceremony=ceremony, now=now)
-            credential_id = base64url_to_bytes(credential["rawId"])
+            credential_id = from_base64url(credential["rawId"])
         except (PasskeyFault, ValueError):
             raise PasskeyRefused from None
         async with self.database.reading() as session:
@@ -178,4 +182,4 @@ class PasskeySignInService:
 
 
 def _same_handle(handle: str, known: bytes | None) -> bool:
-    return hmac.compare_digest(handle, bytes_to_base64url(known or b""))
+    return hmac.compare_digest(handle, to_base64url(known or b""))

@@ -15,7 +15,7 @@ from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.domain.names import clean_name
 from server.domain.refusal import Refusal
-from server.live.accounts.webauthn_check import Assertion, KnownCredential, NewCredential, PasskeyFault
+from server.live.accounts.webauthn_values import Assertion, KnownCredential, NewCredential, PasskeyFault
 from server.store.accounts.second_factor import LastFactor, forget_codes, new_codes
 from server.store.accounts.tables import PasskeyRow, UserRow
 from server.store.accounts.users import UnknownUser

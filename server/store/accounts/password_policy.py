@@ -16,10 +16,8 @@ import time
 from collections.abc import Collection
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, Final
-
-from zxcvbn import zxcvbn
-from zxcvbn.matching import L33T_TABLE
 
 from server.domain.refusal import Refusal, RetryLater
 
@@ -33,9 +31,15 @@ MAX_LEET_SIGNS: Final = 2
 MAX_WAITING: Final = 8
 RESTS_FOR: Final = 4.0
 """Multiple of the time that a judgement took: judging uses at most a fifth of one core."""
-_LEET: Final = frozenset(sign for signs in L33T_TABLE.values() for sign in signs if not sign.isdigit())
 _NO_LETTER: Final = "#"
 _ALWAYS_TRIED: Final = ("tower", "control", "controltower", "drone")
+
+
+@cache
+def _leet() -> frozenset[str]:
+    from zxcvbn.matching import L33T_TABLE
+
+    return frozenset(sign for signs in L33T_TABLE.values() for sign in signs if not sign.isdigit())
 
 
 class BadPassword(Refusal):
@@ -64,6 +68,8 @@ def judge_password(password: str, names: Collection[str] = ()) -> Judgement:
         return Judgement(f"a password needs at least {MIN_LENGTH} characters")
     if len(password) > MAX_LENGTH:
         return Judgement(f"a password has at most {MAX_LENGTH} characters")
+    from zxcvbn import zxcvbn  # slow to load: in this thread, when somebody first chooses a password
+
     known = [part for name in (*names, *_ALWAYS_TRIED) if (part := name.strip().lower()[:64])]
     found: dict[str, Any] = zxcvbn(_bounded(password), user_inputs=known)
     if found["score"] >= MIN_SCORE:
@@ -84,7 +90,7 @@ def _bounded(password: str) -> str:
     kept: set[str] = set()
     judged = []
     for sign in password[:JUDGED_CHARACTERS]:
-        if sign in _LEET and sign not in kept:
+        if sign in _leet() and sign not in kept:
             if len(kept) == MAX_LEET_SIGNS:
                 judged.append(_NO_LETTER)
                 continue

@@ -6,6 +6,7 @@ from typing import get_args
 import pytest
 from worlds.example_messages import examples
 
+from wire.agent_update import AGENT_UPDATE, AgentUpdateWork
 from wire.control_messages import (
     ControlChanged,
     HoldOrder,
@@ -36,7 +37,7 @@ OF_EVERY_AGENT = {
 """What agents understood before there were groups. This set never grows: a new message needs a group."""
 
 MESSAGES = [decode_to_agent(json.dumps(one)) for one in examples(ToAgent)]
-EVERY_GROUP = frozenset(GROUPS.values())
+EVERY_GROUP = frozenset({*GROUPS.values(), AGENT_UPDATE})
 
 
 def test_every_message_to_an_agent_is_of_every_agent_or_of_a_group() -> None:
@@ -49,7 +50,8 @@ def test_a_message_passes_only_with_its_group(missing: str) -> None:
     for message in MESSAGES:
         group = GROUPS.get(type(message))
         is_follow = isinstance(message, Transaction) and isinstance(message.work, FollowWork)
-        needed = {group} | ({FOLLOW} if is_follow else set())
+        is_update = isinstance(message, Transaction) and isinstance(message.work, AgentUpdateWork)
+        needed = {group} | ({FOLLOW} if is_follow else set()) | ({AGENT_UPDATE} if is_update else set())
         assert understands(EVERY_GROUP - {missing}, message) is (missing not in needed), message
         assert understands(EVERY_GROUP, message)
 

@@ -73,6 +73,11 @@ export class Rest {
   /** Asks the user for a fresh proof of identity. True: they gave it, and the request is sent once more. */
   onProofNeeded: (() => Promise<boolean>) | null = null;
   readonly #fetch: Fetch;
+  /** Of this page: its requests are found together in the tower's log, and each alone. */
+  readonly #page = Array.from(crypto.getRandomValues(new Uint8Array(4)), (one) =>
+    one.toString(16).padStart(2, '0'),
+  ).join('');
+  #requests = 0;
 
   constructor(fetcher: Fetch = (path, init) => fetch(path, init)) {
     this.#fetch = fetcher;
@@ -172,7 +177,11 @@ export class Rest {
   }
 
   async #sendOnce(method: Method, path: string, { path: names, query, header, body }: LooseRequest): Promise<unknown> {
-    const headers: Record<string, string> = { Accept: 'application/json, application/problem+json' };
+    this.#requests += 1;
+    const headers: Record<string, string> = {
+      Accept: 'application/json, application/problem+json',
+      'X-Request-Id': `${this.#page}.${this.#requests}`,
+    };
     if (body !== undefined) headers['Content-Type'] = 'application/json';
     for (const [name, value] of given(header)) headers[name] = String(value);
     const init: RequestInit = { method, headers, credentials: 'same-origin' };

@@ -124,6 +124,22 @@ describe('a request of the document', () => {
     expect(calls[2]![1].headers).toMatchObject({ 'if-none-match': '"x"' });
   });
 
+  it('has an id of its page and its own, which the tower accepts', async () => {
+    const { rest, calls } = answering(200, '[]');
+    const other = answering(200, '[]');
+    await rest.call('GET', '/audit');
+    await rest.call('GET', '/audit');
+    await other.rest.call('GET', '/audit');
+    const ids = [...calls, ...other.calls].map(
+      ([, { headers }]) => (headers as Record<string, string>)['X-Request-Id']!,
+    );
+    for (const id of ids) expect(id).toMatch(/^[A-Za-z0-9][A-Za-z0-9._-]{7,63}$/);
+    const [first, second, another] = ids.map((id) => id.split('.')[0]);
+    expect(new Set(ids).size).toBe(3);
+    expect(first).toBe(second);
+    expect(another).not.toBe(first);
+  });
+
   it('is held against the document by the compiler', async () => {
     const { rest, calls } = answering(200, '{}');
     // @ts-expect-error: no such path
