@@ -143,7 +143,7 @@ def _alerts(index: Iterable[Entry], began_us: int) -> list[tuple[str, ...]]:
 
 
 def _link(index: Sequence[Entry], began_us: int) -> list[tuple[str, ...]]:
-    rows = [
+    rows: list[tuple[str, ...]] = [
         (*_times(_at(entry), began_us), "not heard any more" if entry["kind"] == "link_lost" else "heard again")
         for entry in index
         if entry.get("kind") in ("link_lost", "link_back")
@@ -159,7 +159,7 @@ def _link(index: Sequence[Entry], began_us: int) -> list[tuple[str, ...]]:
 
 
 def _timeline(index: Iterable[Entry], began_us: int, drone: str) -> list[tuple[str, ...]]:
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for entry in index:
         words = told_words(entry, drone)
         if words:
