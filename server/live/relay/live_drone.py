@@ -167,7 +167,6 @@ class LiveDrone:
     heartbeat: bytes | None = None
     """The newest of the autopilot, as it came."""
     heartbeat_at: float = NEVER
-    """When it came."""
     agent_version: str | None = None
     """Of the agent of its newest link since the tower started, also while it is offline."""
     firmware: int = 0
@@ -179,7 +178,6 @@ class LiveDrone:
     tape: Tape | None = None
     """What the recorder of flights has of it. Outlives its links."""
     preflight: Signature | None = None
-    """The pilot's, for the coming flight or the one that is going on."""
     watchers: dict[int, Browser] = field(default_factory=dict)
     """Browsers that may see this drone, by their number."""
     crew_before: Mapping[UserId, TeamRole] = field(default_factory=dict)
