@@ -177,7 +177,6 @@ class LiveDrone:
     tape: Tape | None = None
     """What the recorder of flights has of it. Outlives its links."""
     preflight: Signature | None = None
-    """The pilot's, for the coming flight or the one that is going on."""
     watchers: dict[int, Browser] = field(default_factory=dict)
     """Browsers that may see this drone, by their number."""
     crew_before: Mapping[UserId, TeamRole] = field(default_factory=dict)
