@@ -18,8 +18,8 @@ ALLOWED = {
     "app/commands/users.py": "the role of a new account that names none",
 }
 """Files that may name a role, and the reason."""
-OTHER_ROLES = re.compile(r"TeamRole|member\.role|one\.role|role (is not|!=) [\w.]+\.role:")
-"""Lines about a member's role in a team, or a changed role: other questions."""
+OTHER_ROLES = re.compile(r"TeamRole|file\.role|about\.role|member\.role|one\.role|role (is not|!=) [\w.]+\.role:")
+"""Lines about the role in a team, of a map layer, or a changed one: other questions."""
 
 
 def _compares(text: str) -> list[str]:

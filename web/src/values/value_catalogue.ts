@@ -76,12 +76,12 @@ const NAMED: Readonly<Record<string, readonly [string, Show]>> = {
   altitude: ['Height above home', of('height', ({ altRelM }) => altRelM, [0, 120])],
   'over-ground': [
     'Height above ground',
-    ({ overGroundM = null, units, ...known }) => ({
-      ...measure(units, 'height', overGroundM),
-      raw: plain(overGroundM),
-      number: overGroundM,
+    ({ overGroundM, units }) => ({
+      ...measure(units, 'height', overGroundM ?? null),
+      raw: plain(overGroundM ?? null),
+      number: overGroundM ?? null,
       ends: [0, 120],
-      isHidden: known.overGroundM === undefined,
+      isHidden: overGroundM === undefined,
     }),
   ],
   'altitude-amsl': ['Height above the sea', of('height', ({ altAmslM }) => altAmslM)],
