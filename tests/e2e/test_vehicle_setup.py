@@ -23,7 +23,7 @@ def _chooses_values(alice: ConsolePage) -> None:
         alice.page.keyboard.press("ArrowUp")
     expect(alice.part("value-row").first).to_have_attribute("data-id", "vibration")
     rows = alice.part("value-row")
-    rows.nth(1).drag_to(rows.nth(3))
+    rows.nth(1).locator(".name").drag_to(rows.nth(3).locator(".name"))
     expect(rows.nth(3)).to_have_attribute("data-id", "mode")
     with alice.page.expect_response("**/api/v1/me/preferences/values"):
         alice.part("layout-name").fill("night")
