@@ -2,7 +2,6 @@
 
 import { untrack } from 'svelte';
 
-import { MAV_AUTOPILOT } from '../link/generated/mavlink.gen';
 import type { Place } from '../link/messages';
 import type { Schemas } from '../link/rest_types';
 import type { Rest } from '../link/rest';
@@ -69,11 +68,6 @@ export class ReplaySession {
   get wholeToMs(): number {
     const ended = this.detail?.ended_at ? Date.parse(this.detail.ended_at) : 0;
     return this.progress?.isWhole ? this.toMs : Math.max(this.toMs, ended);
-  }
-
-  get vehicleType(): string {
-    const autopilot = this.overview?.modes[0]?.autopilot;
-    return autopilot === MAV_AUTOPILOT.PX4 ? 'PX4' : autopilot === MAV_AUTOPILOT.ARDUPILOTMEGA ? 'ArduPilot' : '';
   }
 
   /** How many points of the track are behind. */
