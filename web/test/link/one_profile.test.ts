@@ -4,8 +4,8 @@ import { join } from 'node:path';
 import { expect, test } from 'vitest';
 
 const SRC = join(import.meta.dirname, '../../src');
-/** The heartbeat parser, the profiles, and the header of a QGroundControl file. */
-const MAY_KNOW = new Set(['link/telemetry.ts', 'link/modes.ts', 'plan/formats/qgc_plan.ts']);
+/** The two readers of heartbeats, the profiles, and the header of a QGroundControl file. */
+const MAY_KNOW = new Set(['link/telemetry.ts', 'link/modes.ts', 'plan/formats/qgc_plan.ts', 'replay/overview.ts']);
 
 test('autopilots are told apart by their profiles alone', () => {
   const files = readdirSync(SRC, { recursive: true, encoding: 'utf8' }).filter(
