@@ -34,7 +34,7 @@ AT_ONCE: Final = 500
 MAX_IN_FLIGHT: Final = 5000
 """Ids that running transactions have and that are not committed yet, of all towers. So a long backlog, as after the
 migration, is not searched again and again."""
-PAUSE_S: Final = 0.05
+PAUSE_S: Final = 0.2
 """Between two steps of a long backlog: other writers come first."""
 SIGN_EVERY: Final = timedelta(days=1)
 _log = structlog.get_logger(__name__)
