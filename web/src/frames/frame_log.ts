@@ -112,6 +112,22 @@ export class FrameLog {
     return chunk.bytes.subarray(start, start + chunk.lengths[at]!);
   }
 
+  /** Calls back with the bytes of neighbours, chunk by chunk: copying them so costs no object for each frame. */
+  eachRun(
+    from: number,
+    to: number,
+    visit: (bytes: Uint8Array, lengths: Uint16Array, times: Float64Array) => void,
+  ): void {
+    for (const chunk of this.#chunks) {
+      const first = Math.max(0, from - chunk.first);
+      const last = Math.min(chunk.count, to - chunk.first);
+      if (first >= last) continue;
+      const end = chunk.starts[last - 1]! + chunk.lengths[last - 1]!;
+      const bytes = chunk.bytes.subarray(chunk.starts[first]!, end);
+      visit(bytes, chunk.lengths.subarray(first, last), chunk.times.subarray(first, last));
+    }
+  }
+
   /** The first entry at this time or later. */
   entryAt(atMs: number): number {
     let low = this.begin;

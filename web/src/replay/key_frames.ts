@@ -77,12 +77,29 @@ export class KeyFrames {
       fromMs: this.#log.timeOf(begin),
       toMs: end < this.#log.end ? this.#log.timeOf(end) : Infinity,
       before: this.#packed([...snapshot.filter((entry) => this.#isHeartbeat(entry)), ...snapshot]),
-      frames: this.#packed(Array.from({ length: end - begin }, (_, at) => begin + at)),
+      frames: this.#run(begin, end),
     };
   }
 
   #isHeartbeat(entry: number): boolean {
     return this.#log.kinds[this.#log.kindOf(entry)]!.msgid === HEARTBEAT;
+  }
+
+  /** Neighbours, which lie end to end already. */
+  #run(begin: number, end: number): PackedFrames {
+    const times = new Float64Array(end - begin);
+    const ends = new Uint32Array(end - begin);
+    let total = 0;
+    this.#log.eachRun(begin, end, (bytes) => (total += bytes.length));
+    const packed = { times, ends, bytes: new Uint8Array(total) };
+    let at = 0;
+    let filled = 0;
+    this.#log.eachRun(begin, end, (bytes, lengths, runTimes) => {
+      packed.bytes.set(bytes, filled);
+      times.set(runTimes, at);
+      for (const length of lengths) ends[at++] = filled += length;
+    });
+    return packed;
   }
 
   #packed(entries: readonly number[]): PackedFrames {

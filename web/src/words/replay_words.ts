@@ -18,7 +18,7 @@ const two = (value: number): string => String(value).padStart(2, '0');
 
 /** `04:07` or `1:04:07`, from the beginning. */
 export function playedTime(ms: number): string {
-  const seconds = Math.max(0, Math.floor(ms / 1000));
+  const seconds = Math.max(0, Math.floor((ms + 0.5) / 1000));
   const hours = Math.floor(seconds / 3600);
   const rest = `${two(Math.floor((seconds % 3600) / 60))}:${two(seconds % 60)}`;
   return hours > 0 ? `${hours}:${rest}` : rest;
