@@ -41,15 +41,21 @@ from server.api.authentication import COOKIE
 from server.app.routers import ROUTERS
 from server.domain.people import Role
 from server.domain.scopes import Scope
+from server.live.zones.zone import Zone, ZoneKind, ZoneRule, ZoneShape
 from server.store.accounts.tables import UserRow
 from server.store.accounts.tokens import create_token
 from server.store.audit.action import AuditAction
 from server.store.audit.trail import COMMAND_LINE
+from server.store.teams.teams import COMMAND_LINE as TEAMS_OF_COMMAND_LINE
+from server.store.zones.zones import create_zone
 
 # Imports everything now, before there are threads: pytest reads the source of its plugins, and Python 3.11 cannot parse
 # in two threads at once ("AST constructor recursion depth mismatch").
 for found in pkgutil.walk_packages(schemathesis.specs.openapi.__path__, "schemathesis.specs.openapi."):
     importlib.import_module(found.name)
+
+# A map file is bytes like any other.
+schemathesis.serializer.alias("application/vnd.pmtiles", "application/octet-stream")
 
 CHECKS: Final = [
     not_a_server_error,
@@ -206,9 +212,15 @@ async def set_the_scene(world: TowerWorld, number: int, password_hash: str) -> S
                 session, owner=owner, name=visitor, scopes={scope}, expires_at=None, action=action
             )
             headers[visitor] = {"Authorization": f"Bearer {secret}"}
-    return Scene(
-        cookies, headers, {"drone_id": drone.id, "user_id": people["operator"].id, "session_id": spare.session_id}
-    )
+        place = ZoneShape(points=((1.0, 1.0), (1.0, 1.001), (1.001, 1.0)))
+        zone = await create_zone(
+            session,
+            Zone(id=0, name=f"zone {number}", kind=ZoneKind.NO_FLY, rule=ZoneRule.WARN, shape=place),
+            manager=TEAMS_OF_COMMAND_LINE,
+            action=AuditAction(by=COMMAND_LINE, at=now),
+        )
+    ids = {"drone_id": drone.id, "user_id": people["operator"].id, "session_id": spare.session_id, "zone_id": zone.id}
+    return Scene(cookies, headers, ids)
 
 
 @pytest.fixture
