@@ -27,7 +27,17 @@ AT_ONCE: Final = 6
 TICK_S: Final = 0.02
 SKIPPED: Final = {"sign_out", "who_is_online"}
 """The first ends the sign-in that the other requests use."""
-ON_ITS_OWN: Final = {"audit_events", "tower_lock", "sessions", "api_tokens", "user_addresses", "known_addresses"}
+ON_ITS_OWN: Final = {
+    "audit_events",
+    "audit_chain",
+    "audit_chain_state",
+    "audit_heads",
+    "tower_lock",
+    "sessions",
+    "api_tokens",
+    "user_addresses",
+    "known_addresses",
+}
 """Tables that the tower itself writes when the database is back: refusals, and when users were last seen."""
 
 

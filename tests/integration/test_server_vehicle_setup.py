@@ -1,5 +1,6 @@
 """Set-up of a vehicle over REST: on the ground and disarmed, by its pilot, with propellers confirmed, and audited."""
 
+import asyncio
 from collections.abc import AsyncIterator
 from pathlib import Path
 
@@ -37,8 +38,16 @@ async def test_each_becomes_a_command_of_the_autopilot(scene: Scene) -> None:
     works = [one.work for one in scene.agent.asked if isinstance(one.work, CommandWork)]
     assert [work.command for work in works] == [42424, 42429, 42425, 246, 209]
     assert works[-1].params == (2.0, 0.0, 5.0, 1.0, 1.0, 0.0, 0.0)
-    audit = (await scene.admin.get("/api/v1/audit?action=command.given")).json()
-    assert {row["detail"]["command"] for row in audit} == {body["command"] for body in ALL}
+    for _ in range(1500):  # the trail is written after the answer
+        if await commands_in_the_trail(scene) == {body["command"] for body in ALL}:
+            return
+        await asyncio.sleep(0.02)
+    raise AssertionError("the trail does not have every command")
+
+
+async def commands_in_the_trail(scene: Scene) -> set[str]:
+    rows = (await scene.admin.get("/api/v1/audit?action=command.given")).json()
+    return {row["detail"]["command"] for row in rows}
 
 
 async def test_never_in_the_air_nor_armed_nor_where_that_is_not_known(scene: Scene) -> None:
