@@ -1,7 +1,7 @@
 /** Numbers of one field out of frames, without decoding the rest of the message; and fewer of them for the screen. */
 
+import { SIZE_OF, readNumber, type Field } from '../link/field_types';
 import type { FrameLog } from './frame_log';
-import { SIZE_OF, type NamedField } from './definitions';
 
 /** One number of a message: `index` in an array field. */
 export type FieldReader = (bytes: Uint8Array, at: number) => number;
@@ -10,10 +10,10 @@ const scratch = new DataView(new ArrayBuffer(8));
 const HEADER_V1 = 6;
 const HEADER_V2 = 10;
 
-export const isNumeric = ({ type }: NamedField): boolean => type !== 'c8';
+export const isNumeric = ({ type }: Field): boolean => type !== 'c8';
 
 /** `at`: where the frame begins. Zeros that version 2 cuts off are read as zeros. */
-export function fieldReader(field: NamedField, index = 0): FieldReader {
+export function fieldReader(field: Field, index = 0): FieldReader {
   const { type } = field;
   const size = SIZE_OF[type];
   const offset = field.offset + index * size;
@@ -23,39 +23,13 @@ export function fieldReader(field: NamedField, index = 0): FieldReader {
     const present = bytes[at + 1]!;
     if (offset + size <= present) {
       if (view.buffer !== bytes.buffer) view = new DataView(bytes.buffer);
-      return numberAt(view, type, bytes.byteOffset + at + header + offset);
+      return Number(readNumber(view, type, bytes.byteOffset + at + header + offset));
     }
     for (let byte = 0; byte < size; byte++) {
       scratch.setUint8(byte, offset + byte < present ? bytes[at + header + offset + byte]! : 0);
     }
-    return numberAt(scratch, type, 0);
+    return Number(readNumber(scratch, type, 0));
   };
-}
-
-function numberAt(view: DataView, type: NamedField['type'], at: number): number {
-  switch (type) {
-    case 'c8':
-    case 'u8':
-      return view.getUint8(at);
-    case 'i8':
-      return view.getInt8(at);
-    case 'u16':
-      return view.getUint16(at, true);
-    case 'i16':
-      return view.getInt16(at, true);
-    case 'u32':
-      return view.getUint32(at, true);
-    case 'i32':
-      return view.getInt32(at, true);
-    case 'u64':
-      return Number(view.getBigUint64(at, true));
-    case 'i64':
-      return Number(view.getBigInt64(at, true));
-    case 'f32':
-      return view.getFloat32(at, true);
-    case 'f64':
-      return view.getFloat64(at, true);
-  }
 }
 
 /** Times in milliseconds since 1970, and values. */

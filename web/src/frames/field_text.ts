@@ -1,6 +1,7 @@
 /** The fields of one frame as people read them. */
 
-import { definitionOf, SIZE_OF, type NamedField } from './definitions';
+import { SIZE_OF, type Field } from '../link/field_types';
+import { definitionOf } from './definitions';
 import { fieldReader } from './field_series';
 import { shownUnit } from './units';
 
@@ -22,14 +23,14 @@ export function fieldTexts(msgid: number, frame: Uint8Array): FieldText[] {
   }));
 }
 
-function text(field: NamedField, frame: Uint8Array): string {
+function text(field: Field, frame: Uint8Array): string {
   const letters = Math.max(1, field.length) * SIZE_OF.c8;
   const bytes = Array.from({ length: letters }, (_, index) => fieldReader(field, index)(frame, 0));
   const end = bytes.indexOf(0);
   return utf8.decode(Uint8Array.from(end < 0 ? bytes : bytes.slice(0, end)));
 }
 
-function numbers(field: NamedField, frame: Uint8Array): string {
+function numbers(field: Field, frame: Uint8Array): string {
   const { unit, factor } = shownUnit(field);
   const count = Math.max(1, field.length);
   const shown = Array.from({ length: Math.min(count, MAX_SHOWN) }, (_, index) =>

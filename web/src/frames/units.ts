@@ -1,6 +1,6 @@
 /** The wire's units as people read them: `degE7` in degrees, `mm` in metres. */
 
-import type { NamedField } from './definitions';
+import type { Field } from '../link/field_types';
 
 interface ShownUnit {
   readonly unit: string;
@@ -35,4 +35,4 @@ const SHOWN: Readonly<Record<string, ShownUnit>> = {
   degC: { unit: '°C', factor: 1 },
 };
 
-export const shownUnit = ({ unit }: NamedField): ShownUnit => SHOWN[unit] ?? { unit, factor: 1 };
+export const shownUnit = ({ unit }: Field): ShownUnit => SHOWN[unit] ?? { unit, factor: 1 };

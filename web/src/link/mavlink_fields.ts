@@ -1,17 +1,9 @@
 /** The generated message tables, prepared for reading and writing payloads with a DataView. */
 
+import { SIZE_OF, readFields, readNumber, type Field, type FieldType } from './field_types';
 import { MESSAGES, type MessageName } from './generated/mavlink.gen';
 
-export type FieldType = 'c8' | 'u8' | 'i8' | 'u16' | 'i16' | 'u32' | 'i32' | 'u64' | 'i64' | 'f32' | 'f64';
 export type FieldValue = number | bigint | string | number[] | bigint[];
-
-export interface Field {
-  readonly name: string;
-  readonly type: FieldType;
-  /** 0 for a single value. */
-  readonly length: number;
-  readonly offset: number;
-}
 
 export interface MessageDefinition {
   readonly id: number;
@@ -22,34 +14,8 @@ export interface MessageDefinition {
   readonly size: number;
 }
 
-const SIZE_OF: Record<FieldType, number> = {
-  c8: 1,
-  u8: 1,
-  i8: 1,
-  u16: 2,
-  i16: 2,
-  u32: 4,
-  i32: 4,
-  u64: 8,
-  i64: 8,
-  f32: 4,
-  f64: 8,
-};
-
-const SPEC = /^(\w+):(\w+)(?:\[(\d+)\])?$/;
-
 function define([id, name, crcExtra, spec]: readonly [number, string, number, string]): MessageDefinition {
-  let size = 0;
-  const fields = spec.split(' ').map((text): Field => {
-    const parts = SPEC.exec(text);
-    if (!parts) throw new Error(`bad field in the generated table: ${text}`);
-    const type = parts[2] as FieldType;
-    const length = Number(parts[3] ?? 0);
-    const field = { name: parts[1]!, type, length, offset: size };
-    size += SIZE_OF[type] * Math.max(1, length);
-    return field;
-  });
-  return { id, name: name as MessageName, crcExtra, fields, size };
+  return { id, name: name as MessageName, crcExtra, ...readFields(spec) };
 }
 
 const definitions = MESSAGES.map(define);
@@ -59,32 +25,6 @@ export const definitionByName = new Map(definitions.map((one) => [one.name, one]
 const text = new TextDecoder();
 const utf8 = new TextEncoder();
 
-function readOne(view: DataView, type: FieldType, at: number): number | bigint {
-  switch (type) {
-    case 'c8':
-    case 'u8':
-      return view.getUint8(at);
-    case 'i8':
-      return view.getInt8(at);
-    case 'u16':
-      return view.getUint16(at, true);
-    case 'i16':
-      return view.getInt16(at, true);
-    case 'u32':
-      return view.getUint32(at, true);
-    case 'i32':
-      return view.getInt32(at, true);
-    case 'u64':
-      return view.getBigUint64(at, true);
-    case 'i64':
-      return view.getBigInt64(at, true);
-    case 'f32':
-      return view.getFloat32(at, true);
-    case 'f64':
-      return view.getFloat64(at, true);
-  }
-}
-
 /** `view` must hold `definition.size` bytes from its start. */
 export function readField(view: DataView, field: Field): FieldValue {
   if (field.type === 'c8') {
@@ -92,11 +32,11 @@ export function readField(view: DataView, field: Field): FieldValue {
     const end = bytes.indexOf(0);
     return text.decode(end < 0 ? bytes : bytes.subarray(0, end));
   }
-  if (!field.length) return readOne(view, field.type, field.offset);
+  if (!field.length) return readNumber(view, field.type, field.offset);
   const step = SIZE_OF[field.type];
   const values: (number | bigint)[] = [];
   for (let index = 0; index < field.length; index++) {
-    values.push(readOne(view, field.type, field.offset + index * step));
+    values.push(readNumber(view, field.type, field.offset + index * step));
   }
   return values as number[] | bigint[];
 }
