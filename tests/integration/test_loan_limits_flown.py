@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from worlds.pilot import ALT_HOLD, LOITER, Pilot, at_the_controls, fly_by_hand, watching
+from worlds.pilot import LOITER, Pilot, at_the_controls, fly_by_hand, watching
 from worlds.processes import Visitor, World, wait_for
 
 from server.live.relay.loan_limits import Home
@@ -63,12 +63,12 @@ async def test_flown_beyond_height_and_radius_it_holds_and_flies_back(world: Wor
         await fly_by_hand(bob, 10.0)
         home = Home(*bob.place_deg, alt_amsl_m=0)
 
-        bob.modes.clear()
+        held = bob.confirmed_holds
         bob.hold_sticks(throttle=UP)
         reported = await read(bob, f"above the {HEIGHT_M:.0f} m of the loan")
         assert "Kestrel holds" in reported["text"]
         assert (await read(owner, "above the"))["text"] == reported["text"]
-        await bob.until(lambda: ALT_HOLD in bob.modes, "the hold")
+        await bob.until(lambda: bob.confirmed_holds > held, "the hold")
         assert bob.altitude_m > HEIGHT_M
         await bob.until(lambda: abs(bob.climb_mps) < 0.2, "no more climbing, with the stick still up")
         assert bob.altitude_m < HEIGHT_M + 6.0
@@ -77,10 +77,10 @@ async def test_flown_beyond_height_and_radius_it_holds_and_flies_back(world: Wor
         await take_up_again(bob)
         bob.hold_sticks(throttle=0)
         await bob.until(lambda: bob.altitude_m < HEIGHT_M - 5.0, "back below")
-        bob.modes.clear()
+        held = bob.confirmed_holds
         bob.hold_sticks(pitch=FULL)
         await read(bob, f"further from home than the {RADIUS_M:.0f} m of the loan")
-        await bob.until(lambda: ALT_HOLD in bob.modes, "the hold")
+        await bob.until(lambda: bob.confirmed_holds > held, "the hold")
         assert home.distance_m(*bob.place_deg) > RADIUS_M
 
     def both_are_recorded() -> bool:

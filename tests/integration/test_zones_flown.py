@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from worlds.pilot import ALT_HOLD, LOITER, Pilot, at_the_controls, fly_by_hand
+from worlds.pilot import LOITER, Pilot, at_the_controls, fly_by_hand
 from worlds.processes import Visitor, World, wait_for
 
 from server.live.relay.loan_limits import Home
@@ -77,16 +77,16 @@ async def test_flown_at_a_zone_it_is_told_then_held_and_flies_away(world: World)
         home = Home(*alice.place_deg, alt_amsl_m=0)
         await asyncio.to_thread(draw_around, admin, home)
 
-        alice.modes.clear()
+        held = alice.confirmed_holds
         alice.hold_sticks(pitch=FULL)
         await alice.until(lambda: bool(alerts(alice, "zone-near")), "the alert before the zone")
         [near, *_] = alerts(alice, "zone-near")
         assert near["words"].startswith("Kestrel reaches the no-fly zone ")
         assert from_edge_m(home, alice.place_deg) > 10, "told before it is there"
-        assert ALT_HOLD not in alice.modes, "told before it is held"
+        assert alice.confirmed_holds == held, "told before it is held"
         notice = await alice.until_event("notice", code="zone")
         assert notice["text"].startswith("Kestrel holds: at the edge of the no-fly zone ")
-        await alice.until(lambda: ALT_HOLD in alice.modes, "the hold")
+        await alice.until(lambda: alice.confirmed_holds > held, "the hold")
         await at_rest(alice)
         assert from_edge_m(home, alice.place_deg) > -1.0, "it stopped in front of the edge, stick forward"
         assert from_edge_m(home, alice.place_deg) < 40.0

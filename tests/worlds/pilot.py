@@ -106,6 +106,11 @@ class Pilot:
         """Stops sending sticks."""
         self._sticks = None
 
+    @property
+    def confirmed_holds(self) -> int:
+        """Holds that the autopilot has confirmed. Heartbeats show too little: a first stage may end between two."""
+        return sum(one["type"] == "hold" and one["step"] == "confirmed" for one in self.events)
+
     async def until(self, condition: Callable[[], bool], what: str, timeout_s: float = 40.0) -> None:
         """Polls the condition. Raises TimeoutError naming `what`."""
         deadline = time.monotonic() + timeout_s
