@@ -176,7 +176,11 @@ def visitors(chromium: Browser, address: str) -> Iterator[Somebody]:
         size: ViewportSize = {"width": 1180, "height": 820} if has_touch else {"width": 1280, "height": 800}
         # The offline cache has tests of its own; filling it would cost each profile seconds.
         context = chromium.new_context(
-            viewport=size, reduced_motion="reduce", has_touch=has_touch, service_workers="block"
+            viewport=size,
+            device_scale_factor=0.5,
+            reduced_motion="reduce",
+            has_touch=has_touch,
+            service_workers="block",
         )
         contexts.append(context)
         if not is_first:

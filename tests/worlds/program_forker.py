@@ -59,6 +59,7 @@ class Forker:
             if self._control in ready:
                 message, fds, _, _ = socket.recv_fds(self._control, MAX_REQUEST_BYTES, 4)
                 if not message:
+                    self._end_the_rest()
                     return None
                 *files, exit_pipe = fds
                 pid = os.fork()
@@ -75,6 +76,11 @@ class Forker:
                     os.close(file)
                 self._exit_pipes[pid] = exit_pipe
                 self._control.send(str(pid).encode())
+
+    def _end_the_rest(self) -> None:
+        """Ends what a test left that hung and was ended with its worker: nobody else would."""
+        for pid in self._exit_pipes:
+            os.kill(pid, signal.SIGKILL)
 
     def _report_ended(self) -> None:
         with contextlib.suppress(ChildProcessError):

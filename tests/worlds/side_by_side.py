@@ -73,6 +73,16 @@ class Groups(LoadScopeScheduling):  # type: ignore[misc]
     def _split_scope(self, nodeid: str) -> str:
         return group_of(Path(nodeid.split("::")[0]))
 
+    def remove_node(self, node: Any) -> str | None:
+        """Returns the test that ended its worker. The base class would give it to the next worker too, without end."""
+        groups = self.assigned_work[node].values()
+        crashed = next((test for group in groups for test, is_done in group.items() if not is_done), None)
+        for group in groups:
+            if crashed in group:
+                group[crashed] = True
+        super().remove_node(node)
+        return crashed
+
 
 class Turns:
     """A lock between the workers of one run: either one test that runs alone, or any number of others."""
