@@ -18,8 +18,10 @@ IN_PROGRESS_WAIT_S: Final = 2.0
 MISSED_FOR_S: Final = 5.0
 """If the fastest granted message is missing for this long, another party changed the rate or the autopilot rebooted."""
 
-ASK_AGAIN_AFTER_S: Final = 30.0
-"""Minimum interval of such repeats, so that two parties that disagree do not compete."""
+ASK_AGAIN_AFTER_S: Final = 7.0
+MAX_ASK_AGAIN_S: Final = 30.0
+"""Minimum interval of such repeats: it doubles from the first to the second, so that two parties that disagree do not
+compete. The first is short: an autopilot may reboot soon after it was found, and one that boots answers late."""
 
 
 class RateRequest(NamedTuple):
@@ -82,7 +84,8 @@ class Rates:
         self._watched_at = 0.0
         self._asked_all_at = 0.0
         self._came_at: dict[int, float] = {}
-        self._checked_at = 0.0
+        self._check_at = 0.0
+        self._ask_again_s = ASK_AGAIN_AFTER_S
 
     @property
     def unsupported(self) -> frozenset[int]:
@@ -91,7 +94,11 @@ class Rates:
 
     def ask_all(self, now: float) -> None:
         """Requests all messages, from the beginning of the table."""
-        self._asked_all_at = self._checked_at = now
+        self._ask_again_s = ASK_AGAIN_AFTER_S
+        self._ask_all(now)
+
+    def _ask_all(self, now: float) -> None:
+        self._asked_all_at, self._check_at = now, now + self._ask_again_s
         self._watched_granted = False
         self._granted.clear()
         self._came_at.clear()
@@ -129,11 +136,12 @@ class Rates:
         if (
             self._watched_granted
             and now - self._watched_at > MISSED_FOR_S
-            and now - self._asked_all_at > ASK_AGAIN_AFTER_S
+            and now - self._asked_all_at > self._ask_again_s
         ):
-            self.ask_all(now)
-        if now - self._checked_at > ASK_AGAIN_AFTER_S:
-            self._checked_at = now
+            self._ask_again_s = min(2.0 * self._ask_again_s, MAX_ASK_AGAIN_S)
+            self._ask_all(now)
+        if now > self._check_at:
+            self._check_at = now + MAX_ASK_AGAIN_S
             if self._asking.current is None:
                 self._asking.ask(self._missing(now))
         question = self._asking.due(now)

@@ -36,9 +36,9 @@ TOURED: Final = "localStorage.setItem('tower.console', '{\"hasToured\": true}')"
 
 class Somebody(Protocol):
     """Opens the console in a separate browser profile; with `has_touch` on a tablet, with `is_first` for a user who has
-    not seen the tour."""
+    not seen the tour, with `is_sharp` for a test that reads pixels."""
 
-    def __call__(self, *, has_touch: bool = False, is_first: bool = False) -> "ConsolePage": ...
+    def __call__(self, *, has_touch: bool = False, is_first: bool = False, is_sharp: bool = False) -> "ConsolePage": ...
 
 
 class ConsolePage:
@@ -158,9 +158,11 @@ class ConsolePage:
         return math.hypot(north, east)
 
 
-def signed_in(somebody: Somebody, name: str, drone: str | None = None, *, has_touch: bool = False) -> ConsolePage:
+def signed_in(
+    somebody: Somebody, name: str, drone: str | None = None, *, has_touch: bool = False, is_sharp: bool = False
+) -> ConsolePage:
     """Signs somebody in, who then sees the squad or the page of one drone."""
-    console = somebody(has_touch=has_touch)
+    console = somebody(has_touch=has_touch, is_sharp=is_sharp)
     console.sign_in(name)
     expect(console.part("squad-row").first).to_be_visible()
     if drone is not None:
@@ -172,12 +174,13 @@ def signed_in(somebody: Somebody, name: str, drone: str | None = None, *, has_to
 def visitors(chromium: Browser, address: str) -> Iterator[Somebody]:
     contexts = []
 
-    def come(*, has_touch: bool = False, is_first: bool = False) -> ConsolePage:
+    def come(*, has_touch: bool = False, is_first: bool = False, is_sharp: bool = False) -> ConsolePage:
         size: ViewportSize = {"width": 1180, "height": 820} if has_touch else {"width": 1280, "height": 800}
         # The offline cache has tests of its own; filling it would cost each profile seconds.
         context = chromium.new_context(
             viewport=size,
-            device_scale_factor=0.5,
+            # A quarter of the pixels: drawing in software takes most of a test's processor time.
+            device_scale_factor=1.0 if is_sharp else 0.5,
             reduced_motion="reduce",
             has_touch=has_touch,
             service_workers="block",

@@ -62,7 +62,7 @@ def expect_colours(console: ConsolePage, east: tuple[int, ...]) -> None:
 
 def test_tiles_are_drawn_where_the_file_has_some_and_the_coastline_elsewhere(chromium: Browser, tiled: World) -> None:
     with visitors(chromium, tiled.address) as somebody:
-        alice = signed_in(somebody, "alice")
+        alice = signed_in(somebody, "alice", is_sharp=True)
         expect(alice.part("map-attribution")).to_have_text("© The surveyors")
         # A small move makes the page report its position.
         alice.page.locator(".maplibregl-canvas").press("ArrowRight")
@@ -131,7 +131,7 @@ def test_imagery_and_names_come_from_the_tower_alone_and_the_choice_is_the_users
 ) -> None:
     asked: list[str] = []
     with visitors(chromium, mapped.address) as somebody:
-        alice = somebody()
+        alice = somebody(is_sharp=True)
         alice.page.context.on("request", lambda request: asked.append(request.url))
         alice.open()
         alice.sign_in("alice")
@@ -152,7 +152,7 @@ def test_imagery_and_names_come_from_the_tower_alone_and_the_choice_is_the_users
         assert [said for said in alice.complaints if "401" not in said] == []
 
         # Another browser of the same user shows the same.
-        again = signed_in(somebody, "alice")
+        again = signed_in(somebody, "alice", is_sharp=True)
         expect(again.part("map-attribution")).to_have_text("© Walkers")
         again.part("map-layers").click()
         expect(again.part("map-labels")).not_to_be_checked()

@@ -9,7 +9,13 @@ from onboard_agent.autopilot.asking import Asking
 from onboard_agent.autopilot.own_frames import FrameMaker, Sender
 from onboard_agent.autopilot.parameters import NAMES, Parameters, read_value
 from onboard_agent.autopilot.presence import Presence
-from onboard_agent.autopilot.rates import ASK_AGAIN_AFTER_S, MISSED_FOR_S, RATE_REQUESTS, Rates
+from onboard_agent.autopilot.rates import (
+    ASK_AGAIN_AFTER_S,
+    MAX_ASK_AGAIN_S,
+    MISSED_FOR_S,
+    RATE_REQUESTS,
+    Rates,
+)
 from onboard_agent.link.backoff import Backoff
 from wire.dialect import decode, mavlink
 from wire.stream_profiles import StreamProfile
@@ -153,13 +159,24 @@ def test_not_now_means_wait(result: int) -> None:
 def test_rates_that_were_forgotten_are_asked_for_again_but_not_too_often() -> None:
     bench = RatesBench()
     bench.grant_all(0.0)
-    bench.hear_all(20.0)
-    assert bench.ask(20.0 + MISSED_FOR_S) is None, "the last request is too recent"
-    bench.hear_all(ASK_AGAIN_AFTER_S)
-    assert bench.ask(ASK_AGAIN_AFTER_S + 1.0) is None, "it still comes"
-    later = ASK_AGAIN_AFTER_S + MISSED_FOR_S + 0.1
-    assert len(bench.grant_all(later)) == len(RATE_REQUESTS)
-    assert bench.ask(later + MISSED_FOR_S + 1.0) is None
+    bench.hear_all(1.5)
+    assert bench.ask(1.5 + MISSED_FOR_S) is None, "the last request is too recent"
+    asked_at, again_s = 0.0, ASK_AGAIN_AFTER_S
+    while again_s < MAX_ASK_AGAIN_S:
+        assert bench.ask(asked_at + again_s - 0.1) is None
+        asked_at, again_s = asked_at + again_s + 0.1, min(2 * again_s, MAX_ASK_AGAIN_S)
+        assert len(bench.grant_all(asked_at)) == len(RATE_REQUESTS)
+    bench.hear_all(asked_at + MAX_ASK_AGAIN_S)
+    assert bench.ask(asked_at + MAX_ASK_AGAIN_S + 0.1) is None, "it still comes"
+
+
+def test_a_reboot_soon_after_another_is_noticed_soon() -> None:
+    bench = RatesBench()
+    for booted_at in (0.0, 100.0):
+        bench.rates.ask_all(booted_at)
+        bench.grant_all(booted_at)
+        bench.hear_all(booted_at + 10.0)
+        assert len(bench.grant_all(booted_at + 10.1 + MISSED_FOR_S)) == len(RATE_REQUESTS)
 
 
 @pytest.mark.parametrize("answered", [True, False])
@@ -169,7 +186,7 @@ def test_one_message_that_does_not_come_is_asked_for_again(answered: bool) -> No
     bench = RatesBench()
     gps = mavlink.MAVLINK_MSG_ID_GPS_RAW_INT
     now = 0.0
-    while now < 10.0:
+    while now < ASK_AGAIN_AFTER_S:
         message = bench.ask(now)
         if message is not None and (answered or message.param1 != gps):
             bench.rates.acknowledged(ack(message.command), now)
@@ -178,11 +195,12 @@ def test_one_message_that_does_not_come_is_asked_for_again(answered: bool) -> No
     bench.hear_all(now, but=frozenset({gps}))
     assert bench.ask(now) is None, "not yet"
     assert bench.grant_all(now + 0.1) == [gps]
-    bench.hear_all(now + 1.0)
-    bench.hear_all(2 * now + 0.2, but=frozenset({gps}))
-    assert bench.grant_all(2 * now + 0.2) == [gps], "each time again"
-    bench.hear_all(3 * now + 0.3)
-    assert bench.grant_all(3 * now + 0.4) == []
+    now += MAX_ASK_AGAIN_S + 0.2
+    bench.hear_all(now, but=frozenset({gps}))
+    assert bench.grant_all(now) == [gps], "each time again"
+    now += MAX_ASK_AGAIN_S + 0.2
+    bench.hear_all(now)
+    assert bench.grant_all(now) == []
 
 
 def test_what_was_refused_for_good_is_not_missed() -> None:

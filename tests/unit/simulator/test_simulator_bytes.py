@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from simulator.dialect import Codec, mavlink
@@ -50,6 +50,7 @@ HANDLED = sorted({16, 17, 20, 21, 22, 115, 176, 178, 179, 185, 192, 193, 224, 24
 
 @given(st.sampled_from(HANDLED), st.lists(FLOATS, min_size=7, max_size=7), st.booleans())
 @settings(max_examples=150, deadline=None)
+@example(number=241, params=[0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0], as_int=False)
 def test_commands_with_any_parameters_are_answered_once(number, params, as_int):
     vehicle, ears = make(), Codec(255)
     vehicle.step(0.2)
@@ -59,9 +60,11 @@ def test_commands_with_any_parameters_are_answered_once(number, params, as_int):
     else:
         message = mavlink.MAVLink_command_long_message(1, 1, number, 0, *params)
     vehicle.receive(Codec(255, 190).encode(message), 0.2)
-    vehicle.step(0.3)
+    # A calibration is answered when it ends; one of the barometer says before that it has begun.
+    vehicle.step(2.0 if number == mavlink.MAV_CMD_PREFLIGHT_CALIBRATION else 0.3)
     heard = [m for datagram in vehicle.datagrams_to_send() for m in ears.decode(datagram)]
-    assert [m.command for m in heard if m.get_type() == "COMMAND_ACK"] == [number]
+    acks = [m for m in heard if m.get_type() == "COMMAND_ACK" and m.result != mavlink.MAV_RESULT_IN_PROGRESS]
+    assert [m.command for m in acks] == [number]
 
 
 def send(vehicle: Vehicle, number: int, payload: bytes) -> None:
