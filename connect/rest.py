@@ -51,16 +51,16 @@ class Rest:
         proxies = urllib.request.ProxyHandler(None if tower.secure else {})
         self._opener = urllib.request.build_opener(_NoRedirects, proxies)
 
-    async def ask(self, method: str, path: str, body: Any = None) -> Answer:
+    async def ask(self, method: str, path: str, body: Any = None, **headers: str) -> Answer:
         """`path` is relative to `/api/v1`."""
-        answer = await asyncio.to_thread(self._ask, method, path, body)
+        answer = await asyncio.to_thread(self._ask, method, path, body, headers)
         if answer.status == 401:
             raise Unusable(f"{self._tower.origin} refuses: {answer.words}")
         return answer
 
-    def _ask(self, method: str, path: str, body: Any) -> Answer:
+    def _ask(self, method: str, path: str, body: Any, more: dict[str, str]) -> Answer:
         data = None if body is None else json.dumps(body).encode()
-        headers = {"Authorization": f"Bearer {self._token}", "Content-Type": "application/json"}
+        headers = {"Authorization": f"Bearer {self._token}", "Content-Type": "application/json"} | more
         # The address is known to be http or https (connect.tower_url).
         request = urllib.request.Request(self._tower.api + path, data=data, method=method, headers=headers)  # noqa: S310
         try:

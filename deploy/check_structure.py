@@ -16,7 +16,7 @@ from typing import Final
 
 MAX_LINES: Final = 400
 MAX_COLUMNS: Final = 120
-PACKAGES: Final = ("server", "onboard_agent", "connect", "wire", "simulator")
+PACKAGES: Final = ("server", "onboard_agent", "connect", "control_tower", "wire", "simulator")
 
 LONG_FILES: Final[Mapping[str, int]] = {}
 """Files longer than `MAX_LINES`, and the length permitted for each."""

@@ -2,10 +2,10 @@
 
     python deploy/release.py [--out dist] [--architecture amd64 --architecture arm64] [--python 3.11]
 
-Wheels of tower and agent, packages for Debian of each architecture, bills of materials (CycloneDX), the example of the
-agent's settings, the agent's signed update where TOWER_RELEASE_KEY names a key, and SHA256SUMS over all. The packages
-hold the versions of `requirements/*.txt`, by their hashes; wheels of another architecture are fetched as they are, and
-nothing is compiled.
+Wheels of tower, agent and SDK, packages for Debian of each architecture, bills of materials (CycloneDX), the example of
+the agent's settings, the agent's signed update where TOWER_RELEASE_KEY names a key, and SHA256SUMS over all. The
+packages hold the versions of `requirements/*.txt`, by their hashes; wheels of another architecture are fetched as they
+are, and nothing is compiled.
 """
 
 from __future__ import annotations
@@ -36,6 +36,8 @@ RELEASE_KEY: Final = "TOWER_RELEASE_KEY"
 """File of the key that signs the agent's update (packages/agent_update.py)."""
 _GLIBC: Final = ("2_17", "2_26", "2_27", "2_28", "2_31", "2_34", "2_35", "2_36")
 """Versions of the C library up to that of Debian 12."""
+SDK: Final = "control-tower-sdk"
+"""A wheel alone: whoever uses it has Python."""
 LOCKS: Final = {TOWER.name: "tower.txt", AGENT.name: "agent.txt", AGENT_VIDEO.name: "agent-video.txt"}
 PIP: Final = (sys.executable, "-m", "pip", "--disable-pip-version-check", "-q")
 
@@ -89,8 +91,9 @@ def _arguments() -> argparse.Namespace:
 
 
 def build_wheels(out: Path) -> dict[str, Path]:
-    """Builds the two wheels. Returns them by the names of their distributions."""
-    sources = {TOWER.name: CHECKOUT, AGENT.name: CHECKOUT / "deploy" / "packages" / "agent"}
+    """Builds the wheels. Returns them by the names of their distributions."""
+    packages = CHECKOUT / "deploy" / "packages"
+    sources = {TOWER.name: CHECKOUT, AGENT.name: packages / "agent", SDK: packages / "sdk"}
     command = (*PIP, "wheel", "--no-deps", "--no-build-isolation", "-w", str(out), *map(str, sources.values()))
     subprocess.run(command, check=True)
     return {name: next(out.glob(f"{name.replace('-', '_')}-[0-9]*.whl")) for name in sources}

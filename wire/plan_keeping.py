@@ -9,29 +9,11 @@ from typing import Final, NamedTuple
 
 from wire.autopilots.registry import FAMILIES
 from wire.firmware import release_of
-from wire.plan_fields import Effect, ItemKept, KeptFields, becomes, fields_of, item_of, same_or_open
-from wire.plan_room import MAX_ROOM
+from wire.plan_fields import Effect, ItemKept, KeptFields, becomes, fields_of, item_of
+from wire.plan_verbatim import Verbatim
 from wire.plans import Plan, PlanItem, PlanKind
 
 COUNT: Final = "count"
-
-
-class Verbatim:
-    """The KeptFields of an unknown autopilot: every bit must come back."""
-
-    name = "The autopilot"
-    room = MAX_ROOM
-    lacks: frozenset[int] = frozenset()
-
-    def to_send(self, kind: PlanKind, item: PlanItem) -> PlanItem:
-        """Returns the item unchanged."""
-        del kind
-        return item
-
-    def kept(self, kind: PlanKind, item: PlanItem) -> ItemKept:
-        """The item as it was sent."""
-        del kind
-        return ItemKept({name: same_or_open(value) for name, value in fields_of(item).items()})
 
 
 def keeping_of(autopilot: int, vehicle_type: int, flight_sw_version: int = 0) -> KeptFields:

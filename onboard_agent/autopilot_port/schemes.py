@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
+from onboard_agent.autopilot_port.msp import MspPort
 from onboard_agent.autopilot_port.port import AutopilotPort
 from onboard_agent.autopilot_port.serial_line import DEFAULT_BAUD, SerialLine
 from onboard_agent.autopilot_port.tcp import TcpIn, TcpOut
@@ -41,11 +42,29 @@ def _serial(name: str, rest: str) -> AutopilotPort:
     return SerialLine(name, device, int(baud_text))
 
 
+MSP_BAUD: Final = 115_200
+"""The default speed of MSP."""
+
+
+def _msp(name: str, rest: str) -> AutopilotPort:
+    scheme, _, where = rest.partition(":")
+    if scheme == "tcp":
+        return MspPort(name, TcpOut(name, *_host_and_port(name, where)))
+    if not rest.startswith("/"):
+        raise Unusable(f"{name}: expected /DEVICE, /DEVICE:BAUD or tcp:HOST:PORT after the scheme")
+    return MspPort(name, _serial(name, rest if ":" in rest else f"{rest}:{MSP_BAUD}"))
+
+
 SCHEMES: Final[dict[str, Scheme]] = {
     "udpin": Scheme("udpin:HOST:PORT", "wait for the autopilot on this UDP port", _network(UdpIn)),
     "udpout": Scheme("udpout:HOST:PORT", "speak to an autopilot that listens on UDP", _network(UdpOut)),
     "tcp": Scheme("tcp:HOST:PORT", "connect to an autopilot that listens on TCP", _network(TcpOut)),
     "tcpin": Scheme("tcpin:HOST:PORT", "wait for the autopilot to connect over TCP", _network(TcpIn)),
+    "msp": Scheme(
+        "msp:DEVICE[:BAUD] or msp:tcp:HOST:PORT",
+        f"a controller that speaks MSP, such as Betaflight or INAV ({MSP_BAUD} baud unless told)",
+        _msp,
+    ),
     "serial": Scheme("serial:DEVICE[:BAUD]", f"a serial line ({DEFAULT_BAUD} baud unless told)", _serial),
 }
 

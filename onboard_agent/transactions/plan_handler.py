@@ -22,7 +22,7 @@ from onboard_agent.transactions.retry_policy import RetryPolicy
 from wire.dialect import decode
 from wire.frames import message_id, source
 from wire.plan_fields import KeptFields
-from wire.plan_keeping import Verbatim
+from wire.plan_verbatim import Verbatim
 from wire.plans import Plan, PlanKind, pack_plan, plan_hash
 from wire.transactions import (
     Outcome,

@@ -102,7 +102,7 @@ def test_the_autopilot_is_named() -> None:
         read_all(parameters, {})
         report = LossReport().changed(parameters, autopilot_kind=kind, has_radio=None)
         assert report == LossParameters(autopilot=name, values={}, complete=False)
-    assert set(NAMES) == {3, 12}
+    assert set(NAMES) == {1, 3, 12}
 
 
 def test_what_decides_and_was_not_answered_is_not_known_and_asked_for_again() -> None:

@@ -24,6 +24,7 @@ export async function loadFacts(autopilot: Autopilot): Promise<Facts> {
       ]);
       return factsOf(PX4_WORDS, metadata as unknown as Metadata);
     }
+    case 'msp': // it has no parameters
     case 'other':
       return NO_FACTS;
   }
@@ -36,6 +37,7 @@ export async function loadSetup(autopilot: Autopilot): Promise<SetupGroups | nul
       return (await import('./facts/arducopter_setup')).ARDUCOPTER_SETUP;
     case 'px4':
       return (await import('./facts/px4_setup')).PX4_SETUP;
+    case 'msp': // it has no parameters
     case 'other':
       return null;
   }

@@ -130,6 +130,12 @@ GOLDEN: dict[str, dict[str, list[CommandWork]]] = {
     "arduplane": {"hold": [long(176, 1, 12)], "rtl": [long(176, 1, 11)]},
     "ardurover": {},
     "ardusub": {},
+    "msp_multicopter": {
+        "arm": [long(400, 1)],
+        "disarm": [long(400, 0)],
+        "mode": [long(176, 1, 3)],
+        "rtl": [long(176, 1, 3)],
+    },
 }
 """A missing command has a reason."""
 

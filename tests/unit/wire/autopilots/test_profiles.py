@@ -10,7 +10,7 @@ import pytest
 from simulator.modes import RULES, Mode
 from simulator.px4.modes import RULES as PX4_RULES
 from simulator.px4.modes import Px4Mode
-from wire.autopilots import arducopter, arduplane, px4_multicopter, registry
+from wire.autopilots import arducopter, arduplane, msp_multicopter, px4_multicopter, registry
 from wire.autopilots.profile import AutopilotProfile, Sticks, mode_named
 from wire.autopilots.registry import FAMILIES, PROFILES
 from wire.dialect import mavlink
@@ -60,6 +60,7 @@ def test_vehicles_are_found_by_autopilot_and_type() -> None:
     assert registry.of(ARDUPILOT, mavlink.MAV_TYPE_FIXED_WING) is arduplane.PROFILE
     assert registry.of(PX4, mavlink.MAV_TYPE_QUADROTOR) is px4_multicopter.PROFILE
     assert registry.of(PX4, mavlink.MAV_TYPE_FIXED_WING) is None
+    assert registry.of(mavlink.MAV_AUTOPILOT_RESERVED, mavlink.MAV_TYPE_QUADROTOR) is msp_multicopter.PROFILE
     assert registry.of(mavlink.MAV_AUTOPILOT_GENERIC, mavlink.MAV_TYPE_QUADROTOR) is None
 
 

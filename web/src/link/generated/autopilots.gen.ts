@@ -50,6 +50,20 @@ export const FAMILIES = {
     },
     "looksByLegacyRoi": true
   },
+  "msp": {
+    "label": "An MSP controller",
+    "autopilot": 1,
+    "room": {
+      "mission": 724,
+      "fence": 724,
+      "rally": 724
+    },
+    "missionSince": {},
+    "lacks": [],
+    "hides": [],
+    "requires": {},
+    "looksByLegacyRoi": false
+  },
   "px4": {
     "label": "PX4",
     "autopilot": 12,
@@ -1179,6 +1193,177 @@ export const AUTOPILOTS = [
         "sub": 0,
         "obeysSticks": true,
         "task": null,
+        "drifts": false,
+        "isOffered": false
+      }
+    ]
+  },
+  {
+    "key": "msp_multicopter",
+    "label": "Betaflight or INAV",
+    "family": "msp",
+    "autopilot": 1,
+    "vehicleTypes": [
+      2,
+      3,
+      4,
+      13,
+      14,
+      15,
+      29,
+      35
+    ],
+    "hasHomeSlot": false,
+    "roles": {
+      "hold": null,
+      "returns": 3,
+      "land": null,
+      "mission": 4,
+      "guided": null,
+      "targets": null,
+      "byHand": 5
+    },
+    "holdRungs": [],
+    "cannot": {
+      "takeoff": "Betaflight or INAV is flown by sticks and switches only: MSP has no such command",
+      "goto": "Betaflight or INAV is flown by sticks and switches only: MSP has no such command",
+      "hold": "Betaflight or INAV is flown by sticks and switches only: MSP has no such command",
+      "pause": "Betaflight or INAV is flown by sticks and switches only: MSP has no such command",
+      "resume": "Betaflight or INAV is flown by sticks and switches only: MSP has no such command",
+      "land": "Betaflight or INAV is flown by sticks and switches only: MSP has no such command",
+      "speed": "Betaflight or INAV is flown by sticks and switches only: MSP has no such command",
+      "turn": "Betaflight or INAV is flown by sticks and switches only: MSP has no such command",
+      "set_home": "Betaflight or INAV is flown by sticks and switches only: MSP has no such command",
+      "start": "Betaflight or INAV is flown by sticks and switches only: MSP has no such command",
+      "jump": "Betaflight or INAV is flown by sticks and switches only: MSP has no such command",
+      "orbit": "Betaflight or INAV is flown by sticks and switches only: MSP has no such command",
+      "roi": "Betaflight or INAV is flown by sticks and switches only: MSP has no such command",
+      "calibrate": "Betaflight or INAV is flown by sticks and switches only: MSP has no such command",
+      "calibration_pose": "Betaflight or INAV is flown by sticks and switches only: MSP has no such command",
+      "calibration_end": "Betaflight or INAV is flown by sticks and switches only: MSP has no such command",
+      "motor_test": "Betaflight or INAV is flown by sticks and switches only: MSP has no such command",
+      "reboot": "Betaflight or INAV is flown by sticks and switches only: MSP has no such command"
+    },
+    "modes": [
+      {
+        "name": "Unknown",
+        "ownName": "UNKNOWN",
+        "aliases": [],
+        "customMode": 0,
+        "main": 0,
+        "sub": 0,
+        "obeysSticks": true,
+        "task": "by-hand",
+        "drifts": false,
+        "isOffered": false
+      },
+      {
+        "name": "Acro",
+        "ownName": "ACRO",
+        "aliases": [],
+        "customMode": 1,
+        "main": 1,
+        "sub": 0,
+        "obeysSticks": true,
+        "task": "by-hand",
+        "drifts": false,
+        "isOffered": false
+      },
+      {
+        "name": "Failsafe",
+        "ownName": "FAILSAFE",
+        "aliases": [],
+        "customMode": 2,
+        "main": 2,
+        "sub": 0,
+        "obeysSticks": false,
+        "task": null,
+        "drifts": false,
+        "isOffered": false
+      },
+      {
+        "name": "Return",
+        "ownName": "RETURN",
+        "aliases": [
+          "RTL"
+        ],
+        "customMode": 3,
+        "main": 3,
+        "sub": 0,
+        "obeysSticks": false,
+        "task": "return",
+        "drifts": false,
+        "isOffered": true
+      },
+      {
+        "name": "Mission",
+        "ownName": "MISSION",
+        "aliases": [],
+        "customMode": 4,
+        "main": 4,
+        "sub": 0,
+        "obeysSticks": false,
+        "task": "mission",
+        "drifts": false,
+        "isOffered": false
+      },
+      {
+        "name": "Position hold",
+        "ownName": "POSHOLD",
+        "aliases": [],
+        "customMode": 5,
+        "main": 5,
+        "sub": 0,
+        "obeysSticks": true,
+        "task": "by-hand",
+        "drifts": false,
+        "isOffered": true
+      },
+      {
+        "name": "Altitude hold",
+        "ownName": "ALTHOLD",
+        "aliases": [],
+        "customMode": 6,
+        "main": 6,
+        "sub": 0,
+        "obeysSticks": true,
+        "task": "by-hand",
+        "drifts": true,
+        "isOffered": true
+      },
+      {
+        "name": "Angle",
+        "ownName": "ANGLE",
+        "aliases": [],
+        "customMode": 7,
+        "main": 7,
+        "sub": 0,
+        "obeysSticks": true,
+        "task": "by-hand",
+        "drifts": false,
+        "isOffered": true
+      },
+      {
+        "name": "Horizon",
+        "ownName": "HORIZON",
+        "aliases": [],
+        "customMode": 8,
+        "main": 8,
+        "sub": 0,
+        "obeysSticks": true,
+        "task": "by-hand",
+        "drifts": false,
+        "isOffered": false
+      },
+      {
+        "name": "Manual",
+        "ownName": "MANUAL",
+        "aliases": [],
+        "customMode": 9,
+        "main": 9,
+        "sub": 0,
+        "obeysSticks": true,
+        "task": "by-hand",
         "drifts": false,
         "isOffered": false
       }
