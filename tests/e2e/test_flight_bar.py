@@ -148,6 +148,7 @@ def test_hold_works_with_every_dialog_open_at_three_sizes(come: Somebody, field:
                 alice.part(opener).click()
             opened = alice.page.locator("[role=dialog], [role=menu]")
             expect(opened.last).to_be_visible()
+            alice.wait("the focus in it", lambda: opened.last.evaluate("one => one.contains(document.activeElement)"))
             takes_text = alice.page.evaluate(f"document.activeElement.matches('{TAKES_TEXT}')")
             for press in ("click", "tap") if takes_text else ("click", "key", "tap"):
                 expect_hold(alice, tap, press, " ".join((page, *way)))
