@@ -108,6 +108,10 @@ class Connection:
         finally:
             self._events.remove(entry)
 
+    def system_id(self, drone_id: int) -> int:
+        """Returns the MAVLink id of the drone's autopilot, to which sticks are addressed."""
+        return self._reader(drone_id).system_id
+
     @contextlib.contextmanager
     def watch(self, drone_id: int) -> Iterator[Stream[Telemetry]]:
         """Each new state of a drone; a reader that is slow gets the newest only."""
@@ -184,9 +188,9 @@ class Connection:
 
     def video_connection(self, drone_id: int, query: str) -> tuple[str, dict[str, str], bool]:
         """Returns address, headers, and whether a proxy may be used, for a video channel."""
-        address = self._url.live(watch_only=True).partition("/live")[0]
+        origin = self._url.live(watch_only=True).partition("/live")[0]
         headers = {"Authorization": f"Bearer {self._token}"}
-        return f"{address}/drones/{drone_id}/video?{query}", headers, self._url.secure
+        return f"{origin}/drones/{drone_id}/video?{query}", headers, self._url.secure
 
     # What comes
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-from collections.abc import Callable, Coroutine, Sequence
+from collections.abc import AsyncIterator, Callable, Coroutine, Sequence
 from typing import Any, Final, TypeVar
 
 from control_tower.connection import Connection
@@ -17,6 +17,7 @@ from control_tower.errors import ControlLost, FlightTimeout, Refused, TowerError
 from control_tower.events import Event
 from control_tower.flight_watch import FlightWatch
 from control_tower.geodesy import distance_m
+from control_tower.sticks import Sticks
 from control_tower.streams import Stream
 from control_tower.values import DroneState, Loss, LossCause, Operation, Telemetry
 
@@ -212,6 +213,21 @@ class Flight:
         """Returns home, lands, and returns when the drone has disarmed."""
         await self.command("rtl")
         await self._seen(lambda now: now.armed is False, "home and landed", timeout_s)
+
+    @contextlib.asynccontextmanager
+    async def sticks(self) -> AsyncIterator[Sticks]:
+        """Flies by hand, 25 times a second, in the mode that the drone is in; centred at first. At the end the drone is
+        told to hold, before the sticks stop."""
+        sticks = Sticks(self._connection, self._drone_id)
+        moving = asyncio.create_task(sticks.stream())
+        try:
+            yield sticks
+        finally:
+            if self.loss is None:
+                with contextlib.suppress(TowerError):
+                    await self.hold()
+            moving.cancel()
+            await asyncio.wait({moving})
 
     # Missions
 

@@ -10,9 +10,6 @@ from worlds.processes import World
 
 from control_tower import Tower
 from simulator.serial_inputs.msp_server import MspServer, Snapshot
-from wire.dialect import build, mavlink
-from wire.ids import DroneId
-from wire.tagged import tag
 
 STANDING = Snapshot(
     lat_deg=47.3977,
@@ -24,6 +21,11 @@ STANDING = Snapshot(
     voltage_v=16.2,
     sticks_us=(1500, 1500, 1500, 1000, 1000, 1000, 1000, 1000),
 )
+
+
+ROLLED = (2000, 1500, 1000, 1500, 1000, 1000, 1000, 1000)
+CENTRED = (1500, 1500, 1500, 1500, 1000, 1000, 1000, 1000)
+"""Once the program says nothing more."""
 
 
 @contextlib.asynccontextmanager
@@ -63,7 +65,7 @@ async def test_it_is_seen_and_flown_by_hand(tmp_path: Path) -> None:
     sticks: list[tuple[int, ...]] = []
     with World(tmp_path) as world:
         world.add_user("alice")
-        drone_id = world.add_drone("Whoop", "alice")
+        world.add_drone("Whoop", "alice")
         scopes = ("--scope", "watch", "--scope", "fly")
         world.tower_command("token", "add", "alice", "sdk", *scopes, "--token-file", str(tmp_path / "token"))
         await asyncio.to_thread(world.start_tower)
@@ -78,11 +80,12 @@ async def test_it_is_seen_and_flown_by_hand(tmp_path: Path) -> None:
                             break
                 assert (now.place, now.mode, now.armed, now.battery_v) == ((47.3977, 8.5456), "UNKNOWN", False, 16.2)
                 assert (now.heading_deg, now.values) == (90.0, {"co2_ppm": 415.5})
-                async with drone.fly():
-                    roll = mavlink.MAVLink_manual_control_message(1, 0, 1000, 0, 0, 0)
-                    frame = build(roll, system_id=255, component_id=190, sequence=0)
-                    while (2000, 1500, 1000, 1500, 1000, 1000, 1000, 1000) not in sticks:
-                        tower._connection.send_frames(tag(DroneId(drone_id), frame))
+                async with drone.fly() as flight, flight.sticks() as hand:
+                    seen = False
+                    while not seen or sticks[-1] != CENTRED:
+                        seen = seen or ROLLED in sticks
+                        if not seen:
+                            hand.set(roll=1.0, throttle=-1.0)
                         await asyncio.sleep(0.05)
             # Nothing is left of the server's connection when the loop ends.
             world.running("agent-Whoop").terminate()
