@@ -56,7 +56,7 @@ def signed_in(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
 
 async def test_every_example_flies(signed_in: None, capsys: pytest.CaptureFixture[str]) -> None:
     hello, go_to, watch, patrol = map(example, ("hello", "go_to", "watch", "patrol"))
-    watching = asyncio.create_task(watch.main(60.0))
+    watching = asyncio.create_task(watch.main(600.0))
     _, missed_m, left_percent = await asyncio.gather(
         hello.main("Kestrel"), asyncio.to_thread(go_to.main, "Merlin"), patrol.main("Hobby", 97.0)
     )
