@@ -138,7 +138,14 @@ class Connection:
     async def operate(self, method: str, path: str, body: Any = None) -> Operation:
         """Begins an operation and follows it to its end. Raises OperationFailed unless it is `done`. Cancelling this
         coroutine does not stop the operation."""
-        operation = Operation.of(await self.request(method, path, body, Prefer="respond-async"))
+        return await self.follow(await self.begin(method, path, body))
+
+    async def begin(self, method: str, path: str, body: Any = None) -> Operation:
+        """Begins an operation, and returns when the tower has accepted the request."""
+        return Operation.of(await self.request(method, path, body, Prefer="respond-async"))
+
+    async def follow(self, operation: Operation) -> Operation:
+        """Waits for the end. Raises OperationFailed unless it is `done`."""
         number = operation.id
         while not operation.over:
             try:

@@ -174,8 +174,6 @@ class Flight:
         timeout_s: float = ARRIVE_WITHIN_S,
     ) -> None:
         """Flies there and returns on arrival, `within_m` of the place and 1.5 m of the height above home."""
-        place = {"lat": lat_deg, "lon": lon_deg, "height_m": height_m}
-        await self.command("goto", **place, speed_m_s=speed_m_s, heading_deg=heading_deg)
 
         def there(now: Telemetry) -> bool:
             return (
@@ -185,7 +183,13 @@ class Flight:
                 and abs(now.height_m - height_m) <= HEIGHT_NEAR_M
             )
 
-        await self._seen(there, "at the place", timeout_s)
+        body: dict[str, Any] = {"command": "goto", "lat": lat_deg, "lon": lon_deg, "height_m": height_m}
+        more = {"speed_m_s": speed_m_s, "heading_deg": heading_deg}
+        body |= {name: value for name, value in more.items() if value is not None}
+        if there(self.telemetry):  # then only the answer says whether it was accepted
+            await self._work(self._connection.operate("POST", self._path + "/commands", body))
+        else:
+            await self._work(self._go(body, there, timeout_s))
 
     async def hold(self) -> None:
         """Stays in place without sticks."""
@@ -252,6 +256,25 @@ class Flight:
         return await self._seen(condition, what, timeout_s)
 
     # Waiting
+
+    async def _go(self, body: dict[str, Any], there: Callable[[Telemetry], bool], timeout_s: float) -> None:
+        """Returns on arrival, even while the operation still waits to see the speed that was asked for: a short way is
+        flown before that."""
+        operation = await self._connection.begin("POST", self._path + "/commands", body)
+        accepted = asyncio.ensure_future(self._connection.follow(operation))
+        arrived = asyncio.ensure_future(self._until(there, "at the place", timeout_s))
+        try:
+            await asyncio.wait({accepted, arrived}, return_when=asyncio.FIRST_COMPLETED)
+            if accepted.done() and not arrived.done():
+                accepted.result()  # raises why it does not fly there
+            await arrived
+        finally:
+            accepted.cancel()
+            arrived.cancel()
+            await asyncio.wait({accepted, arrived})
+            for ended in (accepted, arrived):
+                if not ended.cancelled():
+                    ended.exception()  # one error is enough
 
     async def _seen(self, condition: Callable[[Telemetry], bool], what: str, timeout_s: float) -> Telemetry:
         return await self._work(self._until(condition, what, timeout_s))

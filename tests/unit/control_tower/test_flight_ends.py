@@ -59,12 +59,23 @@ class FakeTower:
             raise OperationFailed(done)
         return done
 
+    async def begin(self, method: str, path: str, body: Any = None) -> Operation:
+        self.told.append((int(path.split("/")[2]), body["command"]))
+        return Operation("1", 1, "command", "running", "", "", None, "", None)
+
+    async def follow(self, operation: Operation) -> Operation:
+        if self.refuses:
+            raise OperationFailed(operation)
+        await asyncio.Event().wait()  # it waits to see a speed
+        raise AssertionError
+
     def telemetry(self, drone_id: int) -> Telemetry:
         return Telemetry()
 
     @contextlib.contextmanager
     def watch(self, drone_id: int) -> Iterator[Stream[Telemetry]]:
-        yield Stream(newest_only=True)
+        self.watched = Stream[Telemetry](newest_only=True)
+        yield self.watched
 
     @contextlib.contextmanager
     def events(self, drone_id: int) -> Iterator[Stream[Event]]:
@@ -207,3 +218,25 @@ async def test_an_end_of_the_connection_ends_the_flight_without_a_release() -> N
             await asyncio.Event().wait()
     assert lost.value.loss.cause is LossCause.SIGNED_OUT
     assert tower.released() == set()
+
+
+async def test_a_way_ends_on_arrival_even_while_the_tower_waits_to_see_its_speed() -> None:
+    tower = FakeTower()
+    async with tower.drone(1).fly() as flight:
+        going = asyncio.create_task(flight.go_to(47.0, 8.0, 20, speed_m_s=5))
+        await asyncio.sleep(0.01)
+        tower.watched.put(Telemetry(lat_deg=47.0, lon_deg=8.0, height_m=5.0))
+        await asyncio.sleep(0.01)
+        assert not going.done(), "it still climbs"
+        tower.watched.put(Telemetry(lat_deg=47.0, lon_deg=8.00001, height_m=19.5))
+        await asyncio.wait_for(going, 1)
+    assert tower.told == [(1, "goto")]
+
+
+async def test_a_way_that_the_drone_refuses_is_an_error_at_once() -> None:
+    tower = FakeTower()
+    tower.refuses = True
+    with pytest.raises(OperationFailed):
+        async with tower.drone(1).fly(at_error=None) as flight:
+            await asyncio.wait_for(flight.go_to(47.0, 8.0, 20), 1)
+    assert tower.released() == {1}
