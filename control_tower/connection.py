@@ -108,6 +108,10 @@ class Connection:
         finally:
             self._events.remove(entry)
 
+    def system_id(self, drone_id: int) -> int:
+        """Returns the MAVLink id of the drone's autopilot, to which sticks are addressed."""
+        return self._reader(drone_id).system_id
+
     @contextlib.contextmanager
     def watch(self, drone_id: int) -> Iterator[Stream[Telemetry]]:
         """Each new state of a drone; a reader that is slow gets the newest only."""
@@ -134,7 +138,14 @@ class Connection:
     async def operate(self, method: str, path: str, body: Any = None) -> Operation:
         """Begins an operation and follows it to its end. Raises OperationFailed unless it is `done`. Cancelling this
         coroutine does not stop the operation."""
-        operation = Operation.of(await self.request(method, path, body, Prefer="respond-async"))
+        return await self.follow(await self.begin(method, path, body))
+
+    async def begin(self, method: str, path: str, body: Any = None) -> Operation:
+        """Begins an operation, and returns when the tower has accepted the request."""
+        return Operation.of(await self.request(method, path, body, Prefer="respond-async"))
+
+    async def follow(self, operation: Operation) -> Operation:
+        """Waits for the end. Raises OperationFailed unless it is `done`."""
         number = operation.id
         while not operation.over:
             try:
@@ -184,9 +195,9 @@ class Connection:
 
     def video_connection(self, drone_id: int, query: str) -> tuple[str, dict[str, str], bool]:
         """Returns address, headers, and whether a proxy may be used, for a video channel."""
-        address = self._url.live(watch_only=True).partition("/live")[0]
+        origin = self._url.live(watch_only=True).partition("/live")[0]
         headers = {"Authorization": f"Bearer {self._token}"}
-        return f"{address}/drones/{drone_id}/video?{query}", headers, self._url.secure
+        return f"{origin}/drones/{drone_id}/video?{query}", headers, self._url.secure
 
     # What comes
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 from collections.abc import AsyncIterator, Iterator
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from control_tower.connection import Connection
 from control_tower.errors import ControlLost, Refused, TowerError
@@ -13,6 +13,9 @@ from control_tower.events import Event
 from control_tower.flight import Flight
 from control_tower.streams import Stream, uninterrupted
 from control_tower.values import DroneState, Telemetry
+
+if TYPE_CHECKING:
+    from control_tower.pictures import Picture
 
 ALREADY_YOURS = "already-yours"
 OFFLINE_S = 10.0
@@ -69,6 +72,27 @@ class Drone:
     async def request(self, method: str, path: str, body: Any = None) -> Any:
         """Sends any request of the REST API about this drone; `path` follows `/drones/{id}`."""
         return await self._connection.request(method, self._path + path, body)
+
+    @contextlib.asynccontextmanager
+    async def video(
+        self,
+        *,
+        quality: Literal["low", "medium", "high"] = "medium",
+        codecs: str = "h264,mpeg1",
+        pixel_format: Literal["rgb24", "bgr24", "gray"] = "rgb24",
+    ) -> AsyncIterator[AsyncIterator[Picture]]:
+        """`async with drone.video() as pictures: async for picture in pictures:` Each picture as a NumPy array
+        (`control_tower.pictures.Picture`), the newest for a program that takes long. `codecs`: the first that the drone
+        has. Needs the extra `video`, else TowerError."""
+        try:
+            from control_tower.pictures import pictures
+        except ImportError:
+            raise TowerError("video needs av and numpy: pip install 'control-tower-sdk[video]'") from None
+        query = f"quality={quality}&codec={codecs}"
+        address, headers, proxy = self._connection.video_connection(self.id, query)
+        coming = pictures(address, headers, proxy=proxy, pixel_format=pixel_format)
+        async with contextlib.aclosing(coming):
+            yield coming
 
     @contextlib.asynccontextmanager
     async def begin_flight(self, *, take: bool = False, offline_s: float = OFFLINE_S) -> AsyncIterator[Flight]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-from collections.abc import Callable, Coroutine, Sequence
+from collections.abc import AsyncIterator, Callable, Coroutine, Sequence
 from typing import Any, Final, TypeVar
 
 from control_tower.connection import Connection
@@ -17,6 +17,7 @@ from control_tower.errors import ControlLost, FlightTimeout, Refused, TowerError
 from control_tower.events import Event
 from control_tower.flight_watch import FlightWatch
 from control_tower.geodesy import distance_m
+from control_tower.sticks import Sticks
 from control_tower.streams import Stream
 from control_tower.values import DroneState, Loss, LossCause, Operation, Telemetry
 
@@ -173,8 +174,6 @@ class Flight:
         timeout_s: float = ARRIVE_WITHIN_S,
     ) -> None:
         """Flies there and returns on arrival, `within_m` of the place and 1.5 m of the height above home."""
-        place = {"lat": lat_deg, "lon": lon_deg, "height_m": height_m}
-        await self.command("goto", **place, speed_m_s=speed_m_s, heading_deg=heading_deg)
 
         def there(now: Telemetry) -> bool:
             return (
@@ -184,7 +183,13 @@ class Flight:
                 and abs(now.height_m - height_m) <= HEIGHT_NEAR_M
             )
 
-        await self._seen(there, "at the place", timeout_s)
+        body: dict[str, Any] = {"command": "goto", "lat": lat_deg, "lon": lon_deg, "height_m": height_m}
+        more = {"speed_m_s": speed_m_s, "heading_deg": heading_deg}
+        body |= {name: value for name, value in more.items() if value is not None}
+        if there(self.telemetry):  # then only the answer says whether it was accepted
+            await self._work(self._connection.operate("POST", self._path + "/commands", body))
+        else:
+            await self._work(self._go(body, there, timeout_s))
 
     async def hold(self) -> None:
         """Stays in place without sticks."""
@@ -213,6 +218,21 @@ class Flight:
         await self.command("rtl")
         await self._seen(lambda now: now.armed is False, "home and landed", timeout_s)
 
+    @contextlib.asynccontextmanager
+    async def sticks(self) -> AsyncIterator[Sticks]:
+        """Flies by hand, 25 times a second, in the mode that the drone is in; centred at first. At the end the drone is
+        told to hold, before the sticks stop."""
+        sticks = Sticks(self._connection, self._drone_id)
+        moving = asyncio.create_task(sticks.stream())
+        try:
+            yield sticks
+        finally:
+            if self.loss is None:
+                with contextlib.suppress(TowerError):
+                    await self.hold()
+            moving.cancel()
+            await asyncio.wait({moving})
+
     # Missions
 
     async def upload_mission(self, items: Sequence[Any], *, while_flying: bool = False) -> Operation:
@@ -236,6 +256,25 @@ class Flight:
         return await self._seen(condition, what, timeout_s)
 
     # Waiting
+
+    async def _go(self, body: dict[str, Any], there: Callable[[Telemetry], bool], timeout_s: float) -> None:
+        """Returns on arrival, even while the operation still waits to see the speed that was asked for: a short way is
+        flown before that."""
+        operation = await self._connection.begin("POST", self._path + "/commands", body)
+        accepted = asyncio.ensure_future(self._connection.follow(operation))
+        arrived = asyncio.ensure_future(self._until(there, "at the place", timeout_s))
+        try:
+            await asyncio.wait({accepted, arrived}, return_when=asyncio.FIRST_COMPLETED)
+            if accepted.done() and not arrived.done():
+                accepted.result()  # raises why it does not fly there
+            await arrived
+        finally:
+            accepted.cancel()
+            arrived.cancel()
+            await asyncio.wait({accepted, arrived})
+            for ended in (accepted, arrived):
+                if not ended.cancelled():
+                    ended.exception()  # one error is enough
 
     async def _seen(self, condition: Callable[[Telemetry], bool], what: str, timeout_s: float) -> Telemetry:
         return await self._work(self._until(condition, what, timeout_s))

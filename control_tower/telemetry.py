@@ -27,6 +27,8 @@ class TelemetryReader:
 
     def __init__(self) -> None:
         self.newest = Telemetry()
+        self.system_id = 1
+        """Of the autopilot; 1 until it is heard."""
         self.texts: list[tuple[int, str]] = []
         """STATUSTEXT since the caller last emptied it: severity and text."""
 
@@ -40,6 +42,8 @@ class TelemetryReader:
             return self._value(message.name, message.value, now)
         if message.get_srcComponent() != _AUTOPILOT:
             return False
+        if kind == "HEARTBEAT":
+            self.system_id = message.get_srcSystem()
         if kind == "STATUSTEXT":
             self.texts.append((message.severity, message.text))
             return False

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from onboard_agent.autopilot_port.schemes import help_text as autopilot_help
+from onboard_agent.payload.servo import FORM as SERVO_FORM
 from onboard_agent.unusable import Unusable
 from onboard_agent.video.camera_setting import NO_CAMERA
 from onboard_agent.video.sources.schemes import help_text as camera_help
@@ -69,6 +70,20 @@ SETTINGS: Final = (
         f"The camera. {NO_CAMERA}: no video; {camera_help()}.",
         NO_CAMERA,
         default=NO_CAMERA,
+    ),
+    Setting(
+        "sensor",
+        ("TOWER_AGENT_SENSOR",),
+        "A sensor that sends lines of JSON: serial:DEVICE[:BAUD], tcp:HOST:PORT or tcpin:HOST:PORT.",
+        "serial:/dev/ttyUSB1:115200",
+    ),
+    Setting(
+        "servos",
+        ("TOWER_AGENT_SERVOS",),
+        f"Servos on PWM pins of this computer, each {SERVO_FORM}, for DO_SET_SERVO with this number.",
+        ["15=pwmchip0/0"],
+        option="servo",
+        many=True,
     ),
     Setting(
         "uplinks",

@@ -17,6 +17,8 @@ from control_tower import ControlLost, LossCause, Refused, Tower, sync
 
 DRONES = ("Kestrel", "Merlin", "Hobby", "Falcon", "Harrier")
 SPEED = 12
+FAST = ("--param", "LAND_SPEED=200", "--param", "RTL_LOIT_TIME=0")
+"""Landings take most of the time otherwise."""
 
 
 def example(name: str) -> ModuleType:
@@ -39,7 +41,7 @@ def world(tmp_path_factory: pytest.TempPathFactory) -> Iterator[World]:
             scopes = ("--scope", "watch", "--scope", "fly") + ("--scope", "admin") * (user == "root")
             world.tower_command("token", "add", user, "sdk", *scopes, "--token-file", str(world.folder / user))
         world.start_tower()
-        world.start_simulated(*DRONES, options=("--boot-s", "1", "--speed", str(SPEED), "--battery-mah", "1500"))
+        world.start_simulated(*DRONES, options=("--boot-s", "1", "--speed", str(SPEED), "--battery-mah", "1500", *FAST))
         world.wait_until_online(world.visitor("root"), *ids)
         yield world
 
@@ -56,7 +58,7 @@ def signed_in(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
 
 async def test_every_example_flies(signed_in: None, capsys: pytest.CaptureFixture[str]) -> None:
     hello, go_to, watch, patrol = map(example, ("hello", "go_to", "watch", "patrol"))
-    watching = asyncio.create_task(watch.main(60.0))
+    watching = asyncio.create_task(watch.main(600.0))
     _, missed_m, left_percent = await asyncio.gather(
         hello.main("Kestrel"), asyncio.to_thread(go_to.main, "Merlin"), patrol.main("Hobby", 97.0)
     )

@@ -8,11 +8,12 @@ their modes by itself.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any, Final
 
 from wire.autopilots.commands import Arm, CommandStep, Disarm, Steps, Unable, VehicleState
+from wire.autopilots.loss_sentence import Sentence, danger
 from wire.autopilots.profile import (
     AutopilotFamily,
     AutopilotProfile,
@@ -24,6 +25,7 @@ from wire.autopilots.profile import (
 )
 from wire.autopilots.vehicle_types import MULTICOPTERS
 from wire.autopilots.watched import watched_only
+from wire.control_messages import LossParameters, SafetySettings
 from wire.dialect import mavlink
 from wire.firmware import Release
 from wire.open_holds import AfterSticks
@@ -91,6 +93,19 @@ def _keeping(vehicle_type: int, release: Release | None) -> KeptFields:
     return Verbatim()
 
 
+def _loss_sentences(parameters: LossParameters, safety: SafetySettings) -> Iterable[Sentence]:
+    """The same for each of them: MSP tells neither its failsafe nor a receiver."""
+    yield danger(
+        "operator",
+        "This controller has no hold that can be ordered and seen. A hold sends centred sticks: in POSHOLD it stays, "
+        "in ALTHOLD it keeps its height, and in any other mode it sinks, climbs or flies on.",
+    )
+    yield danger(
+        "tower",
+        "When sticks end, its own failsafe acts: drop, land, rescue or return. MSP does not tell which is set up.",
+    )
+
+
 def _arm(state: VehicleState, command: Arm | Disarm) -> Steps:
     arms = isinstance(command, Arm)
     work = CommandWork(int(mavlink.MAV_CMD_COMPONENT_ARM_DISARM), (float(arms), *(0.0,) * 6))
@@ -101,7 +116,7 @@ MSP: Final = AutopilotFamily(
     # MAVLink has no number for them. GENERIC, 0, is taken: it stands for an autopilot that was not heard yet.
     autopilot=int(mavlink.MAV_AUTOPILOT_RESERVED),
     name="msp",
-    label="An MSP controller",
+    label="MSP",
     main_of=_main_of,
     custom_mode=_custom_mode,
     reads_frames=True,
@@ -116,6 +131,7 @@ MSP: Final = AutopilotFamily(
     deciding_parameters=(),
     after_sticks=_after_sticks,
     keeping=_keeping,
+    loss_sentences=_loss_sentences,
 )
 
 PROFILE: Final = AutopilotProfile(

@@ -22,16 +22,14 @@ from av.video.stream import VideoStream
 
 from server.live.recordings.units import (
     TICKS_PER_S,
-    MalformedPackets,
     NoRecording,
     Shown,
     Taken,
     parameter_sets,
-    pictures_in,
     read_entries,
     shown_times,
-    video_in,
 )
+from wire.transport_stream import MalformedPackets, pictures_in, video_in
 from wire.video import Codec, Unit
 
 MAX_WIDTH: Final = 1920

@@ -160,3 +160,11 @@ def test_whatever_an_agent_tells_there_is_an_answer(
     parameters = LossParameters(autopilot=autopilot, values=values, complete=complete, has_radio=has_radio)
     for settings in (USUAL, STAYS):
         assert all(sentence.text.endswith(".") for sentence in loss_sentences(parameters, settings))
+
+
+def test_a_controller_without_a_hold_is_dangerous_and_says_so() -> None:
+    parameters = LossParameters(autopilot="msp", values={}, complete=True)
+    dangers = [one.text for one in loss_sentences(parameters, USUAL) if one.severity == "danger"]
+    assert len(dangers) == 2
+    assert "no hold" in dangers[0]
+    assert "failsafe" in dangers[1]

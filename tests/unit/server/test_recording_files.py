@@ -12,16 +12,14 @@ from server.live.recordings.units import (
     ENTRY_BYTES,
     MAGIC,
     TICKS_PER_S,
-    MalformedPackets,
     NoRecording,
     Taken,
     entry_of,
     parameter_sets,
-    pictures_in,
     read_entries,
     shown_times,
-    video_in,
 )
+from wire.transport_stream import MalformedPackets, pictures_in, video_in
 from wire.video import Codec, decode_unit
 
 US = 1_000_000

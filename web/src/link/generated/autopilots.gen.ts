@@ -51,7 +51,7 @@ export const FAMILIES = {
     "looksByLegacyRoi": true
   },
   "msp": {
-    "label": "An MSP controller",
+    "label": "MSP",
     "autopilot": 1,
     "room": {
       "mission": 724,
