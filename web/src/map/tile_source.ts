@@ -5,9 +5,7 @@ import type { Protocol } from 'pmtiles';
 
 import type { Rest } from '../link/rest';
 import type { MapLayer } from './map_layers';
-
-/** What a missing tile of imagery raises, so that the map stretches a coarser one. It is no fault. */
-export const MISSING_TILE = 'No tile here';
+import { MISSING_TILE } from './missing_tile';
 
 export interface Found {
   readonly layers: readonly MapLayer[];
