@@ -1,5 +1,7 @@
 """Zones in the browser: an admin draws one around a drone in flight, and its pilot is warned and refused."""
 
+import re
+
 from axe_look import Axe
 from console_page import METRES_PER_DEGREE, Somebody, signed_in
 from playwright.sync_api import expect
@@ -22,6 +24,13 @@ DRAWN = """(canvas) =>
   canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data.some((one) => one > 0)"""
 
 
+def mission_text(*ways: tuple[float, float]) -> bytes:
+    """A plan as Mission Planner saves it: a take-off to 10 m, then these places at that height."""
+    rows = ["0\t1\t0\t16\t0\t0\t0\t0\t{}\t{}\t488\t1".format(*ways[0]), "1\t0\t3\t22\t0\t0\t0\t0\t0\t0\t10\t1"]
+    rows += [f"{at}\t0\t3\t16\t0\t0\t0\t0\t{lat}\t{lon}\t10\t1" for at, (lat, lon) in enumerate(ways, start=2)]
+    return "\r\n".join(("QGC WPL 110", *rows, "")).encode()
+
+
 def test_an_admin_draws_a_zone_and_the_pilot_is_warned_and_refused(somebody: Somebody, axe: Axe) -> None:
     alice = signed_in(somebody, "alice", "Kestrel")
     alice.acquire("Kestrel")
@@ -37,6 +46,20 @@ def test_an_admin_draws_a_zone_and_the_pilot_is_warned_and_refused(somebody: Som
     expect(bar).to_have_text("is within 10 m of the edge of the no-fly zone Hospital.", timeout=15_000)
     refused = alice.page.evaluate(GO_TO, [lat + 30 / METRES_PER_DEGREE, lon])
     assert refused == [409, "the way of Kestrel leads into the no-fly zone Hospital (helicopter)"]
+
+    # Among the checks of a plan, before it is sent.
+    alice.page.evaluate("window.location.hash = '#/missions/1'")
+    plan = mission_text((lat - 20 / METRES_PER_DEGREE, lon), (lat + 30 / METRES_PER_DEGREE, lon))
+    alice.part("plan-file").set_input_files(
+        files=[{"name": "clinic.waypoints", "mimeType": "text/plain", "buffer": plan}]
+    )
+    alice.page.get_by_role("tab", name=re.compile("Checks")).click()
+    finding = alice.part("finding").filter(has_text="Hospital")
+    expect(finding).to_have_text(
+        re.compile(r"item 3 \(Waypoint\) leads into the no-fly zone Hospital \(helicopter\)\.")
+    )
+    expect(finding).to_have_attribute("data-severity", "error")
+    alice.page.evaluate("window.location.hash = '#/drone/1'")
 
     # Drawn around the drones, on the map.
     admin.part("user-menu").click()

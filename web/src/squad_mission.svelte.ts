@@ -21,8 +21,9 @@ import { spotOf, type Plan, type PlannedHome, type Spot } from './plan/plan_type
 import { timedPath, type TimedPath } from './plan/timed_path';
 import { itemsOf, rowOf } from './plan/wire_items';
 import { inTurn, type SquadAnswer, type SquadAction, type SquadTower } from './squad/squad_flight';
-import { squadPlan, USUAL_SQUAD, type Member, type SquadPart, type SquadSettings } from './squad/squad_plan';
+import { onGround, squadPlan, USUAL_SQUAD, type Member, type SquadPart, type SquadSettings } from './squad/squad_plan';
 import { partProgress, type PartProgress } from './squad/squad_progress';
+import { theGround } from './terrain/the_ground';
 import { tower } from './tower.svelte';
 
 export type SquadWork = 'upload' | 'start' | 'hold';
@@ -44,13 +45,22 @@ export class SquadMission {
   #homes = $state.raw<ReadonlyMap<number, PlannedHome>>(new Map());
   readonly #user: User;
   readonly #rest = new MissionRest(tower.rest, tower.operations);
+  readonly #ground = theGround();
 
   constructor(user: User, droneIds: readonly number[]) {
     this.#user = user;
     for (const droneId of droneIds) this.chosen.add(droneId);
   }
 
-  readonly plan = $derived.by(() => squadPlan(this.#members(), { area: this.area }, this.settings));
+  readonly #flat = $derived.by(() => squadPlan(this.#members(), { area: this.area }, this.settings));
+  readonly plan = $derived.by(() => {
+    const { isThere, at } = this.#ground;
+    return isThere ? onGround(this.#flat, { area: this.area }, this.settings, at) : this.#flat;
+  });
+  /** Whether this tower has elevation. */
+  get hasGround(): boolean {
+    return this.#ground.isThere === true;
+  }
   readonly isBusy = $derived(this.work !== null);
 
   set(changes: Partial<SquadSettings>): void {

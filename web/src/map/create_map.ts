@@ -13,10 +13,10 @@ import {
 import workerUrl from 'maplibre-gl/dist/maplibre-gl-worker.mjs?worker&url';
 import 'maplibre-gl/dist/maplibre-gl.css';
 
+import { faultOf } from './map_errors';
 import type { Shown } from './map_layers';
 import { readTheme, type MapTheme } from './theme';
 import { tileLayers, tileSources } from './tile_layers';
-import { MISSING_TILE } from './tile_source';
 
 export { readLayers } from './tile_source';
 export { drawAircraft } from './aircraft_overlay';
@@ -69,9 +69,8 @@ export function createMap(container: HTMLElement, shown: Shown): MapLibreMap {
   map.addControl(new NavigationControl({ showCompass: false }), 'top-right');
   map.addControl(new ScaleControl({ maxWidth: 120, unit: 'metric' }), 'bottom-right');
   map.on('error', ({ error }) => {
-    // Its server does not give the tile now; the map shows a coarser one, or none.
-    const isAway = (error as { status?: number }).status === 503;
-    if (error.message !== MISSING_TILE && !isAway) reportError(error);
+    const fault = faultOf(error);
+    if (fault) reportError(fault);
   });
   return map;
 }

@@ -1,13 +1,11 @@
 /** Finds the layers that this tower offers. A tile file is read by ranges, with the library for its format. */
 
 import { addProtocol } from 'maplibre-gl';
-import type { Protocol } from 'pmtiles';
+import type { Protocol, Source } from 'pmtiles';
 
 import type { Rest } from '../link/rest';
+import { MISSING_TILE, UNREACHED_TILE } from './map_errors';
 import type { MapLayer } from './map_layers';
-
-/** What a missing tile of imagery raises, so that the map stretches a coarser one. It is no fault. */
-export const MISSING_TILE = 'No tile here';
 
 export interface Found {
   readonly layers: readonly MapLayer[];
@@ -48,12 +46,24 @@ async function pmtiles(): Promise<Protocol> {
   return made;
 }
 
+/** A fetch that reaches nothing raises a TypeError, whose words differ from browser to browser. */
+export const reached = (source: Source): Source => ({
+  getKey: () => source.getKey(),
+  async getBytes(...asked) {
+    try {
+      return await source.getBytes(...asked);
+    } catch (error) {
+      throw error instanceof TypeError ? new Error(UNREACHED_TILE, { cause: error }) : error;
+    }
+  },
+});
+
 /** Registers the file with the map. Returns the names of its vector layers. */
 async function openFile(url: string, kind: 'raster' | 'vector'): Promise<readonly string[]> {
   const opened = await (protocol ??= pmtiles());
-  const { PMTiles } = await import('pmtiles');
+  const { FetchSource, PMTiles } = await import('pmtiles');
   let file = opened.get(url);
-  if (!file) opened.add((file = new PMTiles(url)));
+  if (!file) opened.add((file = new PMTiles(reached(new FetchSource(url)))));
   if (kind === 'raster') {
     await file.getHeader();
     return [];

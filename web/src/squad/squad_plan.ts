@@ -6,15 +6,16 @@
 import { CMD, specOf } from '../plan/catalogue';
 import { estimate, USUAL_FIGURES, type Estimate } from '../plan/estimates';
 import { FRAME } from '../plan/frames';
-import { flownPath } from '../plan/flown_path';
+import { flownPath, type GroundAt } from '../plan/flown_path';
 import { distanceM } from '../plan/ground';
 import { planChecks, type CheckLimits, type Finding } from '../plan/plan_checks';
 import { planConflicts, type ConflictReport, type SeparationWanted } from '../plan/plan_conflicts';
 import { EMPTY_PLAN, type Plan, type PlannedHome, type Spot, type WireItem } from '../plan/plan_types';
 import { Drawing, SurveyFault } from '../plan/survey/area';
 import { splitArea } from '../plan/survey/area_split';
+import { followGround } from '../plan/survey/follow_ground';
 import { gridLines, lineItems, type GridSettings } from '../plan/survey/survey_grid';
-import { planItems, wireItem } from '../plan/wire_items';
+import { itemsOf, planItems, wireItem } from '../plan/wire_items';
 
 export interface Member {
   readonly id: number;
@@ -29,7 +30,12 @@ export type SquadMode = 'split' | 'stack';
 
 export interface SquadSettings {
   readonly mode: SquadMode;
+  /** Above home, or above the ground. */
   readonly heightM: number;
+  /** Whether surveys keep their height above the ground, all the way from home and back. */
+  readonly overGround: boolean;
+  /** By how much that height may differ between two waypoints. */
+  readonly toleranceM: number;
   /** Height difference from one drone to the next. */
   readonly stepM: number;
   readonly speedMS: number;
@@ -46,6 +52,8 @@ export interface SquadSettings {
 export const USUAL_SQUAD: SquadSettings = {
   mode: 'split',
   heightM: 40,
+  overGround: false,
+  toleranceM: 2,
   stepM: 0,
   speedMS: 5,
   spacingM: 25,
@@ -80,6 +88,8 @@ export interface SquadPlan {
 }
 
 export const MAX_MEMBERS = 20;
+/** The least height of a way above the ground, as for the plan of one drone. */
+const CLEARANCE_M = 10;
 const ENTRIES = [0, 1, 2, 3] as const;
 const NOTHING: ConflictReport = { conflicts: [], closest: [], notes: [] };
 const none = (fault = ''): SquadPlan => ({ parts: [], report: NOTHING, fault });
@@ -104,6 +114,26 @@ export function squadPlan(members: readonly Member[], job: SquadJob, settings: S
   }
 }
 
+/**
+ * The same with the ground under it, which arrives piece by piece: surveys are laid over it if the settings say so, all
+ * ways are checked against it, and conflicts are judged by the heights that are then flown.
+ */
+export function onGround(flat: SquadPlan, job: SquadJob, settings: SquadSettings, ground: GroundAt): SquadPlan {
+  if (flat.parts.length === 0) return flat;
+  const members = flat.parts.map(({ member }) => member);
+  const chosen = flat.parts.toSorted((one, other) => one.number - other.number).map(({ member }) => member);
+  const isLaid = settings.overGround && !('plan' in job);
+  try {
+    const drawn = flat.parts.map(({ plan, area }, at): Drawn => {
+      return { plan: isLaid ? laid(plan, settings.heightM + at * settings.stepM, settings, ground) : plan, area };
+    });
+    return whole(members, drawn, settings, chosen, ground);
+  } catch (error) {
+    if (error instanceof SurveyFault) return none(error.message);
+    throw error;
+  }
+}
+
 export const listWords = (names: readonly string[]): string =>
   names.length < 2 ? (names[0] ?? '') : `${names.slice(0, -1).join(', ')} and ${names.at(-1)!}`;
 
@@ -118,11 +148,13 @@ function whole(
   drawn: readonly Drawn[],
   settings: SquadSettings,
   chosen: readonly Member[] = members,
+  ground: GroundAt | null = null,
 ): SquadPlan {
   const parts = members.map((member, at): SquadPart => {
     const { plan, area } = drawn[at]!;
-    const path = flownPath(plan);
-    const limits = { autopilot: member.autopilot, highestM: null, farthestM: null };
+    const path = flownPath(plan, ground ?? undefined);
+    const under = ground && { ground: { at: ground, clearanceM: CLEARANCE_M, returnHeightM: null } };
+    const limits = { autopilot: member.autopilot, highestM: null, farthestM: null, ...under };
     return {
       member,
       number: chosen.indexOf(member),
@@ -248,6 +280,20 @@ function survey(
   ];
   const defaults = { heightM, frame: FRAME.GLOBAL_RELATIVE_ALT, speedMS: settings.speedMS };
   return { ...EMPTY_PLAN, home: member.home, items: planItems(items, 1), defaults, nextId: items.length + 1 };
+}
+
+/** A survey at a constant height above the ground, from above its home and back there: hills may lie on the way. */
+function laid(plan: Plan, heightM: number, settings: SquadSettings, ground: GroundAt): Plan {
+  const home = plan.home?.spot ?? null;
+  const flat = itemsOf(plan, 'mission');
+  const first = flat.findIndex(({ command }) => command === CMD.WAYPOINT);
+  if (first < 0 || !home) return plan;
+  const above = wireItem(CMD.WAYPOINT, FRAME.GLOBAL_RELATIVE_ALT, [0, 0, 0, null], home.latE7, home.lonE7, heightM);
+  const way = [above, ...flat.slice(first, -1), above];
+  const { toleranceM } = settings;
+  const followed = followGround(way, { heightM, toleranceM, home, ground }).slice(1);
+  const items = [...flat.slice(0, first), ...followed, ...flat.slice(-1)];
+  return { ...plan, items: planItems(items, 1), nextId: items.length + 1 };
 }
 
 /** Raises a plan's places in flight, but not its landing. It is flown from this drone's own home. */

@@ -8,6 +8,7 @@ import { planItems, wireItem } from '../../src/plan/wire_items';
 import {
   listWords,
   MAX_MEMBERS,
+  onGround,
   squadPlan,
   USUAL_SQUAD,
   type Member,
@@ -156,5 +157,56 @@ describe('no plan', () => {
 
   it('names are listed as people do', () => {
     expect([[], ['A'], ['A', 'B'], ['A', 'B', 'C']].map(listWords)).toEqual(['', 'A', 'A and B', 'A, B and C']);
+  });
+});
+
+describe('a squad over hills', () => {
+  const northM = (spot: Spot): number => ((spot.latE7 - BASE.latE7) / 1e7) * 111_195;
+  /** A ridge 60 m high across the field, its top 160 m north of where they stand. */
+  const ridge = (spot: Spot): number => 400 + 60 * Math.exp(-(((northM(spot) - 160) / 60) ** 2));
+  const job = { area: FIELD };
+  const errorsOf = ({ parts }: ReturnType<typeof squadPlan>): string[] =>
+    parts.flatMap(({ findings }) => findings.filter(({ severity }) => severity === 'error').map(({ words }) => words));
+
+  it('is told which ways lead into them', () => {
+    const flat = squadPlan(THREE, job, settings());
+    expect(errorsOf(flat)).toEqual([]);
+    const errors = errorsOf(onGround(flat, job, settings(), ridge));
+    expect(errors.length).toBeGreaterThanOrEqual(3);
+    expect(errors[0]).toMatch(/below the ground|above the ground/);
+    expect(onGround(flat, job, settings(), () => null)).toEqual(flat);
+  });
+
+  it('keeps its height above them, from home and back, each drone its own', () => {
+    const wanted = settings({ overGround: true, stepM: 5 });
+    const flat = squadPlan(THREE, job, wanted);
+    const laid = onGround(flat, job, wanted, ridge);
+    expect(laid.fault).toBe('');
+    expect(errorsOf(laid)).toEqual([]);
+    expect(laid.parts.map(({ member: { id }, number, area }) => [id, number, area])).toEqual(
+      flat.parts.map(({ member: { id }, number, area }) => [id, number, area]),
+    );
+    for (const [index, { plan, member: own }] of laid.parts.entries()) {
+      const way = plan.items.filter(({ command }) => command === CMD.WAYPOINT);
+      for (const [at, { x, y, z }] of way.entries()) {
+        const spot = { latE7: x, lonE7: y };
+        expect(z + ridge(own.home!.spot) - ridge(spot)).toBeCloseTo(40 + 5 * index, 1);
+        const next = way[at + 1];
+        if (!next) continue;
+        const middle = { latE7: Math.round((x + next.x) / 2), lonE7: Math.round((y + next.y) / 2) };
+        const aboveM = (z + next.z) / 2 + ridge(own.home!.spot) - ridge(middle);
+        expect(Math.abs(aboveM - 40 - 5 * index)).toBeLessThan(wanted.toleranceM + 1);
+      }
+      expect(distanceM({ latE7: way.at(-1)!.x, lonE7: way.at(-1)!.y }, own.home!.spot)).toBeLessThan(0.1);
+      expect(plan.items.map(({ command }) => command).at(-1)).toBe(CMD.RETURN);
+      expect(plan.items[0]!.command).toBe(CMD.TAKEOFF);
+    }
+    expect(laid.report.conflicts).toEqual([]);
+  });
+
+  it('waits for the heights of the ground', () => {
+    const wanted = settings({ overGround: true });
+    const flat = squadPlan(THREE, job, wanted);
+    expect(onGround(flat, job, wanted, () => undefined).fault).toContain('being loaded');
   });
 });

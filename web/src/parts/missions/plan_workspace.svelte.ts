@@ -24,7 +24,7 @@ import { shapeFaults } from '../../plan/field_checks';
 import { flownPath, type GroundAt } from '../../plan/flown_path';
 import { bearingDeg } from '../../plan/ground';
 import type { GroundLimits } from '../../plan/over_ground';
-import { planChecks, type CheckLimits } from '../../plan/plan_checks';
+import { planChecks, type CheckLimits, type Finding } from '../../plan/plan_checks';
 import { PlanEditor } from '../../plan/plan_editor';
 import type { KeptPattern, KeptPlan } from '../../plan/plan_keeping';
 import { EMPTY_PLAN, type PartId, type Plan } from '../../plan/plan_types';
@@ -83,8 +83,13 @@ export class PlanWorkspace {
     };
   });
   readonly estimate = $derived(estimate(this.plan, this.figures, this.path));
-  readonly findings = $derived(
-    planChecks(
+  /** As the tower judged the plan a moment ago: what is gone since is left out. */
+  zones = $state.raw<readonly Finding[]>([]);
+  /** Why zones are not checked; empty if they are, or if there are none. */
+  zonesUnchecked = $state('');
+  readonly #parts = $derived(new Set([...this.plan.items, ...this.plan.rally].map(({ id }) => id)));
+  readonly findings = $derived([
+    ...planChecks(
       this.plan,
       {
         ...this.limits,
@@ -94,7 +99,8 @@ export class PlanWorkspace {
       },
       this.path,
     ),
-  );
+    ...this.zones.filter(({ part }) => part !== null && this.#parts.has(part)),
+  ]);
   readonly errors = $derived(this.findings.filter(({ severity }) => severity === 'error'));
   readonly faulty = $derived(new Set(this.errors.flatMap(({ part }) => (part === null ? [] : [part]))));
   readonly preview = $derived.by(() => {
