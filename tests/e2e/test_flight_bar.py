@@ -31,6 +31,7 @@ MISSION: Final = [
 DIALOGS: Final = ("open-settings", "open-keys", "stick-setup", "rehearse", "action-arm")
 """The buttons of the Control page that open one each."""
 TAKES_TEXT: Final = "input:is([type=text], [type=search], :not([type]))"
+HAS_FOCUS: Final = "one => one.contains(document.activeElement)"
 ELSEWHERE: Final = {
     "#/": (("user-menu",), ("choose-all", "squad-hold")),
     "#/missions/1": (("plan-menu", "plan-library"),),
@@ -148,7 +149,7 @@ def test_hold_works_with_every_dialog_open_at_three_sizes(come: Somebody, field:
                 alice.part(opener).click()
             opened = alice.page.locator("[role=dialog], [role=menu]")
             expect(opened.last).to_be_visible()
-            alice.wait("the focus in it", lambda: opened.last.evaluate("one => one.contains(document.activeElement)"))
+            alice.wait("the focus", lambda last=opened.last: last.evaluate(HAS_FOCUS))
             takes_text = alice.page.evaluate(f"document.activeElement.matches('{TAKES_TEXT}')")
             for press in ("click", "tap") if takes_text else ("click", "key", "tap"):
                 expect_hold(alice, tap, press, " ".join((page, *way)))
