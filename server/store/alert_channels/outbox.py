@@ -10,6 +10,7 @@ from typing import Any, Final
 from sqlalchemy import delete, func, select, update
 from sqlalchemy.ext.asyncio import AsyncSession
 
+from server.domain.access import Action, reaches_all
 from server.domain.people import Principal, Role
 from server.live.alerts.announcer import Announcement, Happening
 from server.live.alerts.severity import Severity
@@ -98,7 +99,7 @@ async def put(
 
 
 def _gets(channel: AlertChannelRow, user: UserRow, announcement: Announcement, knows: Knows, owns: Owns) -> bool:
-    if announcement.happening is Happening.UNANSWERED and user.role != Role.ADMIN.value:
+    if announcement.happening is Happening.UNANSWERED and not reaches_all(Role(user.role), Action.COMMAND):
         return False
     if not is_wanted(announcement.alert.rule.severity, Severity(channel.severity)):
         return False
