@@ -38,6 +38,7 @@ from server.store.accounts.passwords import Passwords
 from server.store.accounts.sessions import Sessions
 from server.store.accounts.sign_in import SignInService
 from server.store.accounts.tokens import ApiTokens
+from server.store.alert_channels.deliverer import AlertDeliverer
 from server.store.alerts.writer import AlertWriter
 from server.store.audit.action import AuditAction
 from server.store.audit.trail import NamedUser
@@ -80,6 +81,7 @@ class Parts:
     passkey_sign_in: PasskeySignInService
     hub: Hub
     alert_writer: AlertWriter
+    alert_deliverer: AlertDeliverer
     roster: Roster
     control: ControlService
     event_handler: HubEventHandler
@@ -168,6 +170,7 @@ AuthenticatorDep = Annotated[Authenticator, _part(lambda parts: parts.authentica
 SignInDep = Annotated[SignInService, _part(lambda parts: parts.sign_in)]
 PasskeySignInDep = Annotated[PasskeySignInService, _part(lambda parts: parts.passkey_sign_in)]
 HubDep = Annotated[Hub, _part(lambda parts: parts.hub)]
+AlertDelivererDep = Annotated[AlertDeliverer, _part(lambda parts: parts.alert_deliverer)]
 AlertWriterDep = Annotated[AlertWriter, _part(lambda parts: parts.alert_writer)]
 RosterDep = Annotated[Roster, _part(lambda parts: parts.roster)]
 ControlDep = Annotated[ControlService, _part(lambda parts: parts.control)]

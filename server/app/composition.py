@@ -36,6 +36,7 @@ from server.api.relay.running import running_relay
 from server.api.relay.tls_binding import TlsBinding
 from server.api.remembered import RememberedSignIns
 from server.app.aircraft_feed import AircraftFeed
+from server.app.alert_parts import new_alert_deliverer
 from server.app.map_parts import new_map_parts
 from server.app.new_hub import new_hub
 from server.app.openapi_tags import TAGS
@@ -62,6 +63,7 @@ from server.store.accounts.sealed_factors import prepare_vault
 from server.store.accounts.sessions import Sessions
 from server.store.accounts.sign_in import SignInService
 from server.store.accounts.tokens import ApiTokens
+from server.store.alert_channels.channels import reseal_channels
 from server.store.alerts.loading import load_alerts
 from server.store.alerts.writer import AlertWriter
 from server.store.audit.sealer import AuditSealer
@@ -189,6 +191,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
     hub.observed.on_settled = audit_writer.observed
     alert_writer = AlertWriter(database, clock)
     hub.alerts.listeners.append(alert_writer.changed)
+    announcer, alert_deliverer = new_alert_deliverer(settings, hub, database, vault, clock)
     maps = new_map_parts(settings, database)
     return Tower(
         settings=settings,
@@ -212,6 +215,8 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         passkey_sign_in=PasskeySignInService(database, sessions, Challenges()),
         hub=hub,
         alert_writer=alert_writer,
+        announcer=announcer,
+        alert_deliverer=alert_deliverer,
         control=control,
         roster=roster,
         loan_expiry=LoanExpiry(database, hub, roster, clock),
@@ -276,6 +281,7 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         await check_key_is_there(tower.vault, tower.database)
         await prepare_vault(tower.vault, tower.database)
         await tower.sign_in_rules.identity.load(tower.vault, tower.database)
+        await reseal_channels(tower.vault, tower.database)
         await tower.passwords.warm_up()
         await tower.database.warm_up()
         await remember_addresses(tower.anonymous.known, tower.database)
@@ -295,6 +301,7 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         if several is None:
             await load_open_holds(tower.hub, tower.database)
             await load_alerts(tower.hub, tower.database, tower.clock)
+            tower.announcer.restored(tower.hub.alerts.live(), tower.clock())
         deleted = await _deleted_with_files(tower)
         await asyncio.to_thread(tower.flight_log_quota.sweep, deleted)
         await stack.enter_async_context(tower.recordings.working(deleted))
@@ -310,6 +317,8 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
             await stack.enter_async_context(in_background("aircraft feed", feed.follow))
         await stack.enter_async_context(in_background("zones", tower.zone_follower.follow))
         await stack.enter_async_context(in_background("alerts", tower.alert_writer.work))
+        stack.callback(tower.alert_deliverer.close)
+        await stack.enter_async_context(in_background("alert channels", tower.alert_deliverer.work))
         stack.callback(tower.hub.observed.settle_all)
         stack.push_async_callback(tower.api_tokens.write_uses)
         await stack.enter_async_context(in_background("token uses", tower.api_tokens.keep_writing_uses))

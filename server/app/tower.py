@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from fastapi import FastAPI
 
 from server.api.dependencies import Parts
+from server.live.alerts.announcer import Announcer
 from server.store.audit.sealer import AuditSealer
 from server.store.fleet.loans import LoanExpiry
 from server.store.operations.audit_writer import OperationAuditWriter
@@ -23,6 +24,7 @@ class Tower(Parts):
     loan_expiry: LoanExpiry
     audit_writer: OperationAuditWriter
     audit_sealer: AuditSealer
+    announcer: Announcer
     several: SeveralTowers | None = None
     """None without a bus."""
     before_shutdown: list[Callable[[], Awaitable[None]]] = field(default_factory=list)

@@ -9,13 +9,15 @@ from __future__ import annotations
 
 import ipaddress
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 from urllib.parse import urlsplit
 
 from server.runtime.feed_source import read_feed_address
+from server.runtime.mail_source import read_mail_address, read_mail_server
+from server.runtime.notify.mail import MailServer
 from server.runtime.packaged import CONSOLE
 from server.runtime.tile_source import TileSource, read_tiles
 from server.runtime.vault import KEY_FILE, Vault, parse_keys
@@ -268,6 +270,14 @@ class Settings:
     recordings_keep_days: float = _setting(0.0, "TOWER_RECORDINGS_KEEP_DAYS", _number(0, 36_500, float))
     alerts_keep_days: float = _setting(90.0, "TOWER_ALERTS_KEEP_DAYS", _number(0, 36_500, float))
     """Alerts that were closed longer ago are removed. 0: none, but their number is bounded all the same."""
+    alert_unanswered_s: float = _setting(120.0, "TOWER_ALERT_UNANSWERED_S", _number(0, 86_400, float))
+    """A critical alert that nobody has acknowledged by then is sent to the admins. 0: never."""
+    mail: MailServer = field(default=MailServer(), metadata=_from("TOWER_MAIL_SERVER", read_mail_server))
+    mail_password: str = field(default="", repr=False, metadata=_from("TOWER_MAIL_PASSWORD", str))
+    mail_from: str = _setting("", "TOWER_MAIL_FROM", read_mail_address)
+    """Sender of all mail. Required with a mail server."""
+    webhooks_may_be_private: bool = _setting(False, "TOWER_WEBHOOKS_MAY_BE_PRIVATE", _yes_or_no)
+    """Users may name webhooks in the tower's own network, also without TLS."""
     recording_largest_mb: int = _setting(2_000, "TOWER_RECORDING_LARGEST_MB", _number(1, 100_000))
     recording_longest_s: float = _setting(7_200.0, "TOWER_RECORDING_LONGEST_S", _number(10, 7 * _DAY_S, float))
     security_contact: str = _setting("", "TOWER_SECURITY_CONTACT", _contact)
@@ -291,6 +301,11 @@ class Settings:
     def secret_key_list(self) -> tuple[str, ...]:
         """Newest first."""
         return parse_keys(self.secret_keys, ",") if self.secret_keys else ()
+
+    @property
+    def mail_server(self) -> MailServer:
+        """With its password and sender."""
+        return replace(self.mail, password=self.mail_password, sender=self.mail_from)
 
     def vault(self) -> Vault:
         """A vault with these keys. It reads its key file only when asked to find its keys."""
@@ -325,4 +340,6 @@ def read_settings(environment: Mapping[str, str]) -> Settings:
         raise SettingsError("TOWER_BUS_URL", "needs PostgreSQL: set DATABASE_URL")
     if settings.own_url and not settings.bus_url:
         raise SettingsError("TOWER_OWN_URL", "is for one of several towers: set TOWER_BUS_URL")
+    if settings.mail.host and not settings.mail_from:
+        raise SettingsError("TOWER_MAIL_FROM", "is needed with TOWER_MAIL_SERVER")
     return settings

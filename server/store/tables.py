@@ -4,6 +4,7 @@ from typing import Final
 
 from server.store import tower_lock_table as tower_lock
 from server.store.accounts import tables as accounts
+from server.store.alert_channels import tables as alert_channels
 from server.store.alerts import tables as alerts
 from server.store.audit import chain_tables as audit_chain
 from server.store.audit import tables as audit
@@ -21,6 +22,7 @@ from server.store.zones import tables as zones
 
 ALL: Final = (
     accounts,
+    alert_channels,
     alerts,
     audit,
     audit_chain,

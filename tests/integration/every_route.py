@@ -12,6 +12,8 @@ ZONE: Final = {"name": "x", "kind": "no-fly", "points": [[0, 0], [0, 1e-3], [1e-
 AREA: Final = {"name": "x", "layer_id": 9999, "south": 1, "west": 1, "north": 2, "east": 2, "max_zoom": 3}
 BODIES: Final[dict[str, dict[str, object]]] = {
     "rehearse_loss": {"what": "tower"},
+    "add_alert_channel": {"kind": "webhook", "target": "https://example.org/"},
+    "confirm_alert_channel": {"code": "x"},
     "make_team": {"name": "x"},
     "rename_team": {"name": "x"},
     "set_team_member": {"role": "observer"},

@@ -14,7 +14,8 @@ import structlog
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from server.api.bus.asking import FORWARDED, Asking, NoAnswer
-from server.api.http.problems import TOWER_OUT_OF_REACH, problem
+from server.api.http.problem_kinds import TOWER_OUT_OF_REACH
+from server.api.http.problems import problem
 from server.live.hub import Hub
 from server.live.towers.place import Place
 from server.live.towers.towers import Towers

@@ -11,7 +11,8 @@ from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from server.api.http.problems import BODY_TIMEOUT, JSON_ONLY, TOO_LARGE, problem
+from server.api.http.problem_kinds import BODY_TIMEOUT, JSON_ONLY, TOO_LARGE
+from server.api.http.problems import problem
 from server.live.anonymous.budget import AnonymousBudget, Over
 from server.live.anonymous.limits import LIMITS
 

@@ -8,7 +8,8 @@ from typing import Final
 import structlog
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from server.api.http.problems import DATABASE, problem
+from server.api.http.problem_kinds import DATABASE
+from server.api.http.problems import problem
 from server.store.database import Database
 from server.store.database_wait import EndingTasks
 

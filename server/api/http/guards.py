@@ -5,7 +5,8 @@ from __future__ import annotations
 import structlog
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from server.api.http.problems import INTERNAL, problem
+from server.api.http.problem_kinds import INTERNAL
+from server.api.http.problems import problem
 
 _log = structlog.get_logger(__name__)
 

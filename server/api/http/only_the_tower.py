@@ -12,7 +12,8 @@ from typing import Final
 from starlette.types import ASGIApp, Receive, Scope, Send
 from starlette.websockets import WebSocketClose
 
-from server.api.http.problems import NOT_THE_TOWER, problem
+from server.api.http.problem_kinds import NOT_THE_TOWER
+from server.api.http.problems import problem
 
 TRY_AGAIN: Final = 1013
 _WORDS: Final = "this process was stopped for a while, and another may be the tower: try again"

@@ -13,7 +13,8 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from server.api.authentication import token_in
 from server.api.http.over_tls import OverTls
-from server.api.http.problems import WRONG_ORIGIN, problem
+from server.api.http.problem_kinds import WRONG_ORIGIN
+from server.api.http.problems import problem
 from server.runtime.settings import Settings
 
 _SAFE: Final = frozenset({"GET", "HEAD", "OPTIONS"})

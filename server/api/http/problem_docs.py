@@ -11,7 +11,7 @@ from fastapi.openapi.utils import get_openapi
 from fastapi.routing import APIRoute
 from starlette.routing import BaseRoute
 
-from server.api.http.problems import (
+from server.api.http.problem_kinds import (
     INTERNAL,
     INVALID,
     JSON_ONLY,

@@ -44,7 +44,7 @@ def new_registry(parts: Parts) -> CollectorRegistry:
     registry.register(RecordingCollector(parts.recordings))
     registry.register(FlightCollector(parts.flights))
     registry.register(DiskCollector(parts.settings.var))
-    registry.register(UpkeepCollector(parts.database, parts.lock, parts.retention))
+    registry.register(UpkeepCollector(parts.database, parts.lock, parts.retention, parts.alert_deliverer))
     ProcessCollector(registry=registry)
     PlatformCollector(registry=registry)
     GCCollector(registry=registry)

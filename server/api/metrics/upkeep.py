@@ -1,4 +1,4 @@
-"""The state of database and lock, and what retention removed, as Prometheus metrics (docs/metrics.md)."""
+"""Prometheus metrics of database, lock, retention and alert channels (docs/metrics.md)."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
 from prometheus_client.registry import Collector
 
+from server.store.alert_channels.deliverer import OUTCOMES, AlertDeliverer
 from server.store.database import Database
 from server.store.retention import Retention
 from server.store.tower_lock import TowerLock
@@ -16,10 +17,17 @@ from server.store.towers.membership import TowerMembership
 class UpkeepCollector(Collector):
     """Reads existing facts; asks the database nothing."""
 
-    def __init__(self, database: Database, lock: TowerLock | TowerMembership, retention: Retention) -> None:
+    def __init__(
+        self,
+        database: Database,
+        lock: TowerLock | TowerMembership,
+        retention: Retention,
+        deliverer: AlertDeliverer,
+    ) -> None:
         self._database = database
         self._lock = lock
         self._retention = retention
+        self._deliverer = deliverer
 
     def collect(self) -> Iterator[Metric]:
         writes = "1: the database took the last write of the tower's lock, half a second ago; 0: not"
@@ -30,3 +38,8 @@ class UpkeepCollector(Collector):
         for what, count in sorted(self._retention.removed.items()):
             removed.add_metric((what,), count)
         yield removed
+        words = "Deliveries of alerts to channels: attempts and what became of them"
+        deliveries = CounterMetricFamily("tower_alert_deliveries", words, labels=("outcome",))
+        for outcome in OUTCOMES:
+            deliveries.add_metric((outcome,), self._deliverer.counts[outcome])
+        yield deliveries

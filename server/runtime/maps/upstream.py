@@ -1,23 +1,20 @@
 """Fetches one tile from a tile server: the only place where the tower opens a connection to a stranger for a map.
 
-The address comes from an admin, the numbers in it from a request: nothing else of a request reaches the other side. A
-name is resolved once, every address it has is judged, and the connection goes to the one that was judged, so that a
-name that answers differently a moment later leads nowhere else. Redirects are not followed. Blocks.
+The address comes from an admin, the numbers in it from a request: nothing else of a request reaches the other side.
+Where it may lead is judged (`judged_connection.py`). Redirects are not followed. Blocks.
 """
 
 from __future__ import annotations
 
 import http.client
-import ipaddress
-import socket
-import ssl
 import time
 from dataclasses import dataclass
 from typing import Final
 from urllib.parse import urlsplit
 
+from server.runtime.judged_connection import AddressRefused, AddressUnknown, JudgedConnection, judged_address
+
 MAX_TILE_BYTES: Final = 2_000_000
-CONNECT_WITHIN_S: Final = 5.0
 WITHIN_S: Final = 15.0
 _CHUNK_BYTES: Final = 64 * 1024
 _USER_AGENT: Final = "ControlTower/1 (map tile cache)"
@@ -61,8 +58,13 @@ def fetch_tile(upstream: Upstream, zoom: int, x: int, y: int) -> bytes | None:
     host, is_tls = parts.hostname or "", parts.scheme == "https"
     port = parts.port or (443 if is_tls else 80)
     until = time.monotonic() + WITHIN_S
-    address = _judged(host, port, may_be_private=upstream.may_be_private)
-    connection = _Judged(host, port, address, is_tls=is_tls)
+    try:
+        address = judged_address(host, port, may_be_private=upstream.may_be_private)
+    except AddressUnknown:
+        raise TileUnavailable("the name of the tile server is not known") from None
+    except AddressRefused:
+        raise TileUnavailable("the tile server is in a private network, which this layer does not allow") from None
+    connection = JudgedConnection(host, port, address, is_tls=is_tls)
     try:
         path = parts.path + (f"?{parts.query}" if parts.query else "")
         connection.request("GET", path or "/", headers={"User-Agent": _USER_AGENT, "Accept": "image/*"})
@@ -89,48 +91,3 @@ def _image(answer: http.client.HTTPResponse, until: float) -> bytes:
     if media_type(bytes(body[:16])) is None:
         raise TileUnavailable("the tile server sends no image")
     return bytes(body)
-
-
-def _judged(host: str, port: int, *, may_be_private: bool) -> str:
-    try:
-        found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
-    except (OSError, UnicodeError):
-        raise TileUnavailable("the name of the tile server is not known") from None
-    addresses = [str(one[4][0]) for one in found]
-    if not addresses or not all(is_allowed(address, may_be_private=may_be_private) for address in addresses):
-        raise TileUnavailable("the tile server is in a private network, which this layer does not allow")
-    return addresses[0]
-
-
-def is_allowed(address: str, *, may_be_private: bool) -> bool:
-    """Whether a tile server may have this address. Link-local ones (metadata of clouds) are never allowed."""
-    try:
-        ip = ipaddress.ip_address(address.partition("%")[0])
-    except ValueError:
-        return False
-    if isinstance(ip, ipaddress.IPv6Address):
-        ip = ip.ipv4_mapped or ip.sixtofour or ip
-    if ip.is_multicast or ip.is_unspecified or ip.is_link_local:
-        return False
-    return ip.is_global or (may_be_private and (ip.is_private or ip.is_loopback))
-
-
-class _Judged(http.client.HTTPConnection):
-    """Connects to the given address, and names the host in TLS and in the request."""
-
-    def __init__(self, host: str, port: int, address: str, *, is_tls: bool) -> None:
-        super().__init__(host, port, timeout=CONNECT_WITHIN_S)
-        self.default_port = 443 if is_tls else 80
-        self._address = address
-        self._is_tls = is_tls
-
-    def connect(self) -> None:
-        sock = socket.create_connection((self._address, self.port), CONNECT_WITHIN_S)
-        if self._is_tls:
-            try:
-                self.sock = ssl.create_default_context().wrap_socket(sock, server_hostname=self.host)
-            except BaseException:
-                sock.close()
-                raise
-        else:
-            self.sock = sock

@@ -6,7 +6,8 @@ import pkgutil
 from collections.abc import Iterator
 
 import server
-from server.api.http.problems import PROBLEMS, kind_of, refusal_problem
+from server.api.http.problem_kinds import PROBLEMS
+from server.api.http.problems import kind_of, refusal_problem
 from server.domain.lease import Refused
 from server.domain.refusal import Refusal, RetryLater
 from server.store.accounts.password_policy import BadPassword

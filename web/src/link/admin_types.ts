@@ -13,6 +13,7 @@ export type PasskeyAdded = Schemas['PasskeyAdded'];
 export type PasswordJudgement = Schemas['PasswordJudgement'];
 export type Session = Schemas['SessionView'];
 export type Scope = Schemas['Scope'];
+export type AlertChannel = Schemas['AlertChannelView'];
 export type ApiToken = Schemas['TokenView'];
 export type Loan = Schemas['LoanView'];
 export type LoanTerms = Omit<Loan, 'user'>;

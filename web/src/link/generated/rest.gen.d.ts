@@ -1137,6 +1137,70 @@ export interface paths {
         readonly patch?: never;
         readonly trace?: never;
     };
+    readonly "/me/alert-channels": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["list_alert_channels"];
+        readonly put?: never;
+        readonly post: operations["add_alert_channel"];
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/me/alert-channels/{channel_id}": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete: operations["delete_alert_channel"];
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch: operations["change_alert_channel"];
+        readonly trace?: never;
+    };
+    readonly "/me/alert-channels/{channel_id}/confirm": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put?: never;
+        readonly post: operations["confirm_alert_channel"];
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/me/alert-channels/{channel_id}/test": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put?: never;
+        readonly post: operations["try_alert_channel"];
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
     readonly "/me/invitations": {
         readonly parameters: {
             readonly query?: never;
@@ -1894,6 +1958,42 @@ export interface components {
             readonly older?: boolean;
             /** @description One of `GET /agent-releases` */
             readonly version: string;
+        };
+        readonly AlertChannelChange: {
+            readonly drones?: ("all" | "own") | null;
+            readonly severity?: components["schemas"]["Severity"] | null;
+        };
+        readonly AlertChannelCode: {
+            readonly code: string;
+        };
+        readonly AlertChannelTest: {
+            readonly is_sent: boolean;
+            /** @description Why not; empty if it was sent */
+            readonly problem: string;
+        };
+        readonly AlertChannelView: {
+            /** Format: date-time */
+            readonly created_at: string;
+            /**
+             * @description All drones that you may see, or only those you own
+             * @enum {string}
+             */
+            readonly drones: "all" | "own";
+            readonly id: number;
+            /** @description false: a mail address whose code was not entered yet */
+            readonly is_confirmed: boolean;
+            /** @enum {string} */
+            readonly kind: "mail" | "webhook";
+            /** @description Of the last attempt; empty if it succeeded */
+            readonly problem: string;
+            /** @description The last success */
+            readonly sent_at: string | null;
+            /** @description The least severe alerts that it gets */
+            readonly severity: components["schemas"]["Severity"];
+            /** @description An e-mail address, or the address of a webhook */
+            readonly target: string;
+            /** @description Deliveries on their way */
+            readonly waiting: number;
         };
         /** @description A row of the table of rules. */
         readonly AlertRuleView: {
@@ -2761,6 +2861,13 @@ export interface components {
          * @enum {string}
          */
         readonly LostPhase: "quiet" | "counting" | "stayed" | "asking" | "done";
+        readonly MadeAlertChannel: {
+            readonly channel: components["schemas"]["AlertChannelView"];
+            /** @description Why no mail with a code was sent; else empty */
+            readonly problem: string;
+            /** @description Of a webhook: the key of its signatures, shown once. Else empty */
+            readonly secret: string;
+        };
         /** @description The result of `navigator.credentials.create()`: `credential.toJSON()`. */
         readonly MadePasskey: {
             readonly id: string;
@@ -2916,6 +3023,22 @@ export interface components {
             readonly updated_at: string;
             /** @description Also its ETag */
             readonly version: number;
+        };
+        readonly NewAlertChannel: {
+            /**
+             * @description All drones that you may see, or only those you own
+             * @default all
+             * @enum {string}
+             */
+            readonly drones?: "all" | "own";
+            /** @enum {string} */
+            readonly kind: "mail" | "webhook";
+            /**
+             * @description The least severe alerts that it gets
+             * @default warning
+             */
+            readonly severity?: components["schemas"]["Severity"];
+            readonly target: string;
         };
         readonly NewEnrolment: {
             /**
@@ -6182,6 +6305,144 @@ export interface operations {
                 };
                 content: {
                     readonly "application/json": components["schemas"]["Me"];
+                };
+            };
+        };
+    };
+    readonly list_alert_channels: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": readonly components["schemas"]["AlertChannelView"][];
+                };
+            };
+        };
+    };
+    readonly add_alert_channel: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": components["schemas"]["NewAlertChannel"];
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 201: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["MadeAlertChannel"];
+                };
+            };
+        };
+    };
+    readonly delete_alert_channel: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly channel_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 204: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content?: never;
+            };
+        };
+    };
+    readonly change_alert_channel: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly channel_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": components["schemas"]["AlertChannelChange"];
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["AlertChannelView"];
+                };
+            };
+        };
+    };
+    readonly confirm_alert_channel: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly channel_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": components["schemas"]["AlertChannelCode"];
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["AlertChannelView"];
+                };
+            };
+        };
+    };
+    readonly try_alert_channel: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly channel_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["AlertChannelTest"];
                 };
             };
         };

@@ -1,0 +1,36 @@
+"""Assembles what delivers alerts outside of the console."""
+
+from __future__ import annotations
+
+import time
+
+from server.domain.clock import Clock
+from server.live.alerts.announcer import Announcer
+from server.live.hub import Hub
+from server.runtime.notify.mail import send_mail
+from server.runtime.notify.message import Message, NotSent
+from server.runtime.notify.webhook import call_webhook
+from server.runtime.settings import Settings
+from server.runtime.vault import Vault
+from server.store.alert_channels.deliverer import AlertDeliverer
+from server.store.database import Database
+
+
+def new_alert_deliverer(
+    settings: Settings, hub: Hub, database: Database, vault: Vault, clock: Clock
+) -> tuple[Announcer, AlertDeliverer]:
+    announcer = Announcer(hub.state, unanswered_after_s=settings.alert_unanswered_s)
+    hub.alerts.listeners.append(announcer.changed)
+
+    def send(kind: str, target: str, secret: str, message: Message) -> None:
+        if kind == "webhook":
+            now_s, may_be_private = int(time.time()), settings.webhooks_may_be_private
+            call_webhook(target, secret, message, now_s, may_be_private=may_be_private)
+        elif settings.mail_server.host:
+            send_mail(settings.mail_server, target, message)
+        else:
+            raise NotSent("the tower has no mail server")
+
+    return announcer, AlertDeliverer(
+        hub, announcer, database=database, vault=vault, clock=clock, send=send, public_url=settings.public_url
+    )

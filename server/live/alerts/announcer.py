@@ -1,0 +1,117 @@
+"""What is announced of alerts outside of the console: the beginning, the end, and that nobody has answered.
+
+Part of the hub: plain calls, no database. Whoever delivers takes the announcements from here (`taken`); until then they
+wait, at most MAX_WAITING.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from enum import StrEnum
+from typing import Final
+
+from server.live.alerts.alert import Alert
+from server.live.alerts.severity import Severity
+from server.live.relay.live_state import LiveState
+
+MAX_WAITING: Final = 2_000
+"""While the database is unreachable. The oldest go: the newest say how things are."""
+RECENT: Final = timedelta(minutes=10)
+"""After a restart an alert that is older is no news."""
+ON_THE_GROUND: Final = frozenset({"link-lost-on-ground", "hold-unconfirmed", "motion"})
+"""Rules that are announced even if the drone is disarmed on the ground: somebody may stand beside it."""
+
+
+class Happening(StrEnum):
+    OPENED = "opened"
+    CLOSED = "closed"
+    UNANSWERED = "unanswered"
+    """Critical, and nobody has acknowledged it in time: for admins."""
+
+
+@dataclass(frozen=True, slots=True)
+class Announcement:
+    """`alert` goes on changing; the rest is as it was."""
+
+    happening: Happening
+    alert: Alert
+    drone_name: str
+
+
+class Announcer:
+    """One for the hub; a listener of the alert service."""
+
+    def __init__(self, state: LiveState, *, unanswered_after_s: float) -> None:
+        self._state = state
+        self._unanswered_after = timedelta(seconds=unanswered_after_s) if unanswered_after_s else None
+        self._announced: dict[int, Alert] = {}
+        """Open alerts whose beginning was announced."""
+        self._unanswered: set[int] = set()
+        self._waiting: deque[Announcement] = deque()
+        self.lost = 0
+        self.on_waiting: Callable[[], None] = lambda: None
+        """Called when there is something to take."""
+
+    def changed(self, alert: Alert) -> None:
+        """An alert has opened, changed or closed."""
+        if alert.closed_at is not None:
+            if self._announced.pop(alert.id, None) is not None:
+                self._unanswered.discard(alert.id)
+                self._announce(Happening.CLOSED, alert)
+        elif alert.id not in self._announced and self._is_worth_it(alert):
+            self._announced[alert.id] = alert
+            self._announce(Happening.OPENED, alert)
+
+    def restored(self, alerts: Iterable[Alert], now: datetime) -> None:
+        """Open alerts of before a restart: some may have opened just before it. Nobody gets the same one twice."""
+        for alert in alerts:
+            if alert.closed_at is None and now - alert.opened_at < RECENT:
+                self.changed(alert)
+
+    def tick(self, now: datetime) -> None:
+        """Every few seconds: finds what nobody has answered."""
+        if self._unanswered_after is None:
+            return
+        for alert in self._announced.values():
+            is_late = now - alert.opened_at >= self._unanswered_after
+            if (
+                is_late
+                and alert.rule.severity is Severity.CRITICAL
+                and alert.acknowledged_at is None
+                and alert.id not in self._unanswered
+            ):
+                self._unanswered.add(alert.id)
+                self._announce(Happening.UNANSWERED, alert)
+
+    def taken(self) -> list[Announcement]:
+        """Returns what waits, oldest first, and forgets it."""
+        taken = list(self._waiting)
+        self._waiting.clear()
+        return taken
+
+    def give_back(self, announcements: list[Announcement]) -> None:
+        """They could not be stored: they wait again, before all others."""
+        self._waiting.extendleft(reversed(announcements))
+        self._limit()
+
+    def _is_worth_it(self, alert: Alert) -> bool:
+        drone = self._state.drones.get(alert.drone_id)
+        if drone is None:
+            return False
+        is_on_the_bench = drone.armed is False and not drone.airborne
+        return not is_on_the_bench or alert.rule.name in ON_THE_GROUND
+
+    def _announce(self, happening: Happening, alert: Alert) -> None:
+        drone = self._state.drones.get(alert.drone_id)
+        if drone is not None:
+            self._waiting.append(Announcement(happening, alert, drone.record.name))
+            self._limit()
+            self.on_waiting()
+
+    def _limit(self) -> None:
+        while len(self._waiting) > MAX_WAITING:
+            self._waiting.popleft()
+            self.lost += 1

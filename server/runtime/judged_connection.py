@@ -1,0 +1,69 @@
+"""Connections to servers that somebody named: for tiles of maps, and for webhooks.
+
+A name is resolved once, every address it has is judged, and the connection goes to the one that was judged, so that a
+name that answers differently a moment later leads nowhere else. Whoever uses it follows no redirects. Blocks.
+"""
+
+from __future__ import annotations
+
+import http.client
+import ipaddress
+import socket
+import ssl
+from typing import Final
+
+CONNECT_WITHIN_S: Final = 5.0
+
+
+class AddressUnknown(Exception):
+    """The name of the server is not known."""
+
+
+class AddressRefused(Exception):
+    """One of its addresses is not allowed."""
+
+
+def judged_address(host: str, port: int, *, may_be_private: bool) -> str:
+    """Returns the first address of a host. Raises AddressUnknown, AddressRefused."""
+    try:
+        found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
+    except (OSError, UnicodeError):
+        raise AddressUnknown from None
+    addresses = [str(one[4][0]) for one in found]
+    if not addresses or not all(is_allowed(address, may_be_private=may_be_private) for address in addresses):
+        raise AddressRefused
+    return addresses[0]
+
+
+def is_allowed(address: str, *, may_be_private: bool) -> bool:
+    """Whether the tower may connect to this address. Link-local ones (metadata of clouds) are never allowed."""
+    try:
+        ip = ipaddress.ip_address(address.partition("%")[0])
+    except ValueError:
+        return False
+    if isinstance(ip, ipaddress.IPv6Address):
+        ip = ip.ipv4_mapped or ip.sixtofour or ip
+    if ip.is_multicast or ip.is_unspecified or ip.is_link_local:
+        return False
+    return ip.is_global or (may_be_private and (ip.is_private or ip.is_loopback))
+
+
+class JudgedConnection(http.client.HTTPConnection):
+    """Connects to the given address, and names the host in TLS and in the request."""
+
+    def __init__(self, host: str, port: int, address: str, *, is_tls: bool) -> None:
+        super().__init__(host, port, timeout=CONNECT_WITHIN_S)
+        self.default_port = 443 if is_tls else 80
+        self._address = address
+        self._is_tls = is_tls
+
+    def connect(self) -> None:
+        sock = socket.create_connection((self._address, self.port), CONNECT_WITHIN_S)
+        if self._is_tls:
+            try:
+                self.sock = ssl.create_default_context().wrap_socket(sock, server_hostname=self.host)
+            except BaseException:
+                sock.close()
+                raise
+        else:
+            self.sock = sock

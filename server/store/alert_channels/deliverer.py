@@ -1,0 +1,239 @@
+"""Delivers announcements of alerts: writes them into the outbox, and sends what is due, again and again.
+
+The path of a frame, the rules of alerts and a person's acknowledgement wait for none of this. What the tower has sent
+but not noted when it is killed is sent once more, with the same key.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections import Counter
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from datetime import datetime, timedelta
+from typing import Any, Final
+
+import structlog
+from sqlalchemy.exc import IntegrityError, SQLAlchemyError
+
+from server.domain.clock import Clock
+from server.domain.people import Principal
+from server.live.alerts.announcer import Announcement, Announcer, Happening
+from server.live.hub import Hub
+from server.runtime.notify.message import Message, NotSent
+from server.runtime.vault import Vault, VaultError
+from server.store.alert_channels import outbox
+from server.store.alert_channels.channels import about
+from server.store.alert_channels.outbox import Taken
+from server.store.database import Database
+from wire.ids import DroneId
+
+EVERY_S: Final = 5.0
+"""How often it looks for alerts that nobody has answered."""
+LOOKS_EVERY: Final = timedelta(seconds=30)
+"""How often it looks for what another tower has written, or taken on and left."""
+TIDIES_EVERY: Final = timedelta(hours=1)
+AT_A_TIME: Final = 4
+WITHIN_S: Final = 40.0
+OUTCOMES: Final = ("sent", "failed", "given_up", "forgotten", "dropped")
+"""`failed`: an attempt, which is repeated; `forgotten`: its user may not know of it any more; `dropped`: no room."""
+_log = structlog.get_logger(__name__)
+
+Send = Callable[[str, str, str, Message], None]
+"""(kind, target, secret, message). Blocks; raises NotSent."""
+
+
+class AlertDeliverer:
+    """One instance per tower."""
+
+    def __init__(
+        self,
+        hub: Hub,
+        announcer: Announcer,
+        database: Database,
+        vault: Vault,
+        clock: Clock,
+        send: Send,
+        public_url: str,
+    ) -> None:
+        self._hub = hub
+        self._announcer = announcer
+        self._database = database
+        self._vault = vault
+        self._clock = clock
+        self._send = send
+        self._public_url = public_url
+        self._something = asyncio.Event()
+        announcer.on_waiting = self.wake
+        self._pool = ThreadPoolExecutor(AT_A_TIME, thread_name_prefix="alerts")
+        self._due_at = self._tidy_at = clock()
+        self.counts: Counter[str] = Counter()
+        """Of OUTCOMES, since the start."""
+
+        self._numbered = int(clock().timestamp())
+
+    def next_number(self) -> int:
+        """For tests: each is a message of its own."""
+        self._numbered += 1
+        return self._numbered
+
+    def wake(self) -> None:
+        """Something may be due."""
+        self._something.set()
+
+    def close(self) -> None:
+        self._pool.shutdown(wait=False, cancel_futures=True)
+
+    async def work(self) -> None:
+        """Runs until cancelled."""
+        while True:
+            try:
+                async with asyncio.timeout(EVERY_S):
+                    await self._something.wait()
+            except TimeoutError:
+                pass
+            self._something.clear()
+            try:
+                await self.step()
+            except (SQLAlchemyError, OSError) as error:
+                _log.error("alerts_not_delivered_yet", error=type(error).__name__)
+                await asyncio.sleep(EVERY_S)
+
+    async def step(self) -> None:
+        """Stores what is announced, and sends what is due. Raises SQLAlchemyError and OSError of the database."""
+        now = self._clock()
+        self._announcer.tick(now)
+        if await self._store(now):
+            self._due_at = now
+        while self._due_at <= self._clock():
+            if not await self._deliver():
+                break
+        if self._tidy_at <= now:
+            self._tidy_at = now + TIDIES_EVERY
+            async with self._database.writing() as session:
+                await outbox.tidy(session, now)
+
+    async def _store(self, now: datetime) -> bool:
+        taken = self._announcer.taken()
+        if not taken:
+            return False
+        ready = [(one, self._content(one)) for one in taken]
+        try:
+            for is_last in (False, True):
+                try:
+                    async with self._database.writing() as session:
+                        dropped = await outbox.put(session, ready, knows=self._knows, owns=self._owns, now=now)
+                    break
+                except IntegrityError:  # another tower has written the same ones just now
+                    if is_last:
+                        raise
+        except (SQLAlchemyError, OSError):
+            self._announcer.give_back(taken)
+            raise
+        if dropped:
+            self.counts["dropped"] += dropped
+            _log.error("alerts_not_delivered", count=dropped, reason="too many wait")
+        return True
+
+    async def _deliver(self) -> bool:
+        """Whether there may be more."""
+        async with self._database.writing() as session:
+            taken = await outbox.take(session, self._clock())
+        problems = await asyncio.gather(*(self._attempt(one) for one in taken))
+        now = self._clock()
+        async with self._database.writing() as session:
+            for one, problem in zip(taken, problems, strict=True):
+                if problem is None:
+                    await outbox.forget(session, one)
+                    self.counts["forgotten"] += 1
+                elif not problem:
+                    await outbox.sent(session, one, now)
+                    self.counts["sent"] += 1
+                elif await outbox.failed(session, one, problem, now):
+                    self.counts["given_up"] += 1
+                    _log.warning("alert_delivery_given_up", channel=one.channel_id, problem=problem)
+                else:
+                    self.counts["failed"] += 1
+            next_due = await outbox.next_due(session)
+        self._due_at = min(next_due or now + LOOKS_EVERY, now + LOOKS_EVERY)
+        return bool(taken)
+
+    async def _attempt(self, one: Taken) -> str | None:
+        """Returns the problem; empty: it was sent; None: its user may not know of it any more."""
+        if not self._still_knows(one):
+            return None
+        message = message_of(one.happening, one.content, f"{one.content['id']}-{one.happening}-{one.channel_id}")
+        return await self.send_now(one.kind, one.target, one.secret_sealed, int(one.user.user_id), message)
+
+    async def send_now(self, kind: str, target: str, secret_sealed: str | None, user_id: int, message: Message) -> str:
+        """Returns the problem in words; empty: it was sent."""
+        try:
+            secret = "" if secret_sealed is None else self._vault.open(secret_sealed, about=about(user_id))
+            work = asyncio.get_running_loop().run_in_executor(self._pool, self._send, kind, target, secret, message)
+            async with asyncio.timeout(WITHIN_S):
+                await work
+        except (NotSent, VaultError) as error:
+            return str(error) or "it could not be sent"
+        except TimeoutError:
+            return "the other side is too slow"
+        return ""
+
+    def _content(self, one: Announcement) -> dict[str, Any]:
+        alert = one.alert
+        return {
+            "id": str(alert.id),
+            "rule": alert.rule.name,
+            "severity": alert.rule.severity.value,
+            "badge": alert.rule.badge,
+            "words": alert.words,
+            "advice": alert.rule.advice,
+            "drone": {"id": int(alert.drone_id), "name": one.drone_name},
+            "other_drone_id": None if alert.about_stranger or alert.other_id is None else int(alert.other_id),
+            "about_stranger": alert.about_stranger,
+            "opened_at": alert.opened_at.isoformat(),
+            "closed_at": None if alert.closed_at is None else alert.closed_at.isoformat(),
+            "happening": one.happening.value,
+            "url": f"{self._public_url}/#/drone/{alert.drone_id}" if self._public_url else "",
+        }
+
+    def _knows(self, user: Principal, one: Announcement) -> bool:
+        alert = one.alert
+        about = alert.about_stranger
+        return self._hub.alerts.may_know(user, alert.drone_id, alert.other_id, about_stranger=about, at=alert.opened_at)
+
+    def _still_knows(self, one: Taken) -> bool:
+        content = one.content
+        other = content["other_drone_id"]
+        at = datetime.fromisoformat(content["opened_at"])
+        drone_id = DroneId(content["drone"]["id"])
+        if content["about_stranger"]:  # the other one is not named: who sees both has another alert
+            return self._hub.alerts.may_know(one.user, drone_id, None, about_stranger=False, at=at)
+        other_id = None if other is None else DroneId(other)
+        return self._hub.alerts.may_know(one.user, drone_id, other_id, about_stranger=False, at=at)
+
+    def _owns(self, user_id: int, one: Announcement) -> bool:
+        drone = self._hub.state.drones.get(one.alert.drone_id)
+        return drone is not None and any(int(owner.id) == user_id for owner in drone.record.owners)
+
+
+_BEGINNING: Final = {
+    Happening.OPENED.value: "",
+    Happening.CLOSED.value: "Over: ",
+    Happening.UNANSWERED.value: "Nobody has answered: ",
+}
+
+
+def message_of(happening: str, content: dict[str, Any], key: str) -> Message:
+    """Words and document of an announcement."""
+    beginning = _BEGINNING[happening]
+    lines = [f"{beginning}{content['words']}", ""]
+    if happening != Happening.CLOSED.value:
+        lines += [content["advice"], ""]
+    lines += [f"Since {content['opened_at'][:19].replace('T', ' ')} UTC"]
+    if content["closed_at"]:
+        lines += [f"Over at {content['closed_at'][:19].replace('T', ' ')} UTC"]
+    if content["url"]:
+        lines += ["", content["url"]]
+    subject = f"{beginning}{content['drone']['name']}: {content['badge']}"
+    public = {name: value for name, value in content.items() if name != "about_stranger"}
+    return Message(key, subject, "\n".join(lines) + "\n", {"type": "alert", **public})

@@ -1,0 +1,241 @@
+"""Alerts reach people: by mail and webhook, signed, again after a failure, never twice, and only who may know."""
+
+import asyncio
+import hashlib
+import hmac
+import json
+import re
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, field
+from email import message_from_bytes
+from email.message import Message
+from pathlib import Path
+from typing import Any, Final
+
+import httpx
+import pytest
+from control_world import ObedientAgent, ask, until
+from tower_world import Person, TowerWorld, assert_problem, start_tower
+
+from server.domain.people import Role
+from server.runtime.notify.mail import MailServer
+
+CHANNELS: Final = "/api/v1/me/alert-channels"
+
+
+@dataclass
+class Inbox:
+    """A mail server and a webhook on loopback. `busy`: so many of the next requests fail."""
+
+    port: int = 0
+    mails: list[Message] = field(default_factory=list)
+    calls: list[tuple[dict[str, str], bytes]] = field(default_factory=list)
+    busy: int = 0
+
+    def refuses(self) -> bool:
+        self.busy -= 1
+        return self.busy >= 0
+
+    async def mail(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        writer.write(b"220 here\r\n")
+        while line := await reader.readline():
+            verb = line[:4].upper()
+            if verb == b"DATA":
+                writer.write(b"354 go on\r\n")
+                text = await reader.readuntil(b"\r\n.\r\n")
+                if not self.refuses():
+                    self.mails.append(message_from_bytes(text[:-3]))
+                    writer.write(b"250 kept\r\n")
+                else:
+                    writer.write(b"451 busy\r\n")
+            elif verb == b"QUIT":
+                break
+            else:
+                writer.write(b"250 well\r\n")
+        writer.close()
+
+    async def hook(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        head = (await reader.readuntil(b"\r\n\r\n")).decode()
+        headers = {name.lower(): value for name, value in re.findall(r"(?m)^([\w-]+): (.*)\r$", head)}
+        body = await reader.readexactly(int(headers["content-length"]))
+        self.calls.append((headers | {"path": head.split()[1]}, body))
+        status = b"500 busy" if self.refuses() else b"204 kept"
+        writer.write(b"HTTP/1.1 " + status + b"\r\nContent-Length: 0\r\nConnection: close\r\n\r\n")
+        writer.close()
+
+
+@asynccontextmanager
+async def listening(inbox: Inbox, what: Any) -> AsyncIterator[int]:
+    async with await asyncio.start_server(what, "127.0.0.1", 0) as server:
+        yield server.sockets[0].getsockname()[1]
+
+
+class Scene:
+    """Anna owns hawk, Mallory nothing; Root is an admin."""
+
+    def __init__(self, world: TowerWorld, inbox: Inbox) -> None:
+        self.world, self.inbox = world, inbox
+        self.people: dict[str, Person] = {}
+        self.clients: dict[str, httpx.AsyncClient] = {}
+        self.agent: ObedientAgent
+
+    async def settle(self) -> None:
+        for name, role in (("Anna", Role.OPERATOR), ("Mallory", Role.OPERATOR), ("Root", Role.ADMIN)):
+            self.people[name] = await self.world.add_user(name, role)
+            self.clients[name] = await self.world.signed_in(self.people[name])
+        drone = await self.world.add_drone("hawk", self.people["Anna"])
+        self.drone_id = drone.id
+        self.agent = ObedientAgent(self.world.tower.hub, drone.id)
+
+    async def hook(self, name: str, **more: Any) -> dict[str, Any]:
+        target = f"http://127.0.0.1:{self.inbox.port}/{name}"
+        answer = await self.clients[name].post(CHANNELS, json={"kind": "webhook", "target": target, **more})
+        assert answer.status_code == 201, answer.text
+        made: dict[str, Any] = answer.json()
+        return made
+
+    def later(self, seconds: float) -> None:
+        self.world.clock.advance(seconds)
+        self.world.tower.alert_deliverer.wake()
+
+    def heard(self, name: str) -> list[str]:
+        """What the webhook of this user was told, in order."""
+        bodies = (json.loads(body) for headers, body in self.inbox.calls if headers["path"] == f"/{name}")
+        return [f"{body['happening']} {body['rule']}" for body in bodies]
+
+    async def hears(self, name: str, *what: str) -> None:
+        await until(f"{name}: {what}", lambda: self.heard(name) == list(what))
+
+
+@pytest.fixture
+async def scene(tmp_path: Path) -> AsyncIterator[Scene]:
+    inbox = Inbox()
+    async with listening(inbox, inbox.mail) as mail_port, listening(inbox, inbox.hook) as inbox.port:
+        mail = MailServer("127.0.0.1", mail_port, "none")
+        settings = {"mail": mail, "mail_from": "tower@example.org", "webhooks_may_be_private": True}
+        async with start_tower(tmp_path, **settings) as world:
+            scene = Scene(world, inbox)
+            await scene.settle()
+            yield scene
+
+
+async def test_a_webhook_is_called_with_a_signature_and_again_after_a_failure(scene: Scene) -> None:
+    secret = (await scene.hook("Anna"))["secret"]
+    await scene.hook("Mallory")
+    scene.inbox.busy = 1
+    scene.agent.state(armed=True, airborne=True)
+    await scene.hears("Anna", "opened unattended")
+    await until("the failure", lambda: scene.world.tower.alert_deliverer.counts["failed"] == 1)
+    (channel,) = (await scene.clients["Anna"].get(CHANNELS)).json()
+    assert (channel["problem"], channel["waiting"], channel["sent_at"]) == ("the server answers 500", 1, None)
+
+    scene.later(10)
+    await scene.hears("Anna", "opened unattended", "opened unattended")
+    assert (await ask(scene.clients["Anna"], scene.drone_id, "acquire")).status_code == 200
+    await scene.hears("Anna", "opened unattended", "opened unattended", "closed unattended")
+    keys = [headers["x-tower-delivery"] for headers, _ in scene.inbox.calls]
+    assert keys[0] == keys[1] != keys[2]
+    for headers, body in scene.inbox.calls:
+        signed = f"{headers['x-tower-timestamp']}.".encode() + body
+        assert headers["x-tower-signature"] == "v1=" + hmac.new(secret.encode(), signed, hashlib.sha256).hexdigest()
+    told = json.loads(scene.inbox.calls[0][1])
+    assert told["words"] == "hawk is in the air, and nobody has the controls."
+    assert told["drone"] == {"id": scene.drone_id, "name": "hawk"}
+    assert scene.heard("Mallory") == []
+    (channel,) = (await scene.clients["Anna"].get(CHANNELS)).json()
+    assert (channel["problem"], channel["waiting"], channel["sent_at"] is None) == ("", 0, False)
+
+
+async def test_mail_needs_the_code_that_was_sent_there(scene: Scene) -> None:
+    anna, mails = scene.clients["Anna"], scene.inbox.mails
+    asked = {"kind": "mail", "target": "anna@example.org", "drones": "own"}
+    made = (await anna.post(CHANNELS, json=asked)).json()
+    assert (made["secret"], made["problem"], made["channel"]["is_confirmed"]) == ("", "", False)
+    path = f"{CHANNELS}/{made['channel']['id']}"
+    (mail,) = mails
+    assert (mail["To"], mail["From"]) == ("anna@example.org", "tower@example.org")
+    code = re.search(r"(?m)^    (\w{8})\s*$", mail.get_payload())
+    assert code is not None
+
+    scene.agent.state(armed=True, airborne=True)
+    alerts = scene.world.tower.hub.alerts
+    await until("the alert", lambda: bool(alerts.live()))
+    assert_problem(await anna.post(f"{path}/test"), 409, "bad-alert-channel")
+    assert_problem(await anna.post(f"{path}/confirm", json={"code": "WRONG"}), 409, "bad-alert-channel")
+    assert (await anna.post(f"{path}/confirm", json={"code": code[1].lower()})).json()["is_confirmed"]
+    assert (await anna.post(f"{path}/test")).json() == {"is_sent": True, "problem": ""}
+    assert (await ask(anna, scene.drone_id, "acquire")).status_code == 200
+    await until("the end", lambda: len(mails) == 3)
+    assert [mail["Subject"] for mail in mails[1:]] == ["A test of your alerts", "Over: hawk: Unattended"]
+    scene.inbox.busy = 1
+    assert (await anna.post(f"{path}/test")).json() == {"is_sent": False, "problem": "the mail server answers 451"}
+
+
+async def test_what_nobody_answers_goes_to_the_admins(scene: Scene) -> None:
+    await scene.hook("Anna", severity="critical")
+    await scene.hook("Root", severity="critical")
+    scene.agent.state(armed=True, airborne=True)
+    hub = scene.world.tower.hub
+    await until("it to be in the air", lambda: bool(hub.alerts.live()))
+    hub.detach_link(scene.agent.link)
+    for name in ("Anna", "Root"):
+        await scene.hears(name, "opened link-lost")
+    scene.later(121)
+    await scene.hears("Root", "opened link-lost", "unanswered link-lost")
+    assert scene.heard("Anna") == ["opened link-lost"]
+
+
+async def test_whoever_lost_the_drone_meanwhile_is_not_told(scene: Scene) -> None:
+    await scene.hook("Anna")
+    scene.inbox.busy = 1
+    scene.agent.state(armed=True, airborne=True)
+    await until("the failure", lambda: scene.world.tower.alert_deliverer.counts["failed"] == 1)
+    owner = f"/api/v1/drones/{scene.drone_id}/owners/{scene.people['Anna'].id}"
+    assert (await scene.clients["Root"].delete(owner)).status_code == 200
+    scene.later(10)
+
+    await until("the delivery to be forgotten", lambda: scene.world.tower.alert_deliverer.counts["forgotten"] == 1)
+    assert scene.heard("Anna") == ["opened unattended"], "the first attempt only"
+
+
+async def test_a_delivery_survives_a_restart_and_comes_once(tmp_path: Path) -> None:
+    inbox = Inbox(busy=1)
+    async with listening(inbox, inbox.hook) as inbox.port:
+        async with start_tower(tmp_path, webhooks_may_be_private=True) as world:
+            scene = Scene(world, inbox)
+            await scene.settle()
+            await scene.hook("Anna", severity="warning")
+            scene.agent.state(armed=True, airborne=True)
+            await until("the failure", lambda: world.tower.alert_deliverer.counts["failed"] == 1)
+            await until("the alert to be stored", lambda: not world.tower.alert_writer.waiting())
+        async with start_tower(tmp_path, webhooks_may_be_private=True) as world:
+            world.clock.advance(15)
+            world.tower.alert_deliverer.wake()
+            await until("the delivery", lambda: world.tower.alert_deliverer.counts["sent"] >= 1)
+            await until("quiet", lambda: len(inbox.calls) == 2)
+    assert len({headers["x-tower-delivery"] for headers, _ in inbox.calls}) == 1
+
+
+async def test_bad_input_and_other_peoples_channels(scene: Scene) -> None:
+    anna, mallory = scene.clients["Anna"], scene.clients["Mallory"]
+    for body in ({"kind": "mail", "target": "nobody"}, {"kind": "webhook", "target": "ftp://example.org"}):
+        assert_problem(await anna.post(CHANNELS, json=body), 409, "bad-alert-channel")
+    made = await scene.hook("Anna")
+    path = f"{CHANNELS}/{made['channel']['id']}"
+    for request in (mallory.patch(path, json={}), mallory.delete(path), mallory.post(f"{path}/test")):
+        assert_problem(await request, 404, "unknown-alert-channel")
+    assert (await mallory.get(CHANNELS)).json() == []
+    assert (await anna.patch(path, json={"severity": "critical", "drones": "own"})).json()["severity"] == "critical"
+    for _ in range(4):
+        await scene.hook("Anna")
+    answer = await anna.post(CHANNELS, json={"kind": "webhook", "target": "http://127.0.0.1/x"})
+    assert_problem(answer, 409, "too-many-alert-channels")
+    scene.inbox.busy = 0
+    assert (await anna.post(f"{path}/test")).json()["is_sent"]
+    assert (await anna.delete(path)).status_code == 204
+    assert_problem(await anna.post(f"{path}/test"), 404, "unknown-alert-channel")
+    dead = {"kind": "webhook", "target": "http://127.0.0.1:9/"}
+    made = (await anna.post(CHANNELS, json=dead)).json()
+    tried = (await anna.post(f"{CHANNELS}/{made['channel']['id']}/test")).json()
+    assert tried == {"is_sent": False, "problem": "the server cannot be reached (ConnectionRefusedError)"}
