@@ -55,9 +55,7 @@ def upgrade() -> None:
             ondelete="CASCADE",
         ),
         sa.PrimaryKeyConstraint("id", name=op.f("pk_alert_deliveries")),
-        sa.UniqueConstraint(
-            "channel_id", "alert_id", "happening", name=op.f("uq_alert_deliveries_channel_id_alert_id_happening")
-        ),
+        sa.UniqueConstraint("channel_id", "alert_id", "happening", name=op.f("uq_alert_deliveries_channel_id")),
     )
     op.create_index(op.f("ix_alert_deliveries_channel_id"), "alert_deliveries", ["channel_id"])
     op.create_index("ix_alert_deliveries_due", "alert_deliveries", ["ended_at", "due_at"])

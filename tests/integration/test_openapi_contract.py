@@ -41,9 +41,11 @@ from server.api.authentication import COOKIE
 from server.app.routers import ROUTERS
 from server.domain.people import Role
 from server.domain.scopes import Scope
+from server.live.alerts.severity import Severity
 from server.live.zones.zone import Zone, ZoneKind, ZoneRule, ZoneShape
 from server.store.accounts.tables import UserRow
 from server.store.accounts.tokens import create_token
+from server.store.alert_channels.channels import ChannelWish, add_channel
 from server.store.audit.action import AuditAction
 from server.store.audit.trail import COMMAND_LINE
 from server.store.teams.teams import COMMAND_LINE as TEAMS_OF_COMMAND_LINE
@@ -219,7 +221,21 @@ async def set_the_scene(world: TowerWorld, number: int, password_hash: str) -> S
             manager=TEAMS_OF_COMMAND_LINE,
             action=AuditAction(by=COMMAND_LINE, at=now),
         )
-    ids = {"drone_id": drone.id, "user_id": people["operator"].id, "session_id": spare.session_id, "zone_id": zone.id}
+        hook = ChannelWish("webhook", "https://localhost/", Severity.WARNING, "all")
+        channel, _ = await add_channel(
+            session,
+            hook,
+            user_id=people["operator"].id,
+            vault=world.tower.vault,
+            action=AuditAction(by=COMMAND_LINE, at=now),
+        )
+    ids = {
+        "drone_id": drone.id,
+        "user_id": people["operator"].id,
+        "session_id": spare.session_id,
+        "zone_id": zone.id,
+        "channel_id": channel.id,
+    }
     return Scene(cookies, headers, ids)
 
 
