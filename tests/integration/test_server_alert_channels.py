@@ -20,6 +20,7 @@ from tower_world import Person, TowerWorld, assert_problem, start_tower
 
 from server.domain.people import Role
 from server.runtime.notify.mail import MailServer
+from server.store.alert_channels.deliverer import MAX_MESSAGES, MESSAGES_WITHIN_S
 
 CHANNELS: Final = "/api/v1/me/alert-channels"
 
@@ -239,3 +240,10 @@ async def test_bad_input_and_other_peoples_channels(scene: Scene) -> None:
     made = (await anna.post(CHANNELS, json=dead)).json()
     tried = (await anna.post(f"{CHANNELS}/{made['channel']['id']}/test")).json()
     assert tried == {"is_sent": False, "problem": "the server cannot be reached (ConnectionRefusedError)"}
+    for _ in range(MAX_MESSAGES - 2):
+        await anna.post(f"{CHANNELS}/{made['channel']['id']}/test")
+    refused = await anna.post(f"{CHANNELS}/{made['channel']['id']}/test")
+    assert_problem(refused, 429, "too-many-tries")
+    assert 0 < int(refused.headers["Retry-After"]) <= MESSAGES_WITHIN_S
+    scene.world.clock.advance(MESSAGES_WITHIN_S)
+    assert (await anna.post(f"{CHANNELS}/{made['channel']['id']}/test")).status_code == 200

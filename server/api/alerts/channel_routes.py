@@ -19,7 +19,12 @@ from server.store.alert_channels import channels
 from server.store.alert_channels.channels import ChannelWish
 from server.store.alert_channels.deliverer import AlertDeliverer
 from server.store.alert_channels.outbox import rows_waiting
-from server.store.alert_channels.refusals import BadAlertChannel, TooManyAlertChannels, UnknownAlertChannel
+from server.store.alert_channels.refusals import (
+    BadAlertChannel,
+    TooManyAlertChannels,
+    TooManyMessages,
+    UnknownAlertChannel,
+)
 from server.store.alert_channels.tables import AlertChannelRow
 
 router = APIRouter(
@@ -103,7 +108,7 @@ async def list_alert_channels(principal: InPerson, database: DatabaseDep) -> lis
     return [AlertChannelView.of(row, waiting.get(row.id, 0)) for row in rows]
 
 
-@router.post("", status_code=201, responses=answers(TooManyAlertChannels, BadAlertChannel))
+@router.post("", status_code=201, responses=answers(TooManyAlertChannels, BadAlertChannel, TooManyMessages))
 async def add_alert_channel(
     principal: Proved,
     database: DatabaseDep,
@@ -117,6 +122,8 @@ async def add_alert_channel(
     (`/me/alert-channels/{channel_id}/confirm`). A webhook is called with a signature (docs/alerts.md)."""
     wish = ChannelWish(body.kind, body.target, body.severity, body.drones)
     _check(wish, settings)
+    if wish.kind == "mail":
+        deliverer.admit(principal.user_id)
     async with database.writing() as session:
         row, secret = await channels.add_channel(
             session, wish, user_id=principal.user_id, vault=vault, action=audit.action(principal)
@@ -166,7 +173,7 @@ async def delete_alert_channel(
         await channels.delete_channel(session, channel_id, user_id=principal.user_id, action=audit.action(principal))
 
 
-@router.post("/{channel_id}/test", responses=answers(UnknownAlertChannel, BadAlertChannel))
+@router.post("/{channel_id}/test", responses=answers(UnknownAlertChannel, BadAlertChannel, TooManyMessages))
 async def try_alert_channel(
     principal: Oneself, database: DatabaseDep, deliverer: AlertDelivererDep, channel_id: ChannelPath
 ) -> AlertChannelTest:
@@ -175,6 +182,7 @@ async def try_alert_channel(
         row = await channels.get_channel(session, channel_id, principal.user_id)
     if row.code_hash is not None:
         raise BadAlertChannel("enter the code from the mail first")
+    deliverer.admit(principal.user_id)
     text = f"This is a test for {principal.name}. Alerts of your drones arrive here.\n"
     content = {"type": "test", "words": text.strip()}
     message = Message(f"test-{row.id}-{deliverer.next_number()}", "A test of your alerts", text, content)

@@ -103,7 +103,12 @@ from server.store.accounts.sessions import UnknownSession
 from server.store.accounts.sign_in import SecondFactorNeeded, WrongPassword, WrongSecondFactor
 from server.store.accounts.tokens import BadExpiry, BadScopes, TooManyTokens, UnknownToken
 from server.store.accounts.users import LastAdmin, SignInThrottled, UnknownUser, UserNameTaken, WrongSignIn
-from server.store.alert_channels.refusals import BadAlertChannel, TooManyAlertChannels, UnknownAlertChannel
+from server.store.alert_channels.refusals import (
+    BadAlertChannel,
+    TooManyAlertChannels,
+    TooManyMessages,
+    UnknownAlertChannel,
+)
 from server.store.control.service import ControlRefused
 from server.store.fleet.drones import DroneNameTaken
 from server.store.fleet.enrolments import BadDroneKey, BadEnrolment, UnknownEnrolment
@@ -227,6 +232,7 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     UnknownAlertChannel: Kind("unknown-alert-channel", 404, "No such alert channel"),
     TooManyAlertChannels: Kind("too-many-alert-channels", 409, "Too many alert channels"),
     BadAlertChannel: Kind("bad-alert-channel", 409, "The alert channel is not accepted"),
+    TooManyMessages: Kind("too-many-tries", 429, "Too many tries"),
     UnknownAlert: Kind("unknown-alert", 404, "No such alert"),
     MayNotAcknowledge: Kind("only-watches", 403, "You may only watch"),
     MalformedBody: Kind(MALFORMED_JSON.slug, MALFORMED_JSON.status, MALFORMED_JSON.title),

@@ -25,6 +25,7 @@ from server.runtime.vault import Vault, VaultError
 from server.store.alert_channels import outbox
 from server.store.alert_channels.channels import about
 from server.store.alert_channels.outbox import Taken
+from server.store.alert_channels.refusals import TooManyMessages
 from server.store.database import Database
 from wire.ids import DroneId
 
@@ -35,6 +36,9 @@ LOOKS_EVERY: Final = timedelta(seconds=30)
 TIDIES_EVERY: Final = timedelta(hours=1)
 AT_A_TIME: Final = 4
 WITHIN_S: Final = 40.0
+MAX_MESSAGES: Final = 10
+MESSAGES_WITHIN_S: Final = 600.0
+"""A user has at most ten tests and codes sent in ten minutes."""
 OUTCOMES: Final = ("sent", "failed", "given_up", "forgotten", "dropped")
 """`failed`: an attempt, which is repeated; `forgotten`: its user may not know of it any more; `dropped`: no room."""
 _log = structlog.get_logger(__name__)
@@ -71,6 +75,16 @@ class AlertDeliverer:
         """Of OUTCOMES, since the start."""
 
         self._numbered = int(clock().timestamp())
+        self._messages: dict[int, list[float]] = {}
+        """When a user had tests and codes sent, within MESSAGES_WITHIN_S. One entry for each user at most."""
+
+    def admit(self, user_id: int) -> None:
+        """Before a test or a code. Raises TooManyMessages."""
+        now_s = self._clock().timestamp()
+        recent = [at_s for at_s in self._messages.get(user_id, ()) if now_s - at_s < MESSAGES_WITHIN_S]
+        if len(recent) >= MAX_MESSAGES:
+            raise TooManyMessages(MESSAGES_WITHIN_S - (now_s - recent[0]))
+        self._messages[user_id] = [*recent, now_s]
 
     def next_number(self) -> int:
         """For tests: each is a message of its own."""

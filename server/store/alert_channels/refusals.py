@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from server.domain.refusal import Refusal
+from server.domain.refusal import Refusal, RetryLater
 
 MAX_CHANNELS: Final = 5
 """Per user."""
@@ -24,3 +24,10 @@ class TooManyAlertChannels(Refusal):
 
 class BadAlertChannel(Refusal):
     """The address, the code or the kind is not accepted."""
+
+
+class TooManyMessages(RetryLater):
+    """Of tests and codes: they must not become a way to flood somebody."""
+
+    def __init__(self, retry_after_s: float) -> None:
+        super().__init__("too many tests and codes: wait a little", retry_after_s=retry_after_s)
