@@ -25,8 +25,6 @@ from onboard_agent.link.enrolment import NotReached, check_can_keep
 from onboard_agent.link.enrolment import enrol as enrol_here
 from onboard_agent.link.identity_file import enrolment_token, read_identity, token_file_warning
 from onboard_agent.link.tower_url import TowerUrl, parse_tower_url
-from onboard_agent.payload.payload_port import with_payload
-from onboard_agent.payload.servo import parse_servos
 from onboard_agent.settings import read_settings
 from onboard_agent.sockets.uplinks import parse_uplinks
 from onboard_agent.state_directory import state_directory
@@ -47,7 +45,11 @@ ENROL_AGAIN_AFTER_S: Final = 1.0
 def run(found: dict[str, Any]) -> None:
     """Links an autopilot to the tower until stopped."""
     address, port = parse_tower_url(found["tower"]), make_port(found["autopilot"])
-    port = with_payload(port, parse_servos(found["servos"] or ()), found["sensor"])
+    if found["servos"] or found["sensor"]:
+        from onboard_agent.payload.payload_port import with_payload  # not in the memory of every other agent
+        from onboard_agent.payload.servo import parse_servos
+
+        port = with_payload(port, parse_servos(found["servos"] or ()), found["sensor"])
     token, state = Path(found["token"]), _path(found["state"])
     camera = _usable_camera(parse_camera(found["camera"]))
     _enrol_first(address, token)

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from onboard_agent.autopilot_port.msp import MspPort
 from onboard_agent.autopilot_port.port import AutopilotPort
 from onboard_agent.autopilot_port.serial_line import DEFAULT_BAUD, SerialLine
 from onboard_agent.autopilot_port.tcp import TcpIn, TcpOut
@@ -47,6 +46,8 @@ MSP_BAUD: Final = 115_200
 
 
 def _msp(name: str, rest: str) -> AutopilotPort:
+    from onboard_agent.autopilot_port.msp import MspPort  # not in the memory of every other agent
+
     scheme, _, where = rest.partition(":")
     if scheme == "tcp":
         return MspPort(name, TcpOut(name, *_host_and_port(name, where)))

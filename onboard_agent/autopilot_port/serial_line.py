@@ -6,8 +6,6 @@ import logging
 import os
 from typing import Any, Final
 
-import serial
-
 from onboard_agent.autopilot_port.port import MAX_BACKLOG_BYTES, AutopilotPort, OnBytes
 from onboard_agent.link.backoff import STEADY_S, Backoff
 
@@ -42,6 +40,8 @@ class SerialLine(AutopilotPort):
         return len(self._backlog)
 
     async def run(self, received: OnBytes) -> None:
+        import serial  # not in the memory of agents without a serial line
+
         loop = asyncio.get_running_loop()
         backoff = Backoff()
         is_logged = False

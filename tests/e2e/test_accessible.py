@@ -65,7 +65,7 @@ def test_ones_own_account(come: Somebody, axe: Axe) -> None:
     sections = [
         link.get_attribute("data-testid") for link in console.page.locator("nav a[data-testid^=section-]").all()
     ]
-    named = ("password", "passkeys", "second-factor", "sessions", "tokens", "teams")
+    named = ("password", "passkeys", "second-factor", "sessions", "tokens", "alerts", "teams")
     assert sections == [f"section-{one}" for one in named]
     axe.look(console, "account-password")
 
@@ -92,6 +92,13 @@ def test_ones_own_account(come: Somebody, axe: Axe) -> None:
     console.part("section-sessions").click()
     expect(console.part("session-row")).to_have_count(1)
     axe.look(console, "account-sessions")
+    console.part("section-alerts").click()
+    expect(console.page.get_by_text("You have no channel.")).to_be_visible()
+    axe.look(console, "account-alerts")
+    console.part("new-channel").click()
+    expect(console.part("channel-dialog")).to_be_visible()
+    axe.look(console, "account-new-channel")
+    console.part("channel-close").click()
     console.part("section-tokens").click()
     expect(console.part("tokens").or_(console.page.get_by_text("There is no token"))).to_be_visible()
     axe.look(console, "account-no-tokens")

@@ -82,6 +82,12 @@ class TileProxy:
             running = self._running.get(name)
             if running is not None:
                 return running
+            # It may have come since the caller looked.
+            found = self.stored(layer, zoom, x, y)
+            if found is not None and found[1]:
+                there: Future[bytes | None] = Future()
+                there.set_result(found[0])
+                return there
             if self._rests(layer.source):
                 raise ServerRests
             if len(self._running) >= MAX_WAITING:
