@@ -101,7 +101,7 @@ async def test_flown_and_taken_across_towers_and_found_again_after_a_death(world
             back_s = time.monotonic() - killed_at
             print(f"linked to the other tower after {linked_s:.2f} s, seen online after {back_s:.2f} s")
             assert back_s < BACK_WITHIN_S
-            assert "hold: confirmed" in world.log_of("agent-Kestrel")
+            await asyncio.to_thread(wait_for, "its hold", lambda: "hold: confirmed" in world.log_of("agent-Kestrel"))
             drone = await asyncio.to_thread(alice.drone, 1)
             assert (drone["holder"]["name"], drone["epoch"]) == ("alice", epoch)
 
