@@ -13,10 +13,10 @@ export function channelName({ kind, target }: Pick<AlertChannel, 'kind' | 'targe
   return kind === 'mail' ? target : `the webhook at ${URL.canParse(target) ? new URL(target).host : target}`;
 }
 
-/** What is wrong with it, or that it works. */
+/** What is wrong with it, or that it works, if that is known. */
 export function channelState(channel: AlertChannel): string {
   if (!channel.is_confirmed) return 'waits for its code';
   const waiting = channel.waiting > 0 ? `${channel.waiting} on the way` : '';
   const problem = channel.problem && `last attempt: ${channel.problem}`;
-  return [problem, waiting].filter(Boolean).join('; ') || 'works';
+  return [problem, waiting].filter(Boolean).join('; ') || (channel.sent_at ? 'works' : 'not used yet');
 }

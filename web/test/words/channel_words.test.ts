@@ -26,7 +26,8 @@ describe('alert channels', () => {
   });
 
   it('say how they are', () => {
-    expect(channelState(MAIL)).toBe('works');
+    expect(channelState(MAIL)).toBe('not used yet');
+    expect(channelState({ ...MAIL, sent_at: '2026-01-01T00:00:00Z' })).toBe('works');
     expect(channelState({ ...MAIL, is_confirmed: false })).toBe('waits for its code');
     expect(channelState({ ...MAIL, waiting: 2, problem: 'the server answers 500' })).toBe(
       'last attempt: the server answers 500; 2 on the way',
