@@ -13,6 +13,8 @@ import ssl
 from typing import Final
 
 CONNECT_WITHIN_S: Final = 5.0
+_CARRIES_IPV4: Final = (ipaddress.IPv6Network("64:ff9b::/96"),)
+"""NAT64 (RFC 6052): the network may lead such an address to the IPv4 one in it."""
 
 
 class AddressUnknown(Exception):
@@ -42,7 +44,10 @@ def is_allowed(address: str, *, may_be_private: bool) -> bool:
     except ValueError:
         return False
     if isinstance(ip, ipaddress.IPv6Address):
-        ip = ip.ipv4_mapped or ip.sixtofour or ip
+        if any(ip in network for network in _CARRIES_IPV4):
+            ip = ipaddress.IPv4Address(int(ip) & 0xFFFFFFFF)
+        else:
+            ip = ip.ipv4_mapped or ip.sixtofour or ip
     if ip.is_multicast or ip.is_unspecified or ip.is_link_local:
         return False
     return ip.is_global or (may_be_private and (ip.is_private or ip.is_loopback))

@@ -126,6 +126,9 @@ async def take(session: AsyncSession, now: datetime) -> list[Taken]:
     )
     taken = []
     for row, channel, user in (await session.execute(query)).all():
+        if user.disabled:
+            await session.delete(row)
+            continue
         mine = update(AlertDeliveryRow).where(AlertDeliveryRow.id == row.id, *due).values(due_at=now + TAKEN_FOR)
         result = await session.execute(mine, execution_options={"synchronize_session": False})
         if result.rowcount != 1:  # type: ignore[attr-defined]
