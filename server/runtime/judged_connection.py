@@ -10,6 +10,7 @@ import http.client
 import ipaddress
 import socket
 import ssl
+from contextlib import suppress
 from typing import Final
 
 CONNECT_WITHIN_S: Final = 5.0
@@ -61,14 +62,27 @@ class JudgedConnection(http.client.HTTPConnection):
         self.default_port = 443 if is_tls else 80
         self._address = address
         self._is_tls = is_tls
+        self.is_cut = False
+        self._socket: socket.socket | None = None
+        """`http.client` forgets its own before a body without a length is read."""
 
     def connect(self) -> None:
-        sock = socket.create_connection((self._address, self.port), CONNECT_WITHIN_S)
+        self.sock = self._socket = socket.create_connection((self._address, self.port), CONNECT_WITHIN_S)
         if self._is_tls:
+            # The handshake comes after the assignment, so that `cut` reaches it.
+            plain, context = self.sock, ssl.create_default_context()
             try:
-                self.sock = ssl.create_default_context().wrap_socket(sock, server_hostname=self.host)
+                tls = context.wrap_socket(plain, server_hostname=self.host, do_handshake_on_connect=False)
+                self.sock = self._socket = tls
+                tls.do_handshake()
             except BaseException:
-                sock.close()
+                plain.close()
+                self.close()
                 raise
-        else:
-            self.sock = sock
+
+    def cut(self) -> None:
+        """Ends it from another thread: whoever reads gets an OSError, or the answer as if it were complete."""
+        self.is_cut = True
+        if self._socket is not None:
+            with suppress(OSError):
+                self._socket.shutdown(socket.SHUT_RDWR)

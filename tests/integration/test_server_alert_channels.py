@@ -6,10 +6,11 @@ import hmac
 import json
 import re
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, field
 from email import message_from_bytes
 from email.message import Message
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -19,7 +20,10 @@ from control_world import ObedientAgent, ask, until
 from tower_world import Person, TowerWorld, assert_problem, start_tower
 
 from server.domain.people import Role
+from server.runtime.notify import message as notify
+from server.runtime.notify import webhook
 from server.runtime.notify.mail import MailServer
+from server.runtime.notify.sending_threads import MAX_OF_ONE
 from server.store.alert_channels.deliverer import MAX_MESSAGES, MESSAGES_WITHIN_S
 
 CHANNELS: Final = "/api/v1/me/alert-channels"
@@ -159,16 +163,16 @@ async def test_mail_needs_the_code_that_was_sent_there(scene: Scene) -> None:
     code = re.search(r"(?m)^    (\w{8})\s*$", mail.get_payload())
     assert code is not None
 
-    scene.agent.state(armed=True, airborne=True)
-    alerts = scene.world.tower.hub.alerts
-    await until("the alert", lambda: bool(alerts.live()))
     assert_problem(await anna.post(f"{path}/test"), 409, "bad-alert-channel")
     assert_problem(await anna.post(f"{path}/confirm", json={"code": "WRONG"}), 409, "bad-alert-channel")
     assert (await anna.post(f"{path}/confirm", json={"code": code[1].lower()})).json()["is_confirmed"]
     assert (await anna.post(f"{path}/test")).json() == {"is_sent": True, "problem": ""}
+    scene.agent.state(armed=True, airborne=True)
+    await until("the beginning", lambda: len(mails) == 3)
     assert (await ask(anna, scene.drone_id, "acquire")).status_code == 200
-    await until("the end", lambda: len(mails) == 3)
-    assert [mail["Subject"] for mail in mails[1:]] == ["A test of your alerts", "Over: hawk: Unattended"]
+    await until("the end", lambda: len(mails) == 4)
+    subjects = ["A test of your alerts", "hawk: Unattended", "Over: hawk: Unattended"]
+    assert [mail["Subject"] for mail in mails[1:]] == subjects
     scene.inbox.busy = 1
     assert (await anna.post(f"{path}/test")).json() == {"is_sent": False, "problem": "the mail server answers 451"}
 
@@ -185,6 +189,100 @@ async def test_what_nobody_answers_goes_to_the_admins(scene: Scene) -> None:
     scene.later(121)
     await scene.hears("Root", "opened link-lost", "unanswered link-lost")
     assert scene.heard("Anna") == ["opened link-lost"]
+
+
+async def test_an_answer_stops_what_nobody_answered(scene: Scene) -> None:
+    await scene.hook("Root", severity="critical")
+    scene.agent.state(armed=True, airborne=True)
+    hub, counts = scene.world.tower.hub, scene.world.tower.alert_deliverer.counts
+    await until("it to be in the air", lambda: bool(hub.alerts.live()))
+    hub.detach_link(scene.agent.link)
+    await scene.hears("Root", "opened link-lost")
+    scene.inbox.busy = 1
+    scene.later(121)
+    await until("the failure", lambda: counts["failed"] == 1)
+    alert = next(one for one in hub.alerts.live() if one.rule.name == "link-lost")
+    assert (await scene.clients["Anna"].post(f"/api/v1/alerts/{alert.id}/acknowledge")).status_code == 200
+    scene.later(10)
+    await until("it to be forgotten", lambda: counts["forgotten"] == 1)
+    assert scene.heard("Root") == ["opened link-lost", "unanswered link-lost"], "the first attempt only"
+
+
+async def test_no_beginning_comes_after_the_end(scene: Scene) -> None:
+    await scene.hook("Anna")
+    counts = scene.world.tower.alert_deliverer.counts
+    scene.inbox.busy = 1
+    scene.agent.state(armed=True, airborne=True)
+    await until("the failure", lambda: counts["failed"] == 1)
+    assert (await ask(scene.clients["Anna"], scene.drone_id, "acquire")).status_code == 200
+    await scene.hears("Anna", "opened unattended", "closed unattended")
+    await until("the end to be stored", lambda: not scene.world.tower.alert_writer.waiting())
+    scene.later(10)
+    await until("it to be forgotten", lambda: counts["forgotten"] == 1)
+    assert scene.heard("Anna") == ["opened unattended", "closed unattended"]
+
+
+async def test_slow_servers_of_one_user_delay_nobody_else(scene: Scene) -> None:
+    release = asyncio.Event()
+
+    async def silent(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        await release.wait()
+        writer.close()
+
+    async with listening(scene.inbox, silent) as port:
+        mallory = scene.clients["Mallory"]
+        tests = []
+        for number in range(5):
+            body = {"kind": "webhook", "target": f"http://127.0.0.1:{port}/{number}"}
+            made = (await mallory.post(CHANNELS, json=body)).json()
+            tests.append(asyncio.create_task(mallory.post(f"{CHANNELS}/{made['channel']['id']}/test")))
+        await until("some to be refused", lambda: sum(one.done() for one in tests) == 5 - MAX_OF_ONE)
+        await scene.hook("Anna")
+        scene.agent.state(armed=True, airborne=True)
+        await scene.hears("Anna", "opened unattended")
+        assert sum(one.done() for one in tests) == 5 - MAX_OF_ONE, "while the slow ones go on"
+        release.set()
+        answers = [(await one).json()["problem"] for one in tests]
+    assert answers.count("others are still on their way: try again in a moment") == 5 - MAX_OF_ONE
+
+
+@pytest.mark.parametrize("beginning", [b"HTTP/1.1 200 ok\r\nX: ", b"HTTP/1.1 200 ok\r\n\r\n"], ids=["head", "body"])
+async def test_a_server_that_drips_is_cut_off(monkeypatch: pytest.MonkeyPatch, beginning: bytes) -> None:
+    monkeypatch.setattr(webhook, "IN_ALL_S", 0.3)
+    ended = asyncio.Event()
+
+    async def drips(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        with suppress(OSError):
+            await reader.readuntil(b"\r\n\r\n")
+            writer.write(beginning)
+            while True:
+                writer.write(b"a")
+                await writer.drain()
+                await asyncio.sleep(0.05)
+        writer.close()
+        ended.set()
+
+    async with listening(Inbox(), drips) as port:
+        message = notify.Message("key", "", "", {})
+        call = partial(webhook.call_webhook, f"http://127.0.0.1:{port}/", "k", message, 1, may_be_private=True)
+        async with asyncio.timeout(8):  # less than the limit for one read, which never comes
+            with pytest.raises(notify.NotSent, match="slow"):
+                await asyncio.to_thread(call)
+            await ended.wait()
+
+
+async def test_a_disabled_user_is_told_nothing_more(scene: Scene) -> None:
+    await scene.hook("Anna")
+    scene.inbox.busy = 1
+    counts = scene.world.tower.alert_deliverer.counts
+    scene.agent.state(armed=True, airborne=True)
+    await until("the failure", lambda: counts["failed"] == 1)
+    path = f"/api/v1/users/{scene.people['Anna'].id}"
+    answer = await scene.clients["Root"].patch(path, json={"disabled": True})
+    assert answer.status_code == 200, answer.text
+    scene.later(10)
+    await until("it to be forgotten", lambda: counts["forgotten"] == 1)
+    assert scene.heard("Anna") == ["opened unattended"], "the first attempt only"
 
 
 async def test_whoever_lost_the_drone_meanwhile_is_not_told(scene: Scene) -> None:

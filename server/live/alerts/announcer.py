@@ -20,7 +20,7 @@ from server.live.relay.live_state import LiveState
 MAX_WAITING: Final = 2_000
 """While the database is unreachable. The oldest go: the newest say how things are."""
 RECENT: Final = timedelta(minutes=10)
-"""After a restart an alert that is older is no news."""
+"""After a restart the beginning of an older alert is no news."""
 ON_THE_GROUND: Final = frozenset({"link-lost-on-ground", "hold-unconfirmed", "motion"})
 """Rules that are announced even if the drone is disarmed on the ground: somebody may stand beside it."""
 
@@ -49,6 +49,8 @@ class Announcer:
         self._unanswered_after = timedelta(seconds=unanswered_after_s) if unanswered_after_s else None
         self._announced: dict[int, Alert] = {}
         """Open alerts whose beginning was announced."""
+        self._quiet: dict[int, Alert] = {}
+        """Open alerts of drones on the bench: announced if the drone leaves it."""
         self._unanswered: set[int] = set()
         self._waiting: deque[Announcement] = deque()
         self.lost = 0
@@ -58,21 +60,34 @@ class Announcer:
     def changed(self, alert: Alert) -> None:
         """An alert has opened, changed or closed."""
         if alert.closed_at is not None:
+            self._quiet.pop(alert.id, None)
             if self._announced.pop(alert.id, None) is not None:
                 self._unanswered.discard(alert.id)
                 self._announce(Happening.CLOSED, alert)
-        elif alert.id not in self._announced and self._is_worth_it(alert):
+        elif alert.id in self._announced:
+            return
+        elif self._is_worth_it(alert):
+            self._quiet.pop(alert.id, None)
             self._announced[alert.id] = alert
             self._announce(Happening.OPENED, alert)
+        else:
+            self._quiet[alert.id] = alert
 
     def restored(self, alerts: Iterable[Alert], now: datetime) -> None:
-        """Open alerts of before a restart: some may have opened just before it. Nobody gets the same one twice."""
+        """Open alerts of before a restart: some may have opened just before it. Nobody gets the same one twice, and
+        the end of an older one is news as well."""
         for alert in alerts:
-            if alert.closed_at is None and now - alert.opened_at < RECENT:
+            if alert.closed_at is not None:
+                continue
+            if now - alert.opened_at < RECENT:
                 self.changed(alert)
+            else:
+                self._announced[alert.id] = alert
 
     def tick(self, now: datetime) -> None:
-        """Every few seconds: finds what nobody has answered."""
+        """Every few seconds: finds what nobody has answered, and what is not on the bench any more."""
+        for alert in list(self._quiet.values()):
+            self.changed(alert)
         if self._unanswered_after is None:
             return
         for alert in self._announced.values():

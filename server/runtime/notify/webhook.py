@@ -10,6 +10,7 @@ import hashlib
 import hmac
 import http.client
 import json
+import threading
 from typing import Final
 from urllib.parse import urlsplit
 
@@ -18,6 +19,9 @@ from server.runtime.notify.message import Message, NotSent
 
 MAX_ANSWER_BYTES: Final = 4096
 WITHIN_S: Final = 10.0
+"""For each read."""
+IN_ALL_S: Final = 20.0
+"""For the whole call. Without it a server that sends a byte now and then keeps the thread for hours."""
 _USER_AGENT: Final = "ControlTower/1 (alerts)"
 
 
@@ -47,15 +51,21 @@ def call_webhook(url: str, secret: str, message: Message, timestamp_s: int, *, m
     except AddressRefused:
         raise NotSent("the server is in a private network") from None
     connection = JudgedConnection(host, port, address, is_tls=is_tls)
+    deadline = threading.Timer(IN_ALL_S, connection.cut)
+    deadline.daemon = True
+    deadline.start()
     try:
         connection.connect()
         connection.sock.settimeout(WITHIN_S)
         connection.request("POST", (parts.path or "/") + (f"?{parts.query}" if parts.query else ""), body, headers)
-        answer = connection.getresponse()
-        answer.read(MAX_ANSWER_BYTES)
+        with connection.getresponse() as answer:
+            answer.read(MAX_ANSWER_BYTES)
     except (OSError, http.client.HTTPException, ValueError) as error:
         raise NotSent(f"the server cannot be reached ({type(error).__name__})") from None
     finally:
+        deadline.cancel()
         connection.close()
+    if connection.is_cut:
+        raise NotSent("the other side is too slow")
     if not 200 <= answer.status < 300:
         raise NotSent(f"the server answers {answer.status}")

@@ -9,18 +9,20 @@ from __future__ import annotations
 import asyncio
 from collections import Counter
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from datetime import datetime, timedelta
+from functools import partial
 from typing import Any, Final
 
 import structlog
 from sqlalchemy.exc import IntegrityError, SQLAlchemyError
+from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.domain.clock import Clock
 from server.domain.people import Principal
 from server.live.alerts.announcer import Announcement, Announcer, Happening
 from server.live.hub import Hub
 from server.runtime.notify.message import Message, NotSent
+from server.runtime.notify.sending_threads import SendingThreads
 from server.runtime.vault import Vault, VaultError
 from server.store.alert_channels import outbox
 from server.store.alert_channels.channels import about
@@ -34,8 +36,8 @@ EVERY_S: Final = 5.0
 LOOKS_EVERY: Final = timedelta(seconds=30)
 """How often it looks for what another tower has written, or taken on and left."""
 TIDIES_EVERY: Final = timedelta(hours=1)
-AT_A_TIME: Final = 4
 WITHIN_S: Final = 40.0
+"""More than a webhook may take in all; a name or a mail server may take longer, and keeps its thread."""
 MAX_MESSAGES: Final = 10
 MESSAGES_WITHIN_S: Final = 600.0
 """A user has at most ten tests and codes sent in ten minutes."""
@@ -69,11 +71,13 @@ class AlertDeliverer:
         self._public_url = public_url
         self._something = asyncio.Event()
         announcer.on_waiting = self.wake
-        self._pool = ThreadPoolExecutor(AT_A_TIME, thread_name_prefix="alerts")
+        self._threads = SendingThreads()
+        self._busy: set[int] = set()
+        """Channels with a delivery on its way: one at a time, so that they stay in order."""
+        self._tasks: set[asyncio.Task[None]] = set()
         self._due_at = self._tidy_at = clock()
         self.counts: Counter[str] = Counter()
         """Of OUTCOMES, since the start."""
-
         self._numbered = int(clock().timestamp())
         self._messages: dict[int, list[float]] = {}
         """When a user had tests and codes sent, within MESSAGES_WITHIN_S. One entry for each user at most."""
@@ -96,7 +100,9 @@ class AlertDeliverer:
         self._something.set()
 
     def close(self) -> None:
-        self._pool.shutdown(wait=False, cancel_futures=True)
+        """What is on its way may still arrive, and is sent again after the next start."""
+        for task in self._tasks:
+            task.cancel()
 
     async def work(self) -> None:
         """Runs until cancelled."""
@@ -150,42 +156,67 @@ class AlertDeliverer:
         return True
 
     async def _deliver(self) -> bool:
-        """Whether there may be more."""
+        """Begins what is due and has room. Whether there may be more."""
+        now, room = self._clock(), self._threads.room
+        if not room:
+            return False
+        busy, full = list(self._busy), self._threads.full
         async with self._database.writing() as session:
-            taken = await outbox.take(session, self._clock())
-        problems = await asyncio.gather(*(self._attempt(one) for one in taken))
-        now = self._clock()
-        async with self._database.writing() as session:
-            for one, problem in zip(taken, problems, strict=True):
-                if problem is None:
-                    await outbox.forget(session, one)
-                    self.counts["forgotten"] += 1
-                elif not problem:
-                    await outbox.sent(session, one, now)
-                    self.counts["sent"] += 1
-                elif await outbox.failed(session, one, problem, now):
-                    self.counts["given_up"] += 1
-                    _log.warning("alert_delivery_given_up", channel=one.channel_id, problem=problem)
-                else:
-                    self.counts["failed"] += 1
+            taken, forgotten = await outbox.take(session, now, room=room, busy_channels=busy, full_users=full)
             next_due = await outbox.next_due(session)
+        self.counts["forgotten"] += forgotten
+        for one in taken:
+            self._busy.add(one.channel_id)
+            task = asyncio.create_task(self._carry_out(one))
+            self._tasks.add(task)
+            task.add_done_callback(self._tasks.discard)
+        await asyncio.sleep(0)  # their threads start
         self._due_at = min(next_due or now + LOOKS_EVERY, now + LOOKS_EVERY)
         return bool(taken)
 
+    async def _carry_out(self, one: Taken) -> None:
+        try:
+            problem = await self._attempt(one)
+            async with self._database.writing() as session:
+                await self._note(session, one, problem)
+        except (SQLAlchemyError, OSError) as error:  # sent or not, it is tried again
+            _log.error("alert_delivery_not_noted", channel=one.channel_id, error=type(error).__name__)
+        finally:
+            self._busy.discard(one.channel_id)
+            self._due_at = self._clock()
+            self.wake()
+
+    async def _note(self, session: AsyncSession, one: Taken, problem: str | None) -> None:
+        now = self._clock()
+        if problem is None:
+            await outbox.forget(session, one)
+            self.counts["forgotten"] += 1
+        elif not problem:
+            await outbox.sent(session, one, now)
+            self.counts["sent"] += 1
+        elif await outbox.failed(session, one, problem, now):
+            self.counts["given_up"] += 1
+            _log.warning("alert_delivery_given_up", channel=one.channel_id, problem=problem)
+        else:
+            self.counts["failed"] += 1
+
     async def _attempt(self, one: Taken) -> str | None:
-        """Returns the problem; empty: it was sent; None: its user may not know of it any more."""
-        if not self._still_knows(one):
+        """Returns the problem; empty: it was sent; None: its user may not know of it any more, or it is no news."""
+        is_answered = self._hub.alerts.acknowledgement_of(int(one.content["id"])) is not None
+        if not self._still_knows(one) or (is_answered and one.happening == Happening.UNANSWERED.value):
             return None
         message = message_of(one.happening, one.content, f"{one.content['id']}-{one.happening}-{one.channel_id}")
         return await self.send_now(one.kind, one.target, one.secret_sealed, int(one.user.user_id), message)
 
     async def send_now(self, kind: str, target: str, secret_sealed: str | None, user_id: int, message: Message) -> str:
         """Returns the problem in words; empty: it was sent."""
+        if not self._threads.room or user_id in self._threads.full:
+            return "others are still on their way: try again in a moment"
         try:
             secret = "" if secret_sealed is None else self._vault.open(secret_sealed, about=about(user_id))
-            work = asyncio.get_running_loop().run_in_executor(self._pool, self._send, kind, target, secret, message)
+            outcome = self._threads.start(user_id, partial(self._send, kind, target, secret, message))
             async with asyncio.timeout(WITHIN_S):
-                await work
+                await outcome
         except (NotSent, VaultError) as error:
             return str(error) or "it could not be sent"
         except TimeoutError:
@@ -220,13 +251,18 @@ class AlertDeliverer:
         other = content["other_drone_id"]
         at = datetime.fromisoformat(content["opened_at"])
         drone_id = DroneId(content["drone"]["id"])
+        if one.drones == "own" and not self._is_owner(int(one.user.user_id), drone_id):
+            return False
         if content["about_stranger"]:  # the other one is not named: who sees both has another alert
             return self._hub.alerts.may_know(one.user, drone_id, None, about_stranger=False, at=at)
         other_id = None if other is None else DroneId(other)
         return self._hub.alerts.may_know(one.user, drone_id, other_id, about_stranger=False, at=at)
 
     def _owns(self, user_id: int, one: Announcement) -> bool:
-        drone = self._hub.state.drones.get(one.alert.drone_id)
+        return self._is_owner(user_id, one.alert.drone_id)
+
+    def _is_owner(self, user_id: int, drone_id: DroneId) -> bool:
+        drone = self._hub.state.drones.get(drone_id)
         return drone is not None and any(int(owner.id) == user_id for owner in drone.record.owners)
 
 

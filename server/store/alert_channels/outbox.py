@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import Any, Final
@@ -16,6 +16,7 @@ from server.live.alerts.announcer import Announcement, Happening
 from server.live.alerts.severity import Severity
 from server.store.accounts.tables import UserRow
 from server.store.alert_channels.tables import AlertChannelRow, AlertDeliveryRow
+from server.store.alerts.tables import AlertRow
 from wire.ids import UserId
 
 AT_ONCE: Final = 20
@@ -41,6 +42,7 @@ class Taken:
     kind: str
     target: str
     secret_sealed: str | None
+    drones: str
     user: Principal
     happening: str
     content: dict[str, Any]
@@ -60,7 +62,8 @@ async def put(
     owns: Owns,
     now: datetime,
 ) -> int:
-    """Writes one row for each channel that gets an announcement. Returns how many were dropped for lack of room. In
+    """Writes one row for each channel that gets an announcement; the end of an alert goes where its beginning went.
+    Returns how many were dropped for lack of room. In
     `Database.writing()`; raises IntegrityError if another tower writes the same ones."""
     query = (
         select(AlertChannelRow, UserRow)
@@ -84,7 +87,15 @@ async def put(
         select(func.count()).select_from(AlertDeliveryRow).where(AlertDeliveryRow.ended_at.is_(None))
     )
     room = MAX_WAITING - (waiting or 0)
-    new = [one for one in wanted if (one[0], one[1].alert.id, one[1].happening.value) not in known]
+    # In order, so that a beginning of this very batch counts for its end.
+    new = []
+    for channel_id, announcement, content in wanted:
+        happening, alert_id = announcement.happening, announcement.alert.id
+        is_told = (channel_id, alert_id, Happening.OPENED.value) in known
+        if (channel_id, alert_id, happening.value) in known or (happening is Happening.CLOSED and not is_told):
+            continue
+        known.add((channel_id, alert_id, happening.value))
+        new.append((channel_id, announcement, content))
     for channel_id, announcement, content in new[: max(room, 0)]:
         row = AlertDeliveryRow(
             channel_id=channel_id,
@@ -113,27 +124,36 @@ def principal_of(user: UserRow) -> Principal:
     return Principal(UserId(user.id), user.name, Role(user.role), 0, user.created_at)
 
 
-async def take(session: AsyncSession, now: datetime) -> list[Taken]:
-    """Takes on what is due. In `Database.writing()`."""
+async def take(
+    session: AsyncSession, now: datetime, *, room: int, busy_channels: Collection[int], full_users: Collection[int]
+) -> tuple[list[Taken], int]:
+    """Takes on what is due, one delivery of each user, and returns how many were forgotten on the way: those of
+    disabled users, and those that the alert itself has overtaken. In `Database.writing()`."""
     due = (AlertDeliveryRow.ended_at.is_(None), AlertDeliveryRow.due_at <= now)
     query = (
-        select(AlertDeliveryRow, AlertChannelRow, UserRow)
+        select(AlertDeliveryRow, AlertChannelRow, UserRow, AlertRow)
         .join(AlertChannelRow, AlertChannelRow.id == AlertDeliveryRow.channel_id)
         .join(UserRow, UserRow.id == AlertChannelRow.user_id)
-        .where(*due)
+        .outerjoin(AlertRow, AlertRow.id == AlertDeliveryRow.alert_id)
+        .where(*due, AlertChannelRow.id.not_in(busy_channels), UserRow.id.not_in(full_users))
         .order_by(AlertDeliveryRow.due_at, AlertDeliveryRow.id)
         .limit(AT_ONCE)
     )
-    taken = []
-    for row, channel, user in (await session.execute(query)).all():
-        if user.disabled:
+    taken: list[Taken] = []
+    forgotten = 0
+    users: set[int] = set()
+    for row, channel, user, alert in (await session.execute(query)).all():
+        if user.disabled or _is_overtaken(row, user, alert):
             await session.delete(row)
+            forgotten += 1
+            continue
+        if user.id in users or len(taken) == room:
             continue
         mine = update(AlertDeliveryRow).where(AlertDeliveryRow.id == row.id, *due).values(due_at=now + TAKEN_FOR)
         result = await session.execute(mine, execution_options={"synchronize_session": False})
         if result.rowcount != 1:  # type: ignore[attr-defined]
             continue  # another tower was faster
-        who = principal_of(user)
+        users.add(user.id)
         taken.append(
             Taken(
                 row.id,
@@ -141,13 +161,26 @@ async def take(session: AsyncSession, now: datetime) -> list[Taken]:
                 channel.kind,
                 channel.target,
                 channel.secret_sealed,
-                who,
+                channel.drones,
+                principal_of(user),
                 row.happening,
                 row.content,
                 row.attempts,
             )
         )
-    return taken
+    return taken, forgotten
+
+
+def _is_overtaken(row: AlertDeliveryRow, user: UserRow, alert: AlertRow | None) -> bool:
+    """Whether it is no news any more: a late `opened` after the end, `unanswered` after an answer, or of one who is no
+    admin now."""
+    is_over = alert is not None and alert.closed_at is not None
+    if row.happening == Happening.OPENED.value:
+        return is_over and row.attempts > 0
+    if row.happening != Happening.UNANSWERED.value:
+        return False
+    is_answered = alert is not None and alert.acknowledged_at is not None
+    return is_over or is_answered or not reaches_all(Role(user.role), Action.COMMAND)
 
 
 async def sent(session: AsyncSession, one: Taken, now: datetime) -> None:

@@ -105,6 +105,20 @@ def test_after_a_restart_only_what_is_recent_is_announced(scene: Scene) -> None:
     over.closed_at = BEGAN
     scene.announcer.restored([recent, old, over], BEGAN + timedelta(seconds=1))
     assert scene.said() == [(Happening.OPENED, recent.id)]
+    old.closed_at = BEGAN + timedelta(seconds=2)
+    scene.announcer.changed(old)
+    assert scene.said() == [(Happening.CLOSED, old.id)], "its end is"
+
+
+def test_what_opened_on_the_bench_is_announced_when_the_drone_is_armed(scene: Scene) -> None:
+    scene.drone.armed = scene.drone.airborne = False
+    scene.announcer.changed(scene.alert("silent"))
+    scene.announcer.tick(BEGAN)
+    assert scene.said() == []
+    scene.drone.armed = True
+    for _ in range(2):
+        scene.announcer.tick(BEGAN)
+    assert scene.said() == [(Happening.OPENED, 1)]
 
 
 def test_what_could_not_be_stored_waits_in_order_and_is_bounded(scene: Scene) -> None:
