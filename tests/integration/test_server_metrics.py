@@ -119,6 +119,7 @@ async def test_the_figures_follow_what_passes(world: TowerWorld, root: Person, d
         await browser.event("notice", code="unknown-drone")
         hub.holds.order(DroneId(drone.id), "a test")
         await until("it is confirmed", lambda: hub.state.traffic.hold_steps["confirmed"] == 1)
+        await until("the hub's clock has beaten", lambda: sum(hub.state.traffic.loop_late.counts) > 0)
         after = await figures(reader)
 
     def grown(name: str) -> float:
