@@ -9,7 +9,7 @@ from typing import Final
 
 import pytest
 from console_page import ConsolePage, Somebody, visitors
-from playwright.sync_api import Browser, FilePayload, expect
+from playwright.sync_api import Browser, FilePayload, FloatRect, expect
 from worlds.processes import World
 from worlds.tile_server import TileServer, tile_server
 
@@ -166,3 +166,51 @@ def test_a_survey_above_the_ground_has_more_waypoints_and_no_fault(come: Somebod
     console.page.get_by_role("tab", name=re.compile("Checks")).click()
     expect(console.page.get_by_text("above the ground")).to_have_count(0)
     expect(console.page.get_by_text("below the ground")).to_have_count(0)
+
+
+def drawn_at(console: ConsolePage, box: FloatRect) -> tuple[float, float]:
+    """The pixel in the middle of where the map says that a drone can be pressed."""
+    canvas = console.page.locator(".maplibregl-canvas")
+
+    def is_drone(x: float, y: float) -> bool:
+        console.page.mouse.move(x, y)
+        return bool(canvas.evaluate("canvas => canvas.style.cursor === 'pointer'"))
+
+    left, top = int(box["x"] + box["width"] / 2) - 240, int(box["y"] + box["height"] / 2) - 180
+    x, y = next((x, y) for y in range(top, top + 200, 24) for x in range(left, left + 240, 24) if is_drone(x, y))
+    inside = [(x + i, y + j) for i in range(-45, 50, 5) for j in range(-5, 50, 5) if is_drone(x + i, y + j)]
+    return sum(x for x, _ in inside) / len(inside), sum(y for _, y in inside) / len(inside)
+
+
+def place_at(console: ConsolePage, pixel: tuple[float, float]) -> tuple[float, float]:
+    """North and east of home, metres: MapLibre's own answer, as the read-out gives it."""
+    console.page.mouse.move(*pixel)
+    lat, lon = re.findall(r"-?\d+\.\d+", console.part("map-readout").inner_text())[:2]
+    return FRAME.to_local(float(lat), float(lon))
+
+
+def test_a_tilted_map_shows_a_drone_where_it_is(come: Somebody) -> None:
+    console = come()
+    console.sign_in("alice")
+    console.wait("the drone's place", lambda: float(console.part("map").get_attribute("data-zoom") or 0) > 10)
+    tilt, box = console.part("map-tilt"), console.part("map").bounding_box()
+    assert box is not None
+    expect(tilt).to_have_attribute("aria-pressed", "false")
+    # Away from the middle, which stays when a map is tilted.
+    middle = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    console.page.mouse.move(*middle)
+    console.page.mouse.down()
+    console.page.mouse.move(middle[0] - 150, middle[1] - 130, steps=8)
+    console.page.mouse.up()
+    flat = drawn_at(console, box)
+    flat_place = place_at(console, flat)
+    tilt.click()
+    expect(tilt).to_have_attribute("aria-pressed", "true")
+    tilted = drawn_at(console, box)
+    assert tilted[1] - flat[1] > 30, "the upper half comes nearer to the middle"
+    for north_m, east_m in (flat_place, place_at(console, tilted)):
+        assert abs(north_m) < 12
+        assert abs(east_m) < 12
+    tilt.click()
+    again = drawn_at(console, box)
+    assert abs(again[1] - flat[1]) < 4

@@ -34,6 +34,8 @@ export function sceneDrone(
     name: says ? `${drone.name}: ${says}` : drone.name,
     detail: age || (values.airborne ? `${height}  ${speed}` : ''),
     place: values.place,
+    // Whole metres: each change draws the map anew.
+    upM: values.airborne ? Math.max(0, Math.round(values.altRelM ?? 0)) : 0,
     headingDeg: values.headingDeg ?? 0,
     state: values.state,
     track: vehicle.telemetry.track.slice(-trackPoints),

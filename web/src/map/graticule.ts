@@ -3,6 +3,7 @@
 import type { Map as MapLibreMap } from 'maplibre-gl';
 
 import { fontOf, haloText } from './drone_marker';
+import type { Projection } from './projection';
 import type { MapTheme } from './theme';
 
 const WANTED_SPACING_PX = 150;
@@ -38,23 +39,36 @@ export function gridLines(low: number, high: number, { stepDeg }: GridStep): num
 const hemisphere = (value: number, plus: string, minus: string, decimals: number): string =>
   `${Math.abs(value).toFixed(decimals)}°${Math.abs(value) < 1e-9 ? '' : value > 0 ? plus : minus}`;
 
-export function drawGraticule(pen: CanvasRenderingContext2D, map: MapLibreMap, theme: MapTheme): void {
+export function drawGraticule(
+  pen: CanvasRenderingContext2D,
+  map: MapLibreMap,
+  theme: MapTheme,
+  projection: Projection,
+): void {
   const { clientWidth: width, clientHeight: height } = map.getContainer();
   const bounds = map.getBounds();
   const [west, east, south, north] = [bounds.getWest(), bounds.getEast(), bounds.getSouth(), bounds.getNorth()];
+  /** Where it crosses the upper and the lower edge. Meridians of a tilted map converge. */
+  const meridian = (lon: number): { x: number; lowX: number } => {
+    const low = map.project([lon, south]);
+    if (!projection.isTilted) return { x: low.x, lowX: low.x };
+    const high = map.project([lon, north]);
+    const xAt = (y: number): number => low.x + ((high.x - low.x) * (y - low.y)) / (high.y - low.y);
+    return { x: xAt(0), lowX: xAt(height) };
+  };
   const step = gridStep(((east - west) / Math.max(1, width)) * WANTED_SPACING_PX);
   const font = `500 10px ${fontOf(pen)}`;
 
-  const meridians = gridLines(west, east, step).map((lon) => ({ lon, x: map.project([lon, south]).x }));
+  const meridians = gridLines(west, east, step).map((lon) => ({ lon, ...meridian(lon) }));
   const parallels = gridLines(Math.max(-85, south), Math.min(85, north), step).map((lat) => ({
     lat,
     y: map.project([west, lat]).y,
   }));
 
   pen.beginPath();
-  for (const { x } of meridians) {
+  for (const { x, lowX } of meridians) {
     pen.moveTo(Math.round(x) + 0.5, 0);
-    pen.lineTo(Math.round(x) + 0.5, height);
+    pen.lineTo(Math.round(lowX) + 0.5, height);
   }
   for (const { y } of parallels) {
     pen.moveTo(0, Math.round(y) + 0.5);

@@ -12,6 +12,7 @@ type Pen = CanvasRenderingContext2D;
 /** Area of the grid's labels. */
 const GRID_LABELS_PX = 28;
 const RING_WANTED_PX = 110;
+const RING_CORNERS = 64;
 export const HOME_RADIUS_PX = 8;
 
 export function drawHome(
@@ -29,7 +30,7 @@ export function drawHome(
     pen.lineWidth = 1;
     pen.globalAlpha = 0.6;
     pen.beginPath();
-    pen.arc(x, y, Math.abs(edge.y - y), 0, 2 * Math.PI);
+    ringPath(pen, projection, home, radiusM);
     pen.stroke();
     pen.globalAlpha = 1;
     pen.setLineDash([]);
@@ -53,6 +54,21 @@ export function drawHome(
   pen.lineWidth = 1.5;
   pen.fill();
   pen.stroke();
+}
+
+/** Adds a circle on the ground to the path of the pen. */
+export function ringPath(pen: Pen, projection: Projection, centre: Place, radiusM: number): void {
+  const { x, y } = projection.at(centre);
+  if (!projection.isTilted) {
+    pen.arc(x, y, Math.abs(projection.at(offsetBy(centre, radiusM, 0)).y - y), 0, 2 * Math.PI);
+    return;
+  }
+  for (let corner = 0; corner < RING_CORNERS; corner += 1) {
+    const angle = (2 * Math.PI * corner) / RING_CORNERS;
+    const at = projection.at(offsetBy(centre, radiusM * Math.cos(angle), radiusM * Math.sin(angle)));
+    pen.lineTo(at.x, at.y);
+  }
+  pen.closePath();
 }
 
 export interface MapTarget {

@@ -58,7 +58,13 @@ export class MapCanvas {
   projection(): Projection {
     const { clientWidth: widthPx, clientHeight: heightPx } = this.#map.getContainer();
     const { lat, lng } = this.#map.getCenter();
-    return new Projection({ centre: { latDeg: lat, lonDeg: lng }, zoom: this.#map.getZoom(), widthPx, heightPx });
+    return new Projection({
+      centre: { latDeg: lat, lonDeg: lng },
+      zoom: this.#map.getZoom(),
+      widthPx,
+      heightPx,
+      tiltDeg: this.#map.getPitch(),
+    });
   }
 
   remove(): void {

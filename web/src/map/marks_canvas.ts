@@ -4,6 +4,7 @@ import type { Map as MapLibreMap } from 'maplibre-gl';
 
 import { distanceM } from '../link/geometry';
 import type { Place } from '../link/messages';
+import { ringPath } from './ground_signs';
 import { MapCanvas, type Sheet } from './map_canvas';
 import { readTheme, type MapTheme } from './theme';
 
@@ -37,16 +38,15 @@ export class MarksCanvas {
     this.#canvas.remove();
   }
 
-  #paint({ pen, projection, zoom }: Sheet): void {
+  #paint({ pen, projection }: Sheet): void {
     const { measured, sought, own } = this.#marks;
     const theme = this.#theme;
     if (own) {
       const { x, y } = projection.at(own);
-      const metresPerPx = (78_271.5 * Math.cos((own.latDeg * Math.PI) / 180)) / 2 ** zoom;
       pen.globalAlpha = 0.18;
       pen.fillStyle = theme.accent;
       pen.beginPath();
-      pen.arc(x, y, Math.min(2_000, own.accuracyM / metresPerPx), 0, 2 * Math.PI);
+      ringPath(pen, projection, own, own.accuracyM);
       pen.fill();
       pen.globalAlpha = 1;
       disc(pen, x, y, 6, theme.accent, theme.halo);

@@ -19,6 +19,7 @@ import { drawNearLines } from './near_lines';
 import type { Box } from './obstacles';
 import type { Point, Projection } from './projection';
 import { sameScene } from './scene_change';
+import { drawStems } from './stems';
 import { readTheme, type MapTheme } from './theme';
 import { thinned } from './trail';
 
@@ -30,6 +31,8 @@ export interface SceneDrone {
   readonly name: string;
   readonly detail: string;
   readonly place: Place;
+  /** Above home; a tilted map shows it. */
+  readonly upM?: number;
   readonly headingDeg: number;
   readonly state: DroneState;
   readonly track: readonly Place[];
@@ -111,13 +114,15 @@ export class Overlay {
 
   #draw({ pen, projection, zoom, widthPx: width, heightPx: height }: Sheet): void {
     const theme = this.#theme;
-    drawGraticule(pen, this.#map, theme);
+    drawGraticule(pen, this.#map, theme, projection);
     const { drones, selectedId, home, target, showsAim, near: nearLines = [], distanceWords = METRES } = this.#scene;
     if (home) drawHome(pen, theme, projection, home, distanceWords);
 
     const isNear = ({ x, y }: Point): boolean =>
       x > -LABEL_MARGIN_PX && y > -MARKER_RADIUS_PX && x < width + MARKER_RADIUS_PX && y < height + MARKER_RADIUS_PX;
-    const near = drones.map((drone) => ({ drone, at: projection.at(drone.place) })).filter(({ at }) => isNear(at));
+    const near = drones
+      .map((drone) => ({ drone, at: projection.at(drone.place, drone.upM) }))
+      .filter(({ at }) => isNear(at));
     // Neither the selected drone nor one in trouble is ever hidden in a cluster.
     const isApart = ({ drone }: Drawn): boolean => drone.id === selectedId || drone.alarm !== undefined;
     const apart = zoom >= CLUSTER_BELOW_ZOOM ? near : near.filter(isApart);
@@ -129,6 +134,7 @@ export class Overlay {
     const singles = this.#clusters.flatMap(({ members }) => (members.length === 1 ? members : []));
 
     for (const { drone } of singles) this.#drawTrack(projection, drone);
+    if (projection.isTilted) drawStems(pen, theme, projection, singles);
     drawNearLines(pen, theme, projection, nearLines);
     const inTheWay: Box[] = [];
     if (home) inTheWay.push(around(projection.at(home), HOME_RADIUS_PX));

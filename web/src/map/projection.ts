@@ -1,12 +1,17 @@
 /**
- * Converts places to pixels of a map that looks straight down with north up. MapLibre's own projection does the same
- * for any camera, with matrices, at ten times the cost: too much for the trails of 200 drones.
+ * Converts places to pixels of a map with north up that looks straight down, or is tilted. MapLibre's own projection
+ * does the same for any camera, with matrices, at ten times the cost: too much for the trails of 200 drones.
  */
 
 import type { Place } from '../link/messages';
 
 const TILE_PX = 512;
 const RADIANS = Math.PI / 180;
+const EARTH_ROUND_M = 40_075_016.7;
+/** MapLibre's own. */
+const FIELD_OF_VIEW_DEG = 36.869_897_645_844_02;
+/** Of the distance from the eye to the middle of the map. Nearer or behind the eye has no place on the screen. */
+const LEAST_DEPTH = 0.05;
 
 export interface Point {
   readonly x: number;
@@ -18,6 +23,8 @@ export interface Camera {
   readonly zoom: number;
   readonly widthPx: number;
   readonly heightPx: number;
+  /** 0 (default): straight down; below 90. */
+  readonly tiltDeg?: number;
 }
 
 /** Web Mercator, 0..1 from west to east and from north to south. */
@@ -31,21 +38,40 @@ export class Projection {
   readonly #y: number;
   readonly #halfWidth: number;
   readonly #halfHeight: number;
+  readonly #sin: number;
+  readonly #cos: number;
+  readonly #eyePx: number;
 
-  constructor({ centre, zoom, widthPx, heightPx }: Camera) {
+  constructor({ centre, zoom, widthPx, heightPx, tiltDeg = 0 }: Camera) {
     this.#worldPx = TILE_PX * 2 ** zoom;
     this.#x = mercatorX(centre.lonDeg);
     this.#y = mercatorY(centre.latDeg);
     this.#halfWidth = widthPx / 2;
     this.#halfHeight = heightPx / 2;
+    this.#sin = Math.sin(tiltDeg * RADIANS);
+    this.#cos = Math.cos(tiltDeg * RADIANS);
+    this.#eyePx = heightPx / 2 / Math.tan((FIELD_OF_VIEW_DEG / 2) * RADIANS);
   }
 
-  /** Uses the copy of the world nearest to the middle of the map. */
-  at({ latDeg, lonDeg }: Place): Point {
-    const east = mercatorX(lonDeg) - this.#x;
+  get isTilted(): boolean {
+    return this.#sin > 0;
+  }
+
+  /**
+   * Uses the copy of the world nearest to the middle of the map. `upM`: height above the ground, which a tilted map
+   * shows. A map that looks straight down leaves it out: a drone stays over its place, however high it is.
+   */
+  at({ latDeg, lonDeg }: Place, upM = 0): Point {
+    const across = mercatorX(lonDeg) - this.#x;
+    const east = (across - Math.round(across)) * this.#worldPx;
+    const south = (mercatorY(latDeg) - this.#y) * this.#worldPx;
+    if (this.#sin === 0) return { x: this.#halfWidth + east, y: this.#halfHeight + south };
+    const up = upM === 0 ? 0 : (upM * this.#worldPx) / (EARTH_ROUND_M * Math.cos(latDeg * RADIANS));
+    const depth = this.#eyePx - south * this.#sin - up * this.#cos;
+    const scale = this.#eyePx / Math.max(depth, LEAST_DEPTH * this.#eyePx);
     return {
-      x: this.#halfWidth + (east - Math.round(east)) * this.#worldPx,
-      y: this.#halfHeight + (mercatorY(latDeg) - this.#y) * this.#worldPx,
+      x: this.#halfWidth + east * scale,
+      y: this.#halfHeight + (south * this.#cos - up * this.#sin) * scale,
     };
   }
 }

@@ -20,6 +20,7 @@ const sameDrone = (a: SceneDrone, b: SceneDrone): boolean =>
     a.name === b.name &&
     a.detail === b.detail &&
     samePlace(a.place, b.place) &&
+    a.upM === b.upM &&
     a.headingDeg === b.headingDeg &&
     a.state === b.state &&
     a.isUnattended === b.isUnattended &&

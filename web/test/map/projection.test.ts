@@ -27,4 +27,26 @@ describe('the projection', () => {
     expect(across.x).toBeGreaterThan(400);
     expect(across.x).toBeLessThan(400 + 2_000);
   });
+
+  it('looks from the side: the middle stays, the far half shrinks, height rises', () => {
+    const tilted = new Projection({ ...camera, tiltDeg: 55 });
+    expect(tilted.at(CENTRE)).toEqual({ x: 400, y: 300 });
+    const flat = new Projection(camera);
+    const [far, near] = [
+      { latDeg: 47.401, lonDeg: 8.501 },
+      { latDeg: 47.399, lonDeg: 8.501 },
+    ];
+    expect(tilted.at(far).x - 400).toBeLessThan(flat.at(far).x - 400);
+    expect(tilted.at(near).x - 400).toBeGreaterThan(flat.at(near).x - 400);
+    // By hand: 100 m at the middle are `up` pixels, seen under 55 degrees by an eye 900 px away.
+    const up = 100 / METRES_PER_PX;
+    const [sin, cos] = [Math.sin((55 * Math.PI) / 180), Math.cos((55 * Math.PI) / 180)];
+    expect(tilted.at(CENTRE, 100).y).toBeCloseTo(300 - (up * sin * 900) / (900 - up * cos), 3);
+    expect(flat.at(CENTRE, 100)).toEqual({ x: 400, y: 300 });
+  });
+
+  it('keeps what is behind the eye off the screen', () => {
+    const tilted = new Projection({ ...camera, tiltDeg: 55 });
+    expect(tilted.at({ latDeg: 47.3, lonDeg: 8.5 }).y).toBeGreaterThan(600);
+  });
 });
