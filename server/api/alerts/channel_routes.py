@@ -12,6 +12,7 @@ from server.api.access import InPerson, Oneself, Proved
 from server.api.dependencies import AlertDelivererDep, AuditDep, DatabaseDep, SettingsDep, VaultDep
 from server.api.http.problem_docs import answers
 from server.domain.access import InPersonOnly, NotSignedIn, SessionExpired
+from server.domain.clock import utc_now
 from server.live.alerts.severity import Severity
 from server.runtime.notify.message import Message
 from server.runtime.settings import Settings
@@ -187,6 +188,8 @@ async def try_alert_channel(
     content = {"type": "test", "words": text.strip()}
     message = Message(f"test-{row.id}-{deliverer.next_number()}", "A test of your alerts", text, content)
     problem = await deliverer.send_now(row.kind, row.target, row.secret_sealed, row.user_id, message)
+    async with database.writing() as session:
+        await channels.note_attempt(session, row.id, problem, utc_now())
     return AlertChannelTest(is_sent=not problem, problem=problem)
 
 

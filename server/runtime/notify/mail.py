@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import smtplib
 import ssl
+from contextlib import suppress
 from dataclasses import dataclass
 from email.message import EmailMessage
 from email.utils import formatdate
@@ -39,10 +40,16 @@ def send_mail(server: MailServer, address: str, message: Message) -> None:
     mail["Auto-Submitted"] = "auto-generated"
     mail.set_content(message.text)
     try:
-        with _connected(server) as connection:
+        connection = _connected(server)
+        try:
             if server.user:
                 connection.login(server.user, server.password)
             connection.send_message(mail)
+        finally:
+            # The mail server has the mail by now, or has refused it. A goodbye that fails must not send it again.
+            with suppress(OSError, smtplib.SMTPException):
+                connection.quit()
+            connection.close()
     except smtplib.SMTPAuthenticationError:
         raise NotSent("the mail server does not accept the tower's password") from None
     except smtplib.SMTPRecipientsRefused:

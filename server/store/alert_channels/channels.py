@@ -7,10 +7,11 @@ import secrets
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from datetime import datetime
 from typing import Final, Literal
 from urllib.parse import urlsplit
 
-from sqlalchemy import func, select
+from sqlalchemy import func, select, update
 from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.live.alerts.severity import Severity
@@ -142,6 +143,12 @@ async def confirm_channel(session: AsyncSession, channel_id: int, code: str, *, 
         return False
     row.code_hash = None
     return True
+
+
+async def note_attempt(session: AsyncSession, channel_id: int, problem: str, now: datetime) -> None:
+    """Of a test, so that the channel says whether it works. `problem` empty: it was sent. In `Database.writing()`."""
+    values: dict[str, object] = {"problem": problem[:200]} | ({} if problem else {"sent_at": now})
+    await session.execute(update(AlertChannelRow).where(AlertChannelRow.id == channel_id).values(**values))
 
 
 async def delete_channel(session: AsyncSession, channel_id: int, *, user_id: int, action: AuditAction) -> None:

@@ -178,7 +178,8 @@ class AlertDeliverer:
         try:
             problem = await self._attempt(one)
             async with self._database.writing() as session:
-                await self._note(session, one, problem)
+                what = await self._note(session, one, problem)
+            self.counts[what] += 1
         except (SQLAlchemyError, OSError) as error:  # sent or not, it is tried again
             _log.error("alert_delivery_not_noted", channel=one.channel_id, error=type(error).__name__)
         finally:
@@ -186,19 +187,19 @@ class AlertDeliverer:
             self._due_at = self._clock()
             self.wake()
 
-    async def _note(self, session: AsyncSession, one: Taken, problem: str | None) -> None:
+    async def _note(self, session: AsyncSession, one: Taken, problem: str | None) -> str:
+        """Returns what to count once it is kept."""
         now = self._clock()
         if problem is None:
             await outbox.forget(session, one)
-            self.counts["forgotten"] += 1
-        elif not problem:
+            return "forgotten"
+        if not problem:
             await outbox.sent(session, one, now)
-            self.counts["sent"] += 1
-        elif await outbox.failed(session, one, problem, now):
-            self.counts["given_up"] += 1
-            _log.warning("alert_delivery_given_up", channel=one.channel_id, problem=problem)
-        else:
-            self.counts["failed"] += 1
+            return "sent"
+        if not await outbox.failed(session, one, problem, now):
+            return "failed"
+        _log.warning("alert_delivery_given_up", channel=one.channel_id, problem=problem)
+        return "given_up"
 
     async def _attempt(self, one: Taken) -> str | None:
         """Returns the problem; empty: it was sent; None: its user may not know of it any more, or it is no news."""
