@@ -37,6 +37,7 @@ ARDUPILOT = Flavour(
     name="ardupilot",
     banner=("ArduCopter V4.6.2 (simulated)", "Frame: QUAD/X"),
     first_mode=Mode.STABILIZE,
+    land_mode=Mode.LAND,
     rules=RULES,
     make_behaviours=make_behaviours,
     make_parameters=Parameters,

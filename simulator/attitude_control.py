@@ -56,6 +56,11 @@ class AttitudeControl:
         turn_z = self._wanted_acceleration(2, rate_z - body.r_rps, YAW_RATE_P, dt_s)
         return mix(thrust_n, turn_x * INERTIA_XY, turn_y * INERTIA_XY, turn_z * INERTIA_Z)
 
+    def lean_error_rad(self, body: Airframe) -> float:
+        """Returns how wrongly the vehicle leans, whatever its heading."""
+        error_x, error_y, _ = self._error(body)
+        return math.hypot(error_x, error_y)
+
     def _wanted_acceleration(self, axis: int, error_rps: float, gain: float, dt_s: float) -> float:
         integral = clamp(self._integral[axis] + RATE_I * error_rps * dt_s, -RATE_I_MAX, RATE_I_MAX)
         self._integral[axis] = integral

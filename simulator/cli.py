@@ -14,6 +14,7 @@ import typer
 from simulator.airframe_model import AirframeModel
 from simulator.ardupilot import ARDUPILOT, RELEASES, USUAL, arducopter
 from simulator.failure_modes import Failure
+from simulator.firmware.fault_table import FaultName
 from simulator.flight_state import FlightSettings
 from simulator.geodesy import Place
 from simulator.links import parse_endpoint
@@ -23,6 +24,7 @@ from simulator.shell import fly
 from simulator.squad import (
     make_squad,
     parse_failure,
+    parse_fault,
     parse_home,
     parse_parameter,
     parse_wind,
@@ -57,6 +59,10 @@ app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 FAIL_HELP = (
     "Something that goes wrong: NAME, NAME@FROM or NAME@FROM-UNTIL in simulated seconds; "
     f"NAME one of {', '.join(Failure)}."
+)
+FAULT_HELP = (
+    "A fault of the flight controller: NAME, NAME@FROM or NAME@FROM-UNTIL in simulated seconds, with --commander; "
+    f"NAME one of {', '.join(FaultName)}."
 )
 CAMERA_HELP = "[HOST:]PORT of a camera over HTTP; once for each vehicle that is to have one, in their order."
 
@@ -103,6 +109,10 @@ def simulate(
     gimbal: Annotated[bool, typer.Option("--gimbal", help="Each has a gimbal as a MAVLink component.")] = False,
     traffic: Annotated[bool, typer.Option("--traffic", help="Each hears a few aircraft by ADS-B.")] = False,
     fail: Annotated[list[str] | None, typer.Option(help=FAIL_HELP)] = None,
+    commander: Annotated[
+        bool, typer.Option("--commander", help="The flight controller's commander stands above the autopilot.")
+    ] = False,
+    fault: Annotated[list[str] | None, typer.Option(help=FAULT_HELP)] = None,
 ) -> None:
     """Fly simulated quadrotors that speak MAVLink 2; or one of shell, fly and plot, as the first word."""
     try:
@@ -120,11 +130,15 @@ def simulate(
                 battery_mah=battery_mah,
                 seed=seed,
                 model=model,
+                commander=commander or bool(fault),
             ),
             system_id=sysid,
             parameters=tuple(parse_parameter(text) for text in param or ()),
             parameter_count=param_count,
-            failures=tuple(parse_failure(text) for text in fail or ()),
+            failures=(
+                *(parse_failure(text) for text in fail or ()),
+                *(parse_fault(text, model) for text in fault or ()),
+            ),
             flavour=arducopter(firmware) if flavour is FlavourName.ARDUPILOT else FLAVOURS[flavour],
             metadata=metadata,
             camera=camera_component,

@@ -59,6 +59,8 @@ class Failure(StrEnum):
     """Every tenth frame that the vehicle sends is lost."""
     SILENT = "silent"
     """The vehicle sends nothing at all, but continues to fly."""
+    MAVLINK_MUTE = "mavlink-mute"
+    """Nothing passes the MAVLink port in either direction, and the vehicle continues to fly."""
     NEVER_READY = "never-ready"
     """There is never a position estimate: arming is always refused."""
     GPS_LOST = "gps-lost"

@@ -42,6 +42,8 @@ class Flavour:
     name: str
     banner: tuple[str, ...]
     first_mode: IntEnum
+    land_mode: IntEnum
+    """Of a commander that ends a flight."""
     rules: Mapping[IntEnum, ModeRules]
     make_behaviours: Callable[[FlightState], dict[IntEnum, Behaviour]]
     make_parameters: Callable[[Iterable[tuple[str, float]], int], Parameters]

@@ -16,6 +16,8 @@ from simulator.auto import Auto
 from simulator.behaviours import Behaviour
 from simulator.failure_modes import Failure
 from simulator.fence import Fence, FenceLimits
+from simulator.firmware.states import SystemState
+from simulator.flight_commander import FlightCommander
 from simulator.flight_constants import TICK_S
 from simulator.flight_state import STOPPED, FailsafeFlags, FlightSettings, FlightState
 from simulator.mission_plan import Plans
@@ -45,6 +47,8 @@ class Autopilot(Protocol):
 
     @property
     def first_mode(self) -> IntEnum: ...
+    @property
+    def land_mode(self) -> IntEnum: ...
     @property
     def rules(self) -> Mapping[IntEnum, ModeRules]: ...
     @property
@@ -90,6 +94,7 @@ class Flight(FlightState):
         self.fence = Fence(autopilot.fence_limits, autopilot.on_fence_breach)
         self._behaviours = autopilot.make_behaviours(self)
         self._contradictions: tuple[str, ...] = ()
+        self.commander = FlightCommander() if settings.commander else None
         self._throttle_zero_since_s: float | None = None
         self._switch_seen: int | None = None
         self._switch_since_s = 0.0
@@ -130,6 +135,8 @@ class Flight(FlightState):
             refusal = "in fence recovery"
         else:
             refusal = self._behaviours[mode].why_not()
+        if not refusal and self.armed and self.commander is not None and mode is not self._autopilot.land_mode:
+            refusal = self.commander.change(manual=self.rules(mode).pilot_controlled)
         if refusal:
             self.notify(Severity.WARNING, f"Mode change to {mode.name} failed: {refusal}")
             return False
@@ -144,6 +151,8 @@ class Flight(FlightState):
         if self.armed:
             return True
         reason = None if force else self._autopilot.why_not_arm(self)
+        if reason is None and self.commander is not None:
+            reason = self.commander.arm(self, manual=self.rules(self.mode).pilot_controlled)
         if reason:
             self.notify(Severity.CRITICAL, reason)
             return False
@@ -161,6 +170,8 @@ class Flight(FlightState):
         if not self.armed:
             return
         self.armed = False
+        if self.commander is not None:
+            self.commander.stop()
         self.notify(Severity.INFO, "Disarming motors")
         if not isinstance(self.flying, Auto):
             self.speed_override_mps = None
@@ -177,10 +188,12 @@ class Flight(FlightState):
         )
         self._notice_ready()
         self._notice_contradictions()
-        self.sticks.update(now_s, transmitter_lost=Failure.RADIO_LOST in self.failures)
+        lost = self.transmitter_lost or Failure.RADIO_LOST in self.failures
+        self.sticks.update(now_s, transmitter_lost=lost)
         self._read_mode_switch()
         self.failsafes.update(self)
         self.fence.update(self)
+        self._obey_commander()
         if self.armed:
             self.flying.run()
         else:
@@ -210,8 +223,21 @@ class Flight(FlightState):
         self.notify(Severity.INFO, "EKF3 IMU0 is using GPS")
         self.notify(Severity.INFO, "EKF3 IMU0 origin set")
 
+    def _obey_commander(self) -> None:
+        """A major fault lands the vehicle, or what is left of it, and disarms it on the ground."""
+        if self.commander is None:
+            return
+        self.notices.extend(self.commander.update(self))
+        if self.armed and self.commander.state is SystemState.FAIL_MAJOR:
+            if self.landed or self.body.on_ground:
+                self.disarm()
+            else:
+                self.set_mode(self._autopilot.land_mode)
+
     def _notice_contradictions(self) -> None:
-        """Says each once, and again only after it was gone."""
+        """Says each once, and again only after it was gone. With a commander, the commander does."""
+        if self.commander is not None:
+            return
         found = self.body.contradictions()
         for text in found:
             if text not in self._contradictions:

@@ -50,6 +50,8 @@ class FlightSettings:
     battery_mah: float = 5200.0
     seed: int = 1
     model: AirframeModel = AirframeModel.EXACT
+    commander: bool = False
+    """The flight controller's own states and checks stand above the autopilot's."""
     ground: Ground | None = None
     """None: flat. Only the exact model touches another ground."""
 
@@ -105,6 +107,10 @@ class FlightState(ABC):
         self.target = Target()
         self.mode = mode
         self.armed = False
+        self.transmitter_lost = False
+        """As a serial receiver says; a failure does the same."""
+        self.heartbeat_heard_s: float | None = None
+        """Of anybody on the MAVLink port; None: never."""
         self.landed = True
         self.has_flown = False
         """Since arming."""

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Set
 
 from simulator.dialect import Message, mavlink
+from simulator.failure_modes import Failure
 from simulator.notices import Severity
 from simulator.parameters import NAME_MAX, Parameter, Parameters
 
@@ -39,6 +40,11 @@ class ParameterServer:
         self.is_slow = False
         self._questions: deque[tuple[str, int]] = deque()
         self._ticks = 0
+
+    def suffer(self, failures: Set[Failure]) -> None:
+        self.drop_every_seventh = Failure.PARAMETERS_DROPPED in failures
+        self.has_locked = Failure.PARAMETERS_LOCKED in failures
+        self.is_slow = Failure.PARAMETERS_SLOW in failures
 
     def list_all(self) -> None:
         """Starts over: a second request during a list means that the requester has lost some values."""

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from simulator.auto import Auto
 from simulator.dialect import Message, mavlink
+from simulator.firmware.states import SystemState
 from simulator.flight import Flight
 from simulator.geodesy import e7
 from simulator.reports_common import int16, milli, ms, us
@@ -42,6 +43,37 @@ _SENSORS = (
 )
 
 
+_CONCERNED = {
+    "GPS lost": mavlink.MAV_SYS_STATUS_SENSOR_GPS,
+    "GPS glitch": mavlink.MAV_SYS_STATUS_SENSOR_GPS,
+    "Compass inconsistent": mavlink.MAV_SYS_STATUS_SENSOR_3D_MAG,
+    "Barometer stuck": mavlink.MAV_SYS_STATUS_SENSOR_ABSOLUTE_PRESSURE,
+    "Vibration high": mavlink.MAV_SYS_STATUS_SENSOR_3D_ACCEL,
+    "Battery voltage low": mavlink.MAV_SYS_STATUS_SENSOR_BATTERY,
+    "Battery empty": mavlink.MAV_SYS_STATUS_SENSOR_BATTERY,
+    "Motor failure": mavlink.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS,
+    "Position unknown": mavlink.MAV_SYS_STATUS_AHRS,
+    "Attitude unknown": mavlink.MAV_SYS_STATUS_AHRS,
+    "Radio lost": mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER,
+}
+"""What is unhealthy in SYS_STATUS, by the commander's fault. The others concern no part of the vehicle."""
+
+_STATES = {
+    SystemState.INIT: mavlink.MAV_STATE_BOOT,
+    SystemState.STARTUP: mavlink.MAV_STATE_BOOT,
+    SystemState.SAFE: mavlink.MAV_STATE_STANDBY,
+    SystemState.RUN_AUTO: mavlink.MAV_STATE_ACTIVE,
+    SystemState.RUN_MANUAL: mavlink.MAV_STATE_ACTIVE,
+    SystemState.FAIL_MINOR: mavlink.MAV_STATE_CRITICAL,
+    SystemState.FAIL_MAJOR: mavlink.MAV_STATE_EMERGENCY,
+}
+
+
+def state_of(flight: Flight, without_commander: int) -> int:
+    """The state in HEARTBEAT. A commander decides it, where there is one."""
+    return without_commander if flight.commander is None else int(_STATES[flight.commander.state])
+
+
 def heartbeat(flight: Flight) -> Message:
     base = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | mavlink.MAV_MODE_FLAG_STABILIZE_ENABLED
     base |= mavlink.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED
@@ -54,7 +86,12 @@ def heartbeat(flight: Flight) -> Message:
     else:
         state = mavlink.MAV_STATE_STANDBY if flight.landed else mavlink.MAV_STATE_ACTIVE
     return mavlink.MAVLink_heartbeat_message(
-        mavlink.MAV_TYPE_QUADROTOR, mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, base, int(flight.mode), state, 3
+        mavlink.MAV_TYPE_QUADROTOR,
+        mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA,
+        base,
+        int(flight.mode),
+        state_of(flight, state),
+        3,
     )
 
 
@@ -87,6 +124,8 @@ def sensors(flight: Flight, *, with_prearm: bool, with_receiver: bool, receiver_
     health &= ~mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
     if receiver_healthy:
         health |= mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
+    for fault in flight.commander.faults if flight.commander is not None else ():
+        health &= ~_CONCERNED.get(fault.text, 0)
     return mavlink.MAVLink_sys_status_message(
         present,
         present if flight.armed else present & ~mavlink.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS,

@@ -159,15 +159,14 @@ class Vehicle:
                 self.failures.discard(failure)
         flight.now_s = (self._ticks - self._boot_tick) * TICK_S
         while self._inbox and self._inbox[0][0] <= now_s + 1e-9:
-            for message in self._codec.decode(self._inbox.popleft()[1]):
+            data = self._inbox.popleft()[1]
+            for message in () if Failure.MAVLINK_MUTE in self.failures else self._codec.decode(data):
                 self._handle(message)
         while self._slow and self._slow[0][0] <= flight.now_s:
             self.settings.flavour.carry_out(flight, self._slow.popleft()[1])
         flight.tick(flight.now_s)
         self._missions.tick()
-        self._parameter_server.drop_every_seventh = Failure.PARAMETERS_DROPPED in self.failures
-        self._parameter_server.has_locked = Failure.PARAMETERS_LOCKED in self.failures
-        self._parameter_server.is_slow = Failure.PARAMETERS_SLOW in self.failures
+        self._parameter_server.suffer(self.failures)
         self._parameter_server.tick()
         self._files.refuses = Failure.FILES_REFUSED in self.failures
         self._files.drop_every_seventh = Failure.FILES_DROPPED in self.failures
@@ -225,6 +224,7 @@ class Vehicle:
             return
         flight = self.flight
         if name == "HEARTBEAT":
+            flight.heartbeat_heard_s = flight.now_s
             if not self.settings.flavour.accepts_any_ground_station or message.type == mavlink.MAV_TYPE_GCS:
                 self._ground_station_seen(sender[0])
         elif name in ("COMMAND_LONG", "COMMAND_INT"):
@@ -390,7 +390,7 @@ class Vehicle:
         """`codec`: of a component other than the autopilot."""
         self._sent += 1
         frame = (codec or self._codec).encode(message)
-        if Failure.SILENT in self.failures:
+        if self.failures & {Failure.SILENT, Failure.MAVLINK_MUTE}:
             return
         if Failure.DROP_EVERY_TENTH in self.failures and self._sent % 10 == 0:
             return

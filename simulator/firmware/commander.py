@@ -87,7 +87,7 @@ class Commander:
         for fault in faults:
             if fault not in self.faults:
                 grave = fault.weight is Weight.MAJOR
-                self.texts.append(Notice(Severity.CRITICAL if grave else Severity.WARNING, fault.text))
+                self.texts.append(Notice(Severity.CRITICAL if grave else Severity.ERROR, fault.text))
         self.faults = tuple(faults)
         weight = worst(faults)
         if self.state is SystemState.INIT and weight is None:

@@ -1,10 +1,22 @@
-"""What the commander knows of its parts: flags, and the faults that follow from them."""
+"""What the commander knows of its parts: flags, the limits that set them, and the faults that follow from them."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
+
+MAX_LEAN_ERROR_RAD = math.radians(35.0)
+MOTOR_FAILED_S = 0.3
+"""A vehicle that leans so wrongly for so long has lost a motor."""
+LOW_V = 3.4 * 4
+FLAT_V = 3.0 * 4
+VOLTAGE_S = 1.0
+"""Time constant of the voltage that is judged."""
+BLOWN_M = 2.0
+BLOWN_S = 0.5
+"""A vehicle so far from its place for so long is blown away."""
 
 
 class Sensor(StrEnum):

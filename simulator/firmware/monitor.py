@@ -8,7 +8,17 @@ import numpy as np
 import numpy.typing as npt
 
 from simulator.estimation.error_state import ATTITUDE
-from simulator.firmware.health import Health, Sensor
+from simulator.firmware.health import (
+    BLOWN_M,
+    BLOWN_S,
+    FLAT_V,
+    LOW_V,
+    MAX_LEAN_ERROR_RAD,
+    MOTOR_FAILED_S,
+    VOLTAGE_S,
+    Health,
+    Sensor,
+)
 from simulator.firmware.watched import Watched
 from simulator.physics.rotation import Floats, conjugate, limited, multiply, to_vector
 from simulator.sensors.board import Readings
@@ -24,13 +34,6 @@ STUCK_AFTER_READINGS = 25
 """Noise never repeats itself so often."""
 DISBELIEVED_S = 1.0
 MAX_TILT_DOUBT_RAD = math.radians(10.0)
-MAX_LEAN_ERROR_RAD = math.radians(35.0)
-MOTOR_FAILED_S = 0.3
-LOW_V = 3.4 * 4
-FLAT_V = 3.0 * 4
-VOLTAGE_S = 1.0
-BLOWN_M = 2.0
-BLOWN_S = 0.5
 
 
 class Monitor:

@@ -17,6 +17,7 @@ from simulator.firmware import faults
 from simulator.firmware.calibration_flight import calibrate
 from simulator.firmware.commander import RequestRefused
 from simulator.firmware.controller import COMMANDER_S, Fleet
+from simulator.firmware.fault_table import TABLE, FaultName
 from simulator.firmware.states import SystemState
 from simulator.physics.rotation import to_euler
 from simulator.sensors import barometer, magnetometer, satellites
@@ -192,15 +193,15 @@ class Shell:
         return f"{self.state}"
 
     def _fault(self, words: list[str]) -> str:
-        known = ", ".join(faults.FaultName)
-        if not words or words[0] not in set(faults.FaultName):
+        known = ", ".join(FaultName)
+        if not words or words[0] not in set(FaultName):
             raise ShellRefused(f"fault NAME [off], NAME one of {known}")
-        name = faults.FaultName(words[0])
+        name = FaultName(words[0])
         if words[1:] == ["off"]:
             faults.end(self.fleet, name)
             return f"{name} ended"
         faults.begin(self.fleet, name)
-        return f"{name}: {faults.TABLE[name].alert or 'no fault in automatic flight'}"
+        return f"{name}: {TABLE[name].alert or 'no fault in automatic flight'}"
 
 
 def _whole(word: str, low: int, high: int) -> int:

@@ -46,6 +46,7 @@ PX4 = Flavour(
     name="px4",
     banner=("PX4 v1.15.4 (simulated)",),
     first_mode=Px4Mode.LOITER,
+    land_mode=Px4Mode.LAND,
     rules=RULES,
     make_behaviours=make_behaviours,
     make_parameters=make_parameters,

@@ -6,7 +6,7 @@ from simulator.dialect import Message, mavlink
 from simulator.flight import Flight
 from simulator.px4.modes import STICK_MODES
 from simulator.reports_common import us
-from simulator.reports_health import HEALTH_REPORTS, sensors
+from simulator.reports_health import HEALTH_REPORTS, sensors, state_of
 from simulator.reports_motion import MOTION_REPORTS
 
 VERSION = (1 << 24) | (15 << 16) | (4 << 8) | 255
@@ -56,7 +56,7 @@ def heartbeat(flight: Flight) -> Message:
         failing = flight.failsafes.radio or flight.failsafes.ground_station or flight.failsafes.position
         state = mavlink.MAV_STATE_CRITICAL if failing else mavlink.MAV_STATE_ACTIVE
     return mavlink.MAVLink_heartbeat_message(
-        mavlink.MAV_TYPE_QUADROTOR, mavlink.MAV_AUTOPILOT_PX4, base, int(flight.mode), state, 3
+        mavlink.MAV_TYPE_QUADROTOR, mavlink.MAV_AUTOPILOT_PX4, base, int(flight.mode), state_of(flight, state), 3
     )
 
 

@@ -29,7 +29,16 @@ class Ground:
     def __init__(self, *, failures: set[Failure] | None = None, **options: Any) -> None:
         flight = {
             key: options.pop(key)
-            for key in ("heading_deg", "wind_mps", "wind_from_deg", "receiver", "battery_mah", "seed", "model")
+            for key in (
+                "heading_deg",
+                "wind_mps",
+                "wind_from_deg",
+                "receiver",
+                "battery_mah",
+                "seed",
+                "model",
+                "commander",
+            )
             if key in options
         }
         flight["receiver"] = Receiver(flight.get("receiver", Receiver.LOW))

@@ -9,7 +9,8 @@ from simulator.control.reference import standing
 from simulator.control.trajectory import plan
 from simulator.firmware.commander import RECOVERED_AFTER_S
 from simulator.firmware.controller import Fleet, FleetSettings
-from simulator.firmware.faults import GUST_S, TABLE, FaultName, begin, end
+from simulator.firmware.fault_table import TABLE, FaultName
+from simulator.firmware.faults import GUST_S, begin, end
 from simulator.firmware.recorder import level
 from simulator.firmware.states import SystemState
 from simulator.physics.rotation import tilt_rad

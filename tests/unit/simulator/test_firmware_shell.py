@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from simulator.cli import FLIGHT_COMMANDS
 from simulator.firmware.command_line import app
 from simulator.firmware.controller import Fleet, FleetSettings
-from simulator.firmware.faults import FaultName
+from simulator.firmware.fault_table import FaultName
 from simulator.firmware.shell import _COMMANDS, MAX_LINE, Shell
 from simulator.firmware.states import SystemState
 
