@@ -21,6 +21,7 @@ def new_alert_deliverer(
 ) -> tuple[Announcer, AlertDeliverer]:
     announcer = Announcer(hub.state, unanswered_after_s=settings.alert_unanswered_s)
     hub.alerts.listeners.append(announcer.changed)
+    hub.alerts.on_handed_over = announcer.forget
 
     def send(kind: str, target: str, secret: str, message: Message) -> None:
         if kind == "webhook":

@@ -65,6 +65,7 @@ from server.store.accounts.sign_in import SignInService
 from server.store.accounts.tokens import ApiTokens
 from server.store.alert_channels.channels import reseal_channels
 from server.store.alerts.loading import load_alerts
+from server.store.alerts.takeover import AlertTakeover
 from server.store.alerts.writer import AlertWriter
 from server.store.audit.sealer import AuditSealer
 from server.store.control.after_start import end_assistance
@@ -300,8 +301,7 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         await tower.zone_follower.refresh()
         if several is None:
             await load_open_holds(tower.hub, tower.database)
-            await load_alerts(tower.hub, tower.database, tower.clock)
-            tower.announcer.restored(tower.hub.alerts.live(), tower.clock())
+            await load_alerts(tower.hub, tower.announcer, tower.database, tower.clock)
         deleted = await _deleted_with_files(tower)
         await asyncio.to_thread(tower.flight_log_quota.sweep, deleted)
         await stack.enter_async_context(tower.recordings.working(deleted))
@@ -328,6 +328,9 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         await stack.enter_async_context(in_background("offline maps", tower.map_areas.run))
         await stack.enter_async_context(in_background("loop lag", tower.loop_lag.watch))
         if several is not None:
+            takeover = AlertTakeover(tower.hub, tower.database, tower.clock, tower.alert_writer, tower.announcer)
+            several.claims.on_came = takeover.came
+            await stack.enter_async_context(in_background("alerts of other towers", takeover.work))
             await stack.enter_async_context(several.running(tower.roster))
         prepare_routes(app)
         # Last: from here on agents get responses.

@@ -70,6 +70,11 @@ class ObedientAgent:
             self._speaking = asyncio.create_task(self._go_on_speaking())
         self._hub.reports.receive(self.link, AutopilotState(heard=True, armed=armed, airborne=airborne))
 
+    def fall_silent(self) -> None:
+        """From now on nothing is heard of it."""
+        if self._speaking is not None:
+            self._speaking.cancel()
+
     def parameters(self, *, has_radio: bool | None = True, complete: bool = True, **values: float) -> None:
         reported = LossParameters(autopilot="ardupilot", values=values, complete=complete, has_radio=has_radio)
         self._hub.reports.receive(self.link, reported)

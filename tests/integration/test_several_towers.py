@@ -3,26 +3,20 @@
 import asyncio
 import json
 import time
-from collections.abc import AsyncIterator, Callable, Iterator
-from contextlib import AsyncExitStack, suppress
 from pathlib import Path
-from typing import Any
 
-import asyncpg
-import httpx
 import msgspec
 import pytest
-from control_world import Live, ObedientAgent, ask, audit, live, until
-from own_postgres import OwnPostgres, own_postgres
-from tower_world import NewDrone, TowerWorld, assert_problem, start_tower
-from worlds.nats import TemporaryNats, nats_program, temporary_nats
+import shared_bus_world
+from control_world import ObedientAgent, ask, audit, until
+from own_postgres import OwnPostgres
+from shared_bus_world import AUTOPILOT, Two, frame_of
+from tower_world import assert_problem, start_tower
+from worlds.nats import TemporaryNats
 
 from server.domain.clock import utc_now
-from server.domain.people import Role
 from server.domain.tower_lease import LockWatch
-from server.live.relay.live_drone import LiveDrone
 from server.live.towers.place import Place
-from server.runtime.vault import new_key
 from server.store.database import open_database
 from server.store.schema import migrate
 from server.store.tower_lock import TowerLockHeld
@@ -30,113 +24,13 @@ from server.store.towers.membership import TowerMembership
 from wire.content import Frames
 from wire.dialect import mavlink
 from wire.ids import DroneId, Epoch
-from wire.tagged import split_tagged, stamp, tag
+from wire.tagged import split_tagged
 
-
-@pytest.fixture(scope="module")
-def nats(missing: Callable[[str], None]) -> Iterator[TemporaryNats]:
-    program = nats_program()
-    if program is None:
-        missing("NATS (Debian: apt-get install nats-server)")
-    assert program is not None
-    with temporary_nats(program) as server:
-        yield server
-
-
-@pytest.fixture(scope="module")
-def cluster(missing: Callable[[str], None]) -> Iterator[OwnPostgres]:
-    with own_postgres(missing) as own:
-        yield own
-
-
-@pytest.fixture
-async def postgres(cluster: OwnPostgres, request: pytest.FixtureRequest) -> OwnPostgres:
-    """A database of the test's own."""
-    connection = await asyncpg.connect(cluster.url)
-    name = f"tower_{request.node.name.lower()}"[:60]
-    await connection.execute(f'CREATE DATABASE "{name}"')
-    await connection.close()
-    return cluster.of(name)
-
+cluster, nats = shared_bus_world.cluster, shared_bus_world.nats
+postgres, two = shared_bus_world.postgres, shared_bus_world.two
 
 FROZEN_S = 4.0
 """Longer than a tower may be silent before another one may declare it dead (`LEASE_S`, `TAKE_AFTER_S`)."""
-
-
-class Two:
-    """Towers `a` and `b`. The drone Kestrel is at home at `a`; Alice, its owner, and Root are connected to `b`."""
-
-    a: TowerWorld
-    b: TowerWorld
-    drone: NewDrone
-    alice: httpx.AsyncClient
-    root: httpx.AsyncClient
-    alices: Live
-    agent: ObedientAgent
-    pings = 0
-    """That Alice has answered."""
-
-    async def begin(self, stack: AsyncExitStack, folder: Path, postgres: OwnPostgres, nats: TemporaryNats) -> "Two":
-        key = new_key()
-        for name in ("a", "b"):
-            var = folder / name
-            var.mkdir()
-            settings: dict[str, Any] = {
-                "database_url": postgres.url.replace("postgresql://", "postgresql+asyncpg://"),
-                "bus_url": nats.url,
-                "secret_keys": key,
-                "database_timeout_s": 2.0,
-            }
-            setattr(self, name, await stack.enter_async_context(start_tower(var, **settings)))
-        root, alice = await self.a.add_user("Root", Role.ADMIN), await self.a.add_user("Alice")
-        self.drone = await self.a.add_drone("Kestrel", alice)
-        await until("b to know the drone", lambda: self.drone.id in self.b.tower.hub.state.drones)
-        await until("the towers to hear each other", lambda: self.is_ready(self.a) and self.is_ready(self.b))
-        self.agent = ObedientAgent(self.a.tower.hub, self.drone.id)
-        self.agent.state(armed=True, airborne=True)
-        await until("the drone to be at home", lambda: self.at(self.a).place is Place.HERE)
-        await until("b to know its home", lambda: self.at(self.b).place is Place.ELSEWHERE)
-        self.alice, self.root = await self.b.signed_in(alice), await self.b.signed_in(root)
-        self.alices = await stack.enter_async_context(live(self.b, self.alice))
-        await self.alices.event("drone")
-        return self
-
-    def at(self, world: TowerWorld) -> LiveDrone:
-        return world.tower.hub.state.drones[DroneId(self.drone.id)]
-
-    @staticmethod
-    def is_ready(world: TowerWorld) -> bool:
-        several = world.tower.several
-        assert several is not None
-        return bool(list(several.towers.ready()))
-
-    async def sticks(self, number: int = 0) -> None:
-        frame = _frame(mavlink.MAVLink_manual_control_message(1, number, 0, 500, 0, 0))
-        await self.alices.socket.send(stamp(int(time.monotonic() * 1000)) + tag(DroneId(self.drone.id), frame))
-
-    async def answer_pings_for(self, seconds: float) -> None:
-        """As a browser does; a pilot whose round trip is not known to be short is made to hold."""
-        with suppress(TimeoutError):
-            async with asyncio.timeout(seconds):
-                while True:
-                    message = await self.alices.socket.recv()
-                    if isinstance(message, str) and (event := json.loads(message))["type"] == "ping":
-                        self.pings += 1
-                        await self.alices.socket.send(json.dumps({"type": "pong", "sequence": event["sequence"]}))
-
-
-_sender = mavlink.MAVLink(None, srcSystem=255, srcComponent=190)
-_autopilot = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
-
-
-def _frame(message: Any, by: Any = _sender) -> bytes:
-    return bytes(message.pack(by))
-
-
-@pytest.fixture
-async def two(tmp_path: Path, postgres: OwnPostgres, nats: TemporaryNats) -> AsyncIterator[Two]:
-    async with AsyncExitStack() as stack:
-        yield await Two().begin(stack, tmp_path, postgres, nats)
 
 
 async def test_a_drone_of_one_tower_is_flown_from_another(two: Two) -> None:
@@ -151,7 +45,7 @@ async def test_a_drone_of_one_tower_is_flown_from_another(two: Two) -> None:
     await two.alices.event("control", event="acquired")
 
     # Up: frames reach her browser, conflated for one that watches and at once for one in focus.
-    attitude = _frame(mavlink.MAVLink_attitude_message(1, 0.1, 0.2, 0.3, 0, 0, 0), _autopilot)
+    attitude = frame_of(mavlink.MAVLink_attitude_message(1, 0.1, 0.2, 0.3, 0, 0, 0), AUTOPILOT)
     await two.alices.socket.send(json.dumps({"type": "focus", "drone_id": drone_id}))
     await until("focus", lambda: any(b.outbox.focus == drone_id for b in two.at(two.a).watchers.values()))
     began = time.monotonic()

@@ -23,10 +23,13 @@ from server.store.towers.claims import Claims
 from wire.ids import DroneId
 
 LISTED_WITHIN_S: Final = 1.0
+ANSWERED_WITHIN_S: Final = 3.0
+NOT_FOUND: Final = 404
 MAX_BODY_BYTES: Final = 500_000
 """More does not fit into a packet of the bus."""
 _LIST: Final = "/api/v1/drones"
 _ONE: Final = re.compile(r"/api/v1/drones/([0-9]{1,10})(?:/|$)")
+_ALERT: Final = re.compile(r"/api/v1/alerts/([0-9]{1,16})/acknowledge")
 _READS: Final = frozenset({"GET", "HEAD", "OPTIONS"})
 _log = structlog.get_logger(__name__)
 
@@ -46,6 +49,10 @@ class ToTheHome:
             return
         if scope["path"] == _LIST and scope["method"] == "GET" and FORWARDED not in scope:
             await self._list(scope, receive, send)
+            return
+        alert = _ALERT.fullmatch(scope["path"])
+        if alert is not None and FORWARDED not in scope and not self._hub.alerts.has(int(alert[1])):
+            await self._acknowledge(scope, receive, send)
             return
         named = _ONE.match(scope["path"])
         drone_id = DroneId(int(named[1])) if named is not None else DroneId(0)
@@ -84,6 +91,19 @@ class ToTheHome:
         await send({"type": "http.response.start", "status": status, "headers": headers})
         await send({"type": "http.response.body", "body": answer})
 
+    async def _acknowledge(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Of an alert that this tower does not have: the home of its drone does."""
+        body = await _body(receive)
+        if body is None:
+            return
+        asked = [self._asking.ask(one, scope, body, within_s=ANSWERED_WITHIN_S) for one in self._towers.ready()]
+        for answer in await asyncio.gather(*asked, return_exceptions=True):
+            if not isinstance(answer, BaseException) and answer[0] != NOT_FOUND:
+                await send({"type": "http.response.start", "status": answer[0], "headers": answer[1]})
+                await send({"type": "http.response.body", "body": answer[2]})
+                return
+        await self._app(scope, _again(body), send)
+
     async def _list(self, scope: Scope, receive: Receive, send: Send) -> None:
         status, start, body = 500, dict[str, Any](), bytearray()
 
@@ -119,6 +139,13 @@ class ToTheHome:
     async def _refuse(scope: Scope, receive: Receive, send: Send, words: str) -> None:
         headers = {"Retry-After": "1"}
         await problem(TOWER_OUT_OF_REACH, instance=scope["path"], detail=words, headers=headers)(scope, receive, send)
+
+
+def _again(body: bytes) -> Receive:
+    async def receive() -> Message:
+        return {"type": "http.request", "body": body, "more_body": False}
+
+    return receive
 
 
 async def _body(receive: Receive) -> bytes | None:

@@ -11,7 +11,9 @@ from server.live.aircraft import decode
 from server.live.aircraft.decode import Identity, Report, Threat
 from server.live.aircraft.messages import AircraftHeard, AircraftView
 from server.live.aircraft.near import NOTHING, STALE_S, is_near_own, near
+from server.live.aircraft.shared import SharedAircraft, report_of, shared
 from server.live.aircraft.table import Aircraft, AircraftTable
+from server.live.relay.live_drone import LiveDrone
 from server.live.relay.live_state import LiveState
 from server.live.separation.motion import Motion, motion_in
 from server.live.towers.place import Place
@@ -45,6 +47,20 @@ class AircraftService:
         for report in reports:
             if _cell(report.motion) in near_drones:
                 self.table.take(report, None, now)
+
+    def shared(self, now: float) -> list[SharedAircraft]:
+        """For the other towers: what receivers of the drones here have heard."""
+        here = (drone_id for drone_id, drone in self._state.drones.items() if drone.place is Place.HERE)
+        return shared(self.table, here, now) if len(self.table) else []
+
+    def heard_elsewhere(self, aircraft: list[SharedAircraft], now: float, *, late_s: float) -> None:
+        """What receivers of drones at another tower have heard. `late_s`: how long the message was under way."""
+        for one in aircraft:
+            report = report_of(one, now - one.age_ms / 1000 - late_s)
+            for number in one.heard_by if report is not None else ():
+                drone = self._state.drones.get(DroneId(number))
+                if report is not None and drone is not None and drone.place is not Place.HERE:
+                    self.table.take(report, drone.drone_id, now)
 
     def tick(self, now: float) -> None:
         """Some ten times a second."""
@@ -85,19 +101,21 @@ class AircraftService:
             drone.aircraft_near = NOTHING if own is None else near(own, self.table, now)
 
     def _motions(self) -> dict[DroneId, Motion]:
-        found = {}
+        found = {one: motion for one, motion in self._state.elsewhere.motions() if one in self._state.drones}
         for drone_id, drone in self._state.drones.items():
+            if drone.place is not Place.HERE and drone_id in found:
+                continue
             motion = motion_in(drone.position_frame, drone.position_at) if drone.position_frame is not None else None
             if motion is not None:
                 found[drone_id] = motion
         return found
 
     def _tell(self, now: float) -> None:
-        """To each browser what drones that it watches have heard, and the feed."""
+        """To each browser what drones that it watches have heard, and the feed. Those of other towers hear it there."""
         shown: dict[int, list[Aircraft]] = {}
         beside: dict[tuple[int, int], set[int]] = {}
         for drone_id, place in self._motions().items():
-            watching = {browser.number for browser in self._state.drones[drone_id].frame_watchers()}
+            watching = self._told_of(self._state.drones[drone_id])
             for cell in _around(place):
                 beside.setdefault(cell, set()).update(watching)
         newest = sorted(self.table, key=lambda one: -one.report.motion.at)
@@ -111,7 +129,7 @@ class AircraftService:
             for drone_id in one.heard_by:
                 drone = self._state.drones.get(drone_id)
                 if drone is not None:
-                    numbers.update(browser.number for browser in drone.frame_watchers())
+                    numbers.update(self._told_of(drone))
             for number in numbers:
                 shown.setdefault(number, []).append(one)
         for number in self._told - shown.keys():
@@ -125,6 +143,9 @@ class AircraftService:
                 event = events[keys] = AircraftHeard([_view(one, now) for one in aircraft[:MAX_TOLD]])
             self._state.browsers[number].notify(event)
         self._told = set(shown)
+
+    def _told_of(self, drone: LiveDrone) -> set[int]:
+        return {browser.number for browser in self._state.frame_watchers_of(drone) if not browser.is_visitor}
 
 
 def _cell(place: Motion) -> tuple[int, int]:

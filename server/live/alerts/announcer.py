@@ -84,6 +84,12 @@ class Announcer:
             else:
                 self._announced[alert.id] = alert
 
+    def forget(self, alert: Alert) -> None:
+        """Another tower goes on with it, and announces the rest."""
+        self._quiet.pop(alert.id, None)
+        self._announced.pop(alert.id, None)
+        self._unanswered.discard(alert.id)
+
     def tick(self, now: datetime) -> None:
         """Every few seconds: finds what nobody has answered, and what is not on the bench any more."""
         for alert in list(self._quiet.values()):

@@ -63,6 +63,10 @@ class AlertService:
         self.listeners: list[Listener] = []
         """Called after each change with the alert as it is now: whoever stores alerts, or tells people elsewhere. They
         must return at once."""
+        self.are_taken_over: Callable[[DroneId], bool] = lambda drone_id: False
+        """Whether the other tower that has the drone now goes on with its alerts."""
+        self.on_handed_over: Listener = lambda alert: None
+        """Another tower goes on with this alert: here it is forgotten."""
 
     # -- reading ---------------------------------------------------------------------------------------------
 
@@ -77,6 +81,10 @@ class AlertService:
     def live(self) -> list[Alert]:
         """Every alert that is open or waits for a person, whoever may know of it."""
         return list(self._live.values())
+
+    def has(self, alert_id: int) -> bool:
+        """Whether this tower has it in the present picture."""
+        return alert_id in self._live
 
     def acknowledgement_of(self, alert_id: int) -> datetime | None:
         """When an alert of the present picture was acknowledged."""
@@ -122,10 +130,13 @@ class AlertService:
             if drone is None or (alert.closed_at is None and alert.rule.name in _PAIRS):
                 alert.closed_at = alert.closed_at or self._state.clock()
                 self._notify_listeners(alert)
-            if drone is None or not alert.is_live:
+            if drone is None or not alert.is_live or alert.id in self._live:
                 continue
             self._live[alert.id] = alert
             watched = self._watched(drone)
+            if alert.closed_at is None and alert.key in watched.open:
+                self._close(alert)  # it has been found again meanwhile
+                continue
             watched.add(alert)
             if alert.closed_at is not None:
                 continue
@@ -151,10 +162,8 @@ class AlertService:
 
     def _look(self, drone: LiveDrone, now: float) -> None:
         watched = self._watched(drone)
-        if drone.place is Place.ELSEWHERE:
-            for alert in list(watched.open.values()):
-                self._close(alert)  # its home finds it again
-            watched.forget_conditions()
+        if drone.place in (Place.ELSEWHERE, Place.OUT_OF_REACH):
+            self._leave(watched, drone)
             return
         if not drone.last_heard.ever:
             return  # nothing is known of it since the start: what was open stays open
@@ -172,6 +181,18 @@ class AlertService:
                 self._apply(watched, drone, changed)
         for changed in watched.texts_found(drone, facts, now):
             self._apply(watched, drone, changed)
+
+    def _leave(self, watched: WatchedDrone, drone: LiveDrone) -> None:
+        """Another tower is its home now, and judges it."""
+        if self.are_taken_over(drone.drone_id):
+            for alert in list(watched.alerts()):
+                self._live.pop(alert.id, None)
+                watched.drop(alert)
+                self.on_handed_over(alert)
+        elif drone.place is Place.ELSEWHERE:
+            for alert in list(watched.open.values()):
+                self._close(alert)  # its home finds it again
+        watched.forget_conditions()
 
     def _apply(self, watched: WatchedDrone, drone: LiveDrone, changed: Changed) -> None:
         if changed.change is Change.OPENED:
@@ -287,7 +308,7 @@ class AlertService:
         for drone_id in (alert.drone_id, None if alert.about_stranger else alert.other_id):
             drone = self._state.drones.get(drone_id) if drone_id is not None else None
             if drone is not None:
-                watching = {browser.number for browser in drone.frame_watchers()}
+                watching = {browser.number for browser in self._state.frame_watchers_of(drone)}
                 numbers = watching if numbers is None else numbers & watching
         return numbers or set()
 

@@ -13,6 +13,7 @@ from msgspec import Raw
 from msgspec.structs import replace
 
 from server.domain.clock import Clock
+from server.domain.relations import Right
 from server.live.hub_events import HoldToKeep, HubEvent
 from server.live.relay import live_messages as live
 from server.live.relay.agent_link import AgentLink
@@ -21,6 +22,7 @@ from server.live.relay.flood_gate import FLOODING
 from server.live.relay.live_drone import MANUAL_FOR_S, LiveDrone, Viewpoint
 from server.live.relay.open_browsers import OpenBrowsers
 from server.live.relay.traffic import Traffic
+from server.live.separation.elsewhere import DronesElsewhere
 from server.live.towers.place import Place
 from wire.control_messages import ControlChanged, ToAgent
 from wire.drops import DropCounts, DropReason
@@ -42,6 +44,8 @@ class LiveState:
         self.browsers = OpenBrowsers()
         self.drops: DropCounts = DropCounts()
         self.traffic = Traffic()
+        self.elsewhere = DronesElsewhere()
+        """Drones in the air at other towers."""
         self.aircraft_frames: deque[tuple[DroneId, bytes, float]] = deque(maxlen=MAX_AIRCRAFT_FRAMES)
         """What receivers on board heard and nobody has read yet; a flood loses the oldest."""
         self.sticks_at = float("-inf")
@@ -56,6 +60,20 @@ class LiveState:
     def anybody_flies_by_hand(self, now: float) -> bool:
         """Whether sticks have moved any drone within the last seconds."""
         return now - self.sticks_at < MANUAL_FOR_S
+
+    def frame_watchers_of(self, drone: LiveDrone) -> list[Browser]:
+        """Browsers that get its frames, from this tower or from its home."""
+        if drone.place is Place.HERE:
+            return drone.frame_watchers()
+        known, barred = self.elsewhere.get(drone.drone_id), {drone.user_without_view}
+        if known is not None:
+            barred.add(known.without_view)
+        return [
+            browser
+            for browser in self.browsers.values()
+            if browser.viewer.user_id not in barred
+            and drone.may(browser.viewer.user_id, browser.viewer.role, Right.SEE)
+        ]
 
     def notify_watchers(self, drone: LiveDrone, event: live.ToBrowser) -> None:
         """Notifies all who may see the drone."""

@@ -21,8 +21,8 @@ WIDENED: Final = 1.25
 UNHEARD_S: Final = 10.0
 """An alert about a drone that fell silent stays this long: silence does not mean that it went away."""
 
-Why = Literal["", "apart", "landed", "unheard"]
-"""`landed`: or removed from the tower."""
+Why = Literal["", "apart", "landed", "unheard", "elsewhere"]
+"""`landed`: or removed from the tower. `elsewhere`: other towers watch both drones now; nobody is told that."""
 
 
 class Encounter:
@@ -67,6 +67,10 @@ class Encounter:
             self._lower_since = None
             return False
         return self._check_lower_level(kept.level if kept is not None else Level.CLEAR, now)
+
+    def leave(self) -> bool:
+        """Both drones are at other towers now. Returns whether the alert level changed."""
+        return self._end("elsewhere")
 
     def _check_higher_levels(self, found: Judged, now: float) -> bool:
         for level in [one for one in self._higher_since if one > found.level]:

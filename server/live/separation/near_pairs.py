@@ -5,7 +5,7 @@ that never share a cell at one time and height are skipped. The work is done in 
 a thousand drones.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
 from itertools import islice
 from math import cos, floor, hypot, radians
@@ -33,10 +33,15 @@ _Stay = tuple[float, float, float, float, float, float, float, float, DroneId]
 
 
 def near_pairs(
-    motions: Mapping[DroneId, Motion], bounds: SeparationBounds, now: float, *, most_pairs: int
+    motions: Mapping[DroneId, Motion],
+    bounds: SeparationBounds,
+    now: float,
+    *,
+    most_pairs: int,
+    wanted: Callable[[Pair], bool] = lambda pair: True,
 ) -> Iterator[list[Pair]]:
-    """Each pair once, a portion at a time. Every pair that comes within the bounds is among them, unless there were
-    more than `most_pairs`: then it stops there."""
+    """Each wanted pair once, a portion at a time. Every one that comes within the bounds is among them, unless there
+    were more than `most_pairs`: then it stops there."""
     cells: dict[tuple[int, int], list[_Stay]] = {}
     for count, (drone_id, motion) in enumerate(motions.items(), 1):
         _write(cells, drone_id, motion, bounds, now)
@@ -70,7 +75,7 @@ def near_pairs(
                 ):
                     continue
                 pair = (drone_id, other_id) if drone_id < other_id else (other_id, drone_id)
-                if pair in seen:
+                if pair in seen or not wanted(pair):
                     continue
                 if len(seen) >= most_pairs:
                     yield found

@@ -2,6 +2,8 @@
 
 A person who may see both drones gets everything. A person who may not see the other one gets what `strangers` allows:
 that there is another drone, and roughly where, enough to keep away and nothing else about the other squad.
+
+With several towers each pair is told of once: see `drones_in_air`.
 """
 
 import secrets
@@ -13,10 +15,10 @@ from server.live.relay.browser import Browser
 from server.live.relay.live_drone import LiveDrone
 from server.live.relay.live_messages import Separation
 from server.live.relay.live_state import LiveState
-from server.live.separation.bounds import STALE_S, Level, SeparationBounds
-from server.live.separation.credible import is_credible
+from server.live.separation.bounds import Level, SeparationBounds
+from server.live.separation.drones_in_air import DronesInAir
 from server.live.separation.encounter import Encounter
-from server.live.separation.motion import Motion, Relative, boot_s_in, motion_in
+from server.live.separation.motion import Relative, boot_s_in, motion_in
 from server.live.separation.strangers import Rounded, StrangerAlert, StrangerAlerts, rounded
 from server.live.separation.watch import AirPicture, SeparationWatch
 from wire.ids import DroneId
@@ -56,7 +58,10 @@ class SeparationNotifier:
         self, state: LiveState, bounds: SeparationBounds, new_number: Callable[[], int] = random_number
     ) -> None:
         self._state = state
-        self._watch = SeparationWatch(AirPicture(self._flying, self._motion), bounds, new_number)
+        self.in_air = DronesInAir(state)
+        """Also for the other towers."""
+        picture = AirPicture(self.in_air.flying, self.in_air.motion, self.in_air.concerns)
+        self._watch = SeparationWatch(picture, bounds, new_number)
         self._strangers = StrangerAlerts(new_number)
         self._heard: dict[int, set[int]] = {}
         """Browsers that got everything about an encounter, by its number."""
@@ -68,8 +73,10 @@ class SeparationNotifier:
         """Some ten times a second."""
         self._check_motions(now)
         for one in self._watch.tick(now):
-            self._state.traffic.separation[_WORDS[one.level]] += 1
             self._notify(one, now)
+            if not self.in_air.leads(one.pair):
+                continue
+            self._state.traffic.separation[_WORDS[one.level]] += 1
             if one.level is Level.WARNING and one.judged is not None:
                 _, in_s, horizontal_m, vertical_m = one.judged.approach
                 self._state.on_event(SeparationLost(*one.pair, in_s, horizontal_m, vertical_m))
@@ -87,6 +94,8 @@ class SeparationNotifier:
         for one in self._watch.encounters:
             first, second = (browser.number in self._watchers(drone_id) for drone_id in one.pair)
             if first and second:
+                if not self.in_air.leads(one.pair):
+                    continue
                 self._heard.setdefault(one.number, set()).add(browser.number)
                 browser.notify(_event(one))
             elif first or second:
@@ -97,8 +106,8 @@ class SeparationNotifier:
 
     @property
     def encounters(self) -> list[Encounter]:
-        """The pairs in alert, the worst first."""
-        return self._watch.encounters
+        """The pairs in alert that this tower leads, the worst first."""
+        return [one for one in self._watch.encounters if self.in_air.leads(one.pair)]
 
     def for_strangers(self) -> Iterator[tuple[DroneId, DroneId, Rounded]]:
         """The present alerts about hidden drones: the recipient's own drone, the other one, what may be said."""
@@ -106,28 +115,10 @@ class SeparationNotifier:
 
     def counts(self) -> Counts:
         """A snapshot of this moment."""
-        levels = [one.level for one in self._watch.encounters]
+        levels = [one.level for one in self.encounters]
         return Counts(levels.count(Level.CAUTION), levels.count(Level.WARNING), self._watch.cut_short)
 
-    # -- where drones are ------------------------------------------------------------------------------------
-
-    def _flying(self, now: float) -> dict[DroneId, Motion]:
-        flying = {}
-        for drone_id, drone in self._state.drones.items():
-            if drone.counts_as_flying() and drone.position_frame is not None and now - drone.position_at <= STALE_S:
-                motion = motion_in(drone.position_frame, drone.position_at)
-                if motion is not None:
-                    flying[drone_id] = motion
-        return flying
-
-    def _motion(self, drone_id: DroneId) -> Motion | None:
-        drone = self._state.drones.get(drone_id)
-        if drone is None or drone.position_frame is None:
-            return None
-        # While it is silent, its last position counts: a drone does not land because its link broke.
-        if drone.airborne is False:
-            return None
-        return motion_in(drone.position_frame, drone.position_at)
+    # -- how drones move -------------------------------------------------------------------------------------
 
     def _check_motions(self, now: float) -> None:
         if not self._watch.bounds.horizontal_m or now - self._motion_at < MOTION_S / _PARTS:
@@ -153,7 +144,9 @@ class SeparationNotifier:
 
     def _notify(self, one: Encounter, now: float) -> None:
         first, second = (self._watchers(drone_id) for drone_id in one.pair)
-        both, event = first.keys() & second.keys(), _event(one)
+        # Its leader tells of it; if that is another tower now, those who were told here hear its end.
+        both = first.keys() & second.keys() if self.in_air.leads(one.pair) else set[int]()
+        event = _event(one)
         for number in both:
             first[number].notify(event)
         for number in self._heard.pop(one.number, set()) - both:
@@ -166,11 +159,10 @@ class SeparationNotifier:
 
     def _notify_strangers(self, one: Encounter, now: float) -> None:
         """Computed for each drone of the pair, with or without viewers: the content must not depend on who listens."""
-        drones = [self._state.drones.get(drone_id) for drone_id in one.pair]
-        for drone in drones:
-            if drone is not None:
-                self._check_motion(drone, now)
-        found = [is_credible(drone, now) for drone in drones]
+        for drone_id in one.pair:
+            if self.in_air.is_here(drone_id):
+                self._check_motion(self._state.drones[drone_id], now)
+        found = [self.in_air.is_credible(drone_id, now) for drone_id in one.pair]
         fit = False if False in found else None if None in found else True
         first, second = one.pair
         approach = one.judged.approach if one.judged is not None else None
@@ -180,7 +172,8 @@ class SeparationNotifier:
             def about(seen: Relative | None = seen) -> Rounded:
                 return rounded(one.level, approach, seen)
 
-            alert = self._strangers.check(one.number, (own, other), one.level, about, qualifies=fit, now=now)
+            ours = fit if self.in_air.is_here(own) else False  # else its home tells
+            alert = self._strangers.check(one.number, (own, other), one.level, about, qualifies=ours, now=now)
             if alert is not None:
                 event = _event_of_stranger(own, alert)
                 # A viewer who may now see the other drone knows more; the alert for strangers still needs its end.
@@ -191,7 +184,9 @@ class SeparationNotifier:
 
     def _watchers(self, drone_id: DroneId) -> dict[int, Browser]:
         drone = self._state.drones.get(drone_id)
-        return {browser.number: browser for browser in drone.frame_watchers()} if drone is not None else {}
+        if drone is None:
+            return {}
+        return {browser.number: browser for browser in self._state.frame_watchers_of(drone)}
 
 
 def _event(one: Encounter) -> Separation:

@@ -24,10 +24,11 @@ MAX_ENCOUNTERS: Final = 300
 
 class AirPicture(NamedTuple):
     """The watch's view of the world. `flying`: drones in the air with a fresh position. `motion`: the newest motion of
-    one drone, however old; None if it is on the ground or gone."""
+    one drone, however old; None if it is on the ground or gone. `concerns`: whether a pair is this tower's to watch."""
 
     flying: Callable[[float], Mapping[DroneId, Motion]]
     motion: Callable[[DroneId], Motion | None]
+    concerns: Callable[[Pair], bool] = lambda pair: True
 
 
 class SeparationWatch:
@@ -84,7 +85,7 @@ class SeparationWatch:
 
     def _near(self, flying: Mapping[DroneId, Motion], now: float) -> Iterator[list[Pair]]:
         found = 0
-        for portion in near_pairs(flying, self.bounds, now, most_pairs=MAX_PAIRS):
+        for portion in near_pairs(flying, self.bounds, now, most_pairs=MAX_PAIRS, wanted=self._sky.concerns):
             found += len(portion)
             yield portion
         self.cut_short += found >= MAX_PAIRS
@@ -102,8 +103,11 @@ class SeparationWatch:
         return one
 
     def _check(self, one: Encounter, now: float) -> bool:
-        own, other = (self._sky.motion(drone_id) for drone_id in one.pair)
-        changed = one.check(own, other, self.bounds, now)
+        if self._sky.concerns(one.pair):
+            own, other = (self._sky.motion(drone_id) for drone_id in one.pair)
+            changed = one.check(own, other, self.bounds, now)
+        else:
+            changed = one.leave()
         if one.over:
             del self._encounters[one.pair]
         return changed

@@ -12,13 +12,16 @@ import msgspec
 
 from server.domain.people import Principal, Role, TokenId
 from server.domain.scopes import Scope
+from server.live.aircraft.shared import SharedAircraft
+from server.live.separation.elsewhere import DroneInAir
 from wire.ids import UserId
 
 TOWER_ID_BYTES: Final = 16
 MAX_PACKET_BYTES: Final = 900_000
 """NATS takes a million bytes by default."""
-BUS_VERSION: Final = 1
-"""A tower tells it in its row. 0: knows no HandOver, and would break the stream."""
+BUS_VERSION: Final = 2
+"""A tower tells it in its row. 0: knows no HandOver, and would break the stream; 1: no InAir, and it does not take over
+the alerts of drones that come to it."""
 _HEADER: Final = Struct("<16sIIQ")
 
 
@@ -155,6 +158,13 @@ class HandOver(msgspec.Struct, frozen=True, array_like=True, tag=15):
     epoch: int
 
 
+class InAir(msgspec.Struct, frozen=True, array_like=True, tag=16):
+    """All drones that the sender has in the air, twice a second, and the aircraft that they have heard."""
+
+    drones: list[DroneInAir]
+    aircraft: list[SharedAircraft]
+
+
 Message = (
     Hello
     | Beat
@@ -172,6 +182,7 @@ Message = (
     | Ask
     | Answer
     | HandOver
+    | InAir
 )
 
 

@@ -44,6 +44,8 @@ class IncomingStream:
         self._heard_at = float("-inf")
         self._lateness = Lateness()
         self.is_open = False
+        self.late_s = 0.0
+        """How much longer than the fastest one the newest message was under way."""
 
     @property
     def heard(self) -> int:
@@ -52,7 +54,8 @@ class IncomingStream:
 
     def receive(self, number: int, sequence: int, sent_ms: int, now: float) -> Taken:
         """Judges one message by its header."""
-        is_late = self._lateness.late_by(sent_ms, now) > LATE_AFTER_S
+        self.late_s = self._lateness.late_by(sent_ms, now)
+        is_late = self.late_s > LATE_AFTER_S
         broke = self.check(now)
         if number > self._number and sequence == 0 and not is_late:
             broke = broke or self.is_open

@@ -15,6 +15,7 @@ from server.live.towers.messages import (
     HandOver,
     Hello,
     Homes,
+    InAir,
     MalformedPacket,
     Message,
     decode_messages,
@@ -28,6 +29,8 @@ from server.live.towers.visits import Visits
 from wire.ids import DroneId
 from wire.lateness import stamp_ms
 
+IN_AIR_EVERY_S: Final = 0.5
+"""How often the others are told where the drones here are. The separation watch looks as often."""
 HANDED_OVER_FOR_S: Final = 4.0
 """A drone that comes later than this after its last tower's word counts as unknown: it holds."""
 
@@ -69,7 +72,7 @@ class Towers:
         self._wake = wake
         self._others: dict[str, OtherTower] = {}
         self._dirty = False
-        self._beat_at = float("-inf")
+        self._beat_at = self._in_air_at = float("-inf")
         self.directory = HomeDirectory()
         self.visits = Visits(hub.state, hub.flood, self)
         self.visitors = Visitors(hub, send=self.send, begin_writing=begin_writing)
@@ -85,6 +88,7 @@ class Towers:
         self._bus_versions: dict[str, int] = {}
         self._handed_over: dict[DroneId, tuple[int, int, float]] = {}
         hub.state.place_of = self.place_of
+        hub.alerts.are_taken_over = self._takes_over_alerts
         hub.visits = self.visits
 
     # -- the other towers ------------------------------------------------------------------------------------
@@ -159,12 +163,31 @@ class Towers:
         if now - self._beat_at < BEAT_EVERY_S:
             return
         self._beat_at = now
+        self._tell_in_air(now)
         reaches = self.reaches_database()
         for tower, other in self._others.items():
             if other.outgoing.must_open(now):
                 self._open(tower, now, answers=False)
             self._put(other, Beat(other.incoming.heard, reaches, self._hub.fleet.revision))
         self.flush(now)
+
+    def _understands(self, tower: str, version: int) -> bool:
+        return self._bus_versions.get(tower, 0) >= version
+
+    def _tell_in_air(self, now: float) -> None:
+        """Also while nothing is in the air: what is not named has landed."""
+        towers = [tower for tower in self.ready() if self._understands(tower, 2)]
+        if not towers or now - self._in_air_at < IN_AIR_EVERY_S:
+            return
+        self._in_air_at = now
+        message = InAir(self._hub.separation.in_air.told(now), self._hub.aircraft.shared(now))
+        for tower in towers:
+            self.send(tower, message)
+
+    def _takes_over_alerts(self, drone_id: DroneId) -> bool:
+        """Whether the drone's home, another tower, goes on with the alerts that it had here."""
+        home = self.directory.home_of(drone_id)
+        return home is not None and home != self.me and self._understands(home, 2)
 
     # -- places ----------------------------------------------------------------------------------------------
 
@@ -192,7 +215,7 @@ class Towers:
         """This tower's drone is about to link to another one, and all is well with it."""
         claim = self.directory.claim_of(drone_id)
         for tower in self.ready():
-            if self._bus_versions.get(tower, 0) >= 1:
+            if self._understands(tower, 1):
                 self.send(tower, HandOver(drone_id, claim, epoch))
 
     def was_handed_over(self, drone_id: DroneId, claim: int, epoch: int, now: float) -> bool:
@@ -262,6 +285,10 @@ class Towers:
             case HandOver():
                 if self.directory.home_of(DroneId(message.drone_id)) == tower:
                     self._handed_over[DroneId(message.drone_id)] = (message.claim, message.epoch, now)
+            case InAir():
+                late_s, home_of = other.incoming.late_s, self.directory.home_of
+                self._hub.state.elsewhere.learn(tower, message.drones, now, late_s=late_s, home_of=home_of)
+                self._hub.aircraft.heard_elsewhere(message.aircraft, now, late_s=late_s)
             case Ask():
                 self.on_ask(tower, message)
             case Answer():

@@ -1,4 +1,4 @@
-"""Reads the alerts that were open, or waited for a person, when the tower was stopped."""
+"""Reads the alerts that are open, or wait for a person: after a restart, or those of another tower."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from sqlalchemy import or_, select
 from server.domain.clock import Clock
 from server.domain.people import UserRef
 from server.live.alerts.alert import Alert
+from server.live.alerts.announcer import Announcer
 from server.live.alerts.rules import BY_NAME
 from server.live.alerts.severity import Severity
 from server.live.hub import Hub
@@ -23,14 +24,25 @@ AWAITED_FOR: Final = timedelta(hours=24)
 MAX_LOADED: Final = 5_000
 
 
-async def load_alerts(hub: Hub, database: Database, clock: Clock) -> None:
-    """At start, after the hub knows the drones and before agents get responses."""
+async def read_alerts(database: Database, clock: Clock) -> list[Alert]:
+    """Those whose rule this version has, oldest first."""
     unread = AlertRow.acknowledged_at.is_(None) & (AlertRow.severity == Severity.CRITICAL.value)
     recent = AlertRow.closed_at >= clock() - AWAITED_FOR
     query = select(AlertRow).where(or_(AlertRow.closed_at.is_(None), recent & unread))
     async with database.reading() as session:
         rows = (await session.scalars(query.order_by(AlertRow.opened_at.desc()).limit(MAX_LOADED))).all()
-    hub.alerts.restore([alert_of(row) for row in reversed(rows) if row.rule in BY_NAME], time.monotonic())
+    return [alert_of(row) for row in reversed(rows) if row.rule in BY_NAME]
+
+
+def restore_alerts(hub: Hub, announcer: Announcer, alerts: list[Alert], clock: Clock) -> None:
+    """They go on here. The announcer comes first: some end at once, and that is news."""
+    announcer.restored(alerts, clock())
+    hub.alerts.restore(alerts, time.monotonic())
+
+
+async def load_alerts(hub: Hub, announcer: Announcer, database: Database, clock: Clock) -> None:
+    """At start, after the hub knows the drones and before agents get responses."""
+    restore_alerts(hub, announcer, await read_alerts(database, clock), clock)
 
 
 def alert_of(row: AlertRow) -> Alert:

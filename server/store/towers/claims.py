@@ -59,6 +59,8 @@ class Claims:
         self._monotonic = monotonic
         self._at_work: dict[DroneId, asyncio.Task[None]] = {}
         self._slots = asyncio.Semaphore(MAX_AT_ONCE)
+        self.on_came: Callable[[DroneId], None] = lambda drone_id: None
+        """Called when a drone has its home here since now."""
         towers.is_claiming = self.is_claiming
 
     def noticed(self, event: HubEvent) -> None:
@@ -159,4 +161,6 @@ class Claims:
         self._towers.claimed([(drone_id, claimed.claim)], now)
         # Only now: events about drones that are not at home here are dropped.
         self._hub.fleet.check_lease(drone_id)
+        if claimed.moved:
+            self.on_came(drone_id)
         await self._loss_checks.read_again(drone_id)

@@ -1,0 +1,88 @@
+"""Takes over the alerts of drones that come to this tower from another one, which has ended or has handed them over.
+
+The stored alerts are the way: an alert that is open there, whose drone is at home here, and which this tower does not
+have, was another tower's. It goes on here under its number, so it ends here, and everything about it is announced once.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Final
+
+import structlog
+from sqlalchemy.exc import SQLAlchemyError
+
+from server.domain.clock import Clock
+from server.live.alerts.alert import Alert
+from server.live.alerts.announcer import Announcer
+from server.live.hub import Hub
+from server.live.towers.place import Place
+from server.store.alerts.loading import read_alerts, restore_alerts
+from server.store.alerts.writer import AlertWriter
+from server.store.database import Database
+from wire.ids import DroneId
+
+EVERY_S: Final = 10.0
+"""How often it looks besides: the former tower may have stored an alert after the drone came."""
+_log = structlog.get_logger(__name__)
+
+
+class AlertTakeover:
+    """One for a tower that shares a bus."""
+
+    def __init__(self, hub: Hub, database: Database, clock: Clock, writer: AlertWriter, announcer: Announcer) -> None:
+        self._hub = hub
+        self._database = database
+        self._clock = clock
+        self._writer = writer
+        self._announcer = announcer
+        self._something = asyncio.Event()
+        self._came: set[DroneId] = set()
+        """Drones whose alerts that are over and wait for a person are to be read as well."""
+        self._changed: set[int] = set()
+        """Alerts that have changed here while the database was asked."""
+        hub.alerts.listeners.append(self._note)
+
+    def came(self, drone_id: DroneId) -> None:
+        """The drone is at home here since now, and was not before."""
+        self._came.add(drone_id)
+        self._something.set()
+
+    async def work(self) -> None:
+        """Runs until cancelled."""
+        while True:
+            try:
+                async with asyncio.timeout(EVERY_S):
+                    await self._something.wait()
+            except TimeoutError:
+                pass
+            self._something.clear()
+            try:
+                await self.take_over()
+            except (SQLAlchemyError, OSError) as error:
+                _log.error("alerts_not_taken_over_yet", error=type(error).__name__)
+                await asyncio.sleep(1.0)
+
+    async def take_over(self) -> int:
+        """Returns how many. Raises SQLAlchemyError and OSError of the database."""
+        came = set(self._came)
+        # What changes here from now on is known better here than what the database is about to answer.
+        self._changed = {alert.id for alert in self._writer.waiting()}
+        found = await read_alerts(self._database, self._clock)
+        ours = [alert for alert in found if self._is_ours(alert, came)]
+        self._came -= came
+        if ours:
+            restore_alerts(self._hub, self._announcer, ours, self._clock)
+            _log.info("alerts_taken_over", count=len(ours))
+        return len(ours)
+
+    def _is_ours(self, alert: Alert, came: set[DroneId]) -> bool:
+        drone = self._hub.state.drones.get(alert.drone_id)
+        if drone is None or drone.place is not Place.HERE:
+            return False
+        if alert.id in self._changed or self._hub.alerts.has(alert.id):
+            return False
+        return alert.closed_at is None or alert.drone_id in came
+
+    def _note(self, alert: Alert) -> None:
+        self._changed.add(alert.id)
