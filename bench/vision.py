@@ -135,7 +135,7 @@ def _letters(report: Report, case: str, score: Score, reader: LetterReader) -> N
         else:
             right += 1
             if truth.letter not in SAME_AFTER_HALF_TURN:
-                heading_deg = target.heading_deg + 90.0 * reading.quarter_turns
+                heading_deg = target.headings_deg[reading.quarter_turns]
                 errors = [angle_between_deg(heading_deg, true) for true in truth.headings_deg]
                 turned += 1
                 upright += errors.index(min(errors)) == 0

@@ -251,6 +251,7 @@ def _target(group: _Group, settings: SquareDetectorSettings) -> SquareTarget:
     headings = [math.degrees(math.atan2(x, -y)) for x, y in outward]
     top = min(range(4), key=lambda i: abs(headings[i]))
     corners = np.roll(corners, -top, axis=0)
+    first, second, third, fourth = (headings[(top + i) % 4] % 360.0 for i in range(4))
     (x0, y0), (x1, y1), (x2, y2), (x3, y3) = ((float(x), float(y)) for x, y in corners)
     points: tuple[Point, Point, Point, Point] = ((x0, y0), (x1, y1), (x2, y2), (x3, y3))
     surplus = len(group.shares) - settings.min_squares
@@ -260,7 +261,7 @@ def _target(group: _Group, settings: SquareDetectorSettings) -> SquareTarget:
     return SquareTarget(
         (float(group.centre[0]), float(group.centre[1])),
         group.side_px,
-        (headings[top] + 45.0) % 90.0 - 45.0,
+        (first, second, third, fourth),
         points,
         group.shares,
         counted * math.sqrt(centred * parallel),

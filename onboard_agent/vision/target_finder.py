@@ -67,7 +67,7 @@ class TargetFinder:
         if seen_now and track.state is TrackState.CONFIRMED and self._letter is None:
             self._read(picture, track)
         if seen_now and self._heading_deg is not None:
-            self._heading_deg = _nearest(track.latest.heading_deg, self._heading_deg)
+            self._heading_deg = _nearest(track.latest.headings_deg, self._heading_deg)
         return Sighting(targets, track, self._letter, self._heading_deg)
 
     def _read(self, picture: npt.NDArray[np.uint8], track: Track) -> None:
@@ -83,13 +83,12 @@ class TargetFinder:
         self._tally[reading.letter] += 1
         if self._tally[reading.letter] >= AGREEING_READINGS:
             self._letter = reading
-            self._heading_deg = (track.latest.heading_deg + 90.0 * reading.quarter_turns) % 360.0
+            self._heading_deg = track.latest.headings_deg[reading.quarter_turns]
 
 
-def _nearest(heading_deg: float, before_deg: float) -> float:
-    """Returns the quarter turn of a heading that is nearest to the one before."""
-    turn_deg = (heading_deg - before_deg + 45.0) % 90.0 - 45.0
-    return (before_deg + turn_deg) % 360.0
+def _nearest(headings_deg: tuple[float, ...], before_deg: float) -> float:
+    """Returns the one that is nearest to the heading before."""
+    return min(headings_deg, key=lambda heading_deg: abs((heading_deg - before_deg + 180.0) % 360.0 - 180.0))
 
 
 def letter_readers(alphabet: str, *, with_tesseract: bool = True) -> tuple[LetterReader, ...]:

@@ -40,7 +40,8 @@ class FakeReader:
 
 def target(heading_deg: float = 10.0) -> SquareTarget:
     corners = ((75.0, 55.0), (125.0, 55.0), (125.0, 105.0), (75.0, 105.0))
-    return SquareTarget((100.0, 80.0), 50.0, heading_deg, corners, (1.0, 0.7, 0.4), 0.8)
+    headings = (heading_deg % 360, heading_deg + 90, heading_deg + 180, heading_deg + 270)
+    return SquareTarget((100.0, 80.0), 50.0, headings, corners, (1.0, 0.7, 0.4), 0.8)
 
 
 def finder(*readers: FakeReader) -> tuple[TargetFinder, FakeDetector]:

@@ -41,7 +41,7 @@ def read(reader: TemplateReader | TesseractReader, picture: Picture) -> tuple[Le
     """Returns the reading, and the heading of the letter's top if there is one."""
     (target,) = ConcentricSquareDetector().find(picture)
     reading = reader.read(picture, target)
-    return reading, (target.heading_deg + 90.0 * reading.quarter_turns) % 360.0 if reading else math.nan
+    return reading, target.headings_deg[reading.quarter_turns] if reading else math.nan
 
 
 @pytest.mark.parametrize("turn_deg", [0.0, 100.0, 190.0, 280.0])

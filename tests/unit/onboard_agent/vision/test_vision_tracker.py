@@ -17,7 +17,8 @@ def target(
 ) -> SquareTarget:
     half = side / 2
     corners = ((x - half, y - half), (x + half, y - half), (x + half, y + half), (x - half, y + half))
-    return SquareTarget((x, y), side, heading, corners, (1.0, 0.7, 0.4), sure)
+    headings = (heading % 360, heading + 90, heading + 180, heading + 270)
+    return SquareTarget((x, y), side, headings, corners, (1.0, 0.7, 0.4), sure)
 
 
 def fed(tracker: TargetTracker, pictures: list[list[SquareTarget]], start_s: float = 0.0) -> list[Track | None]:
