@@ -26,6 +26,7 @@ from bench import (
     scale,
     simulator,
     towers,
+    vision,
 )
 from bench.rows import Report
 from bench.video import bench_run as video
@@ -46,6 +47,7 @@ BENCHES: dict[str, tuple[Callable[[Report, argparse.Namespace], Coroutine[Any, A
     "simulator": (simulator.run, simulator.__doc__ or ""),
     "towers": (towers.run, towers.__doc__ or ""),
     "video": (video.run, video.__doc__ or ""),
+    "vision": (vision.run, vision.__doc__ or ""),
 }
 
 
@@ -54,7 +56,7 @@ def parse(words: list[str]) -> argparse.Namespace:
     parser.add_argument("name", choices=sorted(BENCHES), help="which")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the rows there as well")
     parser.add_argument("--quick", action="store_true", help="few rounds: to see whether it works")
-    parser.add_argument("--rounds", type=int, help="how often each latency is measured")
+    parser.add_argument("--rounds", type=int, help="how often each latency is measured; vision: pictures (500)")
     parser.add_argument("--network", action="store_true", help="on the emulated network only")
     parser.add_argument("--loopback", action="store_true", help="on loopback only")
     parser.add_argument("--flavour", choices=("ardupilot", "px4"), action="append", help="only this one")
@@ -115,7 +117,7 @@ def parse(words: list[str]) -> argparse.Namespace:
     parser.add_argument("--messages", type=int, metavar="N", help="fuzz: so many WebSocket messages (100,000)")
     parser.add_argument("--rows", type=int, metavar="N", help="audit: so many events (5,000,000)")
     parser.add_argument("--kills", type=int, metavar="N", help="recorder: ends the tower so often (50)")
-    parser.add_argument("--seed", type=int, default=1, help="fuzz: another one makes other bytes (1)")
+    parser.add_argument("--seed", type=int, default=1, help="fuzz, vision: another one makes other input (1)")
     return parser.parse_args(words)
 
 

@@ -1,0 +1,1 @@
+"""Pictures for target finding, from any source that live video knows."""
