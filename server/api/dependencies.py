@@ -50,6 +50,7 @@ from server.store.control.stay_service import StayService
 from server.store.database import Database
 from server.store.fleet.enrolment_notifier import EnrolmentNotifier
 from server.store.fleet.roster import Roster
+from server.store.flight_imports.service import FlightImports
 from server.store.flight_logs.quota import FlightLogQuota
 from server.store.flight_logs.receiving import LogReceiver
 from server.store.flights.flights import Flights
@@ -94,6 +95,7 @@ class Parts:
     log_receiver: LogReceiver
     recordings: Recordings
     flights: Flights
+    flight_imports: FlightImports
     retention: Retention
     agent_packages: AgentPackages
     map_folder: MapFolder
@@ -184,6 +186,7 @@ FlightLogQuotaDep = Annotated[FlightLogQuota, _part(lambda parts: parts.flight_l
 LogReceiverDep = Annotated[LogReceiver, _part(lambda parts: parts.log_receiver)]
 RecordingsDep = Annotated[Recordings, _part(lambda parts: parts.recordings)]
 FlightsDep = Annotated[Flights, _part(lambda parts: parts.flights)]
+FlightImportsDep = Annotated[FlightImports, _part(lambda parts: parts.flight_imports)]
 MapLayersDep = Annotated[MapLayers, _part(lambda parts: parts.map_layers)]
 MapAreasDep = Annotated[MapAreas, _part(lambda parts: parts.map_areas)]
 TileProxyDep = Annotated[TileProxy, _part(lambda parts: parts.tile_proxy)]

@@ -85,6 +85,7 @@ from server.store.fleet.exchange import CredentialExchange
 from server.store.fleet.loans import LoanExpiry
 from server.store.fleet.roster import Roster
 from server.store.fleet.tower_identity import TowerIdentity, check_key_is_there
+from server.store.flight_imports.service import new_flight_imports
 from server.store.flight_logs.quota import new_flight_log_quota
 from server.store.flight_logs.receiving import LogReceiver
 from server.store.flights.flights import new_flights
@@ -239,6 +240,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         log_receiver=LogReceiver(flight_log_quota, lambda: file_accounts(hub)),
         recordings=recordings,
         flights=flights,
+        flight_imports=new_flight_imports(settings, clock),
         retention=retention,
         map_folder=maps.folder,
         map_layers=maps.layers,
@@ -306,6 +308,7 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         await asyncio.to_thread(tower.flight_log_quota.sweep, deleted)
         await stack.enter_async_context(tower.recordings.working(deleted))
         await stack.enter_async_context(tower.flights.working(deleted))
+        await tower.flight_imports.sweep(tower.database)
         for drone_id in sorted(tower.hub.state.drones):
             tower.loss_checks.recheck(drone_id)
         await stack.enter_async_context(in_background("roster", tower.roster.follow))

@@ -23,6 +23,7 @@ from server.api.fleet import enrolment_routes, loan_routes
 from server.api.fleet import routes as fleet_routes
 from server.api.flight_commands import routes as command_routes
 from server.api.flight_logs import routes as log_routes
+from server.api.flights import import_routes as flight_import_routes
 from server.api.flights import routes as flight_routes
 from server.api.http import health
 from server.api.metrics import routes as metrics_routes
@@ -67,6 +68,7 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     alert_channel_routes.router,
     recording_routes.router,
     flight_routes.router,
+    flight_import_routes.router,
     relay_routes.router,
     video_routes.router,
     map_routes.router,

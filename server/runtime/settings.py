@@ -262,6 +262,10 @@ class Settings:
     flight_largest_mb: int = _setting(500, "TOWER_FLIGHT_LARGEST_MB", _number(1, 100_000))
     """A flight that reaches it goes on as another one."""
     flights_keep_days: float = _setting(0.0, "TOWER_FLIGHTS_KEEP_DAYS", _number(0, 36_500, float))
+    flight_imports_budget_mb: int = _setting(1_000, "TOWER_FLIGHT_IMPORTS_BUDGET_MB", _number(0, 1_000_000))
+    """Room for the imported flights of one person, in millions of bytes. 0: nobody imports flights."""
+    flight_import_largest_mb: int = _setting(300, "TOWER_FLIGHT_IMPORT_LARGEST_MB", _number(1, 10_000))
+    """The largest file that is taken for it."""
     audit_keep_days: float = _setting(0.0, "TOWER_AUDIT_KEEP_DAYS", _number(0, 36_500, float))
     """Audit events older than this are removed. 0: none."""
     audit_most_events: int = _setting(0, "TOWER_AUDIT_MOST_EVENTS", _number(0, 1_000_000_000))

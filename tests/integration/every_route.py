@@ -48,4 +48,5 @@ def path_of(route: APIRoute, drone_id: int) -> str:
     path = route.path.replace("{drone_id}", str(drone_id)).replace("{name}", "units")
     path = path.replace("{kind:plan_kind}", "mission").replace("{format_name}", "csv").replace("{kind}", "unknown")
     path = path.replace("{zoom}/{x}/{y}", "1/0/0")
+    path = path.replace("{import_id}", "0" * 16)
     return re.sub(r"\{\w+_id\}", "9999", path)

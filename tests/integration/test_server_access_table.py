@@ -78,6 +78,8 @@ TABLE: Final[dict[str, str]] = {
     **dict.fromkeys(("begin_recording", "end_recording", "delete_recording"), OWN_FLY),
     **dict.fromkeys(("list_flights", "get_flight", "get_flight_tlog", "export_flight", "report_flight"), LOOK),
     "delete_flight": RULE,
+    **dict.fromkeys(("list_flight_imports", "get_flight_import", "get_flight_import_tlog"), LOOK),
+    **dict.fromkeys(("import_flight", "delete_flight_import"), FLY),
     **dict.fromkeys(("put_agent_file", "get_agent_release"), NOBODY),
     "get_operation": LOOK,
     "cancel_operation": FLY,

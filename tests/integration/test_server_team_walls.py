@@ -139,7 +139,7 @@ def _every_get(red: Team, blue: Team) -> list[str]:
                     path = path.replace("{kind:plan_kind}", "mission").replace("{name}", "units")
                     path = path.replace("{format_name}", "csv").replace("{kind}", "unknown")
                     path = path.replace("{zoom}/{x}/{y}", "1/0/0").replace("{layer_id}", "1")
-                    path = path.replace("{version}", "1.0")
+                    path = path.replace("{version}", "1.0").replace("{import_id}", "0" * 16)
                     for name in ("operation_id", "mission_id", "log_id", "recording_id", "user_id", "flight_id"):
                         path = path.replace(f"{{{name}}}", str(number))
                     paths.add(path)

@@ -26,7 +26,7 @@ _PLANS: Final = re.compile(
 _SIGN_IN: Final = frozenset(
     {"/api/v1/session", "/api/v1/session/passkey", "/api/v1/session/passkey/options", "/api/v1/enrol"}
 )
-_FILES: Final = re.compile(r"/api/v1/(agent/files/\d+|map/files/[^/]+)")
+_FILES: Final = re.compile(r"/api/v1/(agent/files/\d+|map/files/[^/]+|flight-imports)")
 
 
 class BodyCheck:
@@ -41,7 +41,7 @@ class BodyCheck:
         self._budget = budget
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        # Files of agents and maps: not JSON, and their routes count the bytes while they write them.
+        # Files of agents, maps and flights: not JSON, and their routes count the bytes while they write them.
         if scope["type"] != "http" or _FILES.fullmatch(scope["path"]):
             await self._app(scope, receive, send)
             return

@@ -39,6 +39,7 @@ from server.live.alerts.refusals import MayNotAcknowledge, UnknownAlert
 from server.live.flight_commands.following import CannotFollow, NoSuchLeader
 from server.live.flight_commands.on_the_ground import NotOnTheGround, PropellersNotConfirmed
 from server.live.flight_commands.vehicle import NoSuchItem, NoSuchMode, NotKnownHow, NotKnownYet
+from server.live.flight_imports.refusals import BadFlightFile, ImportsFull, UnknownImport
 from server.live.flight_logs.refusals import BadCredential, FileIncomplete, FileNotTaken, NotAskedFor, UnknownLog
 from server.live.flights.refusals import BadPage, FlightElsewhere, FlightRunning, UnknownFlight
 from server.live.missions.document import DocumentTooLarge
@@ -265,6 +266,9 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     FileNotTaken: Kind("no-room", 413, "The file is refused"),
     FileIncomplete: Kind("incomplete", 400, "The file is incomplete"),
     UnknownFlight: Kind("unknown-flight", 404, "No such flight"),
+    UnknownImport: Kind("unknown-import", 404, "No such imported flight"),
+    BadFlightFile: Kind("bad-flight-file", 422, "The file cannot be imported"),
+    ImportsFull: Kind("imports-full", 409, "No room for another flight"),
     FlightElsewhere: Kind("flight-elsewhere", 409, "Its files are elsewhere"),
     FlightRunning: Kind("flight-running", 409, "It is not over yet"),
     BadPage: Kind("bad-page", 422, "No such page"),

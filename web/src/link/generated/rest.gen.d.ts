@@ -833,6 +833,54 @@ export interface paths {
         readonly patch?: never;
         readonly trace?: never;
     };
+    readonly "/flight-imports": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["list_flight_imports"];
+        readonly put?: never;
+        readonly post: operations["import_flight"];
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/flight-imports/{import_id}": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["get_flight_import"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete: operations["delete_flight_import"];
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/flight-imports/{import_id}/tlog": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["get_flight_import_tlog"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
     readonly "/flights": {
         readonly parameters: {
             readonly query?: never;
@@ -2689,6 +2737,47 @@ export interface components {
             /** @description When the key was enrolled */
             readonly since: string | null;
         };
+        /** @description A flight from a file of another program. It belongs to whoever uploaded it, and to no drone of the tower. */
+        readonly ImportedFlightView: {
+            /**
+             * Format: date-time
+             * @description Of the first frame
+             */
+            readonly began_at: string;
+            readonly by: components["schemas"]["UploaderView"];
+            /** @description False: the file has no time of day; it begins at the upload */
+            readonly clock_known: boolean;
+            /** @description Over ground */
+            readonly distance_m: number;
+            readonly duration_s: number;
+            /**
+             * Format: date-time
+             * @description Of the last frame
+             */
+            readonly ended_at: string;
+            /**
+             * @description `tlog`, ArduPilot's `dataflash` (.bin) or PX4's `ulog` (.ulg)
+             * @enum {string}
+             */
+            readonly format: "tlog" | "dataflash" | "ulog";
+            readonly frames: number;
+            readonly id: string;
+            /** @description Above home */
+            readonly max_height_m: number | null;
+            /** @description Of the file that was uploaded */
+            readonly name: string;
+            /** @description Of the telemetry log that was made */
+            readonly size_bytes: number;
+            /** @description Of the uploaded file: torn places that could not be read */
+            readonly skipped_bytes: number;
+            /** @description Up to 200 positions, latitude and longitude */
+            readonly track: readonly (readonly [
+                number,
+                number
+            ])[];
+            /** Format: date-time */
+            readonly uploaded_at: string;
+        };
         /** @description An invitation for this name, whether or not a user has it. */
         readonly InvitationView: {
             /** Format: date-time */
@@ -3877,6 +3966,10 @@ export interface components {
             readonly deg: number;
             /** @default false */
             readonly relative?: boolean;
+        };
+        readonly UploaderView: {
+            readonly id: number;
+            readonly name: string;
         };
         /** @description Omitted (or null) members stay as they are. */
         readonly UserPatch: {
@@ -5782,6 +5875,126 @@ export interface operations {
                     readonly [name: string]: unknown;
                 };
                 content?: never;
+            };
+        };
+    };
+    readonly list_flight_imports: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": readonly components["schemas"]["ImportedFlightView"][];
+                };
+            };
+        };
+    };
+    readonly import_flight: {
+        readonly parameters: {
+            readonly query?: {
+                /** @description Of the file */
+                readonly name?: string;
+            };
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/octet-stream": string;
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 201: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["ImportedFlightView"];
+                };
+            };
+        };
+    };
+    readonly get_flight_import: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly import_id: string;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["ImportedFlightView"];
+                };
+            };
+        };
+    };
+    readonly delete_flight_import: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly import_id: string;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 204: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content?: never;
+            };
+        };
+    };
+    readonly get_flight_import_tlog: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly import_id: string;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description The telemetry log */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/octet-stream": unknown;
+                };
+            };
+            /** @description A range of it */
+            readonly 206: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/octet-stream": unknown;
+                };
             };
         };
     };

@@ -1,0 +1,75 @@
+"""Makes a telemetry log (`.tlog`) of a flight file, whose kind its first bytes tell. Pure but for the files given."""
+
+from __future__ import annotations
+
+from mmap import mmap
+from typing import IO, Final
+
+from server.live.flight_imports import dataflash, ulog
+from server.live.flight_imports.converted import Converted, summed
+from server.live.flight_imports.dataflash_flight import convert_dataflash
+from server.live.flight_imports.refusals import BadFlightFile
+from server.live.flight_imports.telemetry_writer import TOO_LONG
+from server.live.flight_imports.ulog_flight import convert_ulog
+from server.live.flights.tlog import STAMP, STAMP_BYTES, Entry
+from server.live.flights.track import FlightSummary
+from wire.dialect import mavlink
+from wire.frames import MalformedFrame, checksum_holds, frame_length, is_known, message_id
+
+Buffer = bytes | mmap
+_MIN_US, _MAX_US = 978_307_200_000_000, 4_102_444_800_000_000
+"""2001 to 2100: the times of a telemetry log."""
+_SECRET: Final = mavlink.MAVLINK_MSG_ID_SETUP_SIGNING
+NOT_A_FLIGHT: Final = "this is no flight file that the tower knows: it takes .tlog, ArduPilot's .bin and PX4's .ulg"
+
+
+def convert(log: Buffer, out: IO[bytes], *, uploaded_us: int, max_bytes: int) -> Converted:
+    """Raises BadFlightFile, OSError. `max_bytes`: of the telemetry log."""
+    if log[: len(dataflash.HEAD)] == dataflash.HEAD:
+        return convert_dataflash(log, out, uploaded_us=uploaded_us, max_bytes=max_bytes)
+    if log[: len(ulog.MAGIC)] == ulog.MAGIC:
+        return convert_ulog(log, out, uploaded_us=uploaded_us, max_bytes=max_bytes)
+    return _convert_tlog(log, out, max_bytes=max_bytes)
+
+
+def _convert_tlog(log: Buffer, out: IO[bytes], *, max_bytes: int) -> Converted:
+    """Copies the whole entries in order of time. A file of which less than half is entries is no telemetry log."""
+    end, at, skipped, known, last_us = len(log), 0, 0, 0, 0
+    summary: FlightSummary | None = None
+    size = 0
+    while at < end:
+        length = _entry_length(log, at, end)
+        if length == 0:
+            at += 1
+            skipped += 1
+            continue
+        frame = log[at + STAMP_BYTES : at + length]
+        last_us = max(last_us, STAMP.unpack_from(log, at)[0])
+        at += length
+        known += is_known(frame)
+        if message_id(frame) == _SECRET:
+            continue
+        size += length
+        if size > max_bytes:
+            raise BadFlightFile(TOO_LONG)
+        summary = FlightSummary(last_us) if summary is None else summary
+        summary.take(Entry(last_us, frame, size))
+        out.write(STAMP.pack(last_us) + frame)
+    if summary is None or known == 0 or skipped * 2 > end:
+        raise BadFlightFile(NOT_A_FLIGHT)
+    return summed(summary, "tlog", clock_known=True, skipped_bytes=skipped)
+
+
+def _entry_length(log: Buffer, at: int, end: int) -> int:
+    """Of the time and the frame behind it; 0: no entry begins here."""
+    begin = at + STAMP_BYTES
+    if begin + 1 > end or not _MIN_US < STAMP.unpack_from(log, at)[0] < _MAX_US:
+        return 0
+    try:
+        length = frame_length(log[begin : begin + 3])
+    except MalformedFrame:
+        return 0
+    if length == 0 or begin + length > end:
+        return 0
+    frame = log[begin : begin + length]
+    return STAMP_BYTES + length if not is_known(frame) or checksum_holds(frame) else 0

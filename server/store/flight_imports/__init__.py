@@ -1,0 +1,1 @@
+"""Imported flights on the disk, and the process that reads the files of strangers."""
