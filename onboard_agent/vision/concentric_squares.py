@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -135,9 +136,9 @@ class ConcentricSquareDetector:
                 last = float(halves[index])
         if len(chosen) < 2:
             return None
-        outer = _mean_outline(outlines[near[chosen[0]]])
         middle = float(np.mean(halves[chosen[0]]))
         shares = tuple(float(np.mean(halves[same])) / middle for same in chosen)
+        outer = _common_outline([outlines[near[same]] for same in chosen], shares)
         kept = [same[0] for same in chosen[1:]]
         skew, offset = float(np.mean(skews[kept])), float(np.mean(offsets[near[kept] - number]))
         return _group(outer, (1.0, *shares[1:]), skew, offset)
@@ -215,14 +216,23 @@ def _as_squares(corners: Floats) -> tuple[Floats, Floats]:
     return halves, errors / np.maximum(halves, 1e-6)
 
 
-def _mean_outline(outlines: Floats) -> Floats:
-    """Averages outlines of one edge, which may begin at different corners."""
-    reference = outlines[0]
-    total = np.zeros_like(reference)
-    for outline in outlines:
-        turns = [np.roll(outline, turn, axis=0) for turn in range(4)]
-        total += min(turns, key=lambda turned: float(np.abs(turned - reference).sum()))
-    return np.asarray(total / len(outlines))
+def _common_outline(squares: list[Floats], shares: tuple[float, ...]) -> Floats:
+    """Returns the outermost outline that fits all squares best (least squares over their corners), each given as the
+    outlines (n, 4, 2) of one edge. One outline that is off by a pixel turns a small square by degrees."""
+    seen, true = [], []
+    reference = squares[0][0]
+    for outlines, share in zip(squares, shares, strict=True):
+        for outline in outlines:
+            # Outlines may begin at different corners.
+            turns = [np.roll(outline, turn, axis=0) for turn in range(4)]
+            middle = outline.mean(axis=0)
+            aligned = min(
+                turns, key=lambda turned: float(np.abs((turned - middle) / share - (reference - middle)).sum())
+            )
+            seen.append(aligned)
+            true.append(share * _UNIT)
+    to_pixels, _ = cv2.findHomography(np.concatenate(true), np.concatenate(seen), 0)
+    return reference if to_pixels is None else mapped(np.asarray(to_pixels, np.float64), _UNIT)
 
 
 def _is_inside(group: _Group, other: _Group) -> bool:
