@@ -3,6 +3,8 @@
 One process with one thread flies 100 vehicles: physics, sensors, filter, trajectory, cascade, commander. Then it flies
 five minutes with noise, 30 s without GPS, an eight, and a hover in 8 m/s with gusts, and reports errors over all
 vehicles.
+
+Before that it flies as many vehicles of `tower-sim` in a hover, without links: airframe, modes, commander, telemetry.
 """
 
 from __future__ import annotations
@@ -17,11 +19,19 @@ from simulator.control.figure_of_eight import FigureOfEight
 from simulator.control.trajectory import Trajectory, WayPoint, plan
 from simulator.firmware.controller import Fleet, FleetSettings
 from simulator.firmware.recorder import Recorder, level, rms
+from simulator.flight_constants import TICK_S
+from simulator.flight_state import FlightSettings
+from simulator.geodesy import Place
+from simulator.modes import Mode
 from simulator.physics.rotation import Floats
+from simulator.squad import make_squad
+from simulator.vehicle import VehicleSettings
 
 DRONES = 100
 FLIGHT_S = 300.0
 SPEED_S = 20.0
+TOWER_SIM_S = 10.0
+HOME = Place(47.3977, 8.5456, 488.0)
 OUTAGE_S = 30.0
 UP_M = 6.0
 NEAR_M = 0.3
@@ -32,11 +42,34 @@ async def run(report: Report, options: argparse.Namespace) -> None:
     count, flight_s = options.drones or DRONES, options.seconds or FLIGHT_S
     if options.quick:
         count, flight_s = options.drones or 10, options.seconds or 40.0
+    _tower_sim(report, count)
     _speed(report, sorted({1, 10, count}))
     _five_minutes(report, count, flight_s)
     _arrivals(report, count)
     _eight(report, count)
     _hover(report, count)
+
+
+def _tower_sim(report: Report, count: int) -> None:
+    for commander in (False, True):
+        flight = FlightSettings(HOME, boot_s=0.5, wind_mps=5.0, commander=commander)
+        vehicles = make_squad(count, VehicleSettings(flight))
+        for vehicle in vehicles:
+            vehicle.step(1.0)
+            vehicle.flight.set_mode(Mode.GUIDED)
+            if not vehicle.flight.arm() or not vehicle.flight.flying.take_off(10.0):
+                raise RuntimeError("a vehicle does not take off")
+        began, now_s = time.process_time(), 1.0
+        while now_s < 1.0 + TOWER_SIM_S:
+            now_s += TICK_S
+            for vehicle in vehicles:
+                vehicle.step(now_s)
+                vehicle.datagrams_to_send()
+        share = (time.process_time() - began) / TOWER_SIM_S
+        if min(vehicle.flight.body.alt_m for vehicle in vehicles) < 5.0:
+            raise RuntimeError("a vehicle does not fly")
+        case = f"{count} vehicles of tower-sim{', commander' if commander else ''}"
+        report.add(case, "share_of_a_core_in_real_time", share * 100.0, "%")
 
 
 def _ready(count: int, **settings: float) -> Fleet:

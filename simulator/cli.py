@@ -17,7 +17,7 @@ from simulator.failure_modes import Failure
 from simulator.firmware.fault_table import FaultName
 from simulator.flight_state import FlightSettings
 from simulator.geodesy import Place
-from simulator.links import parse_endpoint
+from simulator.links import Endpoint, parse_endpoint
 from simulator.px4.flavour import PX4
 from simulator.receiver import Receiver
 from simulator.shell import fly
@@ -31,6 +31,7 @@ from simulator.squad import (
     spread_endpoints,
 )
 from simulator.vehicle import Vehicle, VehicleSettings
+from simulator.vehicle_ports import MspPort, SbusPort
 
 if TYPE_CHECKING:
     from simulator.camera.on_board import SquadCameras
@@ -64,6 +65,11 @@ FAULT_HELP = (
     "A fault of the flight controller: NAME, NAME@FROM or NAME@FROM-UNTIL in simulated seconds, with --commander; "
     f"NAME one of {', '.join(FaultName)}."
 )
+MSP_HELP = (
+    "A port that speaks MSP and takes its sticks and switches: a URL as of --out, mostly tcpin:HOST:PORT; once for "
+    "each vehicle that is to have one, in their order."
+)
+SBUS_HELP = "The line of an SBUS receiver, in place of the built-in one: as --msp, and not together with it."
 CAMERA_HELP = "[HOST:]PORT of a camera over HTTP; once for each vehicle that is to have one, in their order."
 
 
@@ -109,6 +115,8 @@ def simulate(
     gimbal: Annotated[bool, typer.Option("--gimbal", help="Each has a gimbal as a MAVLink component.")] = False,
     traffic: Annotated[bool, typer.Option("--traffic", help="Each hears a few aircraft by ADS-B.")] = False,
     fail: Annotated[list[str] | None, typer.Option(help=FAIL_HELP)] = None,
+    msp: Annotated[list[str] | None, typer.Option(help=MSP_HELP)] = None,
+    sbus: Annotated[list[str] | None, typer.Option(help=SBUS_HELP)] = None,
     commander: Annotated[
         bool, typer.Option("--commander", help="The flight controller's commander stands above the autopilot.")
     ] = False,
@@ -145,6 +153,7 @@ def simulate(
             gimbal=gimbal,
             traffic=traffic,
         )
+        ports = _port_endpoints(msp, sbus, count, radio)
         vehicles = make_squad(count, settings, hills=hills)
         cameras = _cameras(camera, vehicles, place, seed) if camera else None
     except (ValueError, KeyError) as error:
@@ -155,10 +164,24 @@ def simulate(
     for line in cameras.lines() if cameras else ():
         typer.echo(line)
     try:
-        _run(fly(vehicles, endpoints, speed, cameras))
+        kind = MspPort if msp else SbusPort
+        lines = [(kind(vehicle), endpoint) for vehicle, endpoint in zip(vehicles, ports, strict=False)]
+        _run(fly(vehicles, endpoints, speed, cameras, lines))
     except OSError as error:
         typer.echo(f"tower-sim: {error}", err=True)
         raise typer.Exit(1) from error
+
+
+def _port_endpoints(msp: list[str] | None, sbus: list[str] | None, count: int, radio: Receiver) -> list[Endpoint]:
+    """Raises ValueError."""
+    texts = [*(msp or ()), *(sbus or ())]
+    if msp and sbus:
+        raise ValueError("--msp or --sbus: a vehicle has one receiver")
+    if texts and not radio.is_fitted:
+        raise ValueError("--msp and --sbus are receivers: not with --radio none")
+    if len(texts) > count:
+        raise ValueError(f"{len(texts)} ports for {count} vehicles")
+    return [parse_endpoint(text) for text in texts]
 
 
 def _cameras(texts: list[str], vehicles: list[Vehicle], home: Place, seed: int) -> SquadCameras:

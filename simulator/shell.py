@@ -5,12 +5,14 @@ from __future__ import annotations
 import asyncio
 import logging
 import signal
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from simulator.flight_constants import TICK_S
 from simulator.links import Endpoint, Link, open_link
 from simulator.vehicle import Vehicle
+from simulator.vehicle_ports import VehiclePort
 
 if TYPE_CHECKING:
     from simulator.camera.on_board import SquadCameras, VehicleCamera
@@ -24,11 +26,12 @@ log = logging.getLogger("simulator")
 
 @dataclass(slots=True)
 class VehicleSlot:
-    """A vehicle and its link."""
+    """A vehicle and its links."""
 
     vehicle: Vehicle
     link: Link
     camera: VehicleCamera | None = None
+    ports: list[tuple[VehiclePort, Link]] = field(default_factory=list)
 
 
 class Clock:
@@ -48,9 +51,13 @@ class Clock:
 
 
 async def fly(
-    vehicles: list[Vehicle], endpoints: list[Endpoint], speed: float, cameras: SquadCameras | None = None
+    vehicles: list[Vehicle],
+    endpoints: list[Endpoint],
+    speed: float,
+    cameras: SquadCameras | None = None,
+    ports: Sequence[tuple[VehiclePort, Endpoint]] = (),
 ) -> None:
-    """Runs until SIGINT or SIGTERM."""
+    """Runs until SIGINT or SIGTERM. `ports`: one each for as many vehicles, in their order."""
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -63,10 +70,14 @@ async def fly(
         for index, (vehicle, endpoint) in enumerate(zip(vehicles, endpoints, strict=True)):
             camera = cameras.of(index) if cameras is not None else None
             berths.append(VehicleSlot(vehicle, await _berth(vehicle, endpoint, clock), camera))
+        for slot, (port, endpoint) in zip(berths, ports, strict=False):
+            slot.ports.append((port, await open_link(endpoint, port.receive)))
         await _keep_time(berths, clock, stop)
     finally:
         for berth in berths:
             berth.link.close()
+            for _, link in berth.ports:
+                link.close()
         if cameras is not None:
             cameras.close()
 
@@ -85,6 +96,9 @@ async def _keep_time(berths: list[VehicleSlot], clock: Clock, stop: asyncio.Even
             late_s += behind_s
         stepped_s = clock.now_s()
         for berth in berths:
+            for port, link in berth.ports:
+                if answers := port.step(stepped_s):
+                    link.send([answers])
             berth.vehicle.step(stepped_s)
             frames = berth.vehicle.datagrams_to_send()
             if frames:

@@ -1,16 +1,19 @@
 """The server half of MSP: what a flight controller answers a configurator or an on-screen display.
 
-It reads the vehicle through a snapshot and changes nothing but the raw sticks (MSP_SET_RAW_RC). Answers come in the
+It reads the vehicle through a snapshot and changes nothing but the raw sticks (MSP_SET_RAW_RC), which move switches too
+if there are boxes. Answers come in the
 version of the request.
 """
 
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
+from simulator.serial_inputs import boxes
+from simulator.serial_inputs.boxes import Box
 from simulator.serial_inputs.msp_frames import Direction, MspDecoder, MspFrame, encode
 
 PROTOCOL_VERSION = 0
@@ -27,6 +30,8 @@ class Function(IntEnum):
     FC_VERSION = 3
     BOARD_INFO = 4
     NAME = 10
+    MODE_RANGES = 34
+    RX_MAP = 64
     STATUS = 101
     RAW_IMU = 102
     MOTOR = 104
@@ -35,6 +40,8 @@ class Function(IntEnum):
     ATTITUDE = 108
     ALTITUDE = 109
     ANALOG = 110
+    BOX_NAMES = 116
+    BOX_IDS = 119
     SET_RAW_RC = 200
 
 
@@ -66,6 +73,8 @@ class Snapshot:
     motors: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
     """Shares of full speed."""
     sticks_us: tuple[int, ...] = ()
+    """Roll, pitch, yaw, throttle, switches."""
+    active: frozenset[Box] = frozenset()
 
 
 def _clamped(value: float, low: int, high: int) -> int:
@@ -80,9 +89,11 @@ def _u16(value: float) -> int:
     return _clamped(value, 0, 65535)
 
 
-def _status(now: Snapshot) -> bytes:
+def _status(now: Snapshot, switches: Sequence[Box] = ()) -> bytes:
+    """The first bit is the arming, with and without boxes."""
     sensors = 0b1111  # accelerometer, barometer, magnetometer, GPS
-    return struct.pack("<HHHIB", _u16(now.cycle_us), 0, sensors, int(now.armed), 0)
+    flags = sum(1 << bit for bit, box in enumerate(switches) if box in now.active) | int(now.armed)
+    return struct.pack("<HHHIB", _u16(now.cycle_us), 0, sensors, flags, 0)
 
 
 def _raw_imu(now: Snapshot) -> bytes:
@@ -134,7 +145,6 @@ _ANSWERS: Mapping[Function, Callable[[Snapshot], bytes]] = {
     Function.FC_VERSION: lambda _now: bytes(FIRMWARE_VERSION),
     Function.BOARD_INFO: lambda _now: BOARD + struct.pack("<H", 0),
     Function.NAME: lambda now: now.name.encode("ascii", "replace")[:16],
-    Function.STATUS: _status,
     Function.RAW_IMU: _raw_imu,
     Function.MOTOR: _motor,
     Function.RC: _rc,
@@ -144,10 +154,25 @@ _ANSWERS: Mapping[Function, Callable[[Snapshot], bytes]] = {
     Function.ANALOG: _analog,
 }
 
+AETR = (0, 1, 3, 2)
+"""MSP_RX_MAP: where roll, pitch, yaw and throttle are in MSP_SET_RAW_RC."""
+_BOX_ANSWERS: Mapping[Function, Callable[[Sequence[Box]], bytes]] = {
+    Function.BOX_NAMES: boxes.names,
+    Function.BOX_IDS: boxes.ids,
+    Function.MODE_RANGES: boxes.ranges,
+    Function.RX_MAP: lambda _boxes: bytes(AETR),
+}
+
 
 class MspServer:
-    def __init__(self, snapshot: Callable[[], Snapshot], on_sticks: Callable[[tuple[int, ...]], None]) -> None:
-        """`on_sticks` receives pulse lengths in microseconds."""
+    def __init__(
+        self,
+        snapshot: Callable[[], Snapshot],
+        on_sticks: Callable[[tuple[int, ...]], None],
+        switches: Sequence[Box] = (),
+    ) -> None:
+        """`on_sticks` receives pulse lengths in microseconds: roll, pitch, throttle, yaw, switches."""
+        self._switches = switches
         self._snapshot = snapshot
         self._on_sticks = on_sticks
         self._decoder = MspDecoder()
@@ -170,8 +195,12 @@ class MspServer:
                 return None
             self._on_sticks(struct.unpack(f"<{count}H", request.payload))
             return b""
+        if self._switches and request.function in _BOX_ANSWERS:
+            return _BOX_ANSWERS[Function(request.function)](self._switches)
+        if request.function == Function.STATUS:
+            return _status(self._snapshot(), self._switches)
         try:
             answer = _ANSWERS[Function(request.function)]
-        except ValueError:
+        except (ValueError, KeyError):
             return None
         return answer(self._snapshot())
