@@ -15,6 +15,7 @@ from server.api.accounts import (
 )
 from server.api.agent_updates import routes as agent_update_routes
 from server.api.alerts import channel_routes as alert_channel_routes
+from server.api.alerts import delivery_routes as alert_delivery_routes
 from server.api.alerts import routes as alert_routes
 from server.api.audit import routes as audit_routes
 from server.api.control import receiver_routes, safety_routes, settings_routes
@@ -66,6 +67,7 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     operation_routes.router,
     alert_routes.router,
     alert_channel_routes.router,
+    alert_delivery_routes.router,
     recording_routes.router,
     flight_routes.router,
     flight_import_routes.router,

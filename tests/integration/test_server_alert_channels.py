@@ -25,6 +25,7 @@ from server.runtime.notify import webhook
 from server.runtime.notify.mail import MailServer
 from server.runtime.notify.sending_threads import MAX_OF_ONE
 from server.store.alert_channels.deliverer import MAX_MESSAGES, MESSAGES_WITHIN_S
+from server.store.alert_channels.outbox import RETRY_AFTER
 
 CHANNELS: Final = "/api/v1/me/alert-channels"
 
@@ -345,3 +346,30 @@ async def test_bad_input_and_other_peoples_channels(scene: Scene) -> None:
     assert 0 < int(refused.headers["Retry-After"]) <= MESSAGES_WITHIN_S
     scene.world.clock.advance(MESSAGES_WITHIN_S)
     assert (await anna.post(f"{CHANNELS}/{made['channel']['id']}/test")).status_code == 200
+
+
+async def test_admins_see_what_was_given_up(scene: Scene) -> None:
+    await scene.hook("Anna")
+    scene.inbox.busy = len(RETRY_AFTER) + 1
+    scene.agent.state(armed=True, airborne=True)
+    deliverer = scene.world.tower.alert_deliverer
+    given_up = "/api/v1/alert-deliveries/given-up"
+    for number, wait in enumerate(RETRY_AFTER, 1):
+        await until(f"attempt {number}", lambda number=number: deliverer.counts["failed"] == number)
+        assert (await scene.clients["Root"].get(given_up)).json() == []
+        scene.later(wait.total_seconds())
+        if wait.total_seconds() > 3_000:
+            scene.clients["Root"] = await scene.world.signed_in(scene.people["Root"])
+    await until("the last one", lambda: deliverer.counts["given_up"] == 1)
+    (one,) = (await scene.clients["Root"].get(given_up)).json()
+    assert one["user"]["name"] == "Anna"
+    assert (one["kind"], one["target"]) == ("webhook", "127.0.0.1"), "the path may be a secret"
+    assert (one["happening"], one["drone_id"], one["drone_name"]) == ("opened", scene.drone_id, "hawk")
+    assert (one["problem"], one["attempts"]) == ("the server answers 500", len(RETRY_AFTER) + 1)
+    assert (await scene.clients["Root"].get(given_up, params={"before": one["id"]})).json() == []
+    anna = await scene.world.signed_in(scene.people["Anna"])
+    assert_problem(await anna.get(given_up), 403, "admins-only")
+    scene.later(31)
+    await until("the metric", lambda: deliverer.given_up == 1)
+    shown = (await scene.clients["Root"].get("/metrics")).text
+    assert "tower_alert_deliveries_given_up 1.0" in shown

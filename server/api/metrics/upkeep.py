@@ -43,3 +43,5 @@ class UpkeepCollector(Collector):
         for outcome in OUTCOMES:
             deliveries.add_metric((outcome,), self._deliverer.counts[outcome])
         yield deliveries
+        words = "Deliveries that were given up in the last seven days, of all towers of the database"
+        yield GaugeMetricFamily("tower_alert_deliveries_given_up", words, value=self._deliverer.given_up)

@@ -109,7 +109,7 @@ async def add_channel(
     )
     session.add(row)
     await session.flush()
-    action.record(session, "alert_channel.added", channel=row.id, kind=row.kind, target=_shown(row))
+    action.record(session, "alert_channel.added", channel=row.id, kind=row.kind, target=shown_target(row))
     return row, secret
 
 
@@ -154,7 +154,7 @@ async def note_attempt(session: AsyncSession, channel_id: int, problem: str, now
 async def delete_channel(session: AsyncSession, channel_id: int, *, user_id: int, action: AuditAction) -> None:
     """What is on its way there is deleted with it. In `Database.writing()`. Raises UnknownAlertChannel."""
     row = await get_channel(session, channel_id, user_id)
-    action.record(session, "alert_channel.deleted", channel=row.id, kind=row.kind, target=_shown(row))
+    action.record(session, "alert_channel.deleted", channel=row.id, kind=row.kind, target=shown_target(row))
     await session.delete(row)
 
 
@@ -181,6 +181,6 @@ def _hash(code: str) -> str:
     return hashlib.sha256(code.encode()).hexdigest()
 
 
-def _shown(row: AlertChannelRow) -> str:
-    """For the audit trail: the path of a webhook's address may be a secret of the other side."""
+def shown_target(row: AlertChannelRow) -> str:
+    """For the audit trail and for admins: the path of a webhook's address may be a secret of the other side."""
     return row.target if row.kind == "mail" else (urlsplit(row.target).hostname or "")

@@ -26,6 +26,7 @@ from server.runtime.notify.sending_threads import SendingThreads
 from server.runtime.vault import Vault, VaultError
 from server.store.alert_channels import outbox
 from server.store.alert_channels.channels import about
+from server.store.alert_channels.given_up import count_given_up
 from server.store.alert_channels.outbox import Taken
 from server.store.alert_channels.refusals import TooManyMessages
 from server.store.database import Database
@@ -78,6 +79,9 @@ class AlertDeliverer:
         self._due_at = self._tidy_at = clock()
         self.counts: Counter[str] = Counter()
         """Of OUTCOMES, since the start."""
+        self.given_up = 0
+        """In the list for admins (`given_up.py`), of all towers, as counted last."""
+        self._counted_at = clock() - LOOKS_EVERY
         self._numbered = int(clock().timestamp())
         self._messages: dict[int, list[float]] = {}
         """When a user had tests and codes sent, within MESSAGES_WITHIN_S. One entry for each user at most."""
@@ -164,6 +168,8 @@ class AlertDeliverer:
         async with self._database.writing() as session:
             taken, forgotten = await outbox.take(session, now, room=room, busy_channels=busy, full_users=full)
             next_due = await outbox.next_due(session)
+            if self._counted_at + LOOKS_EVERY <= now:
+                self.given_up, self._counted_at = await count_given_up(session), now
         self.counts["forgotten"] += forgotten
         for one in taken:
             self._busy.add(one.channel_id)

@@ -49,6 +49,22 @@ export interface paths {
         readonly patch?: never;
         readonly trace?: never;
     };
+    readonly "/alert-deliveries/given-up": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["list_given_up_deliveries"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
     readonly "/alerts": {
         readonly parameters: {
             readonly query?: never;
@@ -2663,6 +2679,27 @@ export interface components {
             readonly lat: number;
             readonly lon: number;
         };
+        readonly GivenUpDelivery: {
+            /** Format: date-time */
+            readonly announced_at: string;
+            readonly attempts: number;
+            readonly drone_id: number;
+            readonly drone_name: string;
+            /** Format: date-time */
+            readonly given_up_at: string;
+            /** @description `opened`, `closed` or `unanswered` */
+            readonly happening: string;
+            readonly id: number;
+            /** @enum {string} */
+            readonly kind: "mail" | "webhook";
+            /** @description Of the last attempt */
+            readonly problem: string;
+            /** @description An e-mail address, or the host of a webhook */
+            readonly target: string;
+            readonly user: components["schemas"]["UserRefView"];
+            /** @description Of the alert */
+            readonly words: string;
+        };
         /** @description `heading_deg`: clockwise from north; omitted: the autopilot decides. */
         readonly GoTo: {
             /**
@@ -4170,6 +4207,30 @@ export interface operations {
                 };
                 content: {
                     readonly "application/octet-stream": unknown;
+                };
+            };
+        };
+    };
+    readonly list_given_up_deliveries: {
+        readonly parameters: {
+            readonly query?: {
+                /** @description Only those after this one in the list */
+                readonly before?: number | null;
+                readonly limit?: number;
+            };
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": readonly components["schemas"]["GivenUpDelivery"][];
                 };
             };
         };

@@ -1,0 +1,72 @@
+"""`/api/v1/alert-deliveries/given-up`: alerts that reached nobody outside of the console. For admins."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import Annotated, Literal
+
+from fastapi import APIRouter, Query
+from pydantic import BaseModel, Field
+
+from server.api.access import Admin
+from server.api.dependencies import DatabaseDep
+from server.api.http.problem_docs import answers
+from server.domain.access import AdminsOnly, NotSignedIn, SessionExpired
+from server.live.fleet.views import UserRefView
+from server.store.alert_channels.channels import shown_target
+from server.store.alert_channels.given_up import MAX_LISTED, GivenUp, list_given_up
+
+router = APIRouter(
+    prefix="/api/v1/alert-deliveries", tags=["alerts"], responses=answers(NotSignedIn, SessionExpired, AdminsOnly)
+)
+
+
+class GivenUpDelivery(BaseModel):
+    id: int
+    user: UserRefView
+    kind: Literal["mail", "webhook"]
+    target: Annotated[str, Field(description="An e-mail address, or the host of a webhook")]
+    happening: Annotated[str, Field(description="`opened`, `closed` or `unanswered`")]
+    drone_id: int
+    drone_name: str
+    words: Annotated[str, Field(description="Of the alert")]
+    problem: Annotated[str, Field(description="Of the last attempt")]
+    attempts: int
+    announced_at: datetime
+    given_up_at: datetime
+
+
+@router.get("/given-up")
+async def list_given_up_deliveries(
+    admin: Admin,
+    database: DatabaseDep,
+    before: Annotated[
+        int | None, Query(ge=1, le=2**31 - 1, description="Only those after this one in the list")
+    ] = None,
+    limit: Annotated[int, Query(ge=1, le=MAX_LISTED)] = 50,
+) -> list[GivenUpDelivery]:
+    """Lists deliveries of the last seven days that were given up after the last attempt, the newest first. For the next
+    page, set `before` to the last id."""
+    async with database.reading() as session:
+        return [_view(one) for one in await list_given_up(session, before=before, limit=limit)]
+
+
+def _view(one: GivenUp) -> GivenUpDelivery:
+    delivery, channel, user = one
+    content = delivery.content
+    return GivenUpDelivery.model_validate(
+        {
+            "id": delivery.id,
+            "user": UserRefView(id=user.id, name=user.name),
+            "kind": channel.kind,
+            "target": shown_target(channel),
+            "happening": delivery.happening,
+            "drone_id": content["drone"]["id"],
+            "drone_name": content["drone"]["name"],
+            "words": content["words"],
+            "problem": delivery.problem,
+            "attempts": delivery.attempts,
+            "announced_at": delivery.created_at,
+            "given_up_at": delivery.ended_at,
+        }
+    )
