@@ -26,6 +26,7 @@ NAME: Final = re.compile(
 NAMED: Final[Mapping[str, str]] = {
     "wire/dialect.py": "`ardupilotmega` is the name of the MAVLink dialect",
     "server/api/control/receiver_routes.py": "the description of a field gives the names as examples",
+    "server/live/flight_imports/": "reads the log formats of two autopilots, which are their own",
     "web/src/parameters/load_facts.ts": "loads the parameter texts of each family from files of their own",
     "web/src/parameters/facts/": "one set of files with the parameter texts of each family",
 }
