@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from simulator.airframe_model import AirframeModel
 from simulator.failure_modes import Failure, PlannedFailure
-from simulator.firmware.fault_table import TABLE, FaultName
+from simulator.firmware.fault_table import TABLE, parse
 from simulator.geodesy import LocalFrame, Place
 from simulator.links import Endpoint
 from simulator.terrain import ground_around, hills_m
@@ -84,16 +84,11 @@ def parse_failure(text: str) -> PlannedFailure:
 def parse_fault(text: str, model: AirframeModel) -> PlannedFailure:
     """Parses `NAME`, `NAME@SECONDS` or `NAME@SECONDS-SECONDS`, NAME one of the commander's faults. Raises ValueError,
     also for what an airframe that knows the truth cannot have."""
-    name, at, times = text.partition("@")
-    try:
-        consequence = TABLE[FaultName(name)]
-        planned = parse_failure(f"{consequence.failure}{at}{times}")
-    except ValueError:
-        words = f"{text!r} is not NAME[@SECONDS[-SECONDS]] with NAME one of {', '.join(FaultName)}"
-        raise ValueError(words) from None
+    name, from_s, until_s = parse(text)
+    consequence = TABLE[name]
     if consequence.needs_sensors and model is AirframeModel.EXACT:
         raise ValueError(f"the fault {name} needs --model sensing")
-    return planned
+    return PlannedFailure(from_s, consequence.failure, until_s)
 
 
 def parse_parameter(text: str) -> tuple[str, float]:

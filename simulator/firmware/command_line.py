@@ -13,6 +13,7 @@ import typer
 
 from simulator.control.trajectory import Trajectory
 from simulator.firmware.controller import Fleet, FleetSettings
+from simulator.firmware.fault_plan import FaultPlan
 from simulator.firmware.flight_csv import PERIOD_S, FlightCsv, NotALog, read
 from simulator.firmware.shell import WAYS, Shell
 from simulator.plots.flight_plot import flight_picture
@@ -23,18 +24,22 @@ MAX_BEHIND_S = 0.5
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
+Faults = Annotated[
+    list[str] | None,
+    typer.Option(help="NAME[@FROM[-UNTIL]], in seconds since switch-on; names as of the command fault."),
+]
 Seed = Annotated[int, typer.Option(help="Of all that is random.")]
 Wind = Annotated[float, typer.Option(min=0.0, max=30.0, help="m/s, with gusts of 15 %.")]
 
 
 @app.command()
-def shell(seed: Seed = 1, wind: Wind = 0.0) -> None:
+def shell(seed: Seed = 1, wind: Wind = 0.0, fault: Faults = None) -> None:
     """Commands for one flight controller, in real time. `help` lists them; the end of the input ends it."""
 
     def make_fleet() -> Fleet:
         return Fleet(FleetSettings(seed=seed, wind_mps=wind, warm_start=False))
 
-    terminal = Shell(make_fleet(), make_fleet)
+    terminal = Shell(make_fleet(), make_fleet, _plan_of(fault))
     typer.echo("help lists the commands")
     waiting, last_s = b"", time.monotonic()
     while True:
@@ -65,10 +70,12 @@ def fly(
     period_s: Annotated[float, typer.Option(min=0.0, help="Between two lines; 0 writes every step.")] = PERIOD_S,
     seed: Seed = 1,
     wind: Wind = 0.0,
+    fault: Faults = None,
 ) -> None:
     """Fly one vehicle as fast as this machine can, and write its log."""
     if way not in WAYS:
         raise typer.BadParameter(f"one of {', '.join(WAYS)}")
+    planned = _plan_of(fault)
     fleet = Fleet(FleetSettings(seed=seed, wind_mps=wind))
     fleet.boot()
     fleet.arm()
@@ -77,9 +84,17 @@ def fly(
     with log.open("w") as file:
         file.write(writer.header())
         while fleet.now_s < began_s + seconds:
+            planned.apply(fleet)
             fleet.step(path.at(fleet.now_s - began_s))
             file.write(writer.note())
     typer.echo(f"{log}: {fleet.now_s - began_s:.0f} s, {fleet.commanders[0].state}")
+
+
+def _plan_of(texts: list[str] | None) -> FaultPlan:
+    try:
+        return FaultPlan(texts or ())
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
 
 
 @app.command()

@@ -6,6 +6,7 @@ How a fault is made is elsewhere: in a fleet by `firmware.faults`, in a vehicle 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
@@ -68,3 +69,17 @@ TABLE: Mapping[FaultName, Consequence] = {
 }
 """Sticks do not fly in SYS_RUN_AUTO, so there the loss of the radio is no fault of the commander's. In SYS_RUN_MANUAL
 it is: "Radio lost", SYS_FAIL_MINOR. ArduCopter's and PX4's own failsafes act besides."""
+
+
+def parse(text: str) -> tuple[FaultName, float, float]:
+    """Parses `NAME`, `NAME@FROM` or `NAME@FROM-UNTIL`: name, and seconds since switch-on; from 0 and for ever if it
+    does not say. Raises ValueError."""
+    name, _, times = text.partition("@")
+    at, _, until = times.partition("-")
+    try:
+        planned = FaultName(name), float(at) if times else 0.0, float(until) if until else math.inf
+    except ValueError:
+        planned = None
+    if planned is None or not 0.0 <= planned[1] < planned[2]:
+        raise ValueError(f"{text!r} is not NAME[@SECONDS[-SECONDS]] with NAME one of {', '.join(FaultName)}")
+    return planned

@@ -1,4 +1,4 @@
-"""The command line of a flight controller: words in, text out. Thin terminals drive it (`simulator.firmware.terminal`).
+"""The command line of a flight controller: words in, text out. `firmware.command_line` is its terminal.
 
 Commands that would change the machine under way are active in SYS_SAFE only.
 """
@@ -17,6 +17,7 @@ from simulator.firmware import faults
 from simulator.firmware.calibration_flight import calibrate
 from simulator.firmware.commander import RequestRefused
 from simulator.firmware.controller import COMMANDER_S, Fleet
+from simulator.firmware.fault_plan import FaultPlan
 from simulator.firmware.fault_table import TABLE, FaultName
 from simulator.firmware.states import SystemState
 from simulator.physics.rotation import to_euler
@@ -43,9 +44,10 @@ class _Command:
 class Shell:
     """Of the first vehicle of a fleet. `advance` moves the time on; commands act at once."""
 
-    def __init__(self, fleet: Fleet, make_fleet: Callable[[], Fleet]) -> None:
+    def __init__(self, fleet: Fleet, make_fleet: Callable[[], Fleet], fault_plan: FaultPlan | None = None) -> None:
         self.fleet = fleet
         self._make_fleet = make_fleet
+        self._faults = fault_plan or FaultPlan()
         self._way: Trajectory | None = None
         self._way_from_s = 0.0
         self._busy_s = 0.0
@@ -64,6 +66,7 @@ class Shell:
         lines: list[str] = []
         began, end_s = clock(), self.fleet.now_s + seconds
         while self.fleet.now_s < end_s - 1e-9:
+            self._faults.apply(self.fleet)
             self.fleet.step(self._reference())
             notices = self.fleet.commanders[0].texts
             while notices:
@@ -190,6 +193,7 @@ class Shell:
 
     def _reset(self, _words: list[str]) -> str:
         self.fleet, self._way = self._make_fleet(), None
+        self._faults.restart()
         return f"{self.state}"
 
     def _fault(self, words: list[str]) -> str:

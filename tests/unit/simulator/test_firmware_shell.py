@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from simulator.cli import FLIGHT_COMMANDS
 from simulator.firmware.command_line import app
 from simulator.firmware.controller import Fleet, FleetSettings
+from simulator.firmware.fault_plan import FaultPlan
 from simulator.firmware.fault_table import FaultName
 from simulator.firmware.shell import _COMMANDS, MAX_LINE, Shell
 from simulator.firmware.states import SystemState
@@ -82,6 +83,24 @@ def test_a_fault_by_name_is_reported_and_taken_back() -> None:
     assert shell.state is SystemState.RUN_AUTO
     answer = shell.execute("fault nonsense")
     assert all(name in answer for name in FaultName)
+
+
+def test_a_planned_fault_comes_and_goes_and_comes_again_after_a_reset() -> None:
+    shell = Shell(make_fleet(), make_fleet, FaultPlan(["battery_sag@5-6.5", "stuck_baro@9"]))
+    for _ in range(2):
+        told = shell.advance(3.0)
+        shell.execute("arm")
+        told += shell.advance(1.9)
+        assert not shell.fleet.board.batteries.extra_resistance_ohm[0]
+        told += shell.advance(0.6)
+        assert shell.fleet.board.batteries.extra_resistance_ohm[0] > 0.0
+        told += shell.advance(5.5)
+        assert not shell.fleet.board.batteries.extra_resistance_ohm[0]
+        assert any("Barometer stuck" in line for line in told)
+        assert shell.execute("stop") == "SYS_SAFE"
+        assert shell.execute("reset") == "SYS_INIT"
+    with pytest.raises(ValueError, match="with NAME one of gps_loss"):
+        FaultPlan(["battery_sag@7-6"])
 
 
 def test_arm_manual_stop_and_reset() -> None:
