@@ -11,6 +11,7 @@ from axe_look import Axe
 from console_page import SIMULATOR, ConsolePage, Somebody, visitors
 from playwright.sync_api import Browser, expect
 from worlds.flight_files import EVENTS_S, METRES_PER_DEGREE, position, telemetry_log, write_flight
+from worlds.foreign_logs import dataflash_log, place, ulog_log
 from worlds.processes import World
 
 LASTS_S: Final = 90.0
@@ -164,3 +165,65 @@ def test_live_charts_and_the_inspector(come: Somebody, axe: Axe) -> None:
     axe.look(console, "live-charts")
     console.part("telemetry").click()
     expect(console.part("live-telemetry")).to_have_count(0)
+
+
+def test_flights_of_other_programs_are_imported_and_two_replayed_beside_each_other(
+    come: Somebody, axe: Axe, tmp_path: Path
+) -> None:
+    console = come()
+    console.open()
+    console.sign_in("alice")
+    expect(console.part("squad-row").first).to_be_visible()
+    console.open("/#/flights")
+    bad = tmp_path / "picture.bin"
+    bad.write_bytes(b"GIF89a" * 100)
+    console.part("import-file").set_input_files(bad)
+    expect(console.part("import-problem")).to_contain_text("no flight file that the tower knows")
+    console.complaints.clear()  # the browser says that an answer was 422
+    for name, log in (("00000001.bin", dataflash_log(40)), ("log_0.ulg", ulog_log(30))):
+        (tmp_path / name).write_bytes(log)
+        console.part("import-file").set_input_files(tmp_path / name)
+        expect(console.part("import-row").filter(has_text=name)).to_be_visible(timeout=30_000)
+    axe.look(console, "imported-flights")
+    console.part("import-row").filter(has_text="00000001.bin").get_by_test_id("import-replay").click()
+    expect(console.part("replay")).to_have_attribute("data-whole", "true")
+    # The log begins a second after boot.
+    console.part("scrub").fill("24000")
+    shows(console, 24.0)
+    console.wait("its height", lambda: abs(console.number("altitude") - place(25.0)[2]) < 0.3, timeout_s=10)
+    console.wait("its mode", lambda: console.word("mode") == "AUTO", timeout_s=10)
+    expect(console.part("event").filter(has_text="ArduPlane V4.6.0")).to_be_visible()
+
+    # The recorded flight beside it: both at the same time after take-off.
+    console.part("replay-beside").click()
+    console.part("beside-1").click()
+    beside = console.part("beside")
+    expect(beside).to_be_visible(timeout=20_000)
+    expect(console.part("beside-name")).to_contain_text("Kestrel")
+    console.part("scrub").press("Home")
+    began_s = at_s(console)
+    assert began_s == pytest.approx(0.0, abs=0.1), "the timeline begins with the flight that begins first"
+    later_s = float(beside.get_attribute("data-later-ms") or 0) / 1000
+    assert later_s != 0
+    console.wait("both flights", lambda: console.part("replay").get_attribute("data-whole") == "true", timeout_s=20)
+    # Take-off is at 1.5 m: of the log after 5.75 s, of the recorded flight after 7.4 s (4 m/s).
+    recorded_s = EVENTS_S["take-off"] + 0.4
+    since = console.part("beside-time")
+
+    def heights() -> tuple[float, float]:
+        first, other = (console.part(f"beside-height-{at}").get_attribute("data-m") for at in (0, 1))
+        return float(first or -1), float(other or -1)
+
+    for _ in range(4):
+        console.page.keyboard.press("ArrowRight")
+    minutes, seconds = (since.text_content() or "").removeprefix("-").split(":")
+    after_s = (60 * int(minutes) + float(seconds)) * (-1 if (since.text_content() or "").startswith("-") else 1)
+    assert after_s > 5
+    wanted = place(5.75 + after_s)[2], position(recorded_s + after_s)[2]
+    console.wait("both heights", lambda: heights() == pytest.approx(wanted, abs=0.6), timeout_s=10)
+    axe.look(console, "two-flights")
+    # Beyond the end of the shorter one, which stays as it was.
+    console.page.keyboard.press("End")
+    console.wait("the end of the longer one", lambda: heights() == pytest.approx((70, 40), abs=0.5), timeout_s=10)
+    console.page.go_back()
+    expect(console.part("beside")).to_have_count(0)

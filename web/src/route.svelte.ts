@@ -3,17 +3,25 @@
  * `#/drone/7/parameters`, `#/drone/7/setup/radio` and `#/drone/7/logs` its others, `#/missions` the planner, `#/missions/7` the planner for
  * drone 7, `#/squad-mission/1,2` a task for drones 1 and 2, `#/videos` the videos of all drones, `#/videos/1,2` of
  * these, `#/flights` the recorded flights, `#/flights/12` the replay of one, `#/flights/12/90` from its second 90,
+ * `#/flights/import-<id>` that of an imported one, `#/flights/12/beside/13` of two,
  * `#/flights/file` that of a file of this computer, `#/zones` the zones, `#/account/tokens` a section of the user's
  * account, `#/admin/users` one of the administration.
  */
+
+import type { FlightKey } from './link/flight_imports';
 
 /** The pages that each drone has. */
 export type DronePage = 'control' | 'parameters' | 'logs' | 'missions' | 'setup';
 
 export type Route =
   | { readonly page: 'monitor' | 'flights' | 'zones' }
-  /** `flightId` null: a file of the person's computer. */
-  | { readonly page: 'replay'; readonly flightId: number | null; readonly atS: number }
+  /** `flight` null: a file of the person's computer. */
+  | {
+      readonly page: 'replay';
+      readonly flight: FlightKey | null;
+      readonly atS: number;
+      readonly beside: FlightKey | null;
+    }
   | { readonly page: Exclude<DronePage, 'missions' | 'setup'>; readonly droneId: number }
   | { readonly page: 'setup'; readonly droneId: number; readonly section: string }
   | { readonly page: 'missions'; readonly droneId: number | null }
@@ -33,13 +41,13 @@ export function readRoute(hash: string): Route {
   if (several) {
     return { page: several[1] as 'squad-mission' | 'videos', droneIds: several[2]?.split(',').map(Number) ?? [] };
   }
-  const flight = /^#\/flights\/(?:file|(\d+))(?:\/(\d+(?:\.\d+)?))?$/.exec(hash);
+  const flight =
+    /^#\/flights\/(?:file|(\d+|import-[0-9a-f]{16}))(?:\/(\d+(?:\.\d+)?))?(?:\/beside\/(\d+|import-[0-9a-f]{16}))?$/.exec(
+      hash,
+    );
   if (flight) {
-    return {
-      page: 'replay',
-      flightId: flight[1] === undefined ? null : Number(flight[1]),
-      atS: Number(flight[2] ?? 0),
-    };
+    const [flown, beside] = [flight[1], flight[3]] as (FlightKey | undefined)[];
+    return { page: 'replay', flight: flown ?? null, atS: Number(flight[2] ?? 0), beside: beside ?? null };
   }
   const sectioned = /^#\/(account|admin)(?:\/([a-z-]*))?$/.exec(hash);
   if (sectioned) return { page: sectioned[1] as 'account' | 'admin', section: sectioned[2] ?? '' };
@@ -50,8 +58,8 @@ export const monitorHref = '#/';
 export const flightsHref = '#/flights';
 export const openFileHref = '#/flights/file';
 /** `atS`: seconds from the beginning of the recording. */
-export const replayHref = (flightId: number, atS = 0): string =>
-  atS > 0 ? `#/flights/${flightId}/${atS.toFixed(1)}` : `#/flights/${flightId}`;
+export const replayHref = (flight: FlightKey, atS = 0, beside: FlightKey | null = null): string =>
+  `#/flights/${flight}${atS > 0 ? `/${atS.toFixed(1)}` : ''}${beside === null ? '' : `/beside/${beside}`}`;
 export const zonesHref = '#/zones';
 export const controlHref = (droneId: number): string => `#/drone/${droneId}`;
 export const squadMissionHref = (droneIds: readonly number[]): string => `#/squad-mission/${droneIds.join(',')}`;

@@ -1,5 +1,6 @@
 /** Flights that the tower recorded, page by page, newest first. */
 
+import type { FlightKey } from './flight_imports';
 import type { Rest } from './rest';
 import type { Schemas } from './rest_types';
 
@@ -31,6 +32,9 @@ export async function readFlights(rest: Rest, filter: FlightFilter, before: stri
   };
   return rest.call('GET', '/flights', { query });
 }
+
+/** The number of a recorded flight. */
+export const flightIdOf = (flight: FlightKey): number => Number(flight);
 
 export type FlightFile = 'tlog' | 'csv' | 'kml' | 'gpx';
 

@@ -25,6 +25,7 @@ import { thinned } from './trail';
 
 const HIT_RADIUS_PX = MARKER_RADIUS_PX + 8;
 const LABEL_MARGIN_PX = 160;
+const BESIDE_DASH_PX = [7, 5];
 
 export interface SceneDrone {
   readonly id: number;
@@ -38,6 +39,8 @@ export interface SceneDrone {
   readonly track: readonly Place[];
   /** Of a recorded flight: the way that follows. */
   readonly ahead?: readonly Place[];
+  /** Of the other flight of a replay of two: its way is dashed. */
+  readonly isBeside?: boolean;
   /** In the air without a holder. */
   readonly isUnattended?: boolean;
   /** Lost in the air, a battery near its end, and the like: see link/trouble.ts. */
@@ -159,11 +162,14 @@ export class Overlay {
     if (showsAim) drawAim(pen, theme, width / 2, height / 2);
   }
 
-  #drawTrack(projection: Projection, { track, ahead = [], place, state, isStale }: SceneDrone): void {
+  #drawTrack(projection: Projection, { track, ahead = [], place, state, isStale, isBeside }: SceneDrone): void {
+    const { pen } = this.#canvas;
+    if (isBeside) pen.setLineDash(BESIDE_DASH_PX);
     if (ahead.length > 0) this.#drawWay(projection, [place, ...ahead], this.#theme.states.idle, 0.35);
     if (track.length > 0) {
       this.#drawWay(projection, [...track, place], this.#theme.states[state], isStale ? 0.25 : 0.55);
     }
+    pen.setLineDash([]);
   }
 
   #drawWay(projection: Projection, way: readonly Place[], colour: string, alpha: number): void {

@@ -53,18 +53,25 @@ export class Player {
   #fed = 0;
   #wantedMs: number | null = null;
   #airborneSinceMs: number | null = null;
+  #wider = { fromMs: Infinity, toMs: -Infinity };
   #sticks = new SticksSeen();
 
   constructor(source: PlayerSource, drone: Drone) {
     this.#source = source;
     this.#drone = drone;
     this.clock = {
-      nowMs: () => this.state.get().atMs,
-      monotonicMs: () => this.state.get().atMs,
+      nowMs: () => this.vehicleMs,
+      monotonicMs: () => this.vehicleMs,
       after: () => () => undefined,
     };
     const vehicle = this.#newVehicle();
     this.state = new Store<PlayerState>({ atMs: 0, isPlaying: false, speed: 1, vehicle, isSeeking: false });
+  }
+
+  /** The moment that the vehicle is shown at: it stays as it was at the end of its flight. */
+  get vehicleMs(): number {
+    const { atMs } = this.state.get();
+    return this.#begins.length === 0 ? atMs : Math.min(Math.max(atMs, this.#fromMs), this.#toMs);
   }
 
   get fromMs(): number {
@@ -78,6 +85,11 @@ export class Player {
   /** The sticks as they passed at the moment on view; null: none. */
   get sticks(): Axes | null {
     return this.#sticks.at(this.state.get().atMs);
+  }
+
+  /** Time goes on beyond this flight, because another one beside it is longer. */
+  widen(fromMs: number, toMs: number): void {
+    this.#wider = { fromMs, toMs };
   }
 
   /** More of the flight is known. */
@@ -95,7 +107,7 @@ export class Player {
   }
 
   play(): void {
-    if (this.state.get().atMs >= this.#toMs) this.seek(this.#fromMs);
+    if (this.state.get().atMs >= this.#endMs) this.seek(this.#beginMs);
     this.#set({ isPlaying: true });
   }
 
@@ -117,15 +129,15 @@ export class Player {
     const { isPlaying, speed, atMs } = this.state.get();
     if (!isPlaying || this.#wantedMs !== null) return;
     const nextMs = atMs + Math.min(realMs, MAX_STEP_MS) * speed;
-    if (nextMs >= this.#toMs) {
+    if (nextMs >= this.#endMs) {
       this.pause();
-      this.seek(this.#toMs);
+      this.seek(this.#endMs);
     } else this.seek(nextMs);
   }
 
   /** Shows this moment: at once if its piece is at hand, else when the worker has sent it. */
   seek(wantedMs: number): void {
-    const toMs = this.#begins.length === 0 ? wantedMs : Math.min(Math.max(wantedMs, this.#fromMs), this.#toMs);
+    const toMs = this.#begins.length === 0 ? wantedMs : Math.min(Math.max(wantedMs, this.#beginMs), this.#endMs);
     const number = pieceAt(this.#begins, toMs);
     const piece = this.#pieces.get(number);
     if (!piece) {
@@ -137,6 +149,14 @@ export class Player {
     this.#wantedMs = null;
     this.#show(piece, toMs);
     if (number + 1 < this.#begins.length) this.#ask(number + 1);
+  }
+
+  get #beginMs(): number {
+    return Math.min(this.#fromMs, this.#wider.fromMs);
+  }
+
+  get #endMs(): number {
+    return Math.max(this.#toMs, this.#wider.toMs);
   }
 
   #show(piece: Piece, atMs: number): void {

@@ -5,7 +5,11 @@ import { untrack } from 'svelte';
 import type { Place } from '../link/messages';
 import type { Schemas } from '../link/rest_types';
 import type { Rest } from '../link/rest';
-import { flightFileHref } from '../link/flights';
+import { flightFileHref, flightIdOf } from '../link/flights';
+import { importIdOf, importFileHref, type FlightKey, type ImportedFlight } from '../link/flight_imports';
+import type { SceneDrone } from '../map/overlay';
+import { sceneDrone } from '../scene';
+import type { UnitSystem } from '../words/units';
 import { wordsOf } from '../loading.svelte';
 import { holderSpans, marksOf, silentSpans, type IndexEntry } from './marks';
 import type { FlightOverview, TrackPoint } from './overview';
@@ -25,6 +29,8 @@ export class ReplaySession {
   readonly player: Player;
   name = $state('');
   detail = $state.raw<FlightDetail | null>(null);
+  /** Of a flight from another program's file, in place of `detail`. */
+  imported = $state.raw<ImportedFlight | null>(null);
   progress = $state.raw<Progress | null>(null);
   shown = $state.raw<PlayerState>()!;
   /** For numbers: changes less often while it plays. */
@@ -70,6 +76,11 @@ export class ReplaySession {
     return this.progress?.isWhole ? this.toMs : Math.max(this.toMs, ended);
   }
 
+  /** By which two flights are aligned: first higher than a person above home, or the beginning. */
+  get takeOffMs(): number {
+    return this.overview?.airborneMs ?? this.fromMs;
+  }
+
   /** How many points of the track are behind. */
   passedPoints(atMs: number): number {
     let low = 0;
@@ -80,6 +91,15 @@ export class ReplaySession {
       else high = middle;
     }
     return low;
+  }
+
+  /** The vehicle at the moment on view with its way, behind and ahead; null while it has no position. */
+  onMap(units: UnitSystem, place: 'alone' | 'beside' = 'alone'): SceneDrone | null {
+    const { vehicle, atMs } = this.shown;
+    const here = sceneDrone(vehicle, vehicle.values(this.player.vehicleMs), 0, units);
+    const passed = this.passedPoints(atMs);
+    const ways = { track: this.ways.slice(0, passed), ahead: this.ways.slice(passed) };
+    return here && { ...here, ...ways, isBeside: place === 'beside' };
   }
 
   /** The mark before or after the moment on view. */
@@ -98,10 +118,21 @@ export class ReplaySession {
   }
 }
 
-/** Opens a flight of the tower. Raises RestError. */
-export async function openFlight(rest: Rest, flightId: number): Promise<ReplaySession> {
+/**
+ * Opens a flight of the tower, recorded or imported. `droneId`: on the map, if not that of its drone. Raises RestError.
+ */
+export async function openFlight(rest: Rest, flight: FlightKey, droneId?: number): Promise<ReplaySession> {
+  const importId = importIdOf(flight);
+  if (importId !== null) {
+    const imported = await rest.call('GET', '/flight-imports/{import_id}', { path: { import_id: importId } });
+    const session = new ReplaySession(droneId ?? FILE_DRONE_ID, imported.name);
+    session.imported = imported;
+    session.file.openUrl(importFileHref(importId));
+    return session;
+  }
+  const flightId = flightIdOf(flight);
   const detail = await rest.call('GET', '/flights/{flight_id}', { path: { flight_id: flightId } });
-  const session = new ReplaySession(detail.drone_id, detail.drone);
+  const session = new ReplaySession(droneId ?? detail.drone_id, detail.drone);
   session.detail = detail;
   if (detail.state !== 'ready') {
     session.problem =

@@ -1,6 +1,8 @@
 /** Recorded flights in words. */
 
+import type { ImportedFlight } from '../link/flight_imports';
 import type { Flight } from '../link/flights';
+import { bytes } from './dates';
 import { UNKNOWN } from './format';
 import { playTime } from './recording_words';
 
@@ -19,4 +21,20 @@ export function flightNote({ state, words, lost_frames }: Flight): string {
   const lost = lost_frames > 0 ? `${lost_frames} frames are missing` : '';
   const noted = [state === 'failed' ? words || 'Cannot be read' : words, lost].filter(Boolean).join('; ');
   return noted === '' ? '' : noted[0]!.toUpperCase() + noted.slice(1);
+}
+
+const FORMATS: Readonly<Record<ImportedFlight['format'], string>> = {
+  tlog: 'Telemetry log',
+  dataflash: 'Dataflash log of ArduPilot',
+  ulog: 'ULog of PX4',
+};
+
+/** Of which kind the file was, and what is to be known of it. */
+export function importNote({ format, clock_known, skipped_bytes }: ImportedFlight): string {
+  const parts = [
+    FORMATS[format],
+    clock_known ? '' : 'no time of day: it begins at the import',
+    skipped_bytes > 0 ? `${bytes(skipped_bytes)} could not be read` : '',
+  ];
+  return parts.filter(Boolean).join('; ');
 }

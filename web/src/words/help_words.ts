@@ -125,6 +125,7 @@ export const HELP: Record<Route['page'], PageHelp> = {
       'Replay opens a flight on the map, with its flight display, sticks, events and charts.',
       'Download a flight as .tlog for other ground stations, or as CSV, KML or GPX.',
       'Open a file replays a .tlog of your own. It stays on your computer.',
+      'Import a file takes a .tlog, .bin (ArduPilot) or .ulg (PX4) into the tower: only you and admins see it.',
     ],
     keys: [],
   },

@@ -52,6 +52,27 @@ describe('a replay', () => {
     );
   });
 
+  it('stays as it was beyond its end, while a longer flight beside it goes on', async () => {
+    const { player } = opened();
+    await settled();
+    player.widen(BEGAN_MS - 5_000, BEGAN_MS + (SECONDS + 60) * 1000);
+    player.seek(Infinity);
+    await settled();
+    const { atMs, vehicle } = player.state.get();
+    expect(atMs).toBe(BEGAN_MS + (SECONDS + 60) * 1000);
+    expect(player.vehicleMs).toBe(player.toMs);
+    const atEnd = vehicle.values(player.vehicleMs);
+    player.seek(player.toMs);
+    await settled();
+    expect(player.state.get().vehicle.values(player.toMs).altRelM).toBe(atEnd.altRelM);
+    player.seek(-Infinity);
+    expect(player.state.get().atMs).toBe(BEGAN_MS - 5_000);
+    player.play();
+    player.pass(200);
+    expect(player.state.get().atMs).toBe(BEGAN_MS - 4_800);
+    expect(player.vehicleMs).toBe(player.fromMs);
+  });
+
   it('plays at its speed, pauses at the end, and begins again', async () => {
     const { player } = opened();
     await settled();
