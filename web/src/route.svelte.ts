@@ -3,7 +3,7 @@
  * `#/drone/7/parameters`, `#/drone/7/setup/radio` and `#/drone/7/logs` its others, `#/missions` the planner, `#/missions/7` the planner for
  * drone 7, `#/squad-mission/1,2` a task for drones 1 and 2, `#/videos` the videos of all drones, `#/videos/1,2` of
  * these, `#/flights` the recorded flights, `#/flights/12` the replay of one, `#/flights/12/90` from its second 90,
- * `#/flights/file` that of a file of this computer, `#/zones` the zones, `#/account/tokens` a section of the user's
+ * `#/flights/file` that of a file of this computer, `#/statistics` their sums, `#/zones` the zones, `#/account/tokens` a section of the user's
  * account, `#/admin/users` one of the administration.
  */
 
@@ -11,7 +11,7 @@
 export type DronePage = 'control' | 'parameters' | 'logs' | 'missions' | 'setup';
 
 export type Route =
-  | { readonly page: 'monitor' | 'flights' | 'zones' }
+  | { readonly page: 'monitor' | 'flights' | 'statistics' | 'zones' }
   /** `flightId` null: a file of the person's computer. */
   | { readonly page: 'replay'; readonly flightId: number | null; readonly atS: number }
   | { readonly page: Exclude<DronePage, 'missions' | 'setup'>; readonly droneId: number }
@@ -43,11 +43,13 @@ export function readRoute(hash: string): Route {
   }
   const sectioned = /^#\/(account|admin)(?:\/([a-z-]*))?$/.exec(hash);
   if (sectioned) return { page: sectioned[1] as 'account' | 'admin', section: sectioned[2] ?? '' };
+  if (hash === statisticsHref) return { page: 'statistics' };
   return { page: hash === flightsHref ? 'flights' : hash === zonesHref ? 'zones' : 'monitor' };
 }
 
 export const monitorHref = '#/';
 export const flightsHref = '#/flights';
+export const statisticsHref = '#/statistics';
 export const openFileHref = '#/flights/file';
 /** `atS`: seconds from the beginning of the recording. */
 export const replayHref = (flightId: number, atS = 0): string =>
