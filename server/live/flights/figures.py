@@ -47,8 +47,8 @@ DOWN_M: Final = 0.5
 MAX_CURRENT_STEP_US: Final = 5_000_000
 """The current between two reports that are further apart is not known."""
 REST_BEFORE_US: Final = 5_000_000
-"""Before arming the battery rests. The tower hears of arming a little later, so the greatest voltage of that time counts:
-the last one may be of the take-off."""
+"""Before arming the battery rests. The tower hears of arming a little later, so the greatest voltage of that time
+counts: the last one may be of the take-off."""
 MAX_SPEED_M_S: Final = 150.0
 """A report above it is an error of the autopilot's estimate, not a speed."""
 _MAH_PER_CA_US: Final = 10.0 / 3.6e9
