@@ -17,6 +17,7 @@ TAGS: Final = (
     {"name": "video", "description": "How it is with the video of a drone."},
     {"name": "recordings", "description": "Recorded video."},
     {"name": "flights", "description": "Flights that the tower recorded."},
+    {"name": "maintenance", "description": "What a drone needs after so many hours in the air."},
     {"name": "missions", "description": "The library of missions."},
     {"name": "operations", "description": "Work at drones that is going on."},
     {"name": "zones", "description": "Where drones may not be, not above a height, or only."},

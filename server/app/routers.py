@@ -24,9 +24,11 @@ from server.api.fleet import enrolment_routes, loan_routes
 from server.api.fleet import routes as fleet_routes
 from server.api.flight_commands import routes as command_routes
 from server.api.flight_logs import routes as log_routes
+from server.api.flights import identification_routes, statistics_routes
 from server.api.flights import import_routes as flight_import_routes
 from server.api.flights import routes as flight_routes
 from server.api.http import health
+from server.api.maintenance import routes as maintenance_routes
 from server.api.metrics import routes as metrics_routes
 from server.api.missions import library_routes, plan_routes
 from server.api.operations import routes as operation_routes
@@ -71,6 +73,9 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     recording_routes.router,
     flight_routes.router,
     flight_import_routes.router,
+    identification_routes.router,
+    statistics_routes.router,
+    maintenance_routes.router,
     relay_routes.router,
     video_routes.router,
     map_routes.router,

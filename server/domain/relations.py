@@ -61,6 +61,8 @@ class Right(StrEnum):
     """Acknowledge its alerts. Everybody who sees the drone sees them."""
     CHECKLIST = "checklist"
     """Change its own lines of the preflight checklist."""
+    MAINTAIN = "maintain"
+    """Say what maintenance the drone needs, and that it was done. Whoever may read its flights sees what is due."""
     CANCEL = "cancel"
     """Cancel another user's operation. The user with the controls and the turn may do so as well."""
 
@@ -79,6 +81,7 @@ RIGHTS: Final[Mapping[Right, frozenset[Relation]]] = {
     Right.RECORD: _TOWER_ADMINS,
     Right.REHEARSE: _TOWER_ADMINS,
     Right.CHECKLIST: _ADMINS | {Relation.OWNER},
+    Right.MAINTAIN: _ADMINS | {Relation.OWNER},
     Right.CANCEL: _TOWER_ADMINS,
     Right.ACKNOWLEDGE: _PILOTS,
 }

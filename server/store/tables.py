@@ -12,6 +12,7 @@ from server.store.control import tables as control
 from server.store.database import Base
 from server.store.fleet import tables as fleet
 from server.store.flights import tables as flights
+from server.store.maintenance import tables as maintenance
 from server.store.maps import tables as maps
 from server.store.missions import tables as missions
 from server.store.preflight import tables as preflight
@@ -29,6 +30,7 @@ ALL: Final = (
     control,
     fleet,
     flights,
+    maintenance,
     maps,
     missions,
     preflight,

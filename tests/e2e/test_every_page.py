@@ -31,6 +31,7 @@ PAGES: Final = {
     "squad-mission/1,2": "squad-mission",
     "videos/1,2": "video-tile",
     "flights": "flight-filter",
+    "statistics": "statistics-total",
     "flights/file": "own-file",
     "flights/1": "events",
     "zones": "zones-none",

@@ -35,6 +35,9 @@ BODIES: Final[dict[str, dict[str, object]]] = {
     "add_map_layer": {"name": "x", "role": "map", "template": "no address"},
     "estimate_map_area": AREA,
     "keep_map_area": AREA,
+    "add_maintenance": {"title": "x", "interval_h": 50},
+    "change_maintenance": {"interval_h": 50},
+    "end_maintenance": {},
     "write_parameters": {"values": {"RTL_ALT": 1500}},
 }
 # A response to HEAD has only a status, the same as that of GET.

@@ -9,13 +9,18 @@ import httpx
 import pytest
 from control_world import ObedientAgent, ask, live, until
 from fastapi.routing import APIRoute
+from sqlalchemy import delete
 from team_world import ADMIN, OBSERVER, OPERATOR, Team
 from tower_world import TowerWorld, assert_problem, start_tower
 
 from server.app.routers import ROUTERS
 from server.domain.people import Role
 from server.domain.relations import TeamRole
+from server.live.flights.figures import FlightFigures, PilotShare
+from server.live.flights.times import microseconds
 from server.store.fleet.tables import OwnershipRow
+from server.store.flights.figures import keep_figures
+from server.store.flights.tables import FlightFiguresRow
 from server.store.recordings.tables import RecordingRow
 from wire.ids import DroneId
 
@@ -96,6 +101,29 @@ async def _fly_a_drone_of_the_past(world: TowerWorld, red: Team, blue: Team) -> 
                 pictures=0,
             )
         )
+        figures = FlightFigures(
+            began_us=microseconds(at),
+            ended_us=microseconds(at) + 60_000_000,
+            air_s=50.0,
+            distance_m=900.0,
+            max_height_m=40.0,
+            max_speed_m_s=9.0,
+            battery_start_v=16.8,
+            battery_end_v=16.0,
+            used_mah=300.0,
+            landings=1,
+            holds=0,
+            hand_overs=0,
+            alerts=0,
+            critical_alerts=0,
+            link_losses=0,
+            link_lost_s=0.0,
+            rtt_mean_ms=40.0,
+            rtt_max_ms=90.0,
+            loss_mean=0.0,
+            pilots=(PilotShare(blue.people[OPERATOR].id, "Zinnia-operator", 60.0, 50.0, 900.0, 1),),
+        )
+        await keep_figures(session, flight_id=9, drone_id=both.id, figures=figures)
         # Yesterday's owner is no owner any more when the drone changes teams.
         row = await session.get(OwnershipRow, (both.id, blue.people[ADMIN].id))
         await session.delete(row)
@@ -103,14 +131,19 @@ async def _fly_a_drone_of_the_past(world: TowerWorld, red: Team, blue: Team) -> 
     hers, logs = f"/api/v1/drones/{both.id}/recordings", f"/api/v1/drones/{both.id}/logs"
     _keep_log(world.tower.settings.files / f"drone-{both.id}" / "7-0.bin", at.timestamp())
     assert "Zinnia-operator" in (await blue.clients[OPERATOR].get(hers)).text
+    assert "Zinnia-operator" in (await blue.clients[OPERATOR].get("/api/v1/statistics")).text
     assert "Zinnia" in (await blue.clients[OPERATOR].get(f"{logs}/7/file")).text
     assert (await blue.clients[ADMIN].delete(f"{blue.path}/drones/{both.id}")).status_code == 204
     assert (await red.clients[ADMIN].put(f"{red.path}/drones/{both.id}")).status_code == 200
     assert (await red.clients[OPERATOR].get(hers)).json() == []
     assert (await red.clients[OPERATOR].get(logs)).json()["kept"] == []
+    assert (await red.clients[OPERATOR].get("/api/v1/statistics")).json()["total"]["flights"] == 0
     assert_problem(await red.clients[OPERATOR].get(f"{logs}/7/file"), 404, "unknown-log")
     owner = await red.clients[ADMIN].get(f"{logs}/7/file")
     assert owner.status_code == 200, "who owned it then knows it"
+    assert "Zinnia-operator" in (await red.clients[ADMIN].get("/api/v1/statistics")).text
+    async with world.database.writing() as session:  # the owner may know of them, and nobody else reads them
+        await session.execute(delete(FlightFiguresRow))
 
 
 def _keep_log(path: Path, at: float) -> None:

@@ -3,8 +3,8 @@
  * `#/drone/7/parameters`, `#/drone/7/setup/radio` and `#/drone/7/logs` its others, `#/missions` the planner, `#/missions/7` the planner for
  * drone 7, `#/squad-mission/1,2` a task for drones 1 and 2, `#/videos` the videos of all drones, `#/videos/1,2` of
  * these, `#/flights` the recorded flights, `#/flights/12` the replay of one, `#/flights/12/90` from its second 90,
- * `#/flights/import-<id>` that of an imported one, `#/flights/12/beside/13` of two,
- * `#/flights/file` that of a file of this computer, `#/zones` the zones, `#/account/tokens` a section of the user's
+ * `#/flights/import-<id>` that of an imported one, `#/flights/12/beside/13` of two, `#/flights/file` that of a
+ * file of this computer, `#/statistics` their sums, `#/zones` the zones, `#/account/tokens` a section of the user's
  * account, `#/admin/users` one of the administration.
  */
 
@@ -14,7 +14,7 @@ import type { FlightKey } from './link/flight_imports';
 export type DronePage = 'control' | 'parameters' | 'logs' | 'missions' | 'setup';
 
 export type Route =
-  | { readonly page: 'monitor' | 'flights' | 'zones' }
+  | { readonly page: 'monitor' | 'flights' | 'statistics' | 'zones' }
   /** `flight` null: a file of the person's computer. */
   | {
       readonly page: 'replay';
@@ -51,11 +51,13 @@ export function readRoute(hash: string): Route {
   }
   const sectioned = /^#\/(account|admin)(?:\/([a-z-]*))?$/.exec(hash);
   if (sectioned) return { page: sectioned[1] as 'account' | 'admin', section: sectioned[2] ?? '' };
+  if (hash === statisticsHref) return { page: 'statistics' };
   return { page: hash === flightsHref ? 'flights' : hash === zonesHref ? 'zones' : 'monitor' };
 }
 
 export const monitorHref = '#/';
 export const flightsHref = '#/flights';
+export const statisticsHref = '#/statistics';
 export const openFileHref = '#/flights/file';
 /** `atS`: seconds from the beginning of the recording. */
 export const replayHref = (flight: FlightKey, atS = 0, beside: FlightKey | null = null): string =>

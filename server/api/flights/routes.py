@@ -14,19 +14,15 @@ from pydantic import AwareDatetime
 from server.api.access import Admin, Viewer
 from server.api.dependencies import AuditDep, DatabaseDep, FlightsDep, HubDep
 from server.api.flights.export_stream import FORMATS, FormatName, export_stream
+from server.api.flights.readable import known_flight, readable_drones
 from server.api.http.problem_docs import answers
-from server.api.operations.operation_requests import refuse_observers, watched_drone
 from server.domain.access import UnknownDrone
 from server.domain.names import is_name
-from server.domain.people import Principal
-from server.domain.relations import Right
 from server.live.flights.refusals import BadPage, FlightElsewhere, FlightRunning, UnknownFlight
 from server.live.flights.report import report
 from server.live.flights.views import FlightDetailView, FlightPageView, FlightVideoView
-from server.live.hub import Hub
 from server.live.operations.refusals import OnlyWatches, ViewTaken
 from server.live.relay.live_drone import LiveDrone
-from server.store.database import Database
 from server.store.flights import catalogue
 from server.store.flights.files import TLOG
 from server.store.flights.flights import Flights
@@ -48,31 +44,6 @@ _ONE: Final = (UnknownFlight,)
 _FILE: Final = (UnknownFlight, FlightRunning, FlightElsewhere)
 
 
-def _readable(hub: Hub, principal: Principal, drone_id: int | None) -> dict[int, LiveDrone]:
-    """Returns the drones whose stored files this user may read now. Raises UnknownDrone, ViewTaken, OnlyWatches for a
-    drone that was named."""
-    if drone_id is not None:
-        drone = watched_drone(hub, principal, drone_id)
-        refuse_observers(drone, principal)
-        return {drone.drone_id: drone}
-    user_id, role = principal.user_id, principal.role
-    return {
-        drone.drone_id: drone
-        for drone in hub.squads.drones(user_id, role)
-        if drone.may(user_id, role, Right.READ) and user_id != drone.user_without_view
-    }
-
-
-async def _known(hub: Hub, database: Database, principal: Principal, flight_id: int) -> tuple[FlightRow, LiveDrone]:
-    """Raises UnknownFlight for every flight that this user may not read: others' look like none."""
-    async with database.reading() as session:
-        row = await catalogue.get(session, flight_id)
-    drone = _readable(hub, principal, None).get(row.drone_id)
-    if drone is None or not drone.knows_of(principal.user_id, principal.role, row.began_at):
-        raise UnknownFlight
-    return row, drone
-
-
 @router.get("", responses=answers(UnknownDrone, ViewTaken, OnlyWatches, BadPage))
 async def list_flights(
     principal: Viewer,
@@ -86,7 +57,7 @@ async def list_flights(
     limit: Annotated[int, Query(ge=1, le=MAX_PAGE)] = PAGE,
 ) -> FlightPageView:
     """Lists flights of the drones whose files the user may read, newest first."""
-    drones = _readable(hub, principal, drone_id)
+    drones = readable_drones(hub, principal, drone_id)
     cursor = None
     if before is not None:
         try:
@@ -119,7 +90,7 @@ async def get_flight(
     principal: Viewer, hub: HubDep, database: DatabaseDep, flights: FlightsDep, flight_id: FlightPath
 ) -> Response:
     """Returns one flight with its index: what happened, in order. Also while it is being recorded."""
-    row, drone = await _known(hub, database, principal, flight_id)
+    row, drone = await known_flight(hub, database, principal, flight_id)
     async with database.reading() as session:
         pilots = await catalogue.pilots_of(session, [row.id])
         videos = await recordings_catalogue.of_drone(session, row.drone_id)
@@ -153,7 +124,7 @@ async def get_flight_tlog(
     principal: Viewer, hub: HubDep, database: DatabaseDep, flights: FlightsDep, flight_id: FlightPath
 ) -> FileResponse:
     """Downloads every frame of the flight, for Mission Planner, MAVProxy and pymavlink."""
-    row, drone = await _known(hub, database, principal, flight_id)
+    row, drone = await known_flight(hub, database, principal, flight_id)
     path = _whole(flights, row)
     if not await asyncio.to_thread(path.is_file):
         raise UnknownFlight
@@ -181,7 +152,7 @@ async def export_flight(
     format_name: FormatName,
 ) -> StreamingResponse:
     """Downloads the positions of the flight as CSV (with attitude, speeds, battery and mode), KML or GPX."""
-    row, drone = await _known(hub, database, principal, flight_id)
+    row, drone = await known_flight(hub, database, principal, flight_id)
     path = _whole(flights, row)
     if not await asyncio.to_thread(path.is_file):
         raise UnknownFlight
@@ -202,7 +173,7 @@ async def report_flight(
     principal: Viewer, hub: HubDep, database: DatabaseDep, flights: FlightsDep, flight_id: FlightPath
 ) -> Response:
     """Downloads the flight as a report for people: who had the controls, commands, holds, alerts, all in order."""
-    row, drone = await _known(hub, database, principal, flight_id)
+    row, drone = await known_flight(hub, database, principal, flight_id)
     if row.state == catalogue.RUNNING:
         raise FlightRunning
     if row.store != flights.files.id:

@@ -42,6 +42,7 @@ from server.live.flight_commands.vehicle import NoSuchItem, NoSuchMode, NotKnown
 from server.live.flight_imports.refusals import BadFlightFile, ImportsFull, UnknownImport
 from server.live.flight_logs.refusals import BadCredential, FileIncomplete, FileNotTaken, NotAskedFor, UnknownLog
 from server.live.flights.refusals import BadPage, FlightElsewhere, FlightRunning, UnknownFlight
+from server.live.maintenance.refusals import NotYoursToMaintain, TooManyTasks, UnknownTask
 from server.live.missions.document import DocumentTooLarge
 from server.live.missions.ground_check import IntoTheGround
 from server.live.missions.plan_body import BadPlan, MalformedBody
@@ -271,6 +272,9 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     ImportsFull: Kind("imports-full", 409, "No room for another flight"),
     FlightElsewhere: Kind("flight-elsewhere", 409, "Its files are elsewhere"),
     FlightRunning: Kind("flight-running", 409, "It is not over yet"),
+    UnknownTask: Kind("unknown-task", 404, "No such maintenance"),
+    NotYoursToMaintain: Kind("not-yours-to-maintain", 403, "Not your drone to maintain"),
+    TooManyTasks: Kind("too-many-tasks", 409, "Too much maintenance"),
     BadPage: Kind("bad-page", 422, "No such page"),
     UnknownRecording: Kind("unknown-recording", 404, "No such recording"),
     NotReady: Kind("recording-not-ready", 409, "There is no file yet"),

@@ -64,7 +64,7 @@ def read_index(lines: Iterable[bytes]) -> IndexSummary:
     """Raises NoIndex."""
     summary: IndexSummary | None = None
     for line in lines:
-        entry = _object(line)
+        entry = entry_of(line)
         if summary is None:
             summary = _head(entry)
             continue
@@ -84,7 +84,7 @@ def read_index(lines: Iterable[bytes]) -> IndexSummary:
 def index_end_us(lines: Iterable[bytes]) -> int:
     """When the recording was over: nothing later belongs to the flight. What a crash cut off has no such time."""
     for line in lines:
-        entry = _object(line)
+        entry = entry_of(line)
         at_us = entry.get("at_us")
         if entry.get("kind") == "end" and isinstance(at_us, int):
             return at_us
@@ -115,7 +115,14 @@ def _head(entry: dict[str, Any]) -> IndexSummary:
         raise NoIndex(f"the head of the index cannot be read: {error}") from None
 
 
-def _object(line: bytes) -> dict[str, Any]:
+def at_of(entry: dict[str, Any]) -> int:
+    """Returns when it happened, in microseconds since 1970; 0: it does not say."""
+    at_us = entry.get("at_us")
+    return at_us if isinstance(at_us, int) else 0
+
+
+def entry_of(line: bytes) -> dict[str, Any]:
+    """Returns one line of the index; empty if it is no JSON object."""
     try:
         value = _decoder.decode(line)
     except msgspec.DecodeError:
@@ -124,4 +131,4 @@ def _object(line: bytes) -> dict[str, Any]:
 
 
 def _is_object(line: bytes) -> bool:
-    return bool(_object(line))
+    return bool(entry_of(line))

@@ -12,6 +12,7 @@ from datetime import UTC, datetime
 from html import escape
 from typing import Any, Final
 
+from server.live.flights.holds import holds_in
 from server.live.flights.report_style import STYLE
 from server.live.flights.report_words import command_words, name_of, told_words
 from server.live.flights.track_picture import track_picture
@@ -106,17 +107,7 @@ def _answer(entry: Entry) -> str:
 
 
 def _holds(index: Iterable[Entry], began_us: int) -> str:
-    """A hold begins with its first step: another epoch or cause, or the order."""
-    holds: list[list[Entry]] = []
-    for entry in index:
-        if entry.get("kind") != "hold":
-            continue
-        last = holds[-1][0] if holds else None
-        key = (entry.get("epoch"), entry.get("cause"))
-        is_new = last is None or entry.get("step") == "ordered" or key != (last.get("epoch"), last.get("cause"))
-        if is_new:
-            holds.append([])
-        holds[-1].append(entry)
+    holds = holds_in(index)
     if not holds:
         return _table("Holds", (), [])
     tables = []

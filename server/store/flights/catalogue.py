@@ -17,6 +17,7 @@ from server.live.flights.refusals import FlightRunning, UnknownFlight
 from server.live.flights.views import FlightView, PilotView
 from server.store.accounts.tables import UserRow
 from server.store.audit.action import AuditAction
+from server.store.flights.figures import keep_figures
 from server.store.flights.files import FlightFacts
 from server.store.flights.tables import FlightPilotRow, FlightRow
 
@@ -122,6 +123,7 @@ async def finish(session: AsyncSession, row: FlightRow, facts: FlightFacts, *, w
     row.distance_m, row.max_height_m = round(summary.distance_m, 1), summary.max_height_m
     row.track = [[round(lat, 6), round(lon, 6)] for lat, lon in summary.track]
     await _set_pilots(session, row.id, index.pilots)
+    await keep_figures(session, flight_id=row.id, drone_id=row.drone_id, figures=facts.figures)
 
 
 def fail(row: FlightRow, words: str, at: datetime) -> None:

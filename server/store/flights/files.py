@@ -9,13 +9,14 @@ from __future__ import annotations
 import os
 import re
 import time
-from collections.abc import Container, Iterable
+from collections.abc import Container, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from server.live.flights.index import IndexSummary, read_index, whole_lines
-from server.live.flights.tlog import read_entries
+from server.live.flights.figures import FiguresReader, FlightFigures
+from server.live.flights.index import IndexSummary, at_of, entry_of, read_index, whole_lines
+from server.live.flights.tlog import Entry, read_entries
 from server.live.flights.track import FlightSummary
 from server.store.file_budget import disk_takes, drone_folders, drones_with_files, folder_of, remove_folders
 from server.store.folder_id import open_folder
@@ -37,6 +38,7 @@ class FlightFacts:
 
     summary: FlightSummary
     index: IndexSummary
+    figures: FlightFigures
     size_bytes: int
     torn_bytes: int
 
@@ -117,19 +119,41 @@ class FlightFiles:
         lines = whole_lines(content)
         index = read_index(lines)
         _cut(index_path, len(content), sum(len(line) + 1 for line in lines))
-        summary = FlightSummary(index.began_us)
+        summary, figures = _summed_up(tlog_path, index, lines)
         torn_bytes = 0
         if tlog_path.exists():
-            with tlog_path.open("rb") as tlog:
-                for number, entry in enumerate(read_entries(tlog)):
-                    summary.take(entry)
-                    if number % ENTRIES_A_TURN == ENTRIES_A_TURN - 1:
-                        time.sleep(TURN_S)
             size = tlog_path.stat().st_size
             torn_bytes = size - summary.whole_bytes
             if torn_bytes <= MAX_TORN_BYTES:
                 _cut(tlog_path, size, summary.whole_bytes)
-        return FlightFacts(summary, index, self.size(drone_id, file), torn_bytes)
+        return FlightFacts(summary, index, figures, self.size(drone_id, file), torn_bytes)
+
+    def figures(self, drone_id: int, file: str) -> FlightFigures:
+        """The figures of a flight that is over; changes no file. Raises OSError, NoIndex."""
+        lines = whole_lines(self.path(drone_id, file, INDEX).read_bytes())
+        return _summed_up(self.path(drone_id, file, TLOG), read_index(lines), lines)[1]
+
+
+def entries_in_turns(path: Path) -> Iterator[Entry]:
+    """Reads a telemetry log in small pieces: the tower's loop comes first. Blocking. Raises OSError."""
+    with path.open("rb") as file:
+        for number, entry in enumerate(read_entries(file)):
+            yield entry
+            if number % ENTRIES_A_TURN == ENTRIES_A_TURN - 1:
+                time.sleep(TURN_S)
+
+
+def _summed_up(tlog_path: Path, index: IndexSummary, lines: list[bytes]) -> tuple[FlightSummary, FlightFigures]:
+    """One reading of the telemetry log. Raises OSError."""
+    summary = FlightSummary(index.began_us)
+    entries = sorted(map(entry_of, lines[1:]), key=at_of)
+    reader = FiguresReader(entries, index.began_us, index.ended_us)
+    if tlog_path.exists():
+        for entry in entries_in_turns(tlog_path):
+            before_m = summary.distance_m
+            summary.take(entry)
+            reader.take(entry, summary.distance_m - before_m)
+    return summary, reader.figures(max_height_m=summary.max_height_m)
 
 
 def _cut(path: Path, size: int, whole: int) -> None:

@@ -25,6 +25,7 @@ from server.store.file_budget import MIN_FREE_BYTES
 from server.store.fleet.tables import DroneRow
 from server.store.flights import catalogue
 from server.store.flights.catalogue import FAILED, RUNNING
+from server.store.flights.figures import keep_figures, without_figures
 from server.store.flights.files import INDEX, TLOG, FlightFacts, FlightFiles, FoundFlight
 from server.store.flights.quota import FlightQuota
 from server.store.flights.tables import FlightRow
@@ -78,6 +79,8 @@ class FlightService:
         self._probe_at: float | None = None
         self._tidy_at = float("-inf")
         self._dirty = True
+        self._figured_out: int | None = 0
+        """Flights up to this id have their figures; None: all have."""
         self._waits = False
         """Database or disk cannot be reached, and the log says so."""
 
@@ -145,6 +148,8 @@ class FlightService:
             await self._finish(self._due[0])
             self._due.popleft()
             self._dirty = True
+        if not self._running:
+            await self._figure_out_one()
         if time.monotonic() >= self._tidy_at and (self._running or self._dirty):
             self._tidy_at = time.monotonic() + TIDY_EVERY_S
             await self._tidy()
@@ -218,6 +223,29 @@ class FlightService:
         elif facts is not None:
             about = {"drone_id": due.drone_id, "frames": facts.summary.frames, "torn_bytes": facts.torn_bytes}
             _log.info("flight_recorded", **about, lost_frames=due.lost_frames, whole=facts.index.is_over)
+
+    async def _figure_out_one(self) -> None:
+        """The figures of one flight that an older tower recorded, while no drone flies. Files that cannot be read are
+        passed over until the next start."""
+        if self._figured_out is None or not self._files.id:
+            return
+        async with self._database.reading() as session:
+            row = await without_figures(session, self._files.id, above=self._figured_out)
+        if row is None:
+            self._figured_out = None
+            return
+        self._figured_out = row.id
+        try:
+            await self.figure_out(row)
+        except (NoIndex, OSError) as error:
+            _log.warning("flight_without_figures", flight=row.id, why=str(error))
+
+    async def figure_out(self, row: FlightRow) -> None:
+        """Computes and keeps the figures of a flight of this folder that is over. Raises OSError, NoIndex."""
+        figures = await asyncio.to_thread(self._files.figures, row.drone_id, row.file)
+        async with self._database.writing() as session:
+            if await session.get(FlightRow, row.id) is not None:
+                await keep_figures(session, flight_id=row.id, drone_id=row.drone_id, figures=figures)
 
     async def _row(self, session: DatabaseSession, due: _Due, facts: FlightFacts | None) -> FlightRow | None:
         row = await catalogue.by_file(session, due.file)

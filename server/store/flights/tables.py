@@ -67,3 +67,52 @@ class FlightGapRow(Base):
     words: Mapped[str] = mapped_column(String(200), default="")
     frames: Mapped[int] = mapped_column(BigInteger, default=0)
     """That the file has got."""
+
+
+class FlightFiguresRow(Base):
+    """The figures of a flight (server/live/flights/figures.py). They stay when its files go by age or to make room:
+    log book and maintenance count on them. So `flight_id` names a flight that may be gone; ids are never used again."""
+
+    __tablename__ = "flight_figures"
+    __table_args__ = (Index("ix_flight_figures_drone_id", "drone_id", "began_at"),)
+
+    flight_id: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
+    drone_id: Mapped[int] = mapped_column(ForeignKey("drones.id", ondelete="CASCADE"))
+    began_at: Mapped[datetime] = mapped_column(UtcDateTime, index=True)
+    ended_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    air_s: Mapped[float | None]
+    flown_s: Mapped[float]
+    """As `air_s`, else from arming to disarming: what hours are counted by."""
+    distance_m: Mapped[float]
+    max_height_m: Mapped[float | None]
+    max_speed_m_s: Mapped[float | None]
+    battery_start_v: Mapped[float | None]
+    battery_end_v: Mapped[float | None]
+    used_mah: Mapped[float | None]
+    landings: Mapped[int]
+    holds: Mapped[int]
+    hand_overs: Mapped[int]
+    alerts: Mapped[int]
+    critical_alerts: Mapped[int]
+    link_losses: Mapped[int]
+    link_lost_s: Mapped[float]
+    rtt_mean_ms: Mapped[float | None]
+    rtt_max_ms: Mapped[float | None]
+    loss_mean: Mapped[float | None]
+
+
+class FlightShareRow(Base):
+    """One person's part in a flight, in the order in which they had the controls."""
+
+    __tablename__ = "flight_shares"
+
+    flight_id: Mapped[int] = mapped_column(
+        ForeignKey("flight_figures.flight_id", ondelete="CASCADE"), primary_key=True, autoincrement=False
+    )
+    number: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
+    user_id: Mapped[int | None] = mapped_column(ForeignKey("users.id", ondelete="SET NULL"), index=True)
+    name: Mapped[str] = mapped_column(String(64))
+    held_s: Mapped[float]
+    air_s: Mapped[float | None]
+    distance_m: Mapped[float]
+    landings: Mapped[int]

@@ -19,6 +19,7 @@ ROWS = {
     Right.RECORD: "+ - - - - - -",
     Right.REHEARSE: "+ - - - - - -",
     Right.CHECKLIST: "+ + + - - - -",
+    Right.MAINTAIN: "+ + + - - - -",
     Right.CANCEL: "+ - - - - - -",
     Right.ACKNOWLEDGE: "+ + + + + - -",
 }

@@ -129,6 +129,15 @@ export const HELP: Record<Route['page'], PageHelp> = {
     ],
     keys: [],
   },
+  statistics: {
+    title: 'Statistics',
+    sentences: [
+      'Recorded flights summed up: hours, distance and incidents by drone, by pilot and by month.',
+      'My log book has the flights in which you had the controls. Each table can be downloaded as CSV.',
+      'Maintenance shows what a drone needs after so many hours in the air. Owners and admins add it, and say when it is done.',
+    ],
+    keys: [],
+  },
   replay: {
     title: 'Replay',
     sentences: [

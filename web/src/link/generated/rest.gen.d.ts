@@ -561,6 +561,22 @@ export interface paths {
         readonly patch?: never;
         readonly trace?: never;
     };
+    readonly "/drones/{drone_id}/maintenance": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put?: never;
+        readonly post: operations["add_maintenance"];
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
     readonly "/drones/{drone_id}/owners/{user_id}": {
         readonly parameters: {
             readonly query?: never;
@@ -945,6 +961,38 @@ export interface paths {
         readonly patch?: never;
         readonly trace?: never;
     };
+    readonly "/flights/{flight_id}/figures": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["get_flight_figures"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/flights/{flight_id}/identification": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["identify_flight"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
     readonly "/flights/{flight_id}/report": {
         readonly parameters: {
             readonly query?: never;
@@ -1003,6 +1051,86 @@ export interface paths {
         readonly get: operations["ready"];
         readonly put?: never;
         readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/log-book": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["get_log_book"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/log-book/csv": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["download_log_book"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/maintenance": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["list_maintenance"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/maintenance/{task_id}": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete: operations["remove_maintenance"];
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch: operations["change_maintenance"];
+        readonly trace?: never;
+    };
+    readonly "/maintenance/{task_id}/done": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put?: never;
+        readonly post: operations["end_maintenance"];
         readonly delete?: never;
         readonly options?: never;
         readonly head?: never;
@@ -1665,6 +1793,38 @@ export interface paths {
         readonly patch?: never;
         readonly trace?: never;
     };
+    readonly "/statistics": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["get_statistics"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/statistics/csv": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["download_statistics"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
     readonly "/system": {
         readonly parameters: {
             readonly query?: never;
@@ -2161,6 +2321,13 @@ export interface components {
             /** @description Of the request that caused it; empty: none did */
             readonly request_id: string;
         };
+        /** @description One axis; `fit` null: its stick made no manoeuvre that could be fitted. */
+        readonly AxisView: {
+            /** @enum {string} */
+            readonly axis: "roll" | "pitch" | "yaw" | "climb";
+            readonly fit: components["schemas"]["FirstOrderView"] | null;
+            readonly unit: string;
+        };
         /**
          * @description Starts the calibration of a sensor. Prompts and progress come as the autopilot's own messages. On the ground,
          *     disarmed, as all of the vehicle's set-up.
@@ -2344,6 +2511,35 @@ export interface components {
              * @enum {string}
              */
             readonly stream_profile: "auto" | "full" | "thin" | "minimal";
+        };
+        /** @description What one drone flew. */
+        readonly DroneSumView: {
+            readonly alerts: number;
+            readonly critical_alerts: number;
+            /** @description Over ground */
+            readonly distance_m: number;
+            readonly drone: string;
+            readonly drone_id: number;
+            readonly flights: number;
+            readonly hand_overs: number;
+            readonly holds: number;
+            /** @description In the air; from arming to disarming where that is not known */
+            readonly hours: number;
+            /** @description Flights with a hold, a lost link or a critical alert */
+            readonly incidents: number;
+            readonly landings: number;
+            readonly link_losses: number;
+            readonly link_lost_s: number;
+            /** @description 0 to 1, mean of the flights' means */
+            readonly loss_mean: number | null;
+            /** @description Above home */
+            readonly max_height_m: number | null;
+            /** @description Over ground */
+            readonly max_speed_m_s: number | null;
+            /** @description Mean of the flights' means */
+            readonly rtt_mean_ms: number | null;
+            /** @description From its battery; null: of no flight known */
+            readonly used_mah: number | null;
         };
         /** @description One drone: owners, holder, link and state. */
         readonly DroneView: {
@@ -2536,6 +2732,25 @@ export interface components {
             readonly problem: string;
             readonly role: string | null;
         };
+        /** @description First order plus delay: `gain / (1 + tau s) * exp(-delay s)`. */
+        readonly FirstOrderView: {
+            /** @description Time constant or delay is at the end of what was searched */
+            readonly at_bound: boolean;
+            /** @description With that of the link in both directions */
+            readonly delay_s: number;
+            /** @description For full deflection, in the unit of the axis */
+            readonly gain: number;
+            /** @description That were fitted together */
+            readonly manoeuvres: number;
+            /** @description Part of the variance that the model explains, at most 1 */
+            readonly r_squared: number;
+            /** @description From 10 % to 90 % of a step */
+            readonly rise_s: number;
+            /** @description Between two attitudes; nothing shorter can be told */
+            readonly sample_s: number;
+            /** @description Time constant */
+            readonly tau_s: number;
+        };
         /** @description One flight with its index. */
         readonly FlightDetailView: {
             /**
@@ -2577,6 +2792,36 @@ export interface components {
             readonly video: readonly components["schemas"]["FlightVideoView"][];
             /** @description Why the recording ended, if not by disarming; for people */
             readonly words: string;
+        };
+        /** @description The figures of one flight; null: not known. */
+        readonly FlightFiguresView: {
+            /** @description In the air */
+            readonly air_s: number | null;
+            readonly alerts: number;
+            readonly battery_end_v: number | null;
+            readonly battery_start_v: number | null;
+            readonly critical_alerts: number;
+            /** @description Over ground */
+            readonly distance_m: number;
+            /** @description From arming to disarming */
+            readonly duration_s: number;
+            readonly flight_id: number;
+            readonly hand_overs: number;
+            readonly holds: number;
+            readonly landings: number;
+            readonly link_losses: number;
+            readonly link_lost_s: number;
+            /** @description 0 to 1 */
+            readonly loss_mean: number | null;
+            /** @description Above home */
+            readonly max_height_m: number | null;
+            /** @description Over ground */
+            readonly max_speed_m_s: number | null;
+            readonly pilots: readonly components["schemas"]["ShareView"][];
+            readonly rtt_max_ms: number | null;
+            readonly rtt_mean_ms: number | null;
+            /** @description As the autopilot counted, else its current summed up */
+            readonly used_mah: number | null;
         };
         /** @description Newest first. */
         readonly FlightPageView: {
@@ -2759,6 +3004,9 @@ export interface components {
             /** @description Why it does not yet stay without sticks, for people */
             readonly waiting_for: string;
         };
+        readonly IdentificationView: {
+            readonly axes: readonly components["schemas"]["AxisView"][];
+        };
         /**
          * @description How the agent proves its identity. `credential`: the bearer secret of an older version; the agent's next sign-in
          *     exchanges it for a key.
@@ -2928,6 +3176,41 @@ export interface components {
             /** Format: date-time */
             readonly until: string;
             readonly user: components["schemas"]["UserRefView"];
+        };
+        /** @description One's own part in one flight. */
+        readonly LogBookEntry: {
+            /** @description Of it in the air; null: not known */
+            readonly air_s: number | null;
+            /**
+             * Format: date-time
+             * @description Armed
+             */
+            readonly began_at: string;
+            readonly distance_m: number;
+            readonly drone: string;
+            readonly drone_id: number;
+            /**
+             * Format: date-time
+             * @description Disarmed
+             */
+            readonly ended_at: string;
+            /** @description The recorded flight, which may be gone */
+            readonly flight_id: number;
+            /** @description With the controls */
+            readonly held_s: number;
+            readonly is_incident: boolean;
+            readonly landings: number;
+            /** @description Of the whole flight */
+            readonly max_height_m: number | null;
+            /** @description Names of others who had the controls in it */
+            readonly with_others: readonly string[];
+        };
+        /** @description Newest first. */
+        readonly LogBookView: {
+            readonly entries: readonly components["schemas"]["LogBookEntry"][];
+            /** @description False: there are older flights in the period */
+            readonly is_whole: boolean;
+            readonly total: components["schemas"]["SumView"];
         };
         /** @description Logs, newest first. */
         readonly LogsView: {
@@ -3150,6 +3433,13 @@ export interface components {
             /** @description Also its ETag */
             readonly version: number;
         };
+        /** @description One calendar month, UTC; months without a flight are missing. */
+        readonly MonthView: {
+            readonly flights: number;
+            readonly hours: number;
+            /** @description As 2026-05 */
+            readonly month: string;
+        };
         readonly NewAlertChannel: {
             /**
              * @description All drones that you may see, or only those you own
@@ -3200,6 +3490,13 @@ export interface components {
         };
         readonly NewPassword: {
             readonly password: string;
+        };
+        /** @description `since`: when it was done last, so that hours since then count; missing: now. */
+        readonly NewTask: {
+            /** @description Hours in the air */
+            readonly interval_h: number;
+            readonly since?: string | null;
+            readonly title: string;
         };
         /** @description The purpose of the new token. A token never allows more than its owner may do. */
         readonly NewToken: {
@@ -3404,6 +3701,27 @@ export interface components {
              */
             readonly kind?: "password";
             readonly password: string;
+        };
+        /**
+         * @description What one person flew: hours, distance and landings while they had the controls. Heights and speeds are those of
+         *     the whole flights.
+         */
+        readonly PilotSumView: {
+            /** @description Over ground */
+            readonly distance_m: number;
+            readonly flights: number;
+            /** @description With the controls, also on the ground */
+            readonly held_hours: number;
+            /** @description In the air; from arming to disarming where that is not known */
+            readonly hours: number;
+            /** @description Flights with a hold, a lost link or a critical alert */
+            readonly incidents: number;
+            readonly landings: number;
+            /** @description Above home */
+            readonly max_height_m: number | null;
+            /** @description Over ground */
+            readonly max_speed_m_s: number | null;
+            readonly pilot: components["schemas"]["PilotView"];
         };
         /** @description Somebody who had the controls; `id` null if the account was deleted. */
         readonly PilotView: {
@@ -3817,6 +4135,16 @@ export interface components {
             ])[];
             readonly reason: string;
         };
+        /** @description One person's part in a flight. */
+        readonly ShareView: {
+            /** @description Of it in the air */
+            readonly air_s: number | null;
+            readonly distance_m: number;
+            /** @description With the controls */
+            readonly held_s: number;
+            readonly landings: number;
+            readonly pilot: components["schemas"]["PilotView"];
+        };
         /** @description Who signed the list for the coming flight, or for the one that is going on. */
         readonly SignatureView: {
             /** Format: date-time */
@@ -3868,6 +4196,15 @@ export interface components {
         };
         /** @enum {string} */
         readonly State: "running" | "done" | "refused" | "failed" | "cancelled" | "timed_out";
+        /** @description Drones and pilots with the most hours first, months in order. */
+        readonly StatisticsView: {
+            readonly drones: readonly components["schemas"]["DroneSumView"][];
+            /** @description False: only the newest flights of the period are in it */
+            readonly is_whole: boolean;
+            readonly months: readonly components["schemas"]["MonthView"][];
+            readonly pilots: readonly components["schemas"]["PilotSumView"][];
+            readonly total: components["schemas"]["SumView"];
+        };
         /**
          * @description The admin's choice: a profile, or `auto`, by which the agent adapts to the link.
          * @enum {string}
@@ -3878,6 +4215,21 @@ export interface components {
          * @enum {string}
          */
         readonly StreamProfile: "full" | "thin" | "minimal";
+        /** @description Sums of several flights; the greatest of heights and speeds. */
+        readonly SumView: {
+            /** @description Over ground */
+            readonly distance_m: number;
+            readonly flights: number;
+            /** @description In the air; from arming to disarming where that is not known */
+            readonly hours: number;
+            /** @description Flights with a hold, a lost link or a critical alert */
+            readonly incidents: number;
+            readonly landings: number;
+            /** @description Above home */
+            readonly max_height_m: number | null;
+            /** @description Over ground */
+            readonly max_speed_m_s: number | null;
+        };
         readonly SystemView: {
             readonly agents: components["schemas"]["AgentsView"];
             readonly clients: components["schemas"]["ClientsView"];
@@ -3921,6 +4273,43 @@ export interface components {
             readonly video?: "keep" | "move";
             /** @default true */
             readonly watch?: boolean;
+        };
+        /** @description `note`: for the audit trail. */
+        readonly TaskDone: {
+            /** @default  */
+            readonly note?: string;
+        };
+        /** @description What to change; the rest stays as it is. */
+        readonly TaskPatch: {
+            readonly interval_h?: number | null;
+            readonly title?: string | null;
+        };
+        /** @description What one drone needs, again and again. */
+        readonly TaskView: {
+            /**
+             * Format: date-time
+             * @description When it was done last, or when the count began
+             */
+            readonly done_at: string;
+            /** @description Empty: it was not done yet */
+            readonly done_by: string;
+            readonly drone: string;
+            readonly drone_id: number;
+            /** @description In the air since then */
+            readonly flown_h: number;
+            readonly id: number;
+            /** @description Hours in the air */
+            readonly interval_h: number;
+            /** @description Until it is due; negative: overdue */
+            readonly left_h: number;
+            /** @description You may change it, and say that it was done */
+            readonly may_change: boolean;
+            /**
+             * @description `soon`: a tenth of the interval is left
+             * @enum {string}
+             */
+            readonly state: "good" | "soon" | "due";
+            readonly title: string;
         };
         /** @description A drone of the team. */
         readonly TeamDroneView: {
@@ -5320,6 +5709,32 @@ export interface operations {
             };
         };
     };
+    readonly add_maintenance: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly drone_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": components["schemas"]["NewTask"];
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 201: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["TaskView"];
+                };
+            };
+        };
+    };
     readonly add_owner: {
         readonly parameters: {
             readonly query?: never;
@@ -6158,6 +6573,50 @@ export interface operations {
             };
         };
     };
+    readonly get_flight_figures: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly flight_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["FlightFiguresView"];
+                };
+            };
+        };
+    };
+    readonly identify_flight: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly flight_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["IdentificationView"];
+                };
+            };
+        };
+    };
     readonly report_flight: {
         readonly parameters: {
             readonly query?: never;
@@ -6247,6 +6706,148 @@ export interface operations {
                 };
                 content: {
                     readonly "application/json": components["schemas"]["Health"];
+                };
+            };
+        };
+    };
+    readonly get_log_book: {
+        readonly parameters: {
+            readonly query?: {
+                /** @description Of flights begun then or later */
+                readonly since?: string | null;
+                /** @description Of flights begun before then */
+                readonly until?: string | null;
+            };
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["LogBookView"];
+                };
+            };
+        };
+    };
+    readonly download_log_book: {
+        readonly parameters: {
+            readonly query?: {
+                /** @description Of flights begun then or later */
+                readonly since?: string | null;
+                /** @description Of flights begun before then */
+                readonly until?: string | null;
+            };
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description A table with a line of names */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "text/csv": unknown;
+                };
+            };
+        };
+    };
+    readonly list_maintenance: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": readonly components["schemas"]["TaskView"][];
+                };
+            };
+        };
+    };
+    readonly remove_maintenance: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly task_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 204: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content?: never;
+            };
+        };
+    };
+    readonly change_maintenance: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly task_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": components["schemas"]["TaskPatch"];
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["TaskView"];
+                };
+            };
+        };
+    };
+    readonly end_maintenance: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly task_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": components["schemas"]["TaskDone"];
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["TaskView"];
                 };
             };
         };
@@ -7551,6 +8152,62 @@ export interface operations {
                     readonly [name: string]: unknown;
                 };
                 content?: never;
+            };
+        };
+    };
+    readonly get_statistics: {
+        readonly parameters: {
+            readonly query?: {
+                /** @description Of this drone only */
+                readonly drone_id?: number | null;
+                /** @description Of flights begun then or later */
+                readonly since?: string | null;
+                /** @description Of flights begun before then */
+                readonly until?: string | null;
+            };
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["StatisticsView"];
+                };
+            };
+        };
+    };
+    readonly download_statistics: {
+        readonly parameters: {
+            readonly query?: {
+                /** @description What has a row */
+                readonly by?: "drones" | "pilots" | "flights";
+                /** @description Of this drone only */
+                readonly drone_id?: number | null;
+                /** @description Of flights begun then or later */
+                readonly since?: string | null;
+                /** @description Of flights begun before then */
+                readonly until?: string | null;
+            };
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description A table with a line of names */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "text/csv": unknown;
+                };
             };
         };
     };

@@ -1,0 +1,85 @@
+"""`/api/v1/flights/{id}/identification`: how fast the drone did what its sticks said, from the recorded flight."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path as FilePath
+from typing import Annotated, Final, Literal
+
+from fastapi import APIRouter, Path
+from pydantic import BaseModel, Field
+
+from server.api.access import Viewer
+from server.api.dependencies import DatabaseDep, FlightsDep, HubDep
+from server.api.flights.readable import known_flight
+from server.api.http.problem_docs import answers
+from server.domain.access import NotSignedIn, SessionExpired
+from server.live.flights.refusals import FlightElsewhere, FlightRunning, UnknownFlight
+from server.runtime.late_import import load_late
+from server.store.flights import catalogue
+from server.store.flights.files import TLOG, entries_in_turns
+
+router = APIRouter(prefix="/api/v1/flights", tags=["flights"], responses=answers(NotSignedIn, SessionExpired))
+
+MODULE: Final = "server.live.identification.axes"
+"""It loads NumPy, which takes a tenth of a second."""
+
+
+class FirstOrderView(BaseModel):
+    """First order plus delay: `gain / (1 + tau s) * exp(-delay s)`."""
+
+    gain: Annotated[float, Field(description="For full deflection, in the unit of the axis")]
+    tau_s: Annotated[float, Field(description="Time constant")]
+    delay_s: Annotated[float, Field(description="With that of the link in both directions")]
+    rise_s: Annotated[float, Field(description="From 10 % to 90 % of a step")]
+    r_squared: Annotated[float, Field(description="Part of the variance that the model explains, at most 1")]
+    manoeuvres: Annotated[int, Field(description="That were fitted together")]
+    sample_s: Annotated[float, Field(description="Between two attitudes; nothing shorter can be told")]
+    at_bound: Annotated[bool, Field(description="Time constant or delay is at the end of what was searched")]
+
+
+class AxisView(BaseModel):
+    """One axis; `fit` null: its stick made no manoeuvre that could be fitted."""
+
+    axis: Literal["roll", "pitch", "yaw", "climb"]
+    unit: str
+    fit: FirstOrderView | None
+
+
+class IdentificationView(BaseModel):
+    axes: list[AxisView]
+
+
+@router.get("/{flight_id}/identification", responses=answers(UnknownFlight, FlightRunning, FlightElsewhere))
+async def identify_flight(
+    principal: Viewer,
+    hub: HubDep,
+    database: DatabaseDep,
+    flights: FlightsDep,
+    flight_id: Annotated[int, Path(ge=1, le=2**31 - 1)],
+) -> IdentificationView:
+    """Fits step responses of roll, pitch, yaw and climb to the sticks of the flight (docs/statistics.md)."""
+    row, _ = await known_flight(hub, database, principal, flight_id)
+    if row.state == catalogue.RUNNING:
+        raise FlightRunning
+    if row.store != flights.files.id:
+        raise FlightElsewhere
+    path = flights.files.path(row.drone_id, row.file, TLOG)
+    await load_late(MODULE)
+    async with flights.export_turns:
+        try:
+            return await asyncio.to_thread(_identified, path)
+        except OSError:
+            raise UnknownFlight from None
+
+
+def _identified(path: FilePath) -> IdentificationView:
+    from server.live.identification.axes import AXES, identify, table_of_tlog
+
+    found = identify(table_of_tlog(entries_in_turns(path)))
+    axes = []
+    for axis in AXES:
+        one = found[axis.name]
+        about = None if one is None else {name: getattr(one, name) for name in FirstOrderView.model_fields}
+        axes.append(AxisView.model_validate({"axis": axis.name, "unit": axis.unit, "fit": about}))
+    return IdentificationView(axes=axes)
