@@ -4,11 +4,13 @@ import asyncio
 import logging
 import secrets
 from collections import Counter
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from onboard_agent import VERSION
+from onboard_agent.autonomy.service import ControllerHandler
 from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.autopilot_port.port import AutopilotPort
 from onboard_agent.black_box.service import BlackBox
@@ -44,8 +46,12 @@ from wire.agent_update import AGENT_UPDATE
 from wire.black_box import BlackBoxWanted
 from wire.content import Frames
 from wire.control_messages import ToAgent, Welcome
+from wire.controllers import CONTROLLERS
 from wire.frame_stream import FrameStream
 from wire.video import VIDEO, VideoWanted
+
+if TYPE_CHECKING:
+    from onboard_agent.autonomy.child import ControllerChild
 
 _log = logging.getLogger(__name__)
 
@@ -76,6 +82,8 @@ class AgentSettings:
     """Where updates of the agent are installed. None: nowhere."""
     release_keys: tuple[str, ...] = ()
     """Who may sign them."""
+    controllers: Mapping[str, str] = field(default_factory=dict)
+    """FILE:CLASS of controllers, by name (onboard_agent.autonomy.setting)."""
     on_trial: int | None = None
     """The tower's transaction that waits for this process (onboard_agent.update.launch)."""
 
@@ -92,6 +100,8 @@ class Agent:
         self._port = settings.port
         self._port.on_open = self._port_opened
         self._state = settings.state
+        self._controllers = settings.controllers
+        self._controller: ControllerChild | None = None
         self._switched = asyncio.Event()
         self._installer = TowerUpdateInstaller(
             lambda: self._link.tower,
@@ -117,7 +127,7 @@ class Agent:
         # Two agents of one drone would complete and remove each other's flights.
         box = None if settings.state is None or isinstance(journal, NoJournal) else settings.state / "black-box"
         self._black_box = BlackBox(box, settings.black_box_mb, self._loop.time())
-        takes = (AGENT_UPDATE, *((VIDEO,) if has_camera else ()), *self._black_box.takes)
+        takes = (AGENT_UPDATE, CONTROLLERS, *((VIDEO,) if has_camera else ()), *self._black_box.takes)
         self._link = TowerLink(
             settings.tower, settings.identity, self, settings.uplinks, takes, TowerFile(settings.state)
         )
@@ -159,7 +169,14 @@ class Agent:
             parameters,
             UpdateHandler(self._installer, running=VERSION, installed=installed_version()),
             LogHandler(maker, LogFiles(None if state is None else state / "logs"), self._files),
+            ControllerHandler(maker, self._controllers, self._make_controller),
         ]
+
+    def _make_controller(self) -> "ControllerChild":
+        from onboard_agent.autonomy.child import ControllerChild  # not in the memory of every other agent
+
+        self._controller = ControllerChild()
+        return self._controller
 
     async def run(self) -> None:
         """Runs until cancelled. Raises StartAgain, and Unusable (not in an exception group) for errors that a restart
@@ -184,6 +201,8 @@ class Agent:
             if not self._switched.is_set():
                 self._systemd.stopping()
             self._installer.stop()
+            if self._controller is not None:
+                self._controller.stop()
             self._files.stop()
             self._holds.close()
             self._black_box.stop(self._loop.time())

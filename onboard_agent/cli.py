@@ -12,7 +12,7 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Coroutine
+from collections.abc import Coroutine, Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final
@@ -68,6 +68,7 @@ def run(found: dict[str, Any]) -> None:
         releases=releases,
         release_keys=parse_release_keys(found["release_keys"] or ()),
         on_trial=transaction_on_trial(os.environ),
+        controllers=_controllers(found["controllers"] or ()),
         black_box_mb=parse_megabytes(found["black_box"]),
     )
     warning = token_file_warning(token)
@@ -126,6 +127,14 @@ def _usable_camera(camera: str) -> str:
         _log.error("no video: its libraries are not installed. pip install 'control-tower-agent[video]'")
         return NO_CAMERA
     return camera
+
+
+def _controllers(texts: Sequence[str]) -> Mapping[str, str]:
+    if not texts:
+        return {}
+    from onboard_agent.autonomy.setting import parse_controllers  # not in the memory of every other agent
+
+    return parse_controllers(texts)
 
 
 def _path(text: str | None) -> Path | None:

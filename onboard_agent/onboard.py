@@ -41,6 +41,7 @@ from wire.control_messages import (
     ToTower,
     Welcome,
 )
+from wire.controllers import ControllerWork
 from wire.dialect import decode, mavlink
 from wire.following import FollowWork, LeaderPosition
 from wire.frames import message_id, source
@@ -63,7 +64,7 @@ _READ: Final = (
 )
 """The only messages that the agent decodes here; all others pass unread."""
 
-FLIES: Final = (CommandWork, FollowWork)
+FLIES: Final = (CommandWork, FollowWork, ControllerWork)
 """Work that must not start late, nor after a hold that began later than the request."""
 
 

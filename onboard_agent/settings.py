@@ -115,6 +115,14 @@ SETTINGS: Final = (
         many=True,
     ),
     Setting(
+        "controllers",
+        ("TOWER_AGENT_CONTROLLERS",),
+        "Controllers on board that the tower may start, each NAME=/FILE.py:CLASS.",
+        ["survey=/opt/controllers/survey.py:Survey"],
+        option="controller",
+        many=True,
+    ),
+    Setting(
         "log_level",
         ("TOWER_AGENT_LOG_LEVEL",),
         "debug, info, warning or error.",

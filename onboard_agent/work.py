@@ -7,6 +7,7 @@ import logging
 from collections.abc import Callable, Sequence
 from typing import Final
 
+from onboard_agent.autonomy.service import ControllerHandler
 from onboard_agent.autopilot.autopilot_state import AutopilotView
 from onboard_agent.autopilot.intent import INTERESTING
 from onboard_agent.autopilot.mode_names import mission_modes
@@ -72,6 +73,11 @@ class WorkAtDrone:
         )
         more = make_handlers(maker)
         self._metadata = next((one for one in more if isinstance(one, MetadataService)), None)
+        self._controllers = next((one for one in more if isinstance(one, ControllerHandler)), None)
+        if self._controllers is not None:
+            self._controllers.connect(
+                send=self._why_not_command, commanded=lambda: holder.commanded, moved=lambda: holder.moved
+            )
         self._transactions = Transactions([self._plans, commands, self._follow, *more])
         self._gate = StartGate(maker)
         self._latest_start = LatestStart()
@@ -175,7 +181,8 @@ class WorkAtDrone:
     def due(self, now: float) -> list[bytes]:
         """Frames to send to the autopilot now."""
         out = self._transactions.due(self._around(now), now)
-        for warning in self._plans.pop_warnings():
+        controllers = [] if self._controllers is None else self._controllers.pop_warnings()
+        for warning in [*self._plans.pop_warnings(), *controllers]:
             _log.warning("%s", warning)
             self._answers += self._gate.say(warning, vehicle_system_id=self._autopilot.system_id or 1)
         return out

@@ -13,6 +13,7 @@ from typing import Final
 from wire.agent_update import AGENT_UPDATE, AgentUpdateWork
 from wire.black_box import BLACK_BOX, BlackBoxWanted
 from wire.control_messages import ToAgent
+from wire.controllers import CONTROLLERS, ControllerWork
 from wire.following import FOLLOW, FollowWork, LeaderPosition
 from wire.open_holds import OPEN_HOLDS, Stay
 from wire.parameter_metadata import PARAMETER_METADATA, MetadataWanted
@@ -48,6 +49,8 @@ def understands(takes: Collection[str], message: ToAgent) -> bool:
         if isinstance(message.work, FollowWork) and FOLLOW not in takes:
             return False
         if isinstance(message.work, AgentUpdateWork) and AGENT_UPDATE not in takes:
+            return False
+        if isinstance(message.work, ControllerWork) and CONTROLLERS not in takes:
             return False
     return group in takes
 

@@ -12,6 +12,7 @@ from typing import Annotated, Final
 import msgspec
 
 from wire.agent_update import AgentUpdateWork
+from wire.controllers import ControllerWork
 from wire.following import FollowWork, LeaderPosition
 from wire.parameter_metadata import MetadataToTower, MetadataWanted
 from wire.plans import I32, MAX_ITEMS_ANY, U8, U16, BoundedPlan, PlanKind
@@ -129,6 +130,7 @@ Work = (
     | LogDownloadWork
     | FollowWork
     | AgentUpdateWork
+    | ControllerWork
 )
 
 

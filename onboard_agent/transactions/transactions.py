@@ -16,6 +16,7 @@ from collections.abc import Collection, Sequence
 from typing import Final
 
 from onboard_agent.transactions.handler import Around, TransactionHandler
+from wire.controllers import ControllerWork
 from wire.following import FollowWork
 from wire.frames import message_id
 from wire.parameter_metadata import PARAMETER_METADATA, MetadataToTower
@@ -33,7 +34,7 @@ from wire.transactions import (
 )
 
 _log = logging.getLogger(__name__)
-WRITES: Final = (PlanUploadWork, PlanClearWork, ParametersWriteWork, CommandWork, FollowWork)
+WRITES: Final = (PlanUploadWork, PlanClearWork, ParametersWriteWork, CommandWork, FollowWork, ControllerWork)
 """Work that only the holder may request; it carries an epoch."""
 
 AGAIN_WITHIN_S: Final = 60.0

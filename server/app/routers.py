@@ -20,6 +20,7 @@ from server.api.alerts import routes as alert_routes
 from server.api.audit import routes as audit_routes
 from server.api.control import receiver_routes, safety_routes, settings_routes
 from server.api.control import routes as control_routes
+from server.api.controllers import routes as controller_routes
 from server.api.fleet import enrolment_routes, loan_routes
 from server.api.fleet import routes as fleet_routes
 from server.api.flight_commands import routes as command_routes
@@ -64,6 +65,7 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     plan_routes.router,
     parameter_routes.router,
     command_routes.router,
+    controller_routes.router,
     library_routes.router,
     log_routes.router,
     operation_routes.router,

@@ -26,6 +26,7 @@ BODIES: Final[dict[str, dict[str, object]]] = {
     "put_drone_checklist": {"lines": []},
     "put_checklist": {"lines": []},
     "command_drone": {"command": "land"},
+    "start_controller": {"controller": "scripted"},
     "create_mission": MISSION,
     "replace_mission": MISSION,
     "create_zone": ZONE,

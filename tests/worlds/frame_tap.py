@@ -28,6 +28,8 @@ class FrameTap:
         """When each COMMAND_LONG left for the simulator (`time.monotonic`), and which."""
         self.sticks: list[float] = []
         """When each message with sticks left for the simulator."""
+        self.setpoints: list[float] = []
+        """When each set-point (SET_POSITION_TARGET_*) left for the simulator."""
         self._over = threading.Event()
 
     def first_after(self, at_s: float, command: int) -> float | None:
@@ -60,6 +62,8 @@ class FrameTap:
                 self.commands.append((at_s, message.command))
             elif message is not None and message.get_type() in ("MANUAL_CONTROL", "RC_CHANNELS_OVERRIDE"):
                 self.sticks.append(at_s)
+            elif message is not None and message.get_type().startswith("SET_POSITION_TARGET_"):
+                self.setpoints.append(at_s)
 
     def stop(self) -> None:
         self._over.set()

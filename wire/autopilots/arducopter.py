@@ -169,7 +169,14 @@ PROFILE: Final = AutopilotProfile(
     modes=_MODES,
     arming_modes=frozenset({_TURTLE}),
     roles=ModeRoles(
-        hold=_BRAKE, returns=_RTL, land=_LAND, mission=_AUTO, guided=_GUIDED, targets=_GUIDED, by_hand=_LOITER
+        hold=_BRAKE,
+        returns=_RTL,
+        land=_LAND,
+        mission=_AUTO,
+        guided=_GUIDED,
+        targets=_GUIDED,
+        setpoints=_GUIDED,
+        by_hand=_LOITER,
     ),
     failsafe=FailsafeModes(
         position_holds=(_LOITER, _POSHOLD, _BRAKE),

@@ -96,6 +96,8 @@ class ModeRoles:
     """Must be entered before take-off and before flights to positions by command."""
     targets: FlightMode | None = None
     """Accepts successive targets, for following."""
+    setpoints: FlightMode | None = None
+    """Obeys a stream of velocities and positions (SET_POSITION_TARGET_*), for controllers on board."""
     by_hand: FlightMode | None = None
     """Obeys the sticks, and holds position when they are centred."""
 

@@ -256,7 +256,15 @@ PROFILE: Final = AutopilotProfile(
     family=PX4,
     vehicle_types=MULTICOPTERS,
     modes=_MODES,
-    roles=ModeRoles(hold=_LOITER, returns=_RTL, land=_LAND, mission=_MISSION, targets=_LOITER, by_hand=_POSCTL),
+    roles=ModeRoles(
+        hold=_LOITER,
+        returns=_RTL,
+        land=_LAND,
+        mission=_MISSION,
+        targets=_LOITER,
+        setpoints=_OFFBOARD,
+        by_hand=_POSCTL,
+    ),
     failsafe=FailsafeModes(
         position_holds=(_LOITER, _POSCTL),
         altitude_hold=_ALTCTL,

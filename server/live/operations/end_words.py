@@ -19,6 +19,6 @@ def unknown_words(operation: Operation, what: str) -> str:
     advice = ": check what is on board before you fly it" if operation.order.writes else ""
     if operation.order.lane is Lane.COMMANDS:
         advice = ": it is not known whether the command was carried out"
-    elif operation.order.lane is Lane.FOLLOWING:
+    elif operation.order.lane in (Lane.FOLLOWING, Lane.CONTROLLER):
         advice = ": it is not known whether it holds, check it"
     return f"The agent of {operation.drone_name} {what}{advice}."

@@ -27,6 +27,7 @@ WorkName = Literal[
     "follow",
     "follow_me",
     "agent_update",
+    "controller",
 ]
 
 
@@ -58,6 +59,7 @@ class Lane(StrEnum):
     LOGS = "logs"
     FOLLOWING = "following"
     AGENT = "agent"
+    CONTROLLER = "controller"
 
 
 MAX_RUNNING: Final = {
@@ -67,6 +69,7 @@ MAX_RUNNING: Final = {
     Lane.LOGS: 1,
     Lane.FOLLOWING: 1,
     Lane.AGENT: 1,
+    Lane.CONTROLLER: 1,
 }
 """How many operations of a lane a drone runs at a time. Few commands, because an autopilot's acknowledgement names only
 the kind of command."""

@@ -346,7 +346,7 @@ class OperationService:
 
     @staticmethod
     def _ask_later(operation: Operation, now: float) -> None:
-        if operation.order.lane in (Lane.PLANS, Lane.FOLLOWING):
+        if operation.order.lane in (Lane.PLANS, Lane.FOLLOWING, Lane.CONTROLLER):
             operation.ask_at = now + ASK_AFTER_S
 
     def _give_up(self, operation: Operation, link: AgentLink | None) -> None:

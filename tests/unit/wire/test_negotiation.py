@@ -19,6 +19,7 @@ from wire.control_messages import (
     Welcome,
     decode_to_agent,
 )
+from wire.controllers import CONTROLLERS, ControllerWork
 from wire.following import FOLLOW, FollowWork
 from wire.negotiation import GROUPS, understands, version_of
 from wire.parameter_metadata import PARAMETER_METADATA
@@ -37,7 +38,7 @@ OF_EVERY_AGENT = {
 """What agents understood before there were groups. This set never grows: a new message needs a group."""
 
 MESSAGES = [decode_to_agent(json.dumps(one)) for one in examples(ToAgent)]
-EVERY_GROUP = frozenset({*GROUPS.values(), AGENT_UPDATE})
+EVERY_GROUP = frozenset({*GROUPS.values(), AGENT_UPDATE, CONTROLLERS})
 
 
 def test_every_message_to_an_agent_is_of_every_agent_or_of_a_group() -> None:
@@ -52,6 +53,8 @@ def test_a_message_passes_only_with_its_group(missing: str) -> None:
         is_follow = isinstance(message, Transaction) and isinstance(message.work, FollowWork)
         is_update = isinstance(message, Transaction) and isinstance(message.work, AgentUpdateWork)
         needed = {group} | ({FOLLOW} if is_follow else set()) | ({AGENT_UPDATE} if is_update else set())
+        is_controller = isinstance(message, Transaction) and isinstance(message.work, ControllerWork)
+        needed |= {CONTROLLERS} if is_controller else set()
         assert understands(EVERY_GROUP - {missing}, message) is (missing not in needed), message
         assert understands(EVERY_GROUP, message)
 

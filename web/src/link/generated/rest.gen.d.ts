@@ -417,6 +417,22 @@ export interface paths {
         readonly patch?: never;
         readonly trace?: never;
     };
+    readonly "/drones/{drone_id}/controller": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["get_controller"];
+        readonly put?: never;
+        readonly post: operations["start_controller"];
+        readonly delete: operations["stop_controller"];
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
     readonly "/drones/{drone_id}/enrolments": {
         readonly parameters: {
             readonly query?: never;
@@ -2433,6 +2449,38 @@ export interface components {
             /** @description From the authenticator, or a recovery code */
             readonly code: string;
         };
+        /** @description What to start, and the limits that the agent keeps it within. */
+        readonly ControllerStart: {
+            /** @description `scripted`, or one on the drone */
+            readonly controller: string;
+            /**
+             * @description Then the drone holds
+             * @default 300
+             */
+            readonly for_s?: number;
+            /**
+             * @description Over ground, from where it begins
+             * @default 100
+             */
+            readonly max_distance_m?: number;
+            /**
+             * @description Above home
+             * @default 30
+             */
+            readonly max_height_m?: number;
+            /** @default 5 */
+            readonly max_speed_m_s?: number;
+            /**
+             * @description Whether it may arm the motors and take off
+             * @default false
+             */
+            readonly may_take_off?: boolean;
+            /**
+             * @description Above home; a landing goes lower
+             * @default 2
+             */
+            readonly min_height_m?: number;
+        };
         /** @description The reason. Everybody concerned sees it, and the audit trail stores it. */
         readonly ControlRequest: {
             /** @default  */
@@ -3577,7 +3625,7 @@ export interface components {
             /** @description The result, for people: what failed, why, and what is on board now */
             readonly words: string;
             /** @enum {string} */
-            readonly work: "plan_upload" | "plan_download" | "plan_clear" | "plan_verify" | "parameters_read" | "parameters_write" | "command" | "log_list" | "log_download" | "follow" | "follow_me" | "agent_update";
+            readonly work: "plan_upload" | "plan_download" | "plan_clear" | "plan_verify" | "parameters_read" | "parameters_write" | "command" | "log_list" | "log_download" | "follow" | "follow_me" | "agent_update" | "controller";
         };
         /** @description `radius_m` negative: counter-clockwise. */
         readonly Orbit: {
@@ -5436,6 +5484,76 @@ export interface operations {
                 };
                 content: {
                     readonly "application/json": components["schemas"]["DroneView"];
+                };
+            };
+        };
+    };
+    readonly get_controller: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly drone_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["OperationView"];
+                };
+            };
+        };
+    };
+    readonly start_controller: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly drone_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": components["schemas"]["ControllerStart"];
+            };
+        };
+        readonly responses: {
+            /** @description Begun: with `Prefer: respond-async` */
+            readonly 202: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["OperationView"];
+                };
+            };
+        };
+    };
+    readonly stop_controller: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly drone_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 202: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["OperationView"];
                 };
             };
         };

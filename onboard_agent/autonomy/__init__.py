@@ -1,0 +1,1 @@
+"""Controllers on board: programs in a process of their own that fly the drone by high-level directions."""

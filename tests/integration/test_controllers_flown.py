@@ -1,0 +1,181 @@
+"""Controllers on board with real programs. Everything is measured at the simulator's port: set-points and holds."""
+
+import asyncio
+import os
+import signal
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import pytest
+from worlds.frame_tap import FrameTap, frame_tap
+from worlds.free_ports import free_udp_ports
+from worlds.pilot import Pilot, at_the_controls
+from worlds.processes import World
+
+SET_MODE = 176
+BRAKE = 17
+HOLDS_WITHIN_S = 0.5
+PACER = '''
+from pathlib import Path
+from onboard_agent.autonomy.controller import Controller, forward
+
+class Pacer(Controller):
+    """One direction a second. Raises when a file of this name is there."""
+    next_at_s = 0.0
+
+    def step(self, seen):
+        if Path(__file__).with_suffix(".raise").exists():
+            raise ValueError("told to")
+        if seen.at_s < self.next_at_s:
+            return None
+        self.next_at_s = seen.at_s + 1.0
+        return forward(1.0, for_s=2.0)
+'''
+
+
+@dataclass
+class Scene:
+    world: World
+    tap: FrameTap
+    file: Path
+
+    def process(self) -> int | None:
+        """Returns the process id of the controller, a child of the agent."""
+        agent = self.world.running("agent-Kestrel").pid
+        for folder in Path("/proc").glob("[0-9]*"):
+            try:
+                parent = int((folder / "stat").read_text().rpartition(")")[2].split()[1])
+                if parent == agent and b"onboard_agent.autonomy" in (folder / "cmdline").read_bytes():
+                    return int(folder.name)
+            except OSError:
+                continue
+        return None
+
+    async def starts(self, pilot: Pilot, controller: str = "pacer", **body: Any) -> str:
+        """Returns the id of the operation once set-points go out."""
+        before = len(self.tap.setpoints)
+        begun = await pilot.ask("POST", "/controller", {"controller": controller, **body})
+        assert begun.status == 202, begun.body
+        await pilot.until(lambda: len(self.tap.setpoints) > before + 40, "set-points")
+        identity: str = begun.json["id"]
+        return identity
+
+    async def ended(self, pilot: Pilot, operation: str) -> Any:
+        def end() -> Any:
+            changes = [one["operation"] for one in pilot.events if one["type"] == "operation"]
+            return [one for one in changes if one["id"] == operation and one["state"] != "running"]
+
+        await pilot.until(lambda: bool(end()), "the end of the operation", 120.0)
+        return end()[-1]
+
+    def setpoints_since(self, at_s: float) -> list[float]:
+        return [at for at in self.tap.setpoints if at > at_s]
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Iterator[Scene]:
+    with World(tmp_path / "world") as world:
+        world.add_user("alice")
+        world.add_user("root", "admin")
+        world.add_drone("Kestrel", "alice")
+        world.start_tower()
+        file = tmp_path / "pacer.py"
+        file.write_text(PACER)
+        port = free_udp_ports(1)[0]
+        with frame_tap(port) as tap:
+            world.start_agent("Kestrel", f"udpin:127.0.0.1:{port}", "--controller", f"pacer={file}:Pacer")
+            home, out = "47.3977,8.5456,488,0", f"udp:127.0.0.1:{tap.port}"
+            options = ("--boot-s", "1", "--seed", "3", "--speed", "1")
+            world.start("simulator", "tower-sim", "--home", home, "--out", out, *options)
+            world.wait_until_online(world.visitor("alice"), 1)
+            yield Scene(world, tap, file)
+
+
+async def test_the_script_is_flown_from_the_ground_to_the_ground(scene: Scene) -> None:
+    async with at_the_controls(scene.world.visitor("alice"), 1) as alice:
+        await alice.until(lambda: alice.has_position, "a position")
+        for _ in range(20):  # the autopilot may not be ready to arm yet
+            operation = (await alice.ask("POST", "/controller", {"controller": "scripted", "may_take_off": True})).json
+            end = await scene.ended(alice, operation["id"])
+            if end["state"] == "done":
+                break
+            assert "arming" in end["words"], end
+            await asyncio.sleep(0.5)
+        assert end["state"] == "done", end
+        assert "has landed it" in end["words"]
+        print(end["words"])
+        assert not alice.armed
+        # Four legs of 8 m at 3 m/s and four turns take more than 15 s.
+        assert len(scene.tap.setpoints) > 15 * 20
+        assert scene.process() is None
+
+
+async def test_each_way_to_fail_leads_to_a_hold(scene: Scene) -> None:
+    def raises() -> None:
+        scene.file.with_suffix(".raise").touch()
+
+    def sends(number: signal.Signals) -> Callable[[], None]:
+        def send() -> None:
+            pid = scene.process()
+            assert pid is not None
+            os.kill(pid, number)
+
+        return send
+
+    ways = {
+        "hangs": sends(signal.SIGSTOP),
+        "was killed by signal 9": sends(signal.SIGKILL),
+        "failed: ValueError: told to": raises,
+    }
+    async with at_the_controls(scene.world.visitor("alice"), 1) as alice:
+        await alice.take_off(15.0)
+        for words, fail in ways.items():
+            operation = await scene.starts(alice)
+            failed_at = time.monotonic()
+            fail()
+            end = await scene.ended(alice, operation)
+            held_s = scene.tap.first_after(failed_at, SET_MODE)
+            assert held_s is not None
+            print(f"{words}: hold after {held_s * 1000:.0f} ms at the simulator's port")
+            assert held_s <= HOLDS_WITHIN_S
+            assert end["state"] == "failed"
+            assert words in end["words"]
+            assert "It holds in BRAKE" in end["words"]
+            await alice.until(lambda: alice.mode == BRAKE, "BRAKE")
+            await alice.until(lambda words=words: words in "".join(alice.texts), "the STATUSTEXT")
+            await asyncio.sleep(1.0)  # set-points that must not come
+            assert scene.setpoints_since(failed_at + held_s) == []
+            assert scene.process() is None
+
+
+async def test_a_slow_controller_is_flown_at_20_hz_until_a_take(scene: Scene) -> None:
+    async with at_the_controls(scene.world.visitor("alice"), 1) as alice:
+        await alice.take_off(15.0)
+        operation = await scene.starts(alice)
+        began_at = time.monotonic()
+        await asyncio.sleep(6.0)
+        times = scene.setpoints_since(began_at)
+        rate_hz = (len(times) - 1) / (times[-1] - times[0])
+        gap_s = max(later - earlier for earlier, later in pairwise(times))
+        print(f"{rate_hz:.2f} set-points/s, longest gap {gap_s * 1000:.0f} ms, at 1 direction/s")
+        assert 19.5 < rate_hz < 20.5
+        phases = [one["operation"]["phase"] for one in alice.events if one["type"] == "operation"]
+        assert any(phase.endswith(("1.0 directions/s", "0.9 directions/s")) for phase in phases), phases[-3:]
+
+        root = scene.world.visitor("root")
+        taken_at = time.monotonic()
+        taken = await asyncio.to_thread(root.ask, "POST", "/drones/1/control/take", {})
+        assert taken.status == 200, taken.body
+        await alice.until(lambda: scene.tap.first_after(taken_at, SET_MODE) is not None, "the hold", 5.0)
+        held_s = scene.tap.first_after(taken_at, SET_MODE)
+        assert held_s is not None
+        await asyncio.sleep(2.0)  # set-points that must not come
+        late = scene.setpoints_since(taken_at + held_s)
+        print(f"TAKE: hold after {held_s * 1000:.0f} ms, {len(late)} set-points after it")
+        assert late == []
+        assert (await scene.ended(alice, operation))["state"] != "done"
+        assert scene.process() is None
