@@ -27,6 +27,9 @@ NAMED: Final[Mapping[str, str]] = {
     "wire/dialect.py": "`ardupilotmega` is the name of the MAVLink dialect",
     "server/api/control/receiver_routes.py": "the description of a field gives the names as examples",
     "server/live/flight_imports/": "reads the log formats of two autopilots, which are their own",
+    "web/src/words/flight_words.ts": "the names of those formats",
+    "web/src/words/help_words.ts": "the help says which of those files can be opened",
+    "web/src/parts/replay/ImportsPanel.svelte": "says which of those files can be uploaded",
     "web/src/parameters/load_facts.ts": "loads the parameter texts of each family from files of their own",
     "web/src/parameters/facts/": "one set of files with the parameter texts of each family",
 }
