@@ -94,6 +94,7 @@ class ControllerFlight:
         self._position = PositionTrack()
         self._course: Course | None = None
         self._sequence: CommandSequence | None = None
+        self._has_commanded = False
         self._climbs_to_m = 0.0
         self._next_at = self._tell_at = self._report_at = now
         self._ack = Acknowledgement()
@@ -335,7 +336,7 @@ class ControllerFlight:
     def _send(self, frame: bytes, now: float) -> str | None:
         """Sends a command as the holder's."""
         why_not = self._send_frame(frame, now)
-        self._commanded = self._commanded_now()
+        self._commanded, self._has_commanded = self._commanded_now(), True
         return why_not
 
     def _enter(self, phase: Phase, now: float) -> None:
@@ -373,7 +374,8 @@ class ControllerFlight:
             return
         if self._phase in (Phase.STARTING, Phase.ON_GROUND):
             ended = Outcome.REFUSED if outcome is Outcome.FAILED and self._phase is Phase.STARTING else outcome
-            self._over(ended, f"{why}. Nothing was sent to the drone.")
+            sent = "It stays on the ground." if self._has_commanded else "Nothing was sent to the drone."
+            self._over(ended, f"{why}. {sent}")
             return
         self._port.stop()
         self._end = FlightEnd(self._maker, outcome, why, stands=stands and self._phase is not Phase.TAKING_OFF)

@@ -289,3 +289,18 @@ def test_px4_is_streamed_to_before_it_enters_offboard() -> None:
     assert (world.where[0] - north[0]) ** 2 + (world.where[1] - north[1]) ** 2 > 25.0
     world.port.silent = True
     assert "It holds in AUTO.LOITER" in world.result(number).words
+
+
+def test_a_take_off_needs_permission_and_stays_within_the_limits() -> None:
+    world = ControllerWorld()
+    world.ready()
+    number = world.begin(ControllerWork("survey", may_take_off=True, max_height_m=10.0), deadline_s=300.0)
+    world.script.give.append(TakeOff(11.0))
+    world.until(lambda: world.script.seen and world.script.seen[-1].number == 1, what="its answer")
+    assert world.script.seen[-1].state is DirectionState.REFUSED
+    assert not world.vehicle.flight.armed
+    world.port.silent = True
+    result = world.result(number)
+    assert result.outcome is Outcome.FAILED
+    assert "Nothing was sent to the drone" in result.words
+    assert not world.setpoints()
