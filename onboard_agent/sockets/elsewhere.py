@@ -82,6 +82,11 @@ class Elsewhere:
         _, opened = await open_at_any(towers, self._open_at, HelloTurn())
         return opened
 
+    @property
+    def is_sent_away(self) -> bool:
+        """Whether the present tower has asked the agent to leave it."""
+        return self._leaving.is_sent_away
+
     def wants_to_look(self, *, silent_s: float, now: float) -> bool:
         """Whether to call `look` now."""
         return self.is_known and self._leaving.wants_to_look(silent_s=silent_s, now=now)

@@ -17,6 +17,9 @@ from onboard_agent.sockets.elsewhere import Elsewhere
 _log = logging.getLogger(__name__)
 
 CHECK_EVERY_S: Final = 0.1
+STAYS_S: Final = 1.0
+"""A tower that sends its drones away closes their links once another one has them in the database. Until then, but not
+for longer, sticks still come through it. Far less than the other tower believes its word that all is well (4 s)."""
 
 OpenAnother = Callable[[OpenedChannel, Sequence[str]], Awaitable[OpenedChannel]]
 """Opens a control channel for the link of the given one, over the first of these uplinks that leads to the tower."""
@@ -35,11 +38,17 @@ async def successor(
     succession = ChannelReplacement(Backoff(), loop.time())
     local_address = str(opened.connection.local_address[0])
     ended = False
+    moved: OpenedChannel | None = None
+    following: OpenedChannel | None = None
+    leaves_at = 0.0
     attempt: asyncio.Task[OpenedChannel] | None = None
     look: asyncio.Task[OpenedChannel] | None = None
     try:
         while True:
             now = loop.time()
+            if moved is not None and (reading.done() or now >= leaves_at):
+                following, moved = moved, None
+                return following
             if reading.done() and not ended:
                 ended = True
                 succession.ended(opened.connection.close_code, now)
@@ -52,11 +61,15 @@ async def successor(
                     succession.failed(now)
             if look is not None and look.done():
                 try:
-                    return look.result()
+                    found = look.result()
                 except NoLink as error:
                     _log.info("no other tower: %s", error)
-                    look = None
-            if look is None and elsewhere.wants_to_look(silent_s=data.silent_s(now), now=now):
+                else:
+                    if not elsewhere.is_sent_away or ended:
+                        return found
+                    moved, leaves_at = found, now + STAYS_S
+                look = None
+            if look is None and moved is None and elsewhere.wants_to_look(silent_s=data.silent_s(now), now=now):
                 look = asyncio.create_task(elsewhere.look(opened, data))
             need = succession.need(
                 silent_s=data.silent_s(now),
@@ -66,16 +79,21 @@ async def successor(
                 now=now,
             )
             if need is Need.END:
-                return None
-            if need is Need.ANOTHER and attempt is None:
+                following, moved = moved, None
+                return following
+            if need is Need.ANOTHER and attempt is None and moved is None:
                 _log.warning("the control channel %s; opening another", "is lost" if ended else "is cut off")
                 attempt = asyncio.ensure_future(open_another(opened, data.uplinks_that_work(now)))
+            if moved is not None and reading.done():
+                continue
             waiting = [one for one in (reading, attempt, look) if one is not None and not one.done()]
             if waiting:
                 await asyncio.wait(waiting, timeout=CHECK_EVERY_S, return_when=asyncio.FIRST_COMPLETED)
             else:
                 await asyncio.sleep(CHECK_EVERY_S)
     finally:
+        if moved is not None:
+            moved.connection.transport.abort()
         pending = [one for one in (attempt, look) if one is not None]
         for one in pending:
             one.cancel()

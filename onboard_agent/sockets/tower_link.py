@@ -180,7 +180,7 @@ class TowerLink:
                 if self._loop.time() - up_at >= STEADY_S:
                     self._backoff.reset()
                 delay_s = self._backoff.next_delay_s()
-                if code == REPLACED_CODE:
+                if code == REPLACED_CODE and opened is None:
                     _log.error("another agent has signed in as this drone; waiting")
                     delay_s = REPLACED_RETRY_S
             if opened is None:

@@ -59,7 +59,6 @@ def share_bus(
         towers=several.towers,
         hub=hub,
         service=service,
-        database=database,
         loss_checks=loss_checks,
         event_handler=event_handler,
     )

@@ -11,7 +11,7 @@ from collections.abc import Callable, Coroutine
 from typing import Any
 
 from model_store import MemoryStore, Pause
-from model_tower import ModelTower, NoDatabase
+from model_tower import ModelTower
 
 from server.domain.access import UnknownDrone
 from server.domain.lease import TOWER as THE_TOWER
@@ -140,13 +140,11 @@ class OneOfSeveral(ModelTower):
         self._bus = bus
         self.towers = Towers(name, self.hub, publish=bus.publish, begin_writing=self._begin_writing)
         self._visitors: list[Visitor] = []
-        database: Any = NoDatabase()
         self.claims = SteppedClaims(
             homes=self.own,
             towers=self.towers,
             hub=self.hub,
             service=self.service,
-            database=database,
             loss_checks=self.event_handler._loss_checks,
             event_handler=self.event_handler,
             monotonic=clock,

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from sqlalchemy import select
+from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.domain.access import UnknownDrone
 from server.domain.clock import Clock
@@ -23,7 +24,7 @@ from server.store.audit.action import AuditAction
 from server.store.control.service import ControlRefused
 from server.store.control.settings_store import settings_in
 from server.store.control.tables import LossAcknowledgementRow
-from server.store.database import Database
+from server.store.database import Database, DatabaseSession
 from wire.control_messages import LossParameters
 from wire.ids import DroneId, UserId
 
@@ -49,6 +50,12 @@ class LossCheck:
     simulated: bool
 
 
+async def read_acknowledged(session: AsyncSession | DatabaseSession, drone_id: DroneId) -> dict[UserId, str]:
+    """The hash of the dangers that each user has acknowledged."""
+    rows = await session.scalars(select(LossAcknowledgementRow).where(LossAcknowledgementRow.drone_id == drone_id))
+    return {UserId(row.user_id): row.findings_hash for row in rows}
+
+
 class LossChecks:
     """One instance per tower."""
 
@@ -67,10 +74,11 @@ class LossChecks:
     async def read_again(self, drone_id: DroneId) -> None:
         """Another process has changed the holder, who may have acknowledged there."""
         async with self._database.reading() as session:
-            rows = await session.scalars(
-                select(LossAcknowledgementRow).where(LossAcknowledgementRow.drone_id == drone_id)
-            )
-            self._acknowledged[drone_id] = {UserId(row.user_id): row.findings_hash for row in rows}
+            self.learn(drone_id, await read_acknowledged(session, drone_id))
+
+    def learn(self, drone_id: DroneId, acknowledged: dict[UserId, str]) -> None:
+        """What the database has for this drone now."""
+        self._acknowledged[drone_id] = dict(acknowledged)
         self.recheck(drone_id)
 
     def reported(self, drone_id: DroneId, parameters: LossParameters) -> None:

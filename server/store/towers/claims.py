@@ -21,8 +21,7 @@ from server.live.towers.towers import Towers
 from server.store.control.hub_event_handler import HubEventHandler
 from server.store.control.loss_checks import LossChecks
 from server.store.control.service import ControlService
-from server.store.control.settings_store import apply_to, read_settings
-from server.store.database import Database
+from server.store.control.settings_store import apply_to
 from server.store.towers.drone_homes import Claimed, DroneHomes
 from wire.ids import DroneId
 
@@ -44,7 +43,6 @@ class Claims:
         towers: Towers,
         hub: Hub,
         service: ControlService,
-        database: Database,
         loss_checks: LossChecks,
         event_handler: HubEventHandler,
         monotonic: Callable[[], float] = time.monotonic,
@@ -53,7 +51,6 @@ class Claims:
         self._towers = towers
         self._hub = hub
         self._service = service
-        self._database = database
         self._loss_checks = loss_checks
         self._event_handler = event_handler
         self._monotonic = monotonic
@@ -103,7 +100,7 @@ class Claims:
             return
         claimed = await self._homes.claim(drone_id, only_if_free=True)
         if claimed is not None:
-            await self._apply(drone_id, claimed)
+            self._apply(drone_id, claimed)
 
     async def learn(self) -> None:
         """At start, and when the towers have changed: reads every home from the database."""
@@ -127,7 +124,7 @@ class Claims:
                     async with self._slots:
                         claimed = await self._homes.claim(drone_id)
                     if claimed is not None:
-                        await self._apply(drone_id, claimed)
+                        self._apply(drone_id, claimed)
                 except (SQLAlchemyError, OSError) as error:
                     _log.error("drone_not_claimed", drone_id=drone_id, error=type(error).__name__)
                     await asyncio.sleep(TRY_AGAIN_AFTER_S)
@@ -141,16 +138,14 @@ class Claims:
             del self._at_work[drone_id]
             self._service.unfence(drone_id)
 
-    async def _apply(self, drone_id: DroneId, claimed: Claimed) -> None:
-        async with self._database.reading() as session:
-            settings = await read_settings(session, drone_id)
+    def _apply(self, drone_id: DroneId, claimed: Claimed) -> None:
         drone = self._hub.state.drones.get(drone_id)
         if drone is None:
             return
         now = self._monotonic()
         if claimed.lease is not None:
             self._hub.adopt_lease(drone_id, claimed.lease, now, moved=claimed.moved)
-        apply_to(self._hub, drone_id, settings)
+        apply_to(self._hub, drone_id, claimed.settings)
         if claimed.moved and claimed.hold_open:
             self._hub.holds.keep(drone_id)
         well = self._towers.was_handed_over(drone_id, claimed.claim, drone.lease.epoch, now) and not claimed.hold_open
@@ -163,4 +158,4 @@ class Claims:
         self._hub.fleet.check_lease(drone_id)
         if claimed.moved:
             self.on_came(drone_id)
-        await self._loss_checks.read_again(drone_id)
+        self._loss_checks.learn(drone_id, claimed.acknowledged)

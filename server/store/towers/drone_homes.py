@@ -5,23 +5,26 @@ So of two towers only the home ever changes a lease, whatever the bus has told t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 from sqlalchemy import or_, select
 from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.domain.clock import Clock
+from server.domain.drone_settings import DroneSettings
 from server.domain.lease import TOWER as THE_TOWER
 from server.domain.lease import Changed, Event, Refused, decide
 from server.live.relay.live_drone import LeaseView
 from server.store.accounts.tables import UserRow
 from server.store.audit.trail import TOWER, record
 from server.store.control.lease_store import lease_of_row, view_of
+from server.store.control.loss_checks import read_acknowledged
+from server.store.control.settings_store import read_settings
 from server.store.control.tables import ControlLeaseRow
 from server.store.database import Database
 from server.store.towers.tables import DroneHomeRow, TowerMemberRow
-from wire.ids import DroneId
+from wire.ids import DroneId, UserId
 
 AT_ANOTHER_TOWER: Final = Refused(
     "at-another-tower", "another tower has this drone, and it alone changes who has the controls: try again"
@@ -31,12 +34,14 @@ AT_ANOTHER_TOWER: Final = Refused(
 @dataclass(frozen=True)
 class Claimed:
     """`claim`: its number. `moved`: it was another tower's, or nobody's. `lease`: None for a drone that never had
-    one."""
+    one. `settings`, and `acknowledged` dangers by user, are as in the same transaction."""
 
     claim: int
     moved: bool
     lease: LeaseView | None
     hold_open: bool
+    settings: DroneSettings = field(default_factory=DroneSettings)
+    acknowledged: dict[UserId, str] = field(default_factory=dict)
 
 
 class DroneHomes:
@@ -69,14 +74,19 @@ class DroneHomes:
             return None
         if moved:
             home.tower, home.claim = self._tower, home.claim + 1
+        # All in this transaction: the sticks of who flies the drone wait until it is at home here.
+        settings = await read_settings(session, drone_id)
+        acknowledged = await read_acknowledged(session, drone_id)
         row = await session.get(ControlLeaseRow, drone_id, with_for_update=True)
         if row is None:
-            return Claimed(home.claim, moved, None, False)
+            return Claimed(home.claim, moved, None, False, settings, acknowledged)
         if moved:
             self._end_assistance(session, row)
         named = {row.holder_id, row.taken_from_id, row.assistant_id} - {None}
-        users = {user.id: user for user in await session.scalars(select(UserRow).where(UserRow.id.in_(named)))}
-        return Claimed(home.claim, moved, view_of(lease_of_row(row), users), row.hold_open)
+        query = select(UserRow).where(UserRow.id.in_(named))
+        users = {user.id: user for user in await session.scalars(query)} if named else {}
+        view = view_of(lease_of_row(row), users)
+        return Claimed(home.claim, moved, view, row.hold_open, settings, acknowledged)
 
     def _end_assistance(self, session: AsyncSession, row: ControlLeaseRow) -> None:
         """The former home knew whose turn it was (`after_start.py`)."""
