@@ -46,6 +46,8 @@ class Score:
     heading_deg: list[float] = field(default_factory=list)
     ms: list[float] = field(default_factory=list)
     ms_without: list[float] = field(default_factory=list)
+    busy_ms: list[float] = field(default_factory=list)
+    """Of the processor, which other programs' load does not lengthen much."""
     tilts: list[tuple[float, bool]] = field(default_factory=list)
     found: list[tuple[TargetPicture, SquareTarget]] = field(default_factory=list)
 
@@ -87,8 +89,9 @@ async def run(report: Report, options: argparse.Namespace) -> None:
     detector.find(render(options.seed, 0).pixels)  # loads what is loaded once
     for number in range(count):
         picture = render(options.seed, number)
-        began = time.perf_counter()
+        began, began_busy = time.perf_counter(), time.thread_time()
         targets = detector.find(picture.pixels)
+        score.busy_ms.append((time.thread_time() - began_busy) * 1e3)
         (score.ms if picture.truth else score.ms_without).append((time.perf_counter() - began) * 1e3)
         judge(score, picture, targets)
     _squares(report, f"squares, {count} pictures of seed {options.seed}", score)
@@ -115,6 +118,7 @@ def _squares(report: Report, case: str, score: Score) -> None:
     report.spread(case, "centre_error", score.centre, "% of side")
     report.spread(case, "side_error", score.side, "%")
     report.spread(case, "heading_error", score.heading_deg, "deg")
+    report.spread(case, "processor_time", score.busy_ms, "ms")
     report.spread(case, "time_with_target", score.ms, "ms")
     report.spread(case, "time_without_target", score.ms_without, "ms")
 

@@ -92,8 +92,8 @@ def _nearest(headings_deg: tuple[float, ...], before_deg: float) -> float:
 
 
 def letter_readers(alphabet: str, *, with_tesseract: bool = True) -> tuple[LetterReader, ...]:
-    """Returns the templates first, which take about a millisecond, then Tesseract for what they leave in doubt, if it
-    is installed."""
+    """Returns the templates, then Tesseract, if it is installed, for what they leave in doubt: it is slower, and reads
+    letters that may lie in any direction worse (docs/target_finding.md)."""
     from onboard_agent.vision.template_reader import TemplateReader
     from onboard_agent.vision.tesseract_reader import TesseractReader, find_tesseract
 
