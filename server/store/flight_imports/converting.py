@@ -15,7 +15,7 @@ from server.live.flight_imports.converted import Converted
 from server.live.flight_imports.refusals import BadFlightFile
 
 MAX_DURATION_S: Final = 300.0
-"""A log of 300 MB takes a slow computer about a minute."""
+"""By the clock: at low priority beside a busy tower, 240 s of processor time take longer."""
 _ROOT: Final = Path(__file__).resolve().parents[3]
 _MAX_ANSWER_BYTES: Final = 256 * 1024
 _MAX_WORDS: Final = 200

@@ -81,7 +81,9 @@ export class FrameLog {
     if (kind < 0) return;
     const chunk = this.#chunkFor(length);
     this.#lastMs = Math.max(this.#lastMs, atMs);
-    chunk.bytes.set(length === bytes.length ? bytes : bytes.subarray(at, at + length), chunk.used);
+    // A view for each frame would be garbage of more bytes than the frame has.
+    const { bytes: kept, used } = chunk;
+    for (let byte = 0; byte < length; byte++) kept[used + byte] = bytes[at + byte]!;
     chunk.times[chunk.count] = this.#lastMs;
     chunk.starts[chunk.count] = chunk.used;
     chunk.lengths[chunk.count] = length;
@@ -165,9 +167,9 @@ export class FrameLog {
   #chunkFor(length: number): Chunk {
     const last = this.#chunks.at(-1);
     if (last && last.count < CHUNK_ENTRIES && last.used + length <= last.bytes.length) return last;
-    if (last) trim(last);
+    const bytes = last ? trim(last) : new Uint8Array(CHUNK_BYTES);
     const chunk: Chunk = {
-      bytes: new Uint8Array(CHUNK_BYTES),
+      bytes,
       used: 0,
       first: this.#count,
       count: 0,
@@ -204,12 +206,15 @@ export class FrameLog {
   }
 }
 
-/** A chunk that is full gives back what it does not use. */
-function trim(chunk: Chunk): void {
-  chunk.bytes = chunk.bytes.slice(0, chunk.used);
-  if (chunk.count === chunk.times.length) return;
+/** A chunk that is full keeps what it uses. Returns its large buffer for the next one: left to the garbage, those of an
+ * hour are as large as the flight. */
+function trim(chunk: Chunk): Uint8Array {
+  const large = chunk.bytes;
+  chunk.bytes = large.slice(0, chunk.used);
+  if (chunk.count === chunk.times.length) return large;
   chunk.times = chunk.times.slice(0, chunk.count);
   chunk.starts = chunk.starts.slice(0, chunk.count);
   chunk.lengths = chunk.lengths.slice(0, chunk.count);
   chunk.kinds = chunk.kinds.slice(0, chunk.count);
+  return large;
 }

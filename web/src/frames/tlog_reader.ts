@@ -28,20 +28,31 @@ export class TlogReader {
 
   /** The next bytes of the file. */
   take(piece: Uint8Array): void {
-    const bytes = this.#rest.length === 0 ? piece : joined(this.#rest, piece);
-    this.#rest = bytes.slice(this.#read(bytes, bytes.length - MAX_ENTRY_BYTES));
+    // Only the seam is joined: a copy of each piece would double what an hour leaves to the garbage.
+    let begin = 0;
+    if (this.#rest.length > 0) {
+      const rest = this.#rest.length;
+      const seam = joined(this.#rest, piece.subarray(0, MAX_ENTRY_BYTES));
+      const stopped = this.#read(seam, 0, Math.min(rest, seam.length - MAX_ENTRY_BYTES));
+      if (stopped < rest) {
+        this.#rest = joined(this.#rest.subarray(stopped), piece);
+        return; // a piece that is shorter than an entry
+      }
+      begin = stopped - rest;
+    }
+    this.#rest = piece.slice(this.#read(piece, begin, piece.length - MAX_ENTRY_BYTES));
   }
 
   /** Nothing follows. */
   end(): void {
-    this.#read(this.#rest, this.#rest.length);
+    this.#read(this.#rest, 0, this.#rest.length);
     this.#rest = new Uint8Array(0);
   }
 
-  /** Entries that begin before `limit`; returns where it stopped. */
-  #read(bytes: Uint8Array, limit: number): number {
+  /** Entries from `begin` on that begin before `limit`; returns where it stopped. */
+  #read(bytes: Uint8Array, begin: number, limit: number): number {
     const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
-    let at = 0;
+    let at = begin;
     while (at < limit) {
       const length = entryLength(bytes, view, at);
       if (length === null) {
@@ -53,7 +64,7 @@ export class TlogReader {
       this.#log.push(atMs, bytes, at + STAMP_BYTES, length);
       at += STAMP_BYTES + length;
     }
-    return Math.max(0, at);
+    return at;
   }
 }
 
