@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from worlds.pilot import LOITER, at_the_controls, fly_by_hand
+from worlds.pilot import ALT_HOLD, at_the_controls, fly_by_hand
 from worlds.processes import World, wait_for
 
 HEIGHT_M = 10.0
@@ -33,11 +33,12 @@ async def test_figures_of_a_flown_flight(world: World) -> None:
     async with at_the_controls(visitor, 1) as alice:
         await fly_by_hand(alice, HEIGHT_M)
         flying_at = time.monotonic()
-        await alice.set_mode(LOITER)
-        alice.hold_sticks(pitch=1000)
-        await asyncio.sleep(5.0)
-        alice.hold_sticks()
-        await asyncio.sleep(3.0)
+        await alice.set_mode(ALT_HOLD)
+        for deflection in (400, -400, 500, -500):
+            alice.hold_sticks(pitch=deflection)
+            await asyncio.sleep(1.0)
+            alice.hold_sticks()
+            await asyncio.sleep(1.5)
         await alice.centre_sticks()
         landing_at = time.monotonic()
         answer = await alice.ask("POST", "/commands", {"command": "land"})
@@ -56,9 +57,10 @@ async def test_figures_of_a_flown_flight(world: World) -> None:
     assert figures["air_s"] < figures["duration_s"] == pytest.approx(flight["duration_s"], abs=0.01)
     assert figures["max_height_m"] == pytest.approx(HEIGHT_M, abs=5.0)
     assert figures["distance_m"] == pytest.approx(flight["distance_m"], abs=5.0)
-    assert figures["distance_m"] > 15
-    assert 3 < figures["max_speed_m_s"] < 30
-    assert figures["battery_start_v"] > figures["battery_end_v"] > 10
+    assert figures["distance_m"] > 2
+    assert 1 < figures["max_speed_m_s"] < 30
+    assert 15 < figures["battery_end_v"] < 16.8, "four cells at rest after a short flight"
+    assert 15 < figures["battery_start_v"] <= 16.8
     # The model's copter takes some 10 to 30 A in the air.
     assert figures["used_mah"] == pytest.approx(20_000 * figures["air_s"] / 3600, rel=0.8)
     assert (figures["landings"], figures["hand_overs"], figures["link_losses"]) == (1, 0, 0)
@@ -70,7 +72,10 @@ async def test_figures_of_a_flown_flight(world: World) -> None:
     print(axes)
     pitch = axes["pitch"]["fit"]
     assert pitch["manoeuvres"] >= 1
-    assert pitch["gain"] < 0, "stick forward is nose down"
+    assert -45 < pitch["gain"] < -15, "stick forward is nose down, 30 degrees at most"
+    assert pitch["r_squared"] > 0.8
+    assert 0.02 < pitch["tau_s"] < 0.6
+    assert not pitch["at_bound"]
     assert axes["yaw"]["fit"] is None, "nobody moved that stick"
     book = visitor.ask("GET", "/log-book").json
     assert book["total"]["hours"] == pytest.approx(figures["air_s"] / 3600, abs=1e-3)
