@@ -3,7 +3,9 @@
 import csv
 import io
 import shutil
+import sqlite3
 from collections.abc import Iterator
+from contextlib import closing
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -25,6 +27,12 @@ def recorded(prepared_folder: Path, tmp_path_factory: pytest.TempPathFactory) ->
     with World(folder, prepared=True) as world:
         people = {"drone": "Kestrel", "pilot": "alice", "admin": "admin"}
         now = datetime.now(UTC)
+        with closing(
+            sqlite3.connect(folder / "tower.sqlite3")
+        ) as database:
+            # Flights before a drone was made are not its own.
+            database.execute("UPDATE drones SET created_at = '2020-01-01 00:00:00.000000'")
+            database.commit()
         for ago in (timedelta(days=40), timedelta(hours=1)):
             write_flight(folder / "files" / "flights", drone_id=1, began_at=now - ago, lasts_s=120.0, **people)
         world.start_tower()
