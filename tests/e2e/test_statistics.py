@@ -27,9 +27,7 @@ def recorded(prepared_folder: Path, tmp_path_factory: pytest.TempPathFactory) ->
     with World(folder, prepared=True) as world:
         people = {"drone": "Kestrel", "pilot": "alice", "admin": "admin"}
         now = datetime.now(UTC)
-        with closing(
-            sqlite3.connect(folder / "tower.sqlite3")
-        ) as database:
+        with closing(sqlite3.connect(folder / "tower.sqlite3")) as database:
             # Flights before a drone was made are not its own.
             database.execute("UPDATE drones SET created_at = '2020-01-01 00:00:00.000000'")
             database.commit()
