@@ -1,5 +1,6 @@
 """What the author of a controller needs: the base class, the directions, and what a controller sees."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 
 from onboard_agent.autonomy.core.directions import (
@@ -38,17 +39,17 @@ __all__ = [
 ]
 
 
-class Controller:
+class Controller(ABC):
     """Flies the drone by the directions that `step` returns. It is made without arguments."""
 
     beat: Callable[[], None]
     """Call it at least every 0.3 s in a step that takes longer: a controller without a sign of life for 0.4 s is
     ended, and the drone holds."""
 
-    def begin(self, limits: SetUp) -> None:
+    def begin(self, limits: SetUp) -> None:  # noqa: B027 (most controllers need none)
         """Called once, before the first step. Load models and open devices here: it may take 15 s with the import."""
 
+    @abstractmethod
     def step(self, seen: Seen) -> Direction | None:
         """Called ten times a second with the newest telemetry. Returns a new direction, which replaces the one before;
         None: go on."""
-        raise NotImplementedError
