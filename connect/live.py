@@ -155,4 +155,5 @@ class Live:
         while watch_only() == self._watch_only:
             self._recheck.clear()
             with contextlib.suppress(TimeoutError):
-                await asyncio.wait_for(self._recheck.wait(), CHECK_EVERY_S)
+                async with asyncio.timeout(CHECK_EVERY_S):
+                    await self._recheck.wait()

@@ -317,7 +317,8 @@ class TowerLink:
     async def _wait_with_probes(self, connection: ClientConnection) -> None:
         for pause_s in PROBES_AFTER_S:
             with contextlib.suppress(TimeoutError):
-                await asyncio.wait_for(self._something_to_write.wait(), pause_s)
+                async with asyncio.timeout(pause_s):
+                    await self._something_to_write.wait()
                 return
             await connection.pong()
         await self._something_to_write.wait()

@@ -1,5 +1,6 @@
 """Recordings over REST and on `/live`: who may record, download and delete, and what the file holds."""
 
+import asyncio
 import json
 import subprocess
 from collections.abc import AsyncIterator
@@ -247,3 +248,17 @@ async def test_it_says_which_flights_it_shows(scene: RecordingScene) -> None:
     assert ended["flights"] == both
     again = await scene.record()
     assert again["flights"] == both[1:]
+
+
+async def test_a_change_in_the_moment_of_the_end_keeps_nobody_waiting(tmp_path: Path) -> None:
+    async with start_tower(tmp_path) as world:
+        service = world.tower.recordings.service
+        work = asyncio.create_task(service.work())
+        await asyncio.sleep(0)
+        await asyncio.sleep(0)
+        service._something.set()
+        await asyncio.sleep(0)  # its waiting is over, but it has not gone on
+        work.cancel()
+        done, _ = await asyncio.wait({work}, timeout=3.0)
+        work.cancel()
+        assert done == {work}

@@ -92,7 +92,8 @@ class Terrain:
         self._waiting += 1
         future = asyncio.get_running_loop().run_in_executor(self._thread, work)
         future.add_done_callback(lambda _: self._done())
-        return await asyncio.wait_for(future, WITHIN_S)
+        async with asyncio.timeout(WITHIN_S):
+            return await future
 
     def _done(self) -> None:
         self._waiting -= 1

@@ -147,7 +147,8 @@ class Rehearsals:
         # If no hold is due, waits only for the duration of the loss itself.
         wait_s = min(LASTS_S[what], self._given_up_after_s) if running.needs_none else self._given_up_after_s
         try:
-            progress, took_s = await asyncio.wait_for(running.ended, wait_s)
+            async with asyncio.timeout(wait_s):
+                progress, took_s = await running.ended
         except TimeoutError:
             if running.needs_none:
                 return "not_needed", "not_needed", None, f"The drone need not hold: {running.needs_none}."

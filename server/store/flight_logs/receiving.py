@@ -84,7 +84,8 @@ class LogReceiver:
 async def _within(body: AsyncIterator[bytes], silence_s: float) -> AsyncIterator[bytes]:
     while True:
         try:
-            piece = await asyncio.wait_for(anext(body), silence_s)
+            async with asyncio.timeout(silence_s):
+                piece = await anext(body)
         except StopAsyncIteration:
             return
         except TimeoutError:

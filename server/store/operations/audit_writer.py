@@ -102,7 +102,8 @@ class OperationAuditWriter:
         if not self._waiting:
             return
         try:
-            await asyncio.wait_for(asyncio.shield(self._write_once()), CAUGHT_UP_WITHIN_S)
+            async with asyncio.timeout(CAUGHT_UP_WITHIN_S):
+                await asyncio.shield(self._write_once())
         except (SQLAlchemyError, OSError) as error:  # TimeoutError is an OSError
             _log.error("operations_not_recorded", count=len(self._waiting), error=type(error).__name__)
 

@@ -60,9 +60,14 @@ async def make_mp4(source: Path, target: Path) -> Finished:
     done = False
     try:
         async with asyncio.timeout(MAX_DURATION_S) as whole:
-            while line := await asyncio.wait_for(process.stdout.readline(), SILENCE_S):
+            while True:
+                async with asyncio.timeout(SILENCE_S):
+                    line = await process.stdout.readline()
+                if not line:
+                    break
                 last = msgspec.json.decode(line, type=dict[str, Any])
-            code = await asyncio.wait_for(process.wait(), SILENCE_S)
+            async with asyncio.timeout(SILENCE_S):
+                code = await process.wait()
         if code != 0:
             words = str(last.get("problem", "")) or f"the program that makes the file ended with {code}"
             raise CannotFinish(words[:_MAX_TEXT_LENGTH], hopeless=code == HOPELESS)

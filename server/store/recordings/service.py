@@ -200,7 +200,8 @@ class RecordingService:
         running.end("", action)
         self._something.set()
         with suppress(TimeoutError):
-            await asyncio.wait_for(running.over.wait(), STOPPED_WITHIN_S)
+            async with asyncio.timeout(STOPPED_WITHIN_S):
+                await running.over.wait()
 
     # -- background work -------------------------------------------------------------------------------------
 
@@ -208,7 +209,8 @@ class RecordingService:
         """Runs until cancelled."""
         while True:
             with suppress(TimeoutError):
-                await asyncio.wait_for(self._something.wait(), CHECK_EVERY_S)
+                async with asyncio.timeout(CHECK_EVERY_S):
+                    await self._something.wait()
             self._something.clear()
             await self.tick(time.monotonic())
 
