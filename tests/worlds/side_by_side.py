@@ -73,13 +73,23 @@ class Groups(LoadScopeScheduling):  # type: ignore[misc]
     def _split_scope(self, nodeid: str) -> str:
         return group_of(Path(nodeid.split("::")[0]))
 
+    def schedule(self) -> None:
+        """Gives each worker work. A worker keeps its last test until it has another one or is told to end, so that one
+        group of one test would be waited for without end."""
+        super().schedule()
+        for node in self.nodes:
+            self._reschedule(node)
+
     def remove_node(self, node: Any) -> str | None:
-        """Returns the test that ended its worker. The base class would give it to the next worker too, without end."""
-        groups = self.assigned_work[node].values()
-        crashed = next((test for group in groups for test, is_done in group.items() if not is_done), None)
-        for group in groups:
+        """Returns the test that ended its worker. The base class would give it to the next worker too, without end; and
+        the groups that are over, for whose tests it would wait without end."""
+        groups = self.assigned_work[node]
+        crashed = next((test for group in groups.values() for test, is_done in group.items() if not is_done), None)
+        for group in groups.values():
             if crashed in group:
                 group[crashed] = True
+        for name in [name for name, group in groups.items() if all(group.values())]:
+            del groups[name]
         super().remove_node(node)
         return crashed
 
