@@ -81,6 +81,7 @@ def parse(words: list[str]) -> argparse.Namespace:
         type=int,
         help="scale: so many (1,000); recorder, simulator: (100); reconnect: (200); control's flown table: at once (4)",
     )
+    parser.add_argument("--spread", type=int, metavar="N", help="towers: three of them, with N light drones")
     parser.add_argument("--flown", action="store_true", help="control: the flown table, with tower-sim")
     parser.add_argument(
         "--autopilot",

@@ -33,6 +33,8 @@ CHECKOUT: Final = Path(__file__).resolve().parent.parent
 PASSWORD: Final = "correct horse battery"
 ADMIN: Final = "admin"
 START_S: Final = 60.0
+AT_ONCE: Final = 100
+"""Drones that are made in one transaction."""
 BROWSER_SUBPROTOCOL: Final = "tower.v1"
 
 
@@ -85,12 +87,14 @@ async def make_fleet(folder: Path, drones: int, operators: Sequence[str] = (), *
                     action=action,
                     must_change_password=False,
                 )
-            keys = []
-            for number in range(1, drones + 1):
-                row = await create_drone(session, name=f"Load {number}", action=action)
-                keys.append(DroneKey(DroneId(row.id), secrets.token_bytes(KEY_BYTES)))
-                await set_key(session, drone_id=row.id, public_key=keys[-1].public, action=action)
-            return [str(key) for key in keys]
+        keys = []
+        for first in range(1, drones + 1, AT_ONCE):  # in parts: a transaction has a deadline
+            async with database.writing() as session:
+                for number in range(first, min(first + AT_ONCE, drones + 1)):
+                    row = await create_drone(session, name=f"Load {number}", action=action)
+                    keys.append(DroneKey(DroneId(row.id), secrets.token_bytes(KEY_BYTES)))
+                    await set_key(session, drone_id=row.id, public_key=keys[-1].public, action=action)
+        return [str(key) for key in keys]
     finally:
         await passwords.close()
         await database.close()
@@ -120,7 +124,7 @@ async def load_tower(
         "TOWER_ARGON2_MEMORY_KIB": "19456",
         "TOWER_ARGON2_ROUNDS": "2",
         "TOWER_USER_SOCKETS": "1000",
-        "TOWER_ADDRESS_SOCKETS": "1000",
+        "TOWER_ADDRESS_SOCKETS": str(max(1000, 2 * drones)),
         "TOWER_AGENT_FRAMES_PER_S": "1000000",
         "TOWER_AGENT_FRAMES_BURST": "1000000",
         **(settings or {}),
@@ -162,7 +166,8 @@ async def end(process: asyncio.subprocess.Process) -> None:
         try:
             await asyncio.wait_for(process.wait(), 10)
         except TimeoutError:
-            process.kill()
+            with contextlib.suppress(ProcessLookupError):
+                process.kill()
             await process.wait()
 
 

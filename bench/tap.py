@@ -19,6 +19,10 @@ OPERATOR, ADMIN, AGENT = 1, 2, 0
 """Values of `buttons`; the agent's own centred sticks press none."""
 
 _ATTITUDE, _POSITION = mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION, mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED
+_SETPOINTS = (
+    mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED,
+    mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_GLOBAL_INT,
+)
 MOTION_US = 20_000
 _MAIN_MODE_FLAG = 0x80
 _FORCE = 21196
@@ -68,6 +72,8 @@ class Tap:
         self.tilts: list[tuple[float, float]] = []
         """(time, degrees from level)."""
         self.modes: list[ModeSeen] = []
+        self.setpoints: list[float] = []
+        """When each SET_POSITION_TARGET_* came from the agent."""
         self.mode_requests: list[float] = []
         self.mode_answers: list[float] = []
         self.texts: list[str] = []
@@ -146,6 +152,8 @@ class Tap:
 
     def _note(self, frame: bytes, now: float) -> None:
         number = message_id(frame)
+        if number in _SETPOINTS:
+            self.setpoints.append(now)
         if number not in (69, 76):
             return
         message = decode(frame)
@@ -176,7 +184,15 @@ class Tap:
 
     def forget(self) -> None:
         """Begins a new round: drops the records of the last."""
-        for kept in (self.sticks, self.motions, self.tilts, self.modes, self.mode_requests, self.mode_answers):
+        for kept in (
+            self.sticks,
+            self.motions,
+            self.tilts,
+            self.modes,
+            self.setpoints,
+            self.mode_requests,
+            self.mode_answers,
+        ):
             del kept[: len(kept) - 1]
 
 

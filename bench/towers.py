@@ -23,7 +23,7 @@ from bench.lean_browser import LeanBrowser
 from bench.load_agents import LoadAgent, Telemetry, fly, kept_alive, sign_in_all
 from bench.load_frames import STATE_KINDS, read_tagged
 from bench.load_tower import load_tower, make_fleet
-from bench.process_cost import cpu_us
+from bench.process_cost import cpu_us, rss_mb, udp_drops
 from bench.rows import Report, percentile
 from wire.control_messages import HoldOrder, HoldProgress, HoldStep, ToAgent
 
@@ -34,12 +34,16 @@ ROUNDS: Final = 50
 SETTLE_S: Final = 2.0
 READY_S: Final = 30.0
 TELEMETRY: Final = Telemetry(frames_per_s=50, kinds=STATE_KINDS)
+LIGHT: Final = Telemetry(frames_per_s=1, kinds=STATE_KINDS[:3], burst=1)
+STORM: Final = 16
+"""Light drones that sign in at the same moment at each tower."""
 TESTS: Final = Path(__file__).resolve().parents[1] / "tests"
 KEY: Final = "TOWER_SECRET_KEYS"
 
 
 async def run(report: Report, options: argparse.Namespace) -> None:
-    """`--drones N` in all, `--seconds S` of flight, `--rounds N` of TAKE."""
+    """`--drones N` in all, `--seconds S` of flight, `--rounds N` of TAKE. `--spread N`: only three towers with N light
+    drones, which send one frame a second each."""
     sys.path.append(str(TESTS))
     from worlds.nats import nats_program, temporary_nats  # type: ignore[import-not-found]
     from worlds.postgres import postgres_programs, temporary_postgres  # type: ignore[import-not-found]
@@ -52,7 +56,8 @@ async def run(report: Report, options: argparse.Namespace) -> None:
     drones = options.drones or (6 if quick else DRONES)
     for_s = options.seconds or (2.0 if quick else FLY_S)
     rounds = options.rounds or (5 if quick else ROUNDS)
-    for count in TOWERS:
+    spread = options.spread
+    for count in TOWERS[-1:] if spread else TOWERS:
         with (
             tempfile.TemporaryDirectory(prefix="bench-towers-") as folder,
             temporary_postgres(programs) as address,
@@ -61,7 +66,8 @@ async def run(report: Report, options: argparse.Namespace) -> None:
             settings = {"DATABASE_URL": f"{address}/postgres"}
             if count > 1:
                 settings["TOWER_BUS_URL"] = bus.url
-            await _measure(report, Path(folder), count, settings, drones=drones, for_s=for_s, rounds=rounds)
+            measuring = _measure_spread if spread else _measure
+            await measuring(report, Path(folder), count, settings, drones=spread or drones, for_s=for_s, rounds=rounds)
 
 
 async def _measure(
@@ -112,6 +118,62 @@ async def _measure(
         report.spread(case, "TAKE to confirmed hold", confirmed_ms, "ms")
 
 
+async def _measure_spread(
+    report: Report, folder: Path, count: int, settings: dict[str, str], *, drones: int, for_s: float, rounds: int
+) -> None:
+    """One admin's browser watches all drones from the last tower; TAKE goes there while they fly."""
+    from server.runtime.vault import new_key
+
+    case = f"{drones} light drones, {count} towers"
+    url = settings["DATABASE_URL"].replace("postgresql://", "postgresql+asyncpg://")
+    keys = await make_fleet(folder, drones, url=url)
+    settings = settings | {KEY: new_key()}
+    async with AsyncExitStack() as stack:
+        towers = [
+            await stack.enter_async_context(
+                load_tower(folder / str(number), drones=drones, keys=keys, settings=settings)
+            )
+            for number in range(count)
+        ]
+        began, before_us = time.monotonic(), [cpu_us(tower.process.pid) for tower in towers]
+        shares = await asyncio.gather(
+            *(
+                sign_in_all(tower.url, keys[number::count], at_once=STORM, tries=20)
+                for number, tower in enumerate(towers)
+            )
+        )
+        agents = [agent for share in shares for agent in share]
+        await stack.enter_async_context(kept_alive(agents))
+        report.add(case, "all have a link", time.monotonic() - began, "s")
+        last = await stack.enter_async_context(
+            httpx.AsyncClient(
+                base_url=towers[-1].url, headers={"Cookie": towers[-1].cookie}, trust_env=False, timeout=30
+            )
+        )
+        await _all_online(last, drones, within_s=120.0, pause_s=2.0)
+        report.add(case, "all online, as the last tower lists them", time.monotonic() - began, "s")
+        used_s = (sum(cpu_us(tower.process.pid) for tower in towers) - sum(before_us)) / 1e6
+        report.add(case, "sign-in: processor of all towers", used_s, "s")
+        far = _Watcher(await towers[-1].browser(), shares[0][0].drone_id)
+        await asyncio.sleep(SETTLE_S)
+        before_us, sent = [cpu_us(tower.process.pid) for tower in towers], sum(agent.sent_frames for agent in agents)
+        began = time.monotonic()
+        flying = asyncio.create_task(fly(agents, LIGHT, for_s=for_s))
+        confirmed_ms = await _takes(last, far, shares[0][0], rounds)
+        late_s = await flying
+        took_s = time.monotonic() - began
+        for number, tower in enumerate(towers):
+            share = (cpu_us(tower.process.pid) - before_us[number]) / 1e4 / took_s
+            report.add(case, f"tower {number + 1}: processor", share, "% of one")
+            report.add(case, f"tower {number + 1}: memory", rss_mb(tower.process.pid), "MB")
+            report.add(case, f"tower {number + 1}: datagrams without room", udp_drops(tower.udp_port), "count")
+        report.add(case, "frames", (sum(agent.sent_frames for agent in agents) - sent) / took_s, "1/s")
+        report.add(case, "drones in the picture at the last tower", len(far.drones), "count")
+        report.add(case, "the load was late at the worst", late_s * 1e3, "ms")
+        report.spread(case, "age at the last tower", far.ages_ms, "ms")
+        report.spread(case, "TAKE to confirmed hold", confirmed_ms, "ms")
+
+
 async def _takes(client: httpx.AsyncClient, watcher: _Watcher, drone: LoadAgent, rounds: int) -> list[float]:
     confirming: set[asyncio.Task[None]] = set()
 
@@ -142,13 +204,15 @@ async def _takes(client: httpx.AsyncClient, watcher: _Watcher, drone: LoadAgent,
     return took_ms
 
 
-async def _all_online(client: httpx.AsyncClient, drones: int) -> None:
-    async with asyncio.timeout(READY_S):
+async def _all_online(
+    client: httpx.AsyncClient, drones: int, *, within_s: float = READY_S, pause_s: float = 0.1
+) -> None:
+    async with asyncio.timeout(within_s):
         for _ in itertools.count():
             listed = (await client.get("/api/v1/drones")).json()
             if sum(one["online"] for one in listed) == drones:
                 return
-            await asyncio.sleep(0.1)
+            await asyncio.sleep(pause_s)
 
 
 class _Watcher:
@@ -156,6 +220,8 @@ class _Watcher:
 
     def __init__(self, browser: LeanBrowser, drone_id: int) -> None:
         self.ages_ms: list[float] = []
+        self.drones: set[int] = set()
+        """Whose frames came."""
         self.confirmed = asyncio.Event()
         self._browser = browser
         self._drone_id = drone_id
@@ -164,9 +230,9 @@ class _Watcher:
 
     def _frames(self, message: bytes) -> None:
         now_us = time.monotonic() * 1e6
-        self.ages_ms += [
-            (now_us - one.sent_us) / 1000.0 for one in read_tagged(message) if one.drone_id == self._drone_id
-        ]
+        frames = list(read_tagged(message))
+        self.drones.update(one.drone_id for one in frames)
+        self.ages_ms += [(now_us - one.sent_us) / 1000.0 for one in frames if one.drone_id == self._drone_id]
 
     def _event(self, text: bytes) -> None:
         if text.startswith(b'{"type":"hold"'):
