@@ -17,7 +17,7 @@ const EVERYWHERE = new Set([
 ]);
 
 /** In one file, or in all of a folder (ends with a slash). True: none of its strings is a text. */
-const BY_PLACE = {
+export const BY_PLACE = {
   // Names of parameters are the autopilot's, in English; so are the words they are made of.
   'parameters/abbreviations.ts': true,
   // Errors of programmers, and of parts that run in a worker and have no catalogue.

@@ -35,10 +35,10 @@ function messageOf(call) {
   return { key: form('other'), one: form('one') };
 }
 
-/** All messages by key: `{ area, places, names, one }`. `unreadable`: calls whose text is not one literal. */
+/** All messages by key: `{ area, places, names, isPlural, one }`, and what cannot be collected, in words. */
 export function collectMessages() {
   const messages = new Map();
-  const unreadable = [];
+  const problems = [];
   for (const path of sourceFiles()) {
     const code = readSource(path);
     for (const tree of treesOf(path, code))
@@ -46,16 +46,17 @@ export function collectMessages() {
         const message = node.type === 'CallExpression' ? messageOf(node) : null;
         if (!message) return;
         const place = `${path}:${lineAt(code, startOf(node))}`;
-        if (message.key === null) unreadable.push(place);
+        if (message.key === null || message.one === null) problems.push(`${place}: the text is not one literal`);
         else note(message, path, place);
       });
   }
   function note({ key, one }, path, place) {
-    const known = messages.get(key) ?? { area: Infinity, places: [], names: namesIn(key), one };
+    const isPlural = one !== undefined;
+    const known = messages.get(key) ?? { area: Infinity, places: [], names: namesIn(key), isPlural, one };
+    if (known.isPlural !== isPlural) problems.push(`${place}: "${key}" counts here and not elsewhere`);
     known.area = Math.min(known.area, areaOf(path));
     known.places.push(place);
-    known.one ??= one;
     messages.set(key, known);
   }
-  return { messages, unreadable };
+  return { messages, problems };
 }

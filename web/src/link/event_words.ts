@@ -76,3 +76,6 @@ export function farewellWords(why: string, flown: readonly string[]): string {
   const names = flown.join(', ');
   return t('{ended} You have lost the controls of {names}. A drone that was in the air holds.', { ended, names });
 }
+
+/** `said`: what the tower tells of a rehearsed loss. */
+export const rehearsalWords = (said: string): string => t('Rehearsal: {event}', { event: said });

@@ -9,7 +9,7 @@ import type { Enrolment } from './admin_types';
 import { Alerts } from './alerts';
 import { AssistTurns } from './assist_turns';
 import { mayCommand, readDrone } from './drone_view';
-import { causeWords, controlWords, farewellWords, holdWords, orderReason } from './event_words';
+import { causeWords, controlWords, farewellWords, holdWords, orderReason, rehearsalWords } from './event_words';
 import { FINAL_STEPS, nextHold } from './hold_log';
 import { Journal, type Entry, type Severity } from './journal';
 import { Live, openBrowserSocket, type SocketLike } from './live';
@@ -231,11 +231,7 @@ export class Tower {
           .get()
           .get(event.drone_id)
           ?.rehearsal.update((last) => nextRehearsal(last, event));
-        this.#say(
-          event.drone_id,
-          event.phase === 'failed' ? 'error' : 'info',
-          t('Rehearsal: {event}', { event: event.text }),
-        );
+        this.#say(event.drone_id, event.phase === 'failed' ? 'error' : 'info', rehearsalWords(event.text));
         break;
       case 'loss_check':
         this.lossChecks.changed(event.drone_id);
@@ -292,13 +288,8 @@ export class Tower {
     const vehicle = this.vehicles.get().get(event.drone_id);
     vehicle?.holdLog.set(nextHold(vehicle.holdLog.get(), event, nowMs));
     // Whatever ordered the hold: manual flight resumes only when the pilot starts it again.
-    if (event.step === 'ordered')
-      vehicle?.manual.stop(
-        t('it was put on hold ({cause})', { cause: causeWords(event.cause ?? 'order', orderReason(event)) }),
-        {
-          holds: false,
-        },
-      );
+    const cause = causeWords(event.cause ?? 'order', orderReason(event));
+    if (event.step === 'ordered') vehicle?.manual.stop(t('it was put on hold ({cause})', { cause }), { holds: false });
     // The strip over the map shows the steps in between: here they would displace important entries.
     if (event.step !== 'ordered' && !FINAL_STEPS.has(event.step)) return;
     this.#say(event.drone_id, event.step === 'unconfirmed' ? 'error' : 'info', holdWords(event));

@@ -79,6 +79,13 @@ export function measured(system: UnitSystem, quantity: Quantity, value: number |
   return text === UNKNOWN ? text : `${text} ${unit}`;
 }
 
+/** `120 m, 30 m high`. */
+export const awayAndHigh = (system: UnitSystem, awayM: number | null, highM: number | null): string =>
+  t('{distance}, {height} high', {
+    distance: measured(system, 'distance', awayM),
+    height: measured(system, 'height', highM, 0),
+  });
+
 /** The input of a field in the user's unit, as metres or metres per second. */
 export const toMetric = (system: UnitSystem, quantity: Quantity, value: number): number =>
   value * UNITS[system][quantity].inMetric;
