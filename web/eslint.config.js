@@ -24,7 +24,7 @@ export default ts.config(
     // The link layer knows no framework and no view (STYLE: Home Assistant's client).
     files: ['src/link/**/*.ts'],
     rules: {
-      'no-restricted-imports': ['error', { patterns: ['svelte', 'svelte/*', 'maplibre-gl', '../*'] }],
+      'no-restricted-imports': ['error', { patterns: ['svelte', 'svelte/*', 'maplibre-gl', '../*', '!../languages'] }],
     },
   },
   {

@@ -9,8 +9,9 @@ import { mpeg1DecoderFile } from './scripts/mpeg1_decoder_file.ts';
 const tower = `http://127.0.0.1:${process.env['TOWER_PORT'] ?? 8000}`;
 
 /**
- * Has the page fetch the console's own part beside the way in, instead of after it: on a far link each step that waits
- * for another costs a round trip. What the map needs is left out; it is large, and comes when the list can be read.
+ * Has the page fetch the way in and the console's own part beside the script that looks for the language, instead of
+ * after it: on a far link each step that waits for another costs a round trip. What the map needs is left out; it is
+ * large, and comes when the list can be read.
  */
 function fetchConsoleEarly(): Plugin {
   return {
@@ -21,13 +22,14 @@ function fetchConsoleEarly(): Plugin {
         const files = Object.values(bundle ?? {});
         const chunkOf = (match: (one: { name: string; fileName: string }) => boolean) =>
           files.find((one) => one.type === 'chunk' && match(one));
+        const start = chunkOf(({ name }) => name === 'start_console');
         const part = chunkOf(({ name }) => name === 'Console');
-        if (part?.type !== 'chunk') return [];
+        if (start?.type !== 'chunk' || part?.type !== 'chunk') return [];
         const tags: HtmlTagDescriptor[] = [];
         const add = (attrs: Record<string, string | boolean>): void => {
           tags.push({ tag: 'link', attrs: { crossorigin: true, ...attrs }, injectTo: 'head' });
         };
-        for (const fileName of [part.fileName, ...part.imports]) {
+        for (const fileName of new Set([start, part].flatMap((one) => [one.fileName, ...one.imports]))) {
           const chunk = chunkOf((one) => one.fileName === fileName);
           if (chunk?.type !== 'chunk' || chunk.isEntry) continue;
           add({ rel: 'modulepreload', href: `./${fileName}` });

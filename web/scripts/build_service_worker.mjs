@@ -16,11 +16,13 @@ const built = join(web, 'dist');
 // Fonts of other alphabets come when a name needs them; icons are the system's business.
 const KEPT = [/^index\.html$/, /^assets\/.*\.(js|css)$/, /^assets\/inter-latin-wght.*\.woff2$/, /^basemap\//];
 const SIGN = /^icon\.svg$/;
+/** Catalogues of languages: each is fetched, and kept, by those who read it (service_worker/worker.ts). */
+const LANGUAGE = /^assets\/portuguese-/;
 
 const files = readdirSync(built, { recursive: true, withFileTypes: true })
   .filter((entry) => entry.isFile() && !/\.(br|gz)$/.test(entry.name))
   .map((entry) => relative(built, join(entry.parentPath, entry.name)).replaceAll('\\', '/'))
-  .filter((path) => [...KEPT, SIGN].some((pattern) => pattern.test(path)))
+  .filter((path) => [...KEPT, SIGN].some((pattern) => pattern.test(path)) && !LANGUAGE.test(path))
   .sort();
 const version = createHash('sha256');
 for (const path of files)

@@ -1,6 +1,7 @@
 /** Confirms arming: asks the pilot, and shows the check before flight where it is dangerous and not yet read. */
 
 import { ask, type Question } from './confirmation.svelte';
+import { t } from './languages/text';
 import { mustBeRead } from './link/safety_types';
 import type { Vehicle } from './link/vehicle';
 import { tower } from './tower.svelte';
@@ -22,7 +23,7 @@ export async function confirmArming(
   const consent = await ask({
     ...question,
     sentences: check.sentences,
-    confirmLabel: `I have read this: arm ${name} all the same`,
+    confirmLabel: t('I have read this: arm {name} all the same', { name }),
     isDanger: true,
     // A press confirms a warning; a danger of dropping or losing the drone requires its name.
     nameToType: name,

@@ -1,6 +1,7 @@
 /** Changes who has the controls: asks first, saying what the drone will do, then sends the request. */
 
 import { ask, type Consent, type Question } from './confirmation.svelte';
+import { t } from './languages/text';
 import { flightTask } from './link/modes';
 import type { ControlAction, ControlWords } from './link/rest';
 import type { Drone } from './link/wire_types';
@@ -8,17 +9,19 @@ import { tower } from './tower.svelte';
 
 const AGREED: Consent = { reason: '', isChecked: true, isSecondChecked: true, isOther: false };
 
-const pilotOf = (drone: Drone): string => drone.holder?.name ?? 'nobody';
+const pilotOf = (drone: Drone): string => drone.holder?.name ?? t('nobody');
 
 /** What a hold does to the drone in its present state. */
 function holdWords({ name, airborne, armed }: Drone): string {
   if (airborne === null && armed !== false) {
-    return `It is not known whether ${name} is in the air. If it is, it will hold (sticks centred, its hold mode).`;
+    return t('It is not known whether {name} is in the air. If it is, it will hold (sticks centred, its hold mode).', {
+      name,
+    });
   }
-  if (airborne) return `${name} is in the air. It will hold (sticks centred, its hold mode).`;
+  if (airborne) return t('{name} is in the air. It will hold (sticks centred, its hold mode).', { name });
   return armed
-    ? `${name} is on the ground with its motors running. It will hold, and the motors keep running.`
-    : `${name} is on the ground with its motors off. Nothing happens.`;
+    ? t('{name} is on the ground with its motors running. It will hold, and the motors keep running.', { name })
+    : t('{name} is on the ground with its motors off. Nothing happens.', { name });
 }
 
 /**
@@ -47,12 +50,14 @@ export async function acquire(drone: Drone): Promise<boolean> {
   const flies = inFlight(held);
   const left =
     flies === false
-      ? `${held.name} is on the ground.`
-      : `${held.name} ${flies ? 'is' : 'may be'} in the air and will have no pilot. If flown by hand, it holds.`;
+      ? t('{held} is on the ground.', { held: held.name })
+      : flies
+        ? t('{held} is in the air and will have no pilot. If flown by hand, it holds.', { held: held.name })
+        : t('{held} may be in the air and will have no pilot. If flown by hand, it holds.', { held: held.name });
   const consent = await ask({
-    title: `You control ${held.name}. Release it and take ${drone.name}?`,
+    title: t('You control {held}. Release it and take {drone}?', { held: held.name, drone: drone.name }),
     text: left,
-    confirmLabel: `Release ${held.name}, take ${drone.name}`,
+    confirmLabel: t('Release {held}, take {drone}', { held: held.name, drone: drone.name }),
     isDanger: flies !== false,
   });
   if (!consent) return false;
@@ -66,9 +71,12 @@ export async function acquire(drone: Drone): Promise<boolean> {
       () => true,
       () => false,
     );
-    throw new Error(`${why} ${isBack ? `You still control ${held.name}.` : `${held.name} is released.`}`, {
-      cause: error,
-    });
+    throw new Error(
+      `${why} ${isBack ? t('You still control {held}.', { held: held.name }) : t('{held} is released.', { held: held.name })}`,
+      {
+        cause: error,
+      },
+    );
   }
   return true;
 }
@@ -84,9 +92,13 @@ export const release = (drone: Drone): Promise<boolean> =>
     'release',
     drone.airborne !== false
       ? {
-          title: drone.airborne ? `Release ${drone.name} in flight?` : `Release ${drone.name}?`,
-          text: `${drone.name} ${drone.airborne ? 'is' : 'may be'} in the air and will have no pilot. If flown by hand, it holds.`,
-          confirmLabel: 'Release',
+          title: drone.airborne
+            ? t('Release {drone} in flight?', { drone: drone.name })
+            : t('Release {drone}?', { drone: drone.name }),
+          text: drone.airborne
+            ? t('{drone} is in the air and will have no pilot. If flown by hand, it holds.', { drone: drone.name })
+            : t('{drone} may be in the air and will have no pilot. If flown by hand, it holds.', { drone: drone.name }),
+          confirmLabel: t('Release'),
           isDanger: true,
         }
       : undefined,
@@ -98,28 +110,30 @@ function goingHome(drone: Drone): string | null {
   if (!values || values.armed === false) return null;
   const task = flightTask(values.autopilot, values.customMode);
   if (task !== 'return' && task !== 'landing') return null;
-  return `${drone.name} is ${task === 'return' ? 'returning' : 'landing'} by itself (${values.mode})`;
+  return task === 'return'
+    ? t('{drone} is returning by itself ({mode})', { drone: drone.name, mode: values.mode })
+    : t('{drone} is landing by itself ({mode})', { drone: drone.name, mode: values.mode });
 }
 
 function takeQuestion(drone: Drone): Question {
-  const pilot = drone.holder?.name ?? 'The pilot';
-  const loses = `${pilotOf(drone)} loses the controls; you get them`;
+  const pilot = drone.holder?.name ?? t('The pilot');
+  const loses = t('{pilotOf} loses the controls; you get them', { pilotOf: pilotOf(drone) });
   const views = {
-    reasonLabel: 'Reason (the pilot reads it)',
-    checkLabel: `${pilot} may still watch ${drone.name}`,
-    secondCheckLabel: `${pilot} may still watch the video of ${drone.name}`,
+    reasonLabel: t('Reason (the pilot reads it)'),
+    checkLabel: t('{pilot} may still watch {drone}', { pilot, drone: drone.name }),
+    secondCheckLabel: t('{pilot} may still watch the video of {drone}', { pilot, drone: drone.name }),
   };
-  const title = `Take the controls of ${drone.name}?`;
+  const title = t('Take the controls of {drone}?', { drone: drone.name });
   const going = goingHome(drone);
   if (going === null) {
     const text = `${holdWords(drone)} ${loses}.`;
-    return { title, text, confirmLabel: 'Take the controls', isDanger: true, ...views };
+    return { title, text, confirmLabel: t('Take the controls'), isDanger: true, ...views };
   }
   return {
     title,
-    text: `${going}. ${loses} either way. Let it finish, or stop it where it is.`,
-    confirmLabel: 'Take control and let it finish',
-    otherLabel: 'Interrupt: hold where it is',
+    text: t('{going}. {loses} either way. Let it finish, or stop it where it is.', { going, loses }),
+    confirmLabel: t('Take control and let it finish'),
+    otherLabel: t('Interrupt: hold where it is'),
     ...views,
   };
 }
@@ -129,13 +143,16 @@ export const take = (drone: Drone): Promise<boolean> => change(drone, 'take', ta
 /** Stops the drone whatever it is doing, a return or a landing included. */
 export async function takeInEmergency(drone: Drone): Promise<boolean> {
   const going = goingHome(drone);
-  const now = going === null ? '' : `${going}: that is interrupted. `;
+  const now = going === null ? '' : `${t('{going}: that is interrupted.', { going })} `;
   const consent = await ask({
-    title: `Emergency: take ${drone.name} and stop it?`,
-    text: `${now}${drone.name} stops and holds where it is, even during a return or a landing. ${pilotOf(drone)} loses the controls; you get them.`,
-    confirmLabel: `Take ${drone.name} and stop it`,
+    title: t('Emergency: take {drone} and stop it?', { drone: drone.name }),
+    text: t(
+      '{now}{drone} stops and holds where it is, even during a return or a landing. {pilotOf} loses the controls; you get them.',
+      { now, drone: drone.name, pilotOf: pilotOf(drone) },
+    ),
+    confirmLabel: t('Take {drone} and stop it', { drone: drone.name }),
     isDanger: true,
-    reasonLabel: 'Reason (the pilot reads it)',
+    reasonLabel: t('Reason (the pilot reads it)'),
   });
   if (!consent) return false;
   const reason = consent.reason ? { reason: consent.reason } : {};
@@ -147,21 +164,24 @@ export async function takeInEmergency(drone: Drone): Promise<boolean> {
 export const keep = (drone: Drone): Promise<boolean> => change(drone, 'take');
 
 export function give(drone: Drone): Promise<boolean> {
-  const pilot = drone.taken_from?.name ?? 'its pilot';
+  const pilot = drone.taken_from?.name ?? t('its pilot');
   return change(drone, 'give', {
-    title: `Give ${drone.name} back to ${pilot}?`,
-    text: `${holdWords(drone)} It stays yours until ${pilot} accepts with centred sticks.`,
-    confirmLabel: 'Give back',
-    reasonLabel: 'Reason (optional)',
+    title: t('Give {drone} back to {pilot}?', { drone: drone.name, pilot }),
+    text: t('{hold} It stays yours until {pilot} accepts with centred sticks.', { hold: holdWords(drone), pilot }),
+    confirmLabel: t('Give back'),
+    reasonLabel: t('Reason (optional)'),
   });
 }
 
 export const assist = (drone: Drone): Promise<boolean> =>
   change(drone, 'assist', {
-    title: `Assist ${pilotOf(drone)} with ${drone.name}?`,
-    text: `${pilotOf(drone)} keeps ${drone.name}, which flies on. When you command something, ${pilotOf(drone)}'s commands wait until 1 s after it.`,
-    confirmLabel: 'Assist',
-    reasonLabel: 'Reason (optional)',
+    title: t('Assist {pilotOf} with {drone}?', { pilotOf: pilotOf(drone), drone: drone.name }),
+    text: t(
+      "{pilotOf} keeps {drone}, which flies on. When you command something, {pilotOf}'s commands wait until 1 s after it.",
+      { pilotOf: pilotOf(drone), drone: drone.name },
+    ),
+    confirmLabel: t('Assist'),
+    reasonLabel: t('Reason (optional)'),
   });
 
 export const unassist = (drone: Drone): Promise<boolean> => change(drone, 'unassist');

@@ -1,5 +1,6 @@
 /** What an admin's action against a user does to the drones that this user is flying. Shown before the action. */
 
+import { t } from './languages/text';
 import type { NamedRef } from './link/admin_types';
 import { tower } from './tower.svelte';
 
@@ -10,5 +11,8 @@ export function flownNow(user: NamedRef): string {
     .filter(({ holder }) => holder?.id === user.id)
     .map(({ name }) => name);
   if (names.length === 0) return '';
-  return `${user.name} is flying ${names.join(' and ')}: ordered to hold, with no pilot from then on.`;
+  return t('{user} is flying {names}: ordered to hold, with no pilot from then on.', {
+    user: user.name,
+    names: names.join(` ${t('and')} `),
+  });
 }

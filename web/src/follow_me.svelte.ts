@@ -4,6 +4,7 @@
  */
 
 import { ask } from './confirmation.svelte';
+import { t } from './languages/text';
 import { followPerson, followsOrEnded } from './link/drone_commands';
 import { isOver } from './link/operations';
 import { ageMs, sureM, type Located } from './link/person_fix';
@@ -29,14 +30,14 @@ export const sharing = $state<{ operationId: string | null; accuracyM: number | 
 /** Why this browser cannot report its position; empty if it can. */
 export function whyNoPlace(): string {
   if (!window.isSecureContext)
-    return 'Browsers share their position over https only. Open this tower by its https address to use "Follow me".';
-  return 'geolocation' in navigator ? '' : 'This browser does not know its position.';
+    return t('Browsers share their position over https only. Open this tower by its https address to use "Follow me".');
+  return 'geolocation' in navigator ? '' : t('This browser does not know its position.');
 }
 
 const FAULTS: Record<number, string> = {
-  1: 'This browser may not share its position. Allow it in the site settings.',
-  2: 'This browser does not know its position.',
-  3: 'This browser did not give its position in time.',
+  1: t('This browser may not share its position. Allow it in the site settings.'),
+  2: t('This browser does not know its position.'),
+  3: t('This browser did not give its position in time.'),
 };
 
 function locate(timeoutMs: number): Promise<Located> {
@@ -54,9 +55,9 @@ const wordsOf = (error: unknown): string => (error instanceof Error ? error.mess
 /** What makes the drone hold; for the question and for those who watch. */
 export const personEndWords = (): string => {
   const { units } = preferences;
-  return (
-    'It holds where it is if this browser is silent for 3 s, is closed or loses the tower, if you come nearer than ' +
-    `${measured(units, 'distance', 5)}, or after ${FOLLOW_FOR_S / 60} minutes. Any other command, and moved sticks, end it too.`
+  return t(
+    'It holds where it is if this browser is silent for 3 s, is closed or loses the tower, if you come nearer than {distance}, or after {followFor} minutes. Any other command, and moved sticks, end it too.',
+    { distance: measured(units, 'distance', 5), followFor: FOLLOW_FOR_S / 60 },
   );
 };
 
@@ -69,18 +70,21 @@ export async function followMe(vehicle: Vehicle, awayM: number, altRelM: number 
     first = await locate(FIRST_WITHIN_MS);
   } catch (error) {
     const words = wordsOf(error);
-    await vehicle.perform('Follow me', () => Promise.resolve({ kind: 'reported', isDone: false, words }));
+    await vehicle.perform(t('Follow me'), () => Promise.resolve({ kind: 'reported', isDone: false, words }));
     return;
   }
   const sure = measured(units, 'distance', first.coords.accuracy);
   const needed = measured(units, 'distance', sureM(awayM));
   const height = measured(units, 'height', altRelM, 0);
-  const text =
-    `${name} stays on the side of you on which it is now, ${measured(units, 'distance', awayM)} away over ground and ${height} ` +
-    `above home, and flies as you go. It does not see trees or rising ground. Your position is accurate to ${sure}; what is less ` +
-    `sure than ${needed} does not count. ${personEndWords()}`;
-  if (!(await ask({ title: `Have ${name} follow you?`, text, confirmLabel: 'Follow me', isDanger: true }))) return;
-  await vehicle.perform('Follow me', async () => {
+  const text = t(
+    '{name} stays on the side of you on which it is now, {distance} away over ground and {height} above home, and flies as you go. It does not see trees or rising ground. Your position is accurate to {sure}; what is less sure than {needed} does not count. {personEnd}',
+    { name, distance: measured(units, 'distance', awayM), height, sure, needed, personEnd: personEndWords() },
+  );
+  if (
+    !(await ask({ title: t('Have {name} follow you?', { name }), text, confirmLabel: t('Follow me'), isDanger: true }))
+  )
+    return;
+  await vehicle.perform(t('Follow me'), async () => {
     try {
       const now = await locate(FIRST_WITHIN_MS); // the question may have been open for long
       const begun = await followPerson(tower.operations, id, {
@@ -98,7 +102,7 @@ export async function followMe(vehicle: Vehicle, awayM: number, altRelM: number 
       return {
         kind: 'reported',
         isDone: follows,
-        words: follows ? `${name} follows you.` : came?.words || 'It ended at once.',
+        words: follows ? t('{name} follows you.', { name }) : came?.words || t('It ended at once.'),
       };
     } catch (error) {
       return { kind: 'reported', isDone: false, words: wordsOf(error) };

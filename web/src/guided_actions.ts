@@ -5,6 +5,7 @@
 
 import { confirmArming } from './arming';
 import { ask } from './confirmation.svelte';
+import { t } from './languages/text';
 import { followLeader, followsOrEnded, type DroneCommand } from './link/drone_commands';
 import type { FlightValues } from './link/flight_values';
 import type { Target } from './link/messages';
@@ -27,7 +28,7 @@ export interface Circle extends Target {
 const metres = (value: number): string => measured(preferences.units, 'height', value, Number.isInteger(value) ? 0 : 1);
 const far = (value: number): string => measured(preferences.units, 'distance', value);
 /** Counted from 1 for display. */
-const number = (item: number): string => `item ${item + 1}`;
+const number = (item: number): string => t('item {item}', { item: item + 1 });
 
 export class GuidedActions {
   readonly #vehicle: Vehicle;
@@ -50,44 +51,59 @@ export class GuidedActions {
 
   /** The dialog that set place and radius has asked already. */
   async orbit({ latDeg, lonDeg, altRelM, radiusM, isClockwise, speedMps }: Circle): Promise<void> {
-    await this.#command(`Circle of ${far(radiusM)} round ${latLon({ latDeg, lonDeg })} at ${metres(altRelM)}`, {
-      command: 'orbit',
-      lat: latDeg,
-      lon: lonDeg,
-      height_m: altRelM,
-      radius_m: isClockwise ? radiusM : -radiusM,
-      ...(speedMps === null ? {} : { m_s: speedMps }),
-    });
+    await this.#command(
+      t('Circle of {far} round {latLon} at {altRel}', {
+        far: far(radiusM),
+        latLon: latLon({ latDeg, lonDeg }),
+        altRel: metres(altRelM),
+      }),
+      {
+        command: 'orbit',
+        lat: latDeg,
+        lon: lonDeg,
+        height_m: altRelM,
+        radius_m: isClockwise ? radiusM : -radiusM,
+        ...(speedMps === null ? {} : { m_s: speedMps }),
+      },
+    );
   }
 
   /** The dialog that set the place has asked already. */
   async lookAt({ latDeg, lonDeg, altRelM }: Target): Promise<void> {
     const command = { command: 'roi', lat: latDeg, lon: lonDeg, height_m: altRelM } as const;
-    await this.#command(`Look at ${latLon({ latDeg, lonDeg })}`, command);
+    await this.#command(t('Look at {latLon}', { latLon: latLon({ latDeg, lonDeg }) }), command);
   }
 
   /** Does not ask: only the camera moves. */
   async lookAhead(): Promise<void> {
-    await this.#command('Look ahead', { command: 'roi', none: true });
+    await this.#command(t('Look ahead'), { command: 'roi', none: true });
   }
 
   /** The report says when the drone follows; parts/FollowStrip.svelte shows its progress and end. */
   async follow(leader: { readonly id: number; readonly name: string }, place: FollowPlace): Promise<void> {
     const name = this.#name;
     const where = placeWords(place, leader.name, preferences.units);
-    const text =
-      `${name} leaves what it does, flies in a straight line to ${where}, and keeps that place wherever ${leader.name} ` +
-      `flies. The place does not turn with ${leader.name}. ${endWords(leader.name, preferences.units)}`;
-    if (!(await ask({ title: `Have ${name} follow ${leader.name}?`, text, confirmLabel: 'Follow' }))) return;
+    const text = t(
+      '{name} leaves what it does, flies in a straight line to {where}, and keeps that place wherever {leader} flies. The place does not turn with {leader}. {end}',
+      { name, where, leader: leader.name, end: endWords(leader.name, preferences.units) },
+    );
+    if (
+      !(await ask({
+        title: t('Have {name} follow {leader}?', { name, leader: leader.name }),
+        text,
+        confirmLabel: t('Follow'),
+      }))
+    )
+      return;
     const { id } = this.#vehicle.drone.get();
     const { northM, eastM, upM } = place;
     const command = { command: 'follow', leader: leader.id, north_m: northM, east_m: eastM, up_m: upM } as const;
-    await this.#vehicle.perform(`Follow ${leader.name}`, async () => {
+    await this.#vehicle.perform(t('Follow {leader}', { leader: leader.name }), async () => {
       try {
         const begun = await followLeader(this.#operations, id, { ...command, for_s: FOLLOW_FOR_S });
         const now = await followsOrEnded(this.#operations, begun.id);
-        const words = now === null || isOver(now) ? now?.words : `${name} flies to ${where}.`;
-        return { kind: 'reported', isDone: now !== null && !isOver(now), words: words || 'It ended at once.' };
+        const words = now === null || isOver(now) ? now?.words : t('{name} flies to {where}.', { name, where });
+        return { kind: 'reported', isDone: now !== null && !isOver(now), words: words || t('It ended at once.') };
       } catch (error) {
         return { kind: 'reported', isDone: false, words: error instanceof Error ? error.message : String(error) };
       }
@@ -96,7 +112,7 @@ export class GuidedActions {
 
   /** Never asks: the drone holds. */
   async stopFollowing({ id }: Operation): Promise<void> {
-    await this.#vehicle.perform('Stop following', async () => {
+    await this.#vehicle.perform(t('Stop following'), async () => {
       try {
         await this.#operations.cancel(id);
         const { state, words } = await this.#operations.ended(id);
@@ -110,39 +126,57 @@ export class GuidedActions {
   /** From the ground the drone takes off, and arms first if necessary. */
   async startMission(item: number, count: number): Promise<void> {
     const name = this.#name;
-    const from = item === 0 ? '' : ` from ${number(item)} on`;
-    const title = `Start the mission of ${name}?`;
+    const from = item === 0 ? '' : ` ${t('from {number} on', { number: number(item) })}`;
+    const title = t('Start the mission of {name}?', { name });
     const { airborne, armed } = this.#values();
-    const label = `Start the mission${from}`;
+    const label = t('Start the mission{from}', { from });
     const command = { command: 'start', item } as const;
     if (airborne) {
-      const text = `${name} stops what it is doing and flies its mission of ${count} items${from}.`;
-      if (await ask({ title, text, confirmLabel: 'Start' })) await this.#command(label, command);
+      const text = t('{name} stops what it is doing and flies its mission of {count} items{from}.', {
+        name,
+        count,
+        from,
+      });
+      if (await ask({ title, text, confirmLabel: t('Start') })) await this.#command(label, command);
       return;
     }
-    const arming = armed === true ? '' : armed === null ? ' arms its motors if they are off,' : ' arms its motors,';
-    const text = `${name}${arming} takes off and flies its mission of ${count} items${from}. Is everybody clear of it?`;
-    const agreed = await confirmArming(this.#vehicle, { title, text, confirmLabel: 'Start' });
+    const arming =
+      armed === true ? '' : armed === null ? ` ${t('arms its motors if they are off,')}` : ` ${t('arms its motors,')}`;
+    const text = t('{name}{arming} takes off and flies its mission of {count} items{from}. Is everybody clear of it?', {
+      name,
+      arming,
+      count,
+      from,
+    });
+    const agreed = await confirmArming(this.#vehicle, { title, text, confirmLabel: t('Start') });
     if (agreed) await this.#vehicle.command(label, command, agreed);
   }
 
   /** Never asks: the drone stops in place. */
   async pauseMission(): Promise<void> {
-    await this.#command('Pause the mission', { command: 'pause' });
+    await this.#command(t('Pause the mission'), { command: 'pause' });
   }
 
   async resumeMission(): Promise<void> {
-    const text = `${this.#name} goes on with its mission from where it is.`;
-    if (await ask({ title: `Resume the mission of ${this.#name}?`, text, confirmLabel: 'Resume' })) {
-      await this.#command('Resume the mission', { command: 'resume' });
+    const text = t('{name} goes on with its mission from where it is.', { name: this.#name });
+    if (
+      await ask({ title: t('Resume the mission of {name}?', { name: this.#name }), text, confirmLabel: t('Resume') })
+    ) {
+      await this.#command(t('Resume the mission'), { command: 'resume' });
     }
   }
 
   async jumpTo(item: number, words: string): Promise<void> {
     const name = this.#name;
-    const text = `${name} goes on with ${number(item)} (${words}), and skips what is between.`;
-    if (await ask({ title: `Send ${name} to ${number(item)}?`, text, confirmLabel: 'Jump' })) {
-      await this.#command(`Jump to ${number(item)}`, { command: 'jump', item });
+    const text = t('{name} goes on with {number} ({words}), and skips what is between.', {
+      name,
+      number: number(item),
+      words,
+    });
+    if (
+      await ask({ title: t('Send {name} to {number}?', { name, number: number(item) }), text, confirmLabel: t('Jump') })
+    ) {
+      await this.#command(t('Jump to {number}', { number: number(item) }), { command: 'jump', item });
     }
   }
 }

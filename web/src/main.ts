@@ -1,13 +1,9 @@
-/** Starts the console. */
+/** Starts the console in the chosen language. Nothing with texts may be imported here: it would miss the catalogue. */
 
-import { mount } from 'svelte';
-
-import App from './App.svelte';
-import { keepConsole } from './console_version.svelte';
-import { applyTheme } from './preferences.svelte';
+import { loadLanguage } from './languages/loading';
 import './styles/tokens.css';
 import './styles/base.css';
 
-applyTheme();
-mount(App, { target: document.getElementById('app')! });
-keepConsole();
+void loadLanguage()
+  .then(() => import('./start_console'))
+  .then(({ startConsole }) => startConsole());

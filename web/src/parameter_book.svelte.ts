@@ -3,6 +3,7 @@
  * meanwhile.
  */
 
+import { t } from './languages/text';
 import type { Operation } from './link/operation_types';
 import { RestError } from './link/rest';
 import type { ParametersRead } from './link/parameter_tables';
@@ -50,8 +51,9 @@ export class ParameterBook {
     try {
       this.#ours = await loadFacts(autopilot);
     } catch {
-      this.problem =
-        'The descriptions of the parameters could not be loaded from the tower. You can still change parameters.';
+      this.problem = t(
+        'The descriptions of the parameters could not be loaded from the tower. You can still change parameters.',
+      );
     }
   }
 

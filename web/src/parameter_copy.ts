@@ -1,5 +1,6 @@
 /** Writes some of one drone's parameters to other drones, each if the user may, each with its own result. */
 
+import { t } from './languages/text';
 import type { Operation } from './link/operation_types';
 import { mayCommand, mayHaveControls } from './link/drone_view';
 import type { ParameterTables } from './link/parameter_tables';
@@ -21,11 +22,13 @@ export type CopyAnswer =
 
 /** How this user may write there: at once, by taking free controls, or not at all (then with the reason). */
 export function wayToWrite(drone: Drone, user: User): 'now' | 'acquire' | { readonly why: string } {
-  if (!drone.online) return { why: `${drone.name} is offline.` };
+  if (!drone.online) return { why: t('{drone} is offline.', { drone: drone.name }) };
   if (mayCommand(drone, user)) return 'now';
-  if (drone.holder) return { why: `${drone.holder.name} has the controls of ${drone.name}.` };
-  if (drone.taken_from?.id === user.id) return { why: `The controls of ${drone.name} were taken from you.` };
-  return mayHaveControls(drone, user) ? 'acquire' : { why: `${drone.name} is not yours to fly.` };
+  if (drone.holder)
+    return { why: t('{holder} has the controls of {drone}.', { holder: drone.holder.name, drone: drone.name }) };
+  if (drone.taken_from?.id === user.id)
+    return { why: t('The controls of {drone} were taken from you.', { drone: drone.name }) };
+  return mayHaveControls(drone, user) ? 'acquire' : { why: t('{drone} is not yours to fly.', { drone: drone.name }) };
 }
 
 /** Raises RestError if its parameters are unknown. */
@@ -48,7 +51,7 @@ export interface Hands {
 /** Writes what differs. Controls taken for this are released afterwards, whatever the result. */
 export async function copyTo(plan: CopyPlan, user: User, hands: Hands): Promise<CopyAnswer> {
   const { drone, differences } = plan;
-  if (differences.length === 0) return { kind: 'done', words: 'already had all of them' };
+  if (differences.length === 0) return { kind: 'done', words: t('already had all of them') };
   const way = wayToWrite(drone, user);
   if (typeof way === 'object') return { kind: 'refused', words: way.why };
   let isOurs = false;

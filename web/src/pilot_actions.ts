@@ -2,6 +2,7 @@
 
 import { confirmArming } from './arming';
 import { ask } from './confirmation.svelte';
+import { t } from './languages/text';
 import type { FlightValues } from './link/flight_values';
 import { modeSetOf, type Mode } from './link/modes';
 import { wrapped, type Place, type Target } from './link/messages';
@@ -11,8 +12,8 @@ import { preferences } from './preferences.svelte';
 import { latLon } from './words/format';
 import { measured, type Quantity } from './words/units';
 
-const NO_PLACE: Outcome = { kind: 'failed', why: 'its position is unknown' };
-const NO_HOME: Outcome = { kind: 'failed', why: 'it has no home yet, so the height of home is unknown' };
+const NO_PLACE: Outcome = { kind: 'failed', why: t('its position is unknown') };
+const NO_HOME: Outcome = { kind: 'failed', why: t('it has no home yet, so the height of home is unknown') };
 
 const words = (quantity: Quantity, value: number | null): string =>
   measured(preferences.units, quantity, value, value !== null && Number.isInteger(value) ? 0 : undefined);
@@ -33,52 +34,63 @@ export class PilotActions {
   }
 
   async arm(): Promise<void> {
-    const text = `The motors of ${this.#name} will start to turn. Is everybody clear of it?`;
-    const agreed = await confirmArming(this.#vehicle, { title: `Arm ${this.#name}?`, text, confirmLabel: 'Arm' });
-    if (agreed) await this.#vehicle.command('Arm', { command: 'arm' }, agreed);
+    const text = t('The motors of {name} will start to turn. Is everybody clear of it?', { name: this.#name });
+    const agreed = await confirmArming(this.#vehicle, {
+      title: t('Arm {name}?', { name: this.#name }),
+      text,
+      confirmLabel: t('Arm'),
+    });
+    if (agreed) await this.#vehicle.command(t('Arm'), { command: 'arm' }, agreed);
   }
 
   async disarm(): Promise<void> {
     const name = this.#name;
     const { airborne } = this.#values();
     if (airborne === false) {
-      const text = `The motors of ${name} will stop.`;
-      if (await ask({ title: `Disarm ${name}?`, text, confirmLabel: 'Disarm' })) {
-        await this.#vehicle.command('Disarm', { command: 'disarm' });
+      const text = t('The motors of {name} will stop.', { name });
+      if (await ask({ title: t('Disarm {name}?', { name }), text, confirmLabel: t('Disarm') })) {
+        await this.#vehicle.command(t('Disarm'), { command: 'disarm' });
       }
       return;
     }
     const first = await ask({
-      title: `Disarm ${name} in flight?`,
+      title: t('Disarm {name} in flight?', { name }),
       text:
         airborne === null
-          ? `It is not known whether ${name} is in the air. If it is, it falls.`
-          : `${name} is in the air. Without its motors it falls.`,
-      confirmLabel: 'Disarm in flight',
+          ? t('It is not known whether {name} is in the air. If it is, it falls.', { name })
+          : t('{name} is in the air. Without its motors it falls.', { name }),
+      confirmLabel: t('Disarm in flight'),
       isDanger: true,
     });
     if (!first) return;
     const second = await ask({
-      title: `Let ${name} fall?`,
-      text: `Second confirmation: the motors of ${name} stop at once and it drops from ${high(this.#values().altRelM)}.`,
-      confirmLabel: 'Stop the motors now',
+      title: t('Let {name} fall?', { name }),
+      text: t('Second confirmation: the motors of {name} stop at once and it drops from {high}.', {
+        name,
+        high: high(this.#values().altRelM),
+      }),
+      confirmLabel: t('Stop the motors now'),
       isDanger: true,
     });
-    if (second) await this.#vehicle.command('Disarm in flight', { command: 'disarm', force: true });
+    if (second) await this.#vehicle.command(t('Disarm in flight'), { command: 'disarm', force: true });
   }
 
   takeOffWords(heightM: number): string {
-    return `Take off with ${this.#name} to ${high(heightM)}`;
+    return t('Take off with {name} to {high}', { name: this.#name, high: high(heightM) });
   }
 
   /** `isHeld`: the button was held for a second, which answers the question; a danger that was not read asks still. */
   async takeOff(heightM: number, { isHeld = false } = {}): Promise<void> {
     const name = this.#name;
     const isArmed = this.#values().armed === true;
-    const arming = isArmed ? '' : ' arms its motors';
-    const text = `${name}${arming ? `${arming} and` : ''} climbs to ${high(heightM)} above home. Is everybody clear of it?`;
-    const question = { title: `${this.takeOffWords(heightM)}?`, text, confirmLabel: 'Take off' };
-    const label = `Take off to ${high(heightM)}`;
+    const arming = isArmed ? '' : ` ${t('arms its motors')}`;
+    const text = t('{name}{what} climbs to {high} above home. Is everybody clear of it?', {
+      name,
+      what: arming ? t('{arming} and', { arming }) : '',
+      high: high(heightM),
+    });
+    const question = { title: `${this.takeOffWords(heightM)}?`, text, confirmLabel: t('Take off') };
+    const label = t('Take off to {high}', { high: high(heightM) });
     const command = { command: 'takeoff', height_m: heightM } as const;
     if (isArmed) {
       if (isHeld || (await ask(question))) await this.#vehicle.command(label, command);
@@ -89,16 +101,16 @@ export class PilotActions {
   }
 
   async returnHome(): Promise<void> {
-    const text = `${this.#name} flies back to its home and lands there.`;
-    if (await ask({ title: `Return ${this.#name}?`, text, confirmLabel: 'Return' })) {
-      await this.#vehicle.command('Return', { command: 'rtl' });
+    const text = t('{name} flies back to its home and lands there.', { name: this.#name });
+    if (await ask({ title: t('Return {name}?', { name: this.#name }), text, confirmLabel: t('Return') })) {
+      await this.#vehicle.command(t('Return'), { command: 'rtl' });
     }
   }
 
   async land(): Promise<void> {
-    const text = `${this.#name} lands where it is now.`;
-    if (await ask({ title: `Land ${this.#name} here?`, text, confirmLabel: 'Land' })) {
-      await this.#vehicle.command('Land', { command: 'land' });
+    const text = t('{name} lands where it is now.', { name: this.#name });
+    if (await ask({ title: t('Land {name} here?', { name: this.#name }), text, confirmLabel: t('Land') })) {
+      await this.#vehicle.command(t('Land'), { command: 'land' });
     }
   }
 
@@ -113,31 +125,51 @@ export class PilotActions {
     const mode = autopilot === null ? undefined : modeSetOf(autopilot)?.modes.find(({ name }) => name === modeName);
     if (!mode) return;
     const warning = this.#warningOf(mode);
-    const text = `${this.#name} changes from ${before ?? 'its mode'} to ${mode.name} at once.${warning}`;
-    const title = `Change the mode of ${this.#name}?`;
-    const question = { title, text, confirmLabel: `Change to ${mode.name}`, isDanger: warning !== '' };
+    const text = t('{name} changes from {before} to {mode} at once.{warning}', {
+      name: this.#name,
+      before: before ?? t('its mode'),
+      mode: mode.name,
+      warning,
+    });
+    const title = t('Change the mode of {name}?', { name: this.#name });
+    const question = {
+      title,
+      text,
+      confirmLabel: t('Change to {mode}', { mode: mode.name }),
+      isDanger: warning !== '',
+    };
     if (armed !== false && !(await ask(question))) return;
-    await this.#vehicle.command(`Mode ${mode.name}`, { command: 'mode', mode: mode.name });
+    await this.#vehicle.command(t('Mode {mode}', { mode: mode.name }), { command: 'mode', mode: mode.name });
   }
 
   #warningOf(mode: Mode): string {
     const isUnflown =
       mode.obeysSticks && this.#values().airborne !== false && this.#vehicle.manual.state.get().phase !== 'flying';
     return isUnflown
-      ? ' This mode follows the sticks, and this page sends none. With the radio at rest it sinks to the ground.'
+      ? ` ${t('This mode follows the sticks, and this page sends none. With the radio at rest it sinks to the ground.')}`
       : '';
   }
 
   /** The dialog that corrected the place has asked already. */
   async goTo(target: Target): Promise<void> {
-    await this.#goTo(`Go to ${latLon(target)} at ${high(target.altRelM)}`, target);
+    await this.#goTo(t('Go to {latLon} at {high}', { latLon: latLon(target), high: high(target.altRelM) }), target);
   }
 
   async changeHeight(altRelM: number): Promise<void> {
     const name = this.#name;
-    const text = `${name} changes to guided mode and goes ${this.#upOrDown(altRelM)} to ${high(altRelM)} above home.`;
-    if (await ask({ title: `${name} to ${high(altRelM)}?`, text, confirmLabel: 'Change height' })) {
-      await this.#changeHeight(`Height ${high(altRelM)}`, altRelM);
+    const text = t('{name} changes to guided mode and goes {upOrDown} to {high} above home.', {
+      name,
+      upOrDown: this.#upOrDown(altRelM),
+      high: high(altRelM),
+    });
+    if (
+      await ask({
+        title: t('{name} to {high}?', { name, high: high(altRelM) }),
+        text,
+        confirmLabel: t('Change height'),
+      })
+    ) {
+      await this.#changeHeight(t('Height {high}', { high: high(altRelM) }), altRelM);
     }
   }
 
@@ -157,16 +189,34 @@ export class PilotActions {
   }
 
   async changeSpeed(speedMps: number): Promise<void> {
-    const text = `${this.#name} flies at ${fast(speedMps)} over the ground from now on when it flies automatically.`;
-    if (await ask({ title: `${this.#name} at ${fast(speedMps)}?`, text, confirmLabel: 'Change speed' })) {
-      await this.#vehicle.command(`Speed ${fast(speedMps)}`, { command: 'speed', m_s: speedMps });
+    const text = t('{name} flies at {fast} over the ground from now on when it flies automatically.', {
+      name: this.#name,
+      fast: fast(speedMps),
+    });
+    if (
+      await ask({
+        title: t('{name} at {fast}?', { name: this.#name, fast: fast(speedMps) }),
+        text,
+        confirmLabel: t('Change speed'),
+      })
+    ) {
+      await this.#vehicle.command(t('Speed {fast}', { fast: fast(speedMps) }), { command: 'speed', m_s: speedMps });
     }
   }
 
   async turnTo(headingDeg: number): Promise<void> {
-    const text = `${this.#name} turns to ${headingDeg}° where it is.`;
-    if (await ask({ title: `Turn ${this.#name} to ${headingDeg}°?`, text, confirmLabel: 'Turn' })) {
-      await this.#vehicle.command(`Turn to ${headingDeg}°`, { command: 'yaw', deg: headingDeg });
+    const text = t('{name} turns to {heading}° where it is.', { name: this.#name, heading: headingDeg });
+    if (
+      await ask({
+        title: t('Turn {name} to {heading}°?', { name: this.#name, heading: headingDeg }),
+        text,
+        confirmLabel: t('Turn'),
+      })
+    ) {
+      await this.#vehicle.command(t('Turn to {heading}°', { heading: headingDeg }), {
+        command: 'yaw',
+        deg: headingDeg,
+      });
     }
   }
 
@@ -174,11 +224,14 @@ export class PilotActions {
   async setHome(place: Place | null): Promise<void> {
     const name = this.#name;
     const isOnGround = this.#values().airborne === false;
-    const height = place || !isOnGround ? ', as high as its home was' : '';
-    const where = `${place ? `at ${latLon(place)}` : 'where it is now'}${height}`;
-    const text = `${name} returns to this place from now on, also by itself when it loses tower or pilot. Home is ${where}.`;
-    if (!(await ask({ title: `Set the home of ${name}?`, text, confirmLabel: 'Set home' }))) return;
-    const label = place ? `Home at ${latLon(place)}` : 'Home here';
+    const height = place || !isOnGround ? t(', as high as its home was') : '';
+    const where = `${place ? t('at {latLon}', { latLon: latLon(place) }) : t('where it is now')}${height}`;
+    const text = t(
+      '{name} returns to this place from now on, also by itself when it loses tower or pilot. Home is {where}.',
+      { name, where },
+    );
+    if (!(await ask({ title: t('Set the home of {name}?', { name }), text, confirmLabel: t('Set home') }))) return;
+    const label = place ? t('Home at {latLon}', { latLon: latLon(place) }) : t('Home here');
     const flying = isOnGround ? {} : { while_flying: true };
     if (!place) {
       await this.#vehicle.command(label, { command: 'set_home', here: true, ...flying });

@@ -1,5 +1,7 @@
-/** The user's display preferences, kept in this browser: theme, units, audible alerts. */
+/** The user's display preferences, kept in this browser: theme, language, units, audible alerts. */
 
+import { isLanguageChoice, type LanguageChoice } from './languages/languages';
+import { PREFERENCES_KEY } from './languages/loading';
 import { QUALITIES } from './video/unit';
 import type { QualityName } from './video/video_types';
 import { isUnitSystem, type UnitSystem } from './words/units';
@@ -10,6 +12,8 @@ export type ThemeChoice = (typeof THEMES)[number];
 
 export interface Preferences {
   theme: ThemeChoice;
+  /** Takes effect when the page is loaded (languages/loading.ts). */
+  language: LanguageChoice;
   units: UnitSystem;
   sound: boolean;
   /** Whether alerts are spoken. */
@@ -27,9 +31,9 @@ export interface Preferences {
   wallQuality: QualityName;
 }
 
-const KEY = 'tower.preferences';
 const DEFAULTS: Preferences = {
   theme: 'system',
+  language: 'system',
   units: 'metric',
   sound: true,
   speech: false,
@@ -47,13 +51,15 @@ const isQuality = (value: unknown): value is QualityName => QUALITIES.some((one)
 function read(): Preferences {
   let stored: Record<string, unknown> = {};
   try {
-    stored = (JSON.parse(localStorage.getItem(KEY) ?? '{}') as Record<string, unknown> | null) ?? {};
+    stored = (JSON.parse(localStorage.getItem(PREFERENCES_KEY) ?? '{}') as Record<string, unknown> | null) ?? {};
   } catch {
     // The page starts even if storage is forbidden or corrupt.
   }
-  const { theme, units, sound, speech, vibration, shortcuts, boardPlan, video, videoQuality, wallQuality } = stored;
+  const { theme, language, units, sound, speech, vibration, shortcuts, boardPlan, video, videoQuality, wallQuality } =
+    stored;
   return {
     theme: isTheme(theme) ? theme : DEFAULTS.theme,
+    language: isLanguageChoice(language) ? language : DEFAULTS.language,
     units: isUnitSystem(units) ? units : DEFAULTS.units,
     sound: typeof sound === 'boolean' ? sound : DEFAULTS.sound,
     speech: typeof speech === 'boolean' ? speech : DEFAULTS.speech,
@@ -71,7 +77,7 @@ export const preferences: Preferences = $state(read());
 export function prefer(changes: Partial<Preferences>): void {
   Object.assign(preferences, changes);
   try {
-    localStorage.setItem(KEY, JSON.stringify(preferences));
+    localStorage.setItem(PREFERENCES_KEY, JSON.stringify(preferences));
   } catch {
     // It then lasts as long as the page.
   }

@@ -2,6 +2,8 @@
  * The keys of the Control page, in the order of its help sheet. W A S D and the arrow keys are reserved for the sticks.
  */
 
+import { t } from './languages/text';
+
 export type ShortcutName =
   | 'controls'
   | 'arm'
@@ -31,25 +33,25 @@ export interface Shortcut {
 }
 
 export const SHORTCUTS: readonly Shortcut[] = [
-  { key: 'c', name: 'controls', words: 'Take up or release the controls' },
-  { key: 'h', name: 'hold', words: 'Hold: stop and stay here, at once' },
-  { key: 'r', name: 'return', words: 'Return (asks)' },
-  { key: 'l', name: 'land', words: 'Land (asks)' },
-  { key: 'i', name: 'arm', words: 'Arm (asks)' },
-  { key: 'I', name: 'disarm', words: 'Disarm (asks; in flight twice)' },
-  { key: 't', name: 'takeoff', words: 'To the take-off height; Enter takes off (asks)' },
-  { key: 'g', name: 'goto', words: 'Go to a place: arrows move the map, Enter picks its middle' },
-  { key: 'm', name: 'mode', words: 'To the flight mode' },
-  { key: 'e', name: 'height', words: 'To the height in flight; Enter changes it (asks)' },
-  { key: 'p', name: 'speed', words: 'To the speed in flight' },
-  { key: 'n', name: 'heading', words: 'To the heading' },
-  { key: 'o', name: 'home', words: 'Set home where the drone is (asks)' },
-  { key: 'b', name: 'manual', words: 'Fly by hand, or stop it' },
-  { key: 'k', name: 'sticks', words: 'Set up the sticks' },
-  { key: 'f', name: 'follow', words: 'Map follows the drone, on or off' },
-  { key: 'v', name: 'swap', words: 'Swap map and video' },
-  { key: 'j', name: 'messages', words: 'To the messages' },
-  { key: '?', name: 'help', words: 'This sheet' },
+  { key: 'c', name: 'controls', words: t('Take up or release the controls') },
+  { key: 'h', name: 'hold', words: t('Hold: stop and stay here, at once') },
+  { key: 'r', name: 'return', words: t('Return (asks)') },
+  { key: 'l', name: 'land', words: t('Land (asks)') },
+  { key: 'i', name: 'arm', words: t('Arm (asks)') },
+  { key: 'I', name: 'disarm', words: t('Disarm (asks; in flight twice)') },
+  { key: 't', name: 'takeoff', words: t('To the take-off height; Enter takes off (asks)') },
+  { key: 'g', name: 'goto', words: t('Go to a place: arrows move the map, Enter picks its middle') },
+  { key: 'm', name: 'mode', words: t('To the flight mode') },
+  { key: 'e', name: 'height', words: t('To the height in flight; Enter changes it (asks)') },
+  { key: 'p', name: 'speed', words: t('To the speed in flight') },
+  { key: 'n', name: 'heading', words: t('To the heading') },
+  { key: 'o', name: 'home', words: t('Set home where the drone is (asks)') },
+  { key: 'b', name: 'manual', words: t('Fly by hand, or stop it') },
+  { key: 'k', name: 'sticks', words: t('Set up the sticks') },
+  { key: 'f', name: 'follow', words: t('Map follows the drone, on or off') },
+  { key: 'v', name: 'swap', words: t('Swap map and video') },
+  { key: 'j', name: 'messages', words: t('To the messages') },
+  { key: '?', name: 'help', words: t('This sheet') },
 ];
 
 /** The shortcut of a key press; null with a modifier (Shift is part of the key). */

@@ -1,5 +1,6 @@
 /** Carries out one action at several drones at once, and keeps each answer. */
 
+import { t } from './languages/text';
 import { waitsFor } from './link/assist_turns';
 import type { Outcome } from './link/outcome';
 import type { Vehicle } from './link/vehicle';
@@ -17,7 +18,7 @@ const DO: Record<SquadAction, (vehicle: Vehicle) => Promise<Outcome>> = {
 /** Why this user cannot command this drone now; empty if they can. */
 export function blockedNow(droneId: number, user: User): string {
   const vehicle = tower.vehicles.get().get(droneId);
-  if (!vehicle) return 'It is no longer in your squad.';
+  if (!vehicle) return t('It is no longer in your squad.');
   const drone = vehicle.drone.get();
   return blockedWords({
     drone,
@@ -28,13 +29,20 @@ export function blockedNow(droneId: number, user: User): string {
   });
 }
 
+/** For the audit trail of the tower: in English, whoever acts. */
+const REASONS: Readonly<Record<SquadAction, string>> = {
+  hold: 'Hold of several drones',
+  return: 'Return of several drones',
+  land: 'Land of several drones',
+};
+
 async function one(droneId: number, action: SquadAction, user: User, takesFirst: boolean): Promise<Answer> {
   const vehicle = tower.vehicles.get().get(droneId);
-  if (!vehicle) return { kind: 'refused', why: 'It is no longer in your squad.' };
+  if (!vehicle) return { kind: 'refused', why: t('It is no longer in your squad.') };
   const drone = vehicle.drone.get();
   const way = takesFirst ? wayToControls(drone, user) : null;
   try {
-    if (way) await tower.control(droneId, way, { reason: `${ACTION_WORDS[action].verb} of several drones` });
+    if (way) await tower.control(droneId, way, { reason: REASONS[action] });
   } catch (error) {
     return { kind: 'refused', why: error instanceof Error ? error.message : String(error) };
   }

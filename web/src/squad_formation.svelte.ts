@@ -1,5 +1,6 @@
 /** The state of the formation part of the squad page: leader, settings, followers and their places, and progress. */
 
+import { t } from './languages/text';
 import { followLeader } from './link/drone_commands';
 import { distanceM, offsetBy } from './link/geometry';
 import type { Operation } from './link/operation_types';
@@ -31,12 +32,12 @@ export class SquadFormation {
   /** Its current position; a string: why it cannot take part, for people. */
   flier(droneId: number): Flier | string {
     const vehicle = tower.vehicles.get().get(droneId);
-    if (!vehicle) return 'One of them is no longer in your squad.';
+    if (!vehicle) return t('One of them is no longer in your squad.');
     const { name } = vehicle.drone.get();
     const { airborne, place, altAmslM } = vehicle.values(tower.clock.nowMs());
-    if (airborne === null) return `It is not known whether ${name} is in the air.`;
-    if (!airborne) return `${name} is not in the air.`;
-    if (!place || altAmslM === null) return `Nobody knows where ${name} is.`;
+    if (airborne === null) return t('It is not known whether {name} is in the air.', { name });
+    if (!airborne) return t('{name} is not in the air.', { name });
+    if (!place || altAmslM === null) return t('Nobody knows where {name} is.', { name });
     return { id: droneId, name, place, altM: altAmslM };
   }
 

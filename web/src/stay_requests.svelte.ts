@@ -2,6 +2,7 @@
 
 import { SvelteMap } from 'svelte/reactivity';
 
+import { t } from './languages/text';
 import type { Drone } from './link/wire_types';
 import { wordsOf } from './loading.svelte';
 import { tower } from './tower.svelte';
@@ -25,7 +26,12 @@ export async function requestStay(drone: Drone): Promise<void> {
     stayRequests.set(drone.id, { phase: 'reported', words: '' });
   } catch (error) {
     const refusal: StayRequest = { phase: 'refused', words: wordsOf(error) };
-    tower.record({ droneId: drone.id, source: 'tower', severity: 'error', text: `Stay refused: ${refusal.words}` });
+    tower.record({
+      droneId: drone.id,
+      source: 'tower',
+      severity: 'error',
+      text: t('Stay refused: {refusal}', { refusal: refusal.words }),
+    });
     stayRequests.set(drone.id, refusal);
     tower.clock.after(REFUSAL_SHOWN_MS, () => {
       if (stayRequests.get(drone.id) === refusal) stayRequests.delete(drone.id);

@@ -3,6 +3,7 @@
  * one of its own: that it has lost the tower.
  */
 
+import { t } from '../languages/text';
 import type { Clock } from './clock';
 import type { Rest } from './rest';
 import type { Schemas } from './rest_types';
@@ -126,9 +127,9 @@ const OWN: Alert = {
   id: OWN_ID,
   rule: 'page-alone',
   severity: 'warning',
-  badge: 'Tower lost',
+  badge: t('Tower lost'),
   words: '',
-  advice: 'Check the network. Use another page or another way to reach the drone.',
+  advice: t('Check the network. Use another page or another way to reach the drone.'),
   rank: 0,
   drone_id: null,
   other_id: null,

@@ -3,6 +3,7 @@
  * Heights are metres above home.
  */
 
+import { t } from '../languages/text';
 import type { Outcome } from './outcome';
 import type { Operation } from './operation_types';
 import { isOver, type Operations } from './operations';
@@ -17,7 +18,7 @@ export type FollowMeCommand = Schemas['FollowMe'];
 const COMMANDS = '/drones/{drone_id}/commands';
 
 function outcomeOf({ state, seen, words: said }: Operation): Outcome {
-  const words = said || 'The tower did not report the result.';
+  const words = said || t('The tower did not report the result.');
   const isDone = state === 'done';
   if (state === 'timed_out') return { kind: 'reported', isDone, words, doubt: 'no-answer' };
   return { kind: 'reported', isDone, words, ...(isDone && seen === false ? { doubt: 'unconfirmed' } : {}) };

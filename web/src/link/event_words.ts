@@ -1,39 +1,40 @@
 /** The tower's events in words for people. */
 
+import { t } from '../languages/text';
 import type { ControlEvent, HoldEvent } from './wire_types';
 
 export function controlWords({ event, holder, by, reason }: ControlEvent, drone: string): string {
-  const who = by?.name ?? 'The tower';
+  const who = by?.name ?? t('The tower');
   const why = reason ? `: ${reason}` : '';
-  const now = holder ? `${holder.name} has the controls` : 'nobody has the controls';
+  const now = holder ? t('{holder} has the controls', { holder: holder.name }) : t('nobody has the controls');
   switch (event) {
     case 'acquired':
-      return `${who} took up the controls of ${drone}`;
+      return t('{who} took up the controls of {drone}', { who, drone });
     case 'released':
-      return `${who} released the controls of ${drone}`;
+      return t('{who} released the controls of {drone}', { who, drone });
     case 'taken':
-      return `${who} TOOK the controls of ${drone}${why}`;
+      return t('{who} TOOK the controls of {drone}{why}', { who, drone, why });
     case 'given':
-      return `${who} gives back the controls of ${drone}${why}`;
+      return t('{who} gives back the controls of {drone}{why}', { who, drone, why });
     case 'accepted':
-      return `${who} accepted the controls of ${drone}: "I have control"`;
+      return t('{who} accepted the controls of {drone}: "I have control"', { who, drone });
     case 'assisting':
-      return `${who} assists with ${drone}, ${now}${why}`;
+      return t('{who} assists with {drone}, {now}{why}', { who, drone, now, why });
     case 'assist_ended':
-      return `The assistance with ${drone} has ended, ${now}${why}`;
+      return t('The assistance with {drone} has ended, {now}{why}', { drone, now, why });
     case 'revoked':
-      return `The controls of ${drone} were revoked by ${who}${why}`;
+      return t('The controls of {drone} were revoked by {who}{why}', { drone, who, why });
     case 'expired':
-      return `The controls of ${drone} expired${why}; ${now}`;
+      return t('The controls of {drone} expired{why}; {now}', { drone, why, now });
     default:
-      return `The controls of ${drone} changed (${event}), ${now}${why}`;
+      return t('The controls of {drone} changed ({event}), {now}{why}', { drone, event, now, why });
   }
 }
 
 const CAUSE_WORDS: Record<string, string> = {
-  order: 'ordered by the tower',
-  'pilot-lost': 'the pilot or the tower was lost',
-  'sticks-stale': 'the sticks stopped or came too late',
+  order: t('ordered by the tower'),
+  'pilot-lost': t('the pilot or the tower was lost'),
+  'sticks-stale': t('the sticks stopped or came too late'),
 };
 
 /** Why a drone holds. `reason`: of an order, as the tower said it. */
@@ -47,26 +48,34 @@ export const orderReason = ({ step, detail, cause }: HoldEvent): string =>
   step === 'ordered' && (cause ?? 'order') === 'order' ? detail : '';
 
 const STEP_WORDS: Record<string, string> = {
-  ordered: 'ordered',
-  sticks_centred: 'sticks centred',
-  mode_requested: 'mode requested',
-  mode_acknowledged: 'mode acknowledged',
-  confirmed: 'confirmed by the autopilot',
-  not_needed: 'not needed',
-  unconfirmed: 'NOT CONFIRMED',
+  ordered: t('ordered'),
+  sticks_centred: t('sticks centred'),
+  mode_requested: t('mode requested'),
+  mode_acknowledged: t('mode acknowledged'),
+  confirmed: t('confirmed by the autopilot'),
+  not_needed: t('not needed'),
+  unconfirmed: t('NOT CONFIRMED'),
 };
 
 export const stepWords = (step: string): string => STEP_WORDS[step] ?? step;
 
 export function holdWords({ step, detail, elapsed_ms: elapsedMs, cause }: HoldEvent): string {
   const why = cause && cause !== 'order' ? ` (${causeWords(cause)})` : '';
-  return `Hold ${stepWords(step)} after ${Math.round(elapsedMs)} ms${why}${detail ? `: ${detail}` : ''}`;
+  return t('Hold {step} after {elapsed} ms{why}{what}', {
+    step: stepWords(step),
+    elapsed: Math.round(elapsedMs),
+    why,
+    what: detail ? `: ${detail}` : '',
+  });
 }
 
 /** The message for a user whom the tower signed out. A drone flown by hand holds; autonomous flight continues. */
 export function farewellWords(why: string, flown: readonly string[]): string {
-  const ended = why ? `You were signed out: ${why.replace(/\.$/, '')}.` : 'You were signed out.';
+  const ended = why ? t('You were signed out: {why}.', { why: why.replace(/\.$/, '') }) : t('You were signed out.');
   if (flown.length === 0) return ended;
   const names = flown.join(', ');
-  return `${ended} You have lost the controls of ${names}. A drone that was in the air holds.`;
+  return t('{ended} You have lost the controls of {names}. A drone that was in the air holds.', { ended, names });
 }
+
+/** `said`: what the tower tells of a rehearsed loss. */
+export const rehearsalWords = (said: string): string => t('Rehearsal: {event}', { event: said });

@@ -1,5 +1,6 @@
 /** Flights from files of other programs: uploaded to the tower, converted there, and replayed like recorded ones. */
 
+import { t } from '../languages/text';
 import type { Rest } from './rest';
 import type { Schemas } from './rest_types';
 
@@ -31,11 +32,11 @@ export function importFlight(file: File, onprogress: (share: number) => void): P
     request.open('POST', `${PATH}?name=${encodeURIComponent(file.name)}`);
     request.setRequestHeader('Content-Type', 'application/octet-stream');
     request.upload.onprogress = ({ loaded, total }) => onprogress(total > 0 ? loaded / total : 0);
-    request.onerror = () => reject(new Error('The connection to the tower broke off.'));
+    request.onerror = () => reject(new Error(t('The connection to the tower broke off.')));
     request.onload = () => {
       const answer = parsed(request.responseText);
       if (request.status === 201) resolve(answer as unknown as ImportedFlight);
-      else reject(new Error(wordsIn(answer) || `The tower answered ${request.status}.`));
+      else reject(new Error(wordsIn(answer) || t('The tower answered {status}.', { status: request.status })));
     };
     request.send(file);
   });

@@ -1,5 +1,6 @@
 /** One drone's telemetry as numbers and words for people; null where the drone has not reported a value. */
 
+import { t } from '../languages/text';
 import type { BatteryTime } from './battery_time';
 import { estimatorHealth, type EstimatorHealth } from './estimator_health';
 import type { LastHeardView, LinkQuality } from './wire_types';
@@ -84,20 +85,20 @@ export interface HeardByTower {
 }
 
 const GPS_WORDS: Record<number, string> = {
-  [GPS_FIX_TYPE.NO_GPS]: 'none',
-  [GPS_FIX_TYPE.NO_FIX]: 'no fix',
+  [GPS_FIX_TYPE.NO_GPS]: t('none'),
+  [GPS_FIX_TYPE.NO_FIX]: t('no fix'),
   [GPS_FIX_TYPE._2D_FIX]: '2D',
   [GPS_FIX_TYPE._3D_FIX]: '3D',
-  [GPS_FIX_TYPE.DGPS]: 'DGPS',
-  [GPS_FIX_TYPE.RTK_FLOAT]: 'RTK float',
+  [GPS_FIX_TYPE.DGPS]: t('DGPS'),
+  [GPS_FIX_TYPE.RTK_FLOAT]: t('RTK float'),
   [GPS_FIX_TYPE.RTK_FIXED]: 'RTK',
 };
 
 const LANDED_WORDS: Record<number, string> = {
-  [MAV_LANDED_STATE.ON_GROUND]: 'on ground',
-  [MAV_LANDED_STATE.IN_AIR]: 'in air',
-  [MAV_LANDED_STATE.TAKEOFF]: 'taking off',
-  [MAV_LANDED_STATE.LANDING]: 'landing',
+  [MAV_LANDED_STATE.ON_GROUND]: t('on ground'),
+  [MAV_LANDED_STATE.IN_AIR]: t('in air'),
+  [MAV_LANDED_STATE.TAKEOFF]: t('taking off'),
+  [MAV_LANDED_STATE.LANDING]: t('landing'),
 };
 
 const degrees = (radians: number): number => (radians * 180) / Math.PI;

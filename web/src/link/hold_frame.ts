@@ -3,6 +3,7 @@
  * frame, without a request in between. All others are operations of the tower (drone_commands.ts).
  */
 
+import { t } from '../languages/text';
 import type { Clock } from './clock';
 import { MAV_CMD, MAV_RESULT, type MessageFields } from './generated/mavlink.gen';
 import type { Message } from './mavlink';
@@ -19,9 +20,9 @@ const CONFIRM_LIMIT_MS = 3_000;
 const CUSTOM_MODE = 1;
 const COMMAND = MAV_CMD.DO_SET_MODE;
 
-const NOT_HEARD: Outcome = { kind: 'failed', why: 'no heartbeat from its autopilot yet' };
-const NOT_KNOWN: Outcome = { kind: 'failed', why: 'this console does not know the hold modes of its autopilot' };
-const NOT_SENT: Outcome = { kind: 'failed', why: 'not sent: no connection' };
+const NOT_HEARD: Outcome = { kind: 'failed', why: t('no heartbeat from its autopilot yet') };
+const NOT_KNOWN: Outcome = { kind: 'failed', why: t('this console does not know the hold modes of its autopilot') };
+const NOT_SENT: Outcome = { kind: 'failed', why: t('not sent: no connection') };
 
 /** Sends a COMMAND_LONG to the autopilot; false when nothing could be sent. */
 export type Transmit = (fields: Partial<MessageFields['COMMAND_LONG']>) => boolean;
@@ -103,7 +104,7 @@ export class HoldFrame {
 
   #accepted(waiting: Waiting): void {
     waiting.isAccepted = true;
-    const detail = `its heartbeat does not show ${waiting.mode.name}`;
+    const detail = t('its heartbeat does not show {mode}', { mode: waiting.mode.name });
     this.#after(waiting, CONFIRM_LIMIT_MS, { kind: 'unconfirmed', detail });
     this.#look(waiting);
   }

@@ -1,5 +1,6 @@
 /** An open hold and a lost action in words: what the drone does now, what it will do, and when. Pure. */
 
+import { t } from '../languages/text';
 import type { HoldView, LostAction } from './wire_types';
 
 export interface HoldReading {
@@ -27,29 +28,29 @@ export interface HoldContext {
 }
 
 export const DOES: Record<LostAction, string> = {
-  return: 'returns',
-  land: 'lands',
-  continue: 'goes on with its mission',
-  stay: 'stays where it is',
+  return: t('returns'),
+  land: t('lands'),
+  continue: t('goes on with its mission'),
+  stay: t('stays where it is'),
 };
 const TO_DO: Record<LostAction, string> = {
-  return: 'return',
-  land: 'land',
-  continue: 'go on with its mission',
-  stay: 'stay where it is',
+  return: t('return'),
+  land: t('land'),
+  continue: t('go on with its mission'),
+  stay: t('stay where it is'),
 };
 export const DOING: Record<LostAction, string> = {
-  return: 'returning',
-  land: 'landing',
-  continue: 'going on with its mission',
-  stay: 'staying where it is',
+  return: t('returning'),
+  land: t('landing'),
+  continue: t('going on with its mission'),
+  stay: t('staying where it is'),
 };
 const IF_AGENT_STOPS: Record<HoldView['after_sticks'], (name: string) => string> = {
   stays: () => '',
-  sinks: (name) => `If its agent stops, ${name} sinks to the ground.`,
-  returns: (name) => `If its agent stops, the autopilot returns ${name}.`,
-  lands: (name) => `If its agent stops, the autopilot lands ${name}.`,
-  unknown: (name) => `It is not known what ${name} does if its agent stops.`,
+  sinks: (name) => t('If its agent stops, {name} sinks to the ground.', { name }),
+  returns: (name) => t('If its agent stops, the autopilot returns {name}.', { name }),
+  lands: (name) => t('If its agent stops, the autopilot lands {name}.', { name }),
+  unknown: (name) => t('It is not known what {name} does if its agent stops.', { name }),
 };
 
 /** A mode's name as the console displays it. */
@@ -71,34 +72,40 @@ export function dueMs(hold: HoldView | null, towerLagMs: number): number | null 
 /** Without the final full stop. */
 function nowWords(name: string, hold: HoldView): string {
   const mode = plainMode(hold.mode);
-  if (!hold.open) return mode ? `${name} flies on in ${mode}` : `It is not known what ${name} is doing`;
-  if (hold.stage === 'none') return `${name} was ordered to hold, not confirmed yet`;
+  if (!hold.open)
+    return mode ? t('{name} flies on in {mode}', { name, mode }) : t('It is not known what {name} is doing', { name });
+  if (hold.stage === 'none') return t('{name} was ordered to hold, not confirmed yet', { name });
   if (hold.stage === 'altitude') {
-    return `${name} holds height only: ${hold.waiting_for.replace(/\.$/, '') || 'still slowing down'}`;
+    return t('{name} holds height only: {waitingFor}', {
+      name,
+      waitingFor: hold.waiting_for.replace(/\.$/, '') || t('still slowing down'),
+    });
   }
-  return `${name} holds: ${mode}, ${hold.sticks ? 'sticks kept by its agent' : 'stays by itself'}`;
+  return hold.sticks
+    ? t('{name} holds: {mode}, sticks kept by its agent', { name, mode })
+    : t('{name} holds: {mode}, stays by itself', { name, mode });
 }
 
 function nowBadge(hold: HoldView): string {
-  if (!hold.open) return `Flies on: ${plainMode(hold.mode)}`;
-  if (hold.stage === 'none') return 'Hold not confirmed';
-  return hold.stage === 'altitude' ? 'Holds height only' : `Holds: ${plainMode(hold.mode)}`;
+  if (!hold.open) return t('Flies on: {mode}', { mode: plainMode(hold.mode) });
+  if (hold.stage === 'none') return t('Hold not confirmed');
+  return hold.stage === 'altitude' ? t('Holds height only') : t('Holds: {mode}', { mode: plainMode(hold.mode) });
 }
 
 const whyNow = (lost: HoldView['lost']): string =>
-  lost === 'tower' ? ': it has lost the tower' : lost === 'person' ? ': nobody flies it' : '';
+  lost === 'tower' ? t(': it has lost the tower') : lost === 'person' ? t(': nobody flies it') : '';
 const whyThen = (lost: HoldView['lost'], afterS: number): string =>
   lost === 'tower'
-    ? `: it had lost the tower for ${afterS} s`
+    ? t(': it had lost the tower for {after} s', { after: afterS })
     : lost === 'person'
-      ? `: nobody flew it for ${afterS} s`
+      ? t(': nobody flew it for {after} s', { after: afterS })
       : '';
 
 /** Rounded, so that screen readers announce it two or three times and not every second. */
 function aboutWords(secondsLeft: number | null): string {
   if (secondsLeft === null) return '';
   const bound = [10, 30, 60].find((seconds) => secondsLeft <= seconds);
-  return bound === undefined ? ' in more than a minute' : ` in less than ${bound} s`;
+  return bound === undefined ? ` ${t('in more than a minute')}` : ` ${t('in less than {bound} s', { bound })}`;
 }
 
 /** The text of the lost action; null while nobody is lost. */
@@ -113,31 +120,48 @@ function actionWords(
       return null;
     case 'stayed':
       return {
-        title: `${name} ${hold.open ? 'stays' : 'flies on'} until the battery is needed for the way home`,
-        badge: hold.open ? 'Stays' : 'Flies on',
+        title: hold.open
+          ? t('{name} stays until the battery is needed for the way home', { name })
+          : t('{name} flies on until the battery is needed for the way home', { name }),
+        badge: hold.open ? t('Stays') : t('Flies on'),
       };
     case 'counting': {
       const why = whyNow(hold.lost);
-      if (action === null) return { title: `What ${name} will do is not known${why}`, badge: 'Nobody flies it' };
+      if (action === null)
+        return { title: t('What {name} will do is not known{why}', { name, why }), badge: t('Nobody flies it') };
       if (hold.stale && secondsLeft === 0) {
-        const should = `should be ${DOING[action]} now`;
+        const should = t('should be {doing} now', { doing: DOING[action] });
         return { title: `${name} ${should}${why}`, badge: capital(should) };
       }
-      const does = hold.stale ? `should ${TO_DO[action]}` : DOES[action];
-      const when = secondsLeft === null ? ' soon' : secondsLeft > 0 ? ` in ${secondsLeft} s` : ' now';
+      const does = hold.stale ? t('should {toDo}', { toDo: TO_DO[action] }) : DOES[action];
+      const when =
+        secondsLeft === null
+          ? ` ${t('soon')}`
+          : secondsLeft > 0
+            ? ` ${t('in {secondsLeft} s', { secondsLeft })}`
+            : ` ${t('now')}`;
       return {
         title: `${name} ${does}${when}${why}`,
         badge: capital(`${does}${when}`),
-        said: `${name} ${does}${secondsLeft === null ? ' soon' : aboutWords(secondsLeft)}${why}`,
+        said: `${name} ${does}${secondsLeft === null ? ` ${t('soon')}` : aboutWords(secondsLeft)}${why}`,
       };
     }
     case 'asking': {
-      const reported = action === null ? 'acts by itself' : `${hold.stale ? 'was' : 'is'} told to ${TO_DO[action]}`;
+      const reported =
+        action === null
+          ? t('acts by itself')
+          : hold.stale
+            ? t('was told to {toDo}', { toDo: TO_DO[action] })
+            : t('is told to {toDo}', { toDo: TO_DO[action] });
       return { title: `${name} ${reported}${whyThen(hold.lost, lostActionS)}`, badge: capital(reported) };
     }
     case 'done': {
-      const does = action === null ? 'has acted' : hold.stale ? `was ${DOING[action]}` : DOES[action];
-      return { title: `${name} ${does}${whyThen(hold.lost, lostActionS)}`, badge: capital(`${does}, by itself`) };
+      const does =
+        action === null ? t('has acted') : hold.stale ? t('was {doing}', { doing: DOING[action] }) : DOES[action];
+      return {
+        title: `${name} ${does}${whyThen(hold.lost, lostActionS)}`,
+        badge: capital(t('{does}, by itself', { does })),
+      };
     }
     default:
       return { title: `${name}: ${String(hold.phase)}`, badge: '' };
@@ -157,8 +181,8 @@ export function readHold(hold: HoldView | null, context: HoldContext, nowMs: num
   const notes: string[] = [];
   if (hold.stale) notes.push(staleWords(hold, context.towerLagMs, nowMs));
   if (acts && hold.phase !== 'done' && hold.phase !== 'asking') notes.push(ended(now));
-  if (hold.phase === 'asking') notes.push('Not confirmed by the autopilot yet.');
-  if (hold.open && hold.stage === 'altitude' && hold.sticks) notes.push('Its agent keeps the sticks centred.');
+  if (hold.phase === 'asking') notes.push(t('Not confirmed by the autopilot yet.'));
+  if (hold.open && hold.stage === 'altitude' && hold.sticks) notes.push(t('Its agent keeps the sticks centred.'));
   if (hold.open) notes.push(IF_AGENT_STOPS[hold.after_sticks]?.(name) ?? '');
   if (hold.detail) notes.push(ended(capital(hold.detail)));
 
@@ -169,7 +193,7 @@ export function readHold(hold: HoldView | null, context: HoldContext, nowMs: num
     tone: isSafe && hold.after_sticks !== 'sinks' ? 'good' : 'warning',
     title: ended(title),
     notes: notes.filter((note) => note !== ''),
-    badge: hold.stale ? `Last told: ${badge.charAt(0).toLowerCase()}${badge.slice(1)}` : badge,
+    badge: hold.stale ? t('Last told: {badge}', { badge: badge.charAt(0).toLowerCase() + badge.slice(1) }) : badge,
     secondsLeft,
     said: ended(acts?.said ?? title),
     canStay: hold.phase === 'counting' && hold.lost === 'person' && hold.action !== 'stay' && !hold.stale,
@@ -178,8 +202,8 @@ export function readHold(hold: HoldView | null, context: HoldContext, nowMs: num
 
 function staleWords({ as_of: asOf }: HoldView, towerLagMs: number, nowMs: number): string {
   const atMs = Date.parse(asOf) + towerLagMs;
-  if (!Number.isFinite(atMs)) return 'From the last report of its agent: its link is down.';
+  if (!Number.isFinite(atMs)) return t('From the last report of its agent: its link is down.');
   const seconds = Math.max(0, Math.round((nowMs - atMs) / 1000));
   const ago = seconds < 120 ? `${seconds} s` : `${Math.round(seconds / 60)} min`;
-  return `From the last report of its agent, ${ago} ago: its link is down.`;
+  return t('From the last report of its agent, {ago} ago: its link is down.', { ago });
 }

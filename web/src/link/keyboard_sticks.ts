@@ -1,5 +1,6 @@
 /** Keys as sticks: hold a key to move one, with ramps, because a key is only on or off. */
 
+import { t } from '../languages/text';
 import { CENTRED, type Axes, type AxesSource } from './sticks';
 
 /** Stick travel per second while a key is held, and while the stick springs back. */
@@ -22,7 +23,7 @@ const KEYS: Record<string, readonly [keyof Axes, 1 | -1]> = {
 export const isStickKey = (code: string): boolean => Object.hasOwn(KEYS, code);
 
 export class KeyboardSticks implements AxesSource {
-  readonly name = 'Keyboard: W S height, A D turn, arrows move';
+  readonly name = t('Keyboard: W S height, A D turn, arrows move');
   readonly #held = new Set<string>();
   #axes: Axes = CENTRED;
   #readMs: number | null = null;

@@ -3,6 +3,7 @@
  * last known hold, mode and lost action. It is no more than that, and the text says so.
  */
 
+import { t } from '../languages/text';
 import { DOING, dueMs, plainMode } from './hold_view';
 import type { FlightValues } from './flight_values';
 import { flightTask, type FlightTask } from './modes';
@@ -45,7 +46,7 @@ export interface Countdown {
   readonly text: string;
 }
 
-const IF_ALIVE = 'if its agent is alive';
+const IF_ALIVE = t('if its agent is alive');
 
 /** The task of a drone whose lost action is in progress, otherwise that of its mode. */
 function taskOf({ hold, task }: LastHeard): FlightTask | null {
@@ -60,15 +61,15 @@ function taskOf({ hold, task }: LastHeard): FlightTask | null {
 export function wasWords(last: LastHeard): string {
   const { hold, mode } = last;
   const task = taskOf(last);
-  if (task === 'return') return 'was returning';
-  if (task === 'landing') return 'was landing';
+  if (task === 'return') return t('was returning');
+  if (task === 'landing') return t('was landing');
   if (hold?.open) {
-    if (hold.stage === 'stay') return `held in ${plainMode(hold.mode)}`;
-    return hold.stage === 'altitude' ? 'held its height only' : 'was ordered to hold, not confirmed';
+    if (hold.stage === 'stay') return t('held in {mode}', { mode: plainMode(hold.mode) });
+    return hold.stage === 'altitude' ? t('held its height only') : t('was ordered to hold, not confirmed');
   }
-  if (task === 'mission') return 'was flying its mission';
-  if (task === 'by-hand') return `was flown by hand${mode === null ? '' : ` (${mode})`}`;
-  return mode === null ? '' : `was in ${mode}`;
+  if (task === 'mission') return t('was flying its mission');
+  if (task === 'by-hand') return t('was flown by hand{what}', { what: mode === null ? '' : ` (${mode})` });
+  return mode === null ? '' : t('was in {mode}', { mode });
 }
 
 /** The action that its agent announced, otherwise the configured one; null: a newer tower has another one. */
@@ -81,37 +82,39 @@ function actionOf({ hold, lostAction }: LastHeard): LostAction | null {
 /** What the drone and its agent do, with `when` ("in about 11 s"). */
 function thenWords(last: LastHeard, when: string): string {
   const task = taskOf(last);
-  const goesOn = 'it should go on with that';
+  const goesOn = t('it should go on with that');
   if (task === 'return' || task === 'landing') return goesOn;
   const isOnMission = task === 'mission' && last.hold?.open !== true;
   const isToBeHeld = task === 'by-hand' && last.hold?.open !== true;
   const agent = isToBeHeld
-    ? 'it holds, and its agent'
+    ? t('it holds, and its agent')
     : isOnMission
-      ? 'it goes on with it until its agent'
-      : 'its agent';
-  /** "until its agent returns it", "its agent will return it" */
-  const does = (verb: string): string => (isOnMission ? `${verb}s it` : `will ${verb} it`);
+      ? t('it goes on with it until its agent')
+      : t('its agent');
   const surely = `(${IF_ALIVE})`;
   switch (actionOf(last)) {
     case 'return':
-      return `${agent} ${does('return')} ${when} ${surely}`;
+      return isOnMission
+        ? t('{agent} returns it {when} {surely}', { agent, when, surely })
+        : t('{agent} will return it {when} {surely}', { agent, when, surely });
     case 'land':
-      return `${agent} ${does('land')} ${when} ${surely}`;
+      return isOnMission
+        ? t('{agent} lands it {when} {surely}', { agent, when, surely })
+        : t('{agent} will land it {when} {surely}', { agent, when, surely });
     case 'stay':
-      return `${agent} returns it when the battery is needed for the way home ${surely}`;
+      return t('{agent} returns it when the battery is needed for the way home {surely}', { agent, surely });
     case 'continue':
       if (isOnMission) return goesOn;
-      return `${agent} goes on with a mission, or leaves it where it is ${surely}`;
+      return t('{agent} goes on with a mission, or leaves it where it is {surely}', { agent, surely });
     case null:
-      return 'this page does not know what its agent will do';
+      return t('this page does not know what its agent will do');
   }
 }
 
 function beforeWords(name: string, last: LastHeard, heard = ''): string {
-  const airborne = last.isAirborne === null ? `It is not known whether ${name} is in the air. ` : '';
+  const airborne = last.isAirborne === null ? `${t('It is not known whether {name} is in the air.', { name })} ` : '';
   const was = wasWords(last);
-  return airborne + (was ? `${heard}${name} ${was}` : `It is not known what ${name} was doing`);
+  return airborne + (was ? `${heard}${name} ${was}` : t('It is not known what {name} was doing', { name }));
 }
 
 /** Null if there is nothing to report: the drone was on the ground. */
@@ -126,11 +129,14 @@ export function countdown(droneName: string, silence: Silence, nowMs: number): C
   const secondsLeft = isCounted ? Math.max(0, Math.ceil((dueAtMs - Math.max(nowMs, sinceMs)) / 1000)) : null;
   const then =
     isCounted && secondsLeft === 0
-      ? `it should be ${DOING[action]} now (${IF_ALIVE})`
-      : thenWords(silence, `in about ${secondsLeft} s`);
+      ? t('it should be {doing} now ({ifAlive})', { doing: DOING[action], ifAlive: IF_ALIVE })
+      : thenWords(silence, t('in about {secondsLeft} s', { secondsLeft }));
   const text =
     whose === 'own'
-      ? `${beforeWords(droneName, silence, 'At the last contact, ')}. If it has lost the tower too, ${then}.`
+      ? t('{before}. If it has lost the tower too, {then}.', {
+          before: beforeWords(droneName, silence, `${t('At the last contact,')} `),
+          then,
+        })
       : `${beforeWords(droneName, silence)}; ${then}.`;
   return { whose, secondsLeft, text };
 }
@@ -139,19 +145,24 @@ export function countdown(droneName: string, silence: Silence, nowMs: number): C
 export function lostBrief(silence: Silence, nowMs: number): { readonly now: string; readonly next: string } {
   const { hold, mode } = silence;
   const task = taskOf(silence);
-  if (task === 'return' || task === 'landing') return { now: task === 'return' ? 'returning' : 'landing', next: '' };
+  if (task === 'return' || task === 'landing')
+    return { now: task === 'return' ? t('returning') : t('landing'), next: '' };
   const now = hold?.open
-    ? 'holds'
+    ? t('holds')
     : task === 'mission'
-      ? 'goes on with its mission'
+      ? t('goes on with its mission')
       : task === 'by-hand'
-        ? 'flown by hand: holds'
+        ? t('flown by hand: holds')
         : mode === null
-          ? 'not known what it does'
-          : `was in ${mode}`;
+          ? t('not known what it does')
+          : t('was in {mode}', { mode });
   const action = actionOf(silence);
   if (action !== 'return' && action !== 'land') return { now, next: '' };
   const seconds = countdown('', silence, nowMs)?.secondsLeft ?? null;
-  const verb = action === 'return' ? 'returns' : 'lands';
-  return { now, next: seconds === null ? '' : seconds === 0 ? `${verb} now` : `${verb} in ${seconds} s` };
+  const verb = action === 'return' ? t('returns') : t('lands');
+  return {
+    now,
+    next:
+      seconds === null ? '' : seconds === 0 ? t('{verb} now', { verb }) : t('{verb} in {seconds} s', { verb, seconds }),
+  };
 }

@@ -4,6 +4,7 @@
  * disappear).
  */
 
+import { t } from '../languages/text';
 import { Store, type Readable } from './store';
 import type { ControlEvent, Drone, User, UserRef } from './wire_types';
 
@@ -55,7 +56,7 @@ export class LostControlsLog {
   /** After a reconnection: the event that explains the change was missed. */
   unexplained(drone: Drone, nowMs: number): void {
     if (!this.#leftAt.delete(drone.id) || this.#losses.get().has(drone.id)) return;
-    const reason = 'while this page was not connected to the tower';
+    const reason = t('while this page was not connected to the tower');
     this.#put({ ...named(drone), kind: 'expired', by: null, reason, atMs: nowMs, isGone: false });
   }
 

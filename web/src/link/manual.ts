@@ -4,6 +4,7 @@
  * skipped.
  */
 
+import { t } from '../languages/text';
 import type { Clock } from './clock';
 import type { Sending } from './live';
 import type { MessageFields } from './generated/mavlink.gen';
@@ -84,7 +85,7 @@ export class Manual {
   #beat(dueMs: number): void {
     const { clock } = this.#options;
     const axes = this.#read();
-    if (!axes) return this.stop(`${this.#state.get().source} is gone`, { holds: true });
+    if (!axes) return this.stop(t('{source} is gone', { source: this.#state.get().source }), { holds: true });
     if (this.#state.get().phase === 'centring') this.#centring(axes);
     if (this.#state.get().phase === 'flying') this.#send(axes);
     if (this.#state.get().phase === 'off') return;
@@ -107,7 +108,7 @@ export class Manual {
     const off = offCentre(axes);
     if (off.length > 0) {
       if (this.#options.clock.monotonicMs() - this.#begunMs > CENTRING_LIMIT_MS) {
-        return this.stop('the sticks were not centred', { holds: false });
+        return this.stop(t('the sticks were not centred'), { holds: false });
       }
       this.#state.update((state) => ({ ...state, axes, offCentre: off }));
       return;
@@ -118,7 +119,7 @@ export class Manual {
 
   #send(axes: Axes): void {
     const sending = this.#options.send(axes);
-    if (sending === 'down') return this.stop('the connection to the tower is lost', { holds: false });
+    if (sending === 'down') return this.stop(t('the connection to the tower is lost'), { holds: false });
     const { sent, skipped } = this.#state.get();
     const counts = sending === 'sent' ? { sent: sent + 1 } : { skipped: skipped + 1 };
     this.#state.update((state) => ({ ...state, axes, ...counts }));

@@ -3,6 +3,7 @@
  * these buttons. Pure.
  */
 
+import { t } from '../languages/text';
 import type { FlightTask } from './modes';
 
 /** MISSION_STATE. */
@@ -43,24 +44,24 @@ export function missionPhase(facts: MissionFacts): MissionPhase {
   return !goesHome && (missionState === PAUSED || wasPaused) ? 'paused' : 'elsewhere';
 }
 
-const NOTHING = 'No mission is on board.';
-const NOT_KNOWN = 'It is not known what is on board.';
-const FLIES = 'It flies its mission: pause it first.';
-const PAUSES = 'It is paused already.';
-const NO_MISSION = 'It flies no mission now.';
-const GROUND = 'It is on the ground: start the mission.';
+const NOTHING = t('No mission is on board.');
+const NOT_KNOWN = t('It is not known what is on board.');
+const FLIES = t('It flies its mission: pause it first.');
+const PAUSES = t('It is paused already.');
+const NO_MISSION = t('It flies no mission now.');
+const GROUND = t('It is on the ground: start the mission.');
 
 /** Why a move is not possible; empty: it is. */
 const WHY_NOT: Record<MissionPhase, Record<MissionMove, string>> = {
   unknown: { start: NOT_KNOWN, pause: '', resume: NOT_KNOWN, jump: NOT_KNOWN },
   none: { start: NOTHING, pause: NOTHING, resume: NOTHING, jump: NOTHING },
   ready: { start: '', pause: GROUND, resume: GROUND, jump: GROUND },
-  flown: { start: FLIES, pause: '', resume: 'It flies its mission.', jump: '' },
+  flown: { start: FLIES, pause: '', resume: t('It flies its mission.'), jump: '' },
   paused: { start: '', pause: PAUSES, resume: '', jump: '' },
   elsewhere: { start: '', pause: NO_MISSION, resume: '', jump: '' },
 };
 
-const UNFIT = 'The mission on board may be incomplete: upload it again.';
+const UNFIT = t('The mission on board may be incomplete: upload it again.');
 
 export function whyNotMove(move: MissionMove, phase: MissionPhase, isUnfit = false): string {
   return WHY_NOT[phase][move] || (isUnfit && move !== 'pause' ? UNFIT : '');

@@ -1,5 +1,6 @@
 /** The flight modes of the known autopilots, from the generated table of their profiles (wire/autopilots/). */
 
+import { t } from '../languages/text';
 import { AUTOPILOTS, FAMILIES, type PilotCommandName } from './generated/autopilots.gen';
 import { MAV_TYPE } from './generated/mavlink.gen';
 
@@ -121,7 +122,7 @@ export function flightTask(
 }
 
 export function modeName(autopilot: number, customMode: number, vehicleType?: number): string {
-  return modeIn(profileOf(autopilot, vehicleType), customMode)?.name ?? `MODE ${customMode}`;
+  return modeIn(profileOf(autopilot, vehicleType), customMode)?.name ?? t('MODE {customMode}', { customMode });
 }
 
 /** Mission commands that releases of this family before the given one refuse. */

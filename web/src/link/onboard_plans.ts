@@ -1,5 +1,6 @@
 /** The items of the plans on board a drone, read once for each plan that its agent reports. */
 
+import { t } from '../languages/text';
 import type { PlanRead, Row } from './mission_rest';
 import { PLAN_KINDS, type PlanKind, type PlanOnBoard } from './operation_types';
 import { Store, type Readable } from './store';
@@ -53,7 +54,7 @@ export class OnboardPlans {
       if (this.#wanted.get(kind) !== hash) return;
       this.#wanted.delete(kind);
       const why = error instanceof Error ? error.message : String(error);
-      this.#problem.set(`The ${NAMES[kind]} on board could not be read: ${why}`);
+      this.#problem.set(t('The {names} on board could not be read: {why}', { names: NAMES[kind], why }));
     }
   }
 
@@ -65,4 +66,4 @@ export class OnboardPlans {
   }
 }
 
-const NAMES: Record<PlanKind, string> = { mission: 'mission', fence: 'fence', rally: 'rally points' };
+const NAMES: Record<PlanKind, string> = { mission: t('mission'), fence: t('fence'), rally: t('rally points') };

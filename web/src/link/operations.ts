@@ -3,6 +3,7 @@
  * progress over the live channel. This keeps operations by id, for every view that shows one or waits for its end.
  */
 
+import { t } from '../languages/text';
 import type { Operation, OperationWork, PlanKind } from './operation_types';
 import { RestError, type LooseRequest, type Rest } from './rest';
 import type { AnswerOf, Method, PathOf, RequestArguments } from './rest_types';
@@ -10,7 +11,7 @@ import { Store } from './store';
 
 /** Above this, the oldest ended operations are dropped. */
 const MAX_KEPT = 300;
-const NOBODY_KNOWS = 'The connection broke, and the tower no longer knows the result.';
+const NOBODY_KNOWS = t('The connection broke, and the tower no longer knows the result.');
 
 /** An id is a string everywhere except in a path. */
 const pathOf = (id: string) => ({ operation_id: Number(id) });

@@ -3,6 +3,7 @@
  * messages. The tower decides what to request.
  */
 
+import { t } from '../languages/text';
 import type { Schemas } from './rest_types';
 
 /** The tower's request, as for `navigator.credentials`; binary members are base64url. */
@@ -94,7 +95,7 @@ async function answerOf(ask: () => Promise<Credential | null>, towerName = ''): 
   } catch (error) {
     throw inWords(error, towerName);
   }
-  if (answer === null) throw new PasskeyError('The browser returned no passkey.');
+  if (answer === null) throw new PasskeyError(t('The browser returned no passkey.'));
   return answer as PublicKeyCredential;
 }
 
@@ -102,20 +103,22 @@ function inWords(error: unknown, towerName: string): PasskeyError {
   const name = error instanceof Error || error instanceof DOMException ? error.name : '';
   switch (name) {
     case 'AbortError':
-      return new PasskeyError('The passkey request has expired.', true);
+      return new PasskeyError(t('The passkey request has expired.'), true);
     case 'NotAllowedError':
-      return new PasskeyError('No passkey was used: the request was cancelled, or it took too long.');
+      return new PasskeyError(t('No passkey was used: the request was cancelled, or it took too long.'));
     case 'InvalidStateError':
-      return new PasskeyError('This device has a passkey for this account already.');
+      return new PasskeyError(t('This device has a passkey for this account already.'));
     case 'SecurityError':
-      return new PasskeyError(`Passkeys of this tower work only at ${towerName}. Open the console there.`);
+      return new PasskeyError(
+        t('Passkeys of this tower work only at {towerName}. Open the console there.', { towerName }),
+      );
     case 'NotSupportedError':
     case 'ConstraintError':
       return new PasskeyError(
-        'This device cannot store such a passkey. It must verify you by PIN, fingerprint or face.',
+        t('This device cannot store such a passkey. It must verify you by PIN, fingerprint or face.'),
       );
     default:
-      return new PasskeyError('The browser could not use a passkey. Try again, or use another device.');
+      return new PasskeyError(t('The browser could not use a passkey. Try again, or use another device.'));
   }
 }
 

@@ -1,5 +1,6 @@
 /** The checklist before a flight: the lines that the tower fills in, own lines, and the pilot's signature. */
 
+import { t } from '../languages/text';
 import type { Rest } from './rest';
 import type { Schemas } from './rest_types';
 
@@ -18,7 +19,9 @@ export function worstState({ lines }: Pick<Preflight, 'lines'>): LineState {
 export function openWords({ lines }: Pick<Preflight, 'lines'>): string {
   const count = (...states: LineState[]): number => lines.filter(({ state }) => states.includes(state)).length;
   const [open, unknown] = [count('bad', 'caution'), count('unknown')];
-  return [open > 0 ? `${open} not good` : '', unknown > 0 ? `${unknown} not known` : ''].filter(Boolean).join(', ');
+  return [open > 0 ? t('{open} not good', { open }) : '', unknown > 0 ? t('{unknown} not known', { unknown }) : '']
+    .filter(Boolean)
+    .join(', ');
 }
 
 /** Lines typed one below the other, as they are kept. */

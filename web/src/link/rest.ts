@@ -6,6 +6,7 @@
  * documents nor repeats a request after a proof.
  */
 
+import { t } from '../languages/text';
 import { readDrone } from './drone_view';
 import type { PasskeyCredential, PasskeyOptions } from './passkeys';
 import type { AnswerOf, Method, PathOf, RequestArguments, Schemas } from './rest_types';
@@ -190,14 +191,19 @@ export class Rest {
     try {
       answer = await this.#fetch(BASE + addressOf(path, names, query), init);
     } catch {
-      throw new RestError(0, 'No connection', 'The tower cannot be reached. Check the network and try again.', '');
+      throw new RestError(
+        0,
+        t('No connection'),
+        t('The tower cannot be reached. Check the network and try again.'),
+        '',
+      );
     }
     if (!answer.ok) throw await problemOf(answer);
     if (answer.status === 204) return undefined;
     try {
       return (await answer.json()) as unknown;
     } catch {
-      throw new RestError(answer.status, 'Unexpected answer', 'The tower sent an answer that is not JSON.', '');
+      throw new RestError(answer.status, t('Unexpected answer'), t('The tower sent an answer that is not JSON.'), '');
     }
   }
 }
@@ -221,8 +227,8 @@ async function problemOf(answer: Response): Promise<RestError> {
     // A proxy in between answers in HTML: then the status suffices.
   }
   const words = (key: string): string => (typeof problem[key] === 'string' ? problem[key] : '');
-  const title = words('title') || answer.statusText || `Error ${answer.status}`;
-  const detail = words('detail') || `The tower answered with status ${answer.status}.`;
+  const title = words('title') || answer.statusText || t('Error {status}', { status: answer.status });
+  const detail = words('detail') || t('The tower answered with status {status}.', { status: answer.status });
   const waits = Number(answer.headers.get('Retry-After') ?? NaN);
   const retryAfterS = Number.isFinite(waits) ? waits : null;
   const item = typeof problem['item'] === 'number' ? problem['item'] : null;

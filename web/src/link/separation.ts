@@ -3,6 +3,7 @@
  * hidden from this user: then only its rough position is known, not its identity. Alerts of them: link/alerts.ts.
  */
 
+import { t } from '../languages/text';
 import { offsetBy } from './geometry';
 import type { Place } from './messages';
 import { Store } from './store';
@@ -88,8 +89,12 @@ export function nearLines(
     if (!from || bearing === null || away === null || above === null) continue;
     const angle = (bearing * Math.PI) / 180;
     const to = (other !== null && placeOf(other)) || offsetBy(from, away * Math.cos(angle), away * Math.sin(angle));
-    const about = other === null ? 'about ' : '';
-    const label = `${about}${length(away)}, ${length(Math.abs(above))} in height`;
+    const about = other === null ? `${t('about')} ` : '';
+    const label = t('{about}{length}, {length2} in height', {
+      about,
+      length: length(away),
+      length2: length(Math.abs(above)),
+    });
     lines.push({ from, to, isWarning: event.level === 'warning', label, isStranger: other === null });
   }
   return lines;

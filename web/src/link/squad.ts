@@ -1,5 +1,6 @@
 /** The drones that this user may see, one `Vehicle` each, from REST answers and live events. */
 
+import { t } from '../languages/text';
 import type { Alerts } from './alerts';
 import type { AssistTurns } from './assist_turns';
 import type { Clock } from './clock';
@@ -10,7 +11,7 @@ import { Store, type Readable } from './store';
 import type { Vehicle } from './vehicle';
 import type { Drone, LinkQuality, User } from './wire_types';
 
-const CONTROLS_GONE = 'we no longer have the controls';
+const CONTROLS_GONE = t('we no longer have the controls');
 
 export interface SquadOptions {
   readonly clock: Clock;
@@ -73,7 +74,7 @@ export class Squad {
     const { lostControls, user, alerts, separations, clock } = this.#options;
     lostControls.removed(vehicle.drone.get(), user.get(), clock.nowMs());
     vehicle.manual.stop(CONTROLS_GONE, { holds: false });
-    vehicle.abort('it is no longer in our squad');
+    vehicle.abort(t('it is no longer in our squad'));
     alerts.gone(droneId);
     separations.gone(droneId);
   }

@@ -3,6 +3,7 @@
  * the tower as the document `sticks`. Every document from there is checked: an incomplete one must not fly a drone.
  */
 
+import { t } from '../languages/text';
 import type { Axes } from './sticks';
 import { AXIS_NAMES } from './sticks';
 import { SLOTS, STICK_MODES, type Slot, type StickMode } from './stick_modes';
@@ -78,7 +79,7 @@ export function readDocument(document: unknown): StickSettings {
   if (document === undefined || document === null) return DEFAULT_SETTINGS;
   const { version, mode, touchThrottleSprings, pads } = object(document);
   if (typeof version !== 'number' || version > SETTINGS_VERSION) {
-    throw new UnreadableSettings('a newer console wrote your stick settings: reload this page');
+    throw new UnreadableSettings(t('a newer console wrote your stick settings: reload this page'));
   }
   return {
     mode: oneOf(mode, STICK_MODES),
@@ -124,7 +125,7 @@ const readShape = (value: Record<string, unknown>): Shape => ({
 });
 
 function fail(): never {
-  throw new UnreadableSettings('your stick settings on the tower cannot be read: set up your sticks again');
+  throw new UnreadableSettings(t('your stick settings on the tower cannot be read: set up your sticks again'));
 }
 
 const object = (value: unknown): Record<string, unknown> =>

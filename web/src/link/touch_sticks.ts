@@ -1,5 +1,6 @@
 /** Two thumbs on a screen as sticks. The page reports their positions; a released stick springs back. */
 
+import { t } from '../languages/text';
 import { axesOf, SLOT_OF, type Slot, type StickMode } from './stick_modes';
 import { shaped, type Shape } from './stick_shaping';
 import type { Axes, AxesSource } from './sticks';
@@ -16,7 +17,7 @@ const MIDDLE: Knob = { x: 0, y: 0 };
 const SHAPE: Shape = { deadZone: 0.1, expo: 0.3 };
 
 export class TouchSticks implements AxesSource {
-  readonly name = 'Touch sticks';
+  readonly name = t('Touch sticks');
   readonly #mode: StickMode;
   readonly #throttleSprings: boolean;
   readonly #thumbs = new Map<number, Side>();

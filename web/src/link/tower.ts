@@ -3,12 +3,13 @@
  * Views read its stores; none of them uses a socket.
  */
 
+import { t } from '../languages/text';
 import { realClock, type Clock } from './clock';
 import type { Enrolment } from './admin_types';
 import { Alerts } from './alerts';
 import { AssistTurns } from './assist_turns';
 import { mayCommand, readDrone } from './drone_view';
-import { causeWords, controlWords, farewellWords, holdWords, orderReason } from './event_words';
+import { causeWords, controlWords, farewellWords, holdWords, orderReason, rehearsalWords } from './event_words';
 import { FINAL_STEPS, nextHold } from './hold_log';
 import { Journal, type Entry, type Severity } from './journal';
 import { Live, openBrowserSocket, type SocketLike } from './live';
@@ -105,7 +106,7 @@ export class Tower {
       if (phase === 'open') this.deafSinceMs.set(null);
       else if (this.live.heardAtMs !== null) this.deafSinceMs.update((since) => since ?? this.live.heardAtMs);
       if (phase === 'waiting') {
-        this.#abortAll('the connection broke before the answer; the command may have been carried out');
+        this.#abortAll(t('the connection broke before the answer; the command may have been carried out'));
         // A refused upgrade looks like a network fault here: checks which of the two it is.
         if (failures === 1 || failures % 4 === 0) void this.#checkSession();
       }
@@ -230,7 +231,7 @@ export class Tower {
           .get()
           .get(event.drone_id)
           ?.rehearsal.update((last) => nextRehearsal(last, event));
-        this.#say(event.drone_id, event.phase === 'failed' ? 'error' : 'info', `Rehearsal: ${event.text}`);
+        this.#say(event.drone_id, event.phase === 'failed' ? 'error' : 'info', rehearsalWords(event.text));
         break;
       case 'loss_check':
         this.lossChecks.changed(event.drone_id);
@@ -260,7 +261,7 @@ export class Tower {
         this.#say(
           event.drone_id,
           'warning',
-          `${event.count} messages of this drone were lost because this browser is too slow`,
+          t('{count} messages of this drone were lost because this browser is too slow', { count: event.count }),
         );
         break;
     }
@@ -273,13 +274,13 @@ export class Tower {
     this.#say(event.drone_id, isOurs ? 'info' : 'warning', controlWords(event, name));
     this.lostControls.control(event, name, me, this.clock.nowMs());
     const vehicle = this.vehicles.get().get(event.drone_id);
-    if (vehicle && me && !mayCommand(vehicle.drone.get(), me)) vehicle.abort('we no longer have the controls');
+    if (vehicle && me && !mayCommand(vehicle.drone.get(), me)) vehicle.abort(t('we no longer have the controls'));
   }
 
   /** Includes a drone that has just left our squad: its last event is about its controls. */
   #nameOf(droneId: number): string {
     const lost = this.lostControls.losses.get().get(droneId);
-    return this.vehicles.get().get(droneId)?.drone.get().name ?? lost?.droneName ?? `drone ${droneId}`;
+    return this.vehicles.get().get(droneId)?.drone.get().name ?? lost?.droneName ?? t('drone {droneId}', { droneId });
   }
 
   #onHold(event: HoldEvent): void {
@@ -287,10 +288,8 @@ export class Tower {
     const vehicle = this.vehicles.get().get(event.drone_id);
     vehicle?.holdLog.set(nextHold(vehicle.holdLog.get(), event, nowMs));
     // Whatever ordered the hold: manual flight resumes only when the pilot starts it again.
-    if (event.step === 'ordered')
-      vehicle?.manual.stop(`it was put on hold (${causeWords(event.cause ?? 'order', orderReason(event))})`, {
-        holds: false,
-      });
+    const cause = causeWords(event.cause ?? 'order', orderReason(event));
+    if (event.step === 'ordered') vehicle?.manual.stop(t('it was put on hold ({cause})', { cause }), { holds: false });
     // The strip over the map shows the steps in between: here they would displace important entries.
     if (event.step !== 'ordered' && !FINAL_STEPS.has(event.step)) return;
     this.#say(event.drone_id, event.step === 'unconfirmed' ? 'error' : 'info', holdWords(event));
@@ -305,12 +304,12 @@ export class Tower {
   }
 
   #onNotice({ severity, code, text, drone_id, count }: NoticeEvent): void {
-    this.#say(drone_id, severity, count > 1 ? `${text} (${count} times)` : text);
+    this.#say(drone_id, severity, count > 1 ? t('{text} ({count} times)', { text, count }) : text);
     const vehicle = drone_id === null ? undefined : this.vehicles.get().get(drone_id);
     if (!vehicle) return;
     if (REFUSING_NOTICES.has(code)) vehicle.abort(text);
     if (code === 'other-hands')
-      vehicle.manual.stop('it is flown from another window or program of yours', { holds: false });
+      vehicle.manual.stop(t('it is flown from another window or program of yours'), { holds: false });
     if (code === 'assisted') this.assist.refused(vehicle.drone.get());
     if (code === 'loss-check') void this.readLossCheck(vehicle.drone.get().id).catch(() => undefined);
   }
@@ -384,7 +383,7 @@ export class Tower {
 
   /** What one user saw is not shown to the next. */
   #forget(): void {
-    this.#abortAll('signed out');
+    this.#abortAll(t('signed out'));
     this.user.set(null);
     this.vehicles.set(new Map());
     this.lostControls.clear();

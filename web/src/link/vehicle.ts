@@ -1,5 +1,6 @@
 /** Everything that the console knows about one drone and can do with it. */
 
+import { t } from '../languages/text';
 import type { Alert } from './alerts';
 import { BatteryMeter } from './battery_time';
 import type { Clock } from './clock';
@@ -267,7 +268,7 @@ export class Vehicle {
 
   /** At once, and by the shortest path: see hold_frame.ts. */
   sendHold(): Promise<Outcome> {
-    return this.perform('Hold', () => {
+    return this.perform(t('Hold'), () => {
       this.target.forget();
       return this.#hold.send();
     });
@@ -277,7 +278,14 @@ export class Vehicle {
   async perform(label: string, action: () => Promise<Outcome>): Promise<Outcome> {
     const key = ++this.#actions;
     const beganMs = this.#clock.nowMs();
-    this.action.set({ key, label, beganMs, endedMs: null, outcome: null, text: `${label}: waiting for the answer` });
+    this.action.set({
+      key,
+      label,
+      beganMs,
+      endedMs: null,
+      outcome: null,
+      text: t('{label}: waiting for the answer', { label }),
+    });
     const outcome = await action();
     const endedMs = this.#clock.nowMs();
     const { id, name } = this.drone.get();

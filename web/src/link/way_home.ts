@@ -3,6 +3,7 @@
  * the telemetry alone, and unknown where the telemetry does not tell. Pure.
  */
 
+import { t } from '../languages/text';
 import type { BatteryTime } from './battery_time';
 import { bearingDeg } from './geometry';
 import type { Place } from './messages';
@@ -38,14 +39,14 @@ export type WayHome =
 const unknown = (why: string): WayHome => ({ afterMs: null, why });
 
 export function afterWayHome(facts: WayHomeFacts): WayHome {
-  if (facts.airborne === false) return unknown('on the ground');
-  if (facts.airborne === null) return unknown('not known whether it flies');
+  if (facts.airborne === false) return unknown(t('on the ground'));
+  if (facts.airborne === null) return unknown(t('not known whether it flies'));
   const { batteryTime, homeDistanceM, altRelM, positionAgeMs, batteryAgeMs } = facts;
   if ((batteryAgeMs ?? Infinity) > MAX_AGE_MS || (positionAgeMs ?? Infinity) > MAX_AGE_MS) {
-    return unknown('its values are old');
+    return unknown(t('its values are old'));
   }
-  if (batteryTime === null) return unknown('its consumption is not known yet');
-  if (homeDistanceM === null || altRelM === null) return unknown('its home is not known');
+  if (batteryTime === null) return unknown(t('its consumption is not known yet'));
+  if (homeDistanceM === null || altRelM === null) return unknown(t('its home is not known'));
   const heightM = Math.max(0, altRelM);
   const fastM = Math.max(0, heightM - LANDING_BELOW_M);
   const wayS = homeDistanceM / speedHome(facts) + fastM / DOWN_MPS + (heightM - fastM) / LANDING_MPS;

@@ -2,6 +2,7 @@
 
 import type { Map as MapLibreMap } from 'maplibre-gl';
 
+import { t } from '../languages/text';
 import type { Readable } from '../link/store';
 import type { Aircraft } from '../link/wire_types';
 import { fontOf, haloText } from './drone_marker';
@@ -27,11 +28,11 @@ export function aircraftWords(one: Aircraft, ownAltM: number | null): string {
   const above = one.alt_amsl_m === null || ownAltM === null ? null : Math.round(one.alt_amsl_m - ownAltM);
   const height =
     one.alt_amsl_m === null
-      ? 'height ?'
+      ? t('height ?')
       : above === null
         ? `${Math.round(one.alt_amsl_m)} m AMSL`
         : `${above < 0 ? '−' : '+'}${Math.abs(above)} m`;
-  const age = one.age_s >= OLD_S ? `, ${Math.round(one.age_s)} s ago` : '';
+  const age = one.age_s >= OLD_S ? t(', {age} s ago', { age: Math.round(one.age_s) }) : '';
   return `${height}${climb}${age}`;
 }
 

@@ -13,6 +13,7 @@ import {
 import workerUrl from 'maplibre-gl/dist/maplibre-gl-worker.mjs?worker&url';
 import 'maplibre-gl/dist/maplibre-gl.css';
 
+import { t } from '../languages/text';
 import { faultOf } from './map_errors';
 import type { Shown } from './map_layers';
 import { readTheme, type MapTheme } from './theme';
@@ -62,7 +63,7 @@ export function createMap(container: HTMLElement, shown: Shown): MapLibreMap {
     touchPitch: false,
     fadeDuration: 0,
     renderWorldCopies: true,
-    locale: { 'Map.Title': 'Map. Arrow keys move it, plus and minus zoom.' },
+    locale: { 'Map.Title': t('Map. Arrow keys move it, plus and minus zoom.') },
   });
   map.touchZoomRotate.disableRotation();
   map.keyboard.disableRotation();

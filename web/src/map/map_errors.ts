@@ -1,9 +1,11 @@
 /** Which errors of the map are faults, and says each of them in words that reach the browser's log. */
 
+import { t } from '../languages/text';
+
 /** What a missing tile of imagery raises, so that the map stretches a coarser one. It is no fault. */
-export const MISSING_TILE = 'No tile here';
+export const MISSING_TILE = t('No tile here');
 /** What a tile of a map file raises while the tower cannot be reached, or the page is being left. */
-export const UNREACHED_TILE = 'No tile now';
+export const UNREACHED_TILE = t('No tile now');
 
 const AWAY = 503;
 /** MapLibre's own requests have it without an answer. */
@@ -29,5 +31,5 @@ export function faultOf(error: MapError): Error | null {
   // The library for PMTiles has the status in its words only.
   if (error.status === AWAY || error.status === UNREACHED || error.message === `Bad response code: ${AWAY}`)
     return null;
-  return new Error(`Map: ${error.message || (error.name ?? 'no words')}`, { cause: error });
+  return new Error(t('Map: {message}', { message: error.message || (error.name ?? t('no words')) }), { cause: error });
 }

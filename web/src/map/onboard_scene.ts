@@ -1,5 +1,6 @@
 /** The plans on board as a scene for the drone's page. Pure: the canvas is onboard_layer.ts. */
 
+import { t } from '../languages/text';
 import type { OnboardRows } from '../link/onboard_plans';
 import type { Place } from '../link/messages';
 import { PLAN_KINDS } from '../link/operation_types';
@@ -33,7 +34,9 @@ export function laidOut(rows: OnboardRows, home: OnboardHome | null): Laid {
   const { latDeg, lonDeg } = home?.place ?? { latDeg: 0, lonDeg: 0 };
   let plan: Plan = { ...EMPTY_PLAN, home: home && { spot: spotOf(latDeg, lonDeg), altM: home.altM } };
   for (const kind of PLAN_KINDS) {
-    const items = (rows[kind] ?? []).map((row, at) => itemOfRow(row, `Item ${at + 1} of the ${kind}`));
+    const items = (rows[kind] ?? []).map((row, at) =>
+      itemOfRow(row, t('Item {at} of the {kind}', { at: at + 1, kind })),
+    );
     plan = withItems(plan, kind, items).plan;
   }
   return { plan, path: flownPath(plan) };

@@ -3,6 +3,7 @@
  * from a drone: anything invalid in it is skipped.
  */
 
+import { t } from '../languages/text';
 import { factOf, withOpenness, type Choice, type Fact, type Facts, type Numbers } from './facts';
 
 /** More than any autopilot has. */
@@ -32,7 +33,7 @@ function listOf(value: unknown, key: 'value' | 'index'): Choice[] {
 /** Throws only a RangeError, for a file that has no parameters. */
 export function factsOfComponent(json: unknown): Facts {
   if (!isObject(json) || json['version'] !== 1 || !Array.isArray(json['parameters'])) {
-    throw new RangeError('This is no metadata of parameters, version 1.');
+    throw new RangeError(t('This is no metadata of parameters, version 1.'));
   }
   const words = new Map<string, Fact>();
   const numbers = new Map<string, Numbers>();

@@ -15,6 +15,7 @@
  * (scripts/build_parameter_facts.py).
  */
 
+import { t } from '../languages/text';
 import { spelledOut } from './abbreviations';
 
 export interface Choice {
@@ -248,10 +249,11 @@ export function unusualWords(fact: Fact | null, value: number): string {
   // Many defaults mean "off" and lie outside the range.
   if (!fact || value === fact.standard) return '';
   if (fact.choices.some((one) => one.value === value)) return '';
-  if (fact.choices.length > 0 && !fact.isOpen) return 'This is none of the known choices.';
+  if (fact.choices.length > 0 && !fact.isOpen) return t('This is none of the known choices.');
   const unit = fact.unit && ` ${fact.unit}`;
-  if (fact.least !== null && value < fact.least) return `Usually not below ${fact.least}${unit}.`;
-  if (fact.most !== null && value > fact.most) return `Usually not above ${fact.most}${unit}.`;
+  if (fact.least !== null && value < fact.least)
+    return t('Usually not below {least}{unit}.', { least: fact.least, unit });
+  if (fact.most !== null && value > fact.most) return t('Usually not above {most}{unit}.', { most: fact.most, unit });
   return '';
 }
 
@@ -259,8 +261,10 @@ export function unusualWords(fact: Fact | null, value: number): string {
 export function rangeWords(fact: Fact | null): string {
   if (!fact || (fact.least === null && fact.most === null)) return '';
   const unit = fact.unit && ` ${fact.unit}`;
-  if (fact.most === null) return `Usually from ${fact.least}${unit}`;
-  return fact.least === null ? `Usually to ${fact.most}${unit}` : `Usually ${fact.least} to ${fact.most}${unit}`;
+  if (fact.most === null) return t('Usually from {least}{unit}', { least: fact.least, unit });
+  return fact.least === null
+    ? t('Usually to {most}{unit}', { most: fact.most, unit })
+    : t('Usually {least} to {most}{unit}', { least: fact.least, most: fact.most, unit });
 }
 
 /** A value in words, if available: a choice, or the bits that are set. */

@@ -3,6 +3,7 @@
  * (vehicle, component, name, value and kind per line). The content determines the format, not the file's name.
  */
 
+import { t } from '../languages/text';
 import { valueText, type Parameter } from './kinds';
 
 export class NotAParameterFile extends Error {}
@@ -41,7 +42,7 @@ export function readParameterFile(text: string): ParameterFile {
     }
     const [name = '', value = ''] = isTabled ? cells.slice(2) : cells;
     if ((!isTabled && cells.length !== 2) || !NAME.test(name) || !NUMBER.test(value)) {
-      strange.push(`line ${at + 1}`);
+      strange.push(t('line {at}', { at: at + 1 }));
       continue;
     }
     if (values.has(name)) twice.add(name);
@@ -50,21 +51,22 @@ export function readParameterFile(text: string): ParameterFile {
   if (values.size === 0) {
     throw new NotAParameterFile(
       others > 0
-        ? 'This file has no autopilot parameters, only those of other components.'
-        : 'This is not a parameter file: no line has a name and a number.',
+        ? t('This file has no autopilot parameters, only those of other components.')
+        : t('This is not a parameter file: no line has a name and a number.'),
     );
   }
   if (strange.length > values.size) {
-    throw new NotAParameterFile('This is not a parameter file: most lines are something else.');
+    throw new NotAParameterFile(t('This is not a parameter file: most lines are something else.'));
   }
   const dropped: string[] = [];
   if (strange.length > 0) {
     const more = strange.length - MAX_LISTED;
-    const listed = strange.slice(0, MAX_LISTED).join(', ') + (more > 0 ? ` and ${more} more` : '');
-    dropped.push(`Lines without a name and a number: ${listed}.`);
+    const listed = strange.slice(0, MAX_LISTED).join(', ') + (more > 0 ? ` ${t('and {more} more', { more })}` : '');
+    dropped.push(t('Lines without a name and a number: {listed}.', { listed }));
   }
-  if (others > 0) dropped.push(`${others} of other components.`);
-  if (twice.size > 0) dropped.push(`Listed more than once (the last one counts): ${[...twice].join(', ')}.`);
+  if (others > 0) dropped.push(t('{others} of other components.', { others }));
+  if (twice.size > 0)
+    dropped.push(t('Listed more than once (the last one counts): {what}.', { what: [...twice].join(', ') }));
   return { format: tabled > 0 ? 'QGroundControl' : 'Mission Planner', values, dropped };
 }
 

@@ -1,5 +1,7 @@
 /** Autopilot parameters as people read and type them: their kinds, the text of a value, and the value of a text. */
 
+import { t } from '../languages/text';
+
 export interface Parameter {
   readonly name: string;
   readonly value: number;
@@ -31,8 +33,8 @@ export const isWhole = (kind: number): boolean => kind in WHOLE;
 
 export function kindWords(kind: number): string {
   const bounds = WHOLE[kind];
-  if (!bounds) return kind === FLOAT || kind === DOUBLE ? 'number' : `kind ${kind}`;
-  return `whole number, ${bounds[0]} to ${bounds[1]}`;
+  if (!bounds) return kind === FLOAT || kind === DOUBLE ? t('number') : t('kind {kind}', { kind });
+  return t('whole number, {bounds} to {bounds2}', { bounds: bounds[0], bounds2: bounds[1] });
 }
 
 /** The number as the autopilot stores it. */
@@ -63,17 +65,17 @@ const HEXADECIMAL = /^0x[0-9a-f]+$/i;
 export function readValue(text: string, kind: number): Typed {
   const typed = text.trim().replace('−', '-');
   const none = (fault: string): Typed => ({ value: null, fault });
-  if (typed === '') return none('A number is missing.');
-  if (/^[+-]?\d+,\d+$/.test(typed)) return none('Write the decimals after a point.');
-  if (!NUMBER.test(typed) && !HEXADECIMAL.test(typed)) return none('This is not a number.');
+  if (typed === '') return none(t('A number is missing.'));
+  if (/^[+-]?\d+,\d+$/.test(typed)) return none(t('Write the decimals after a point.'));
+  if (!NUMBER.test(typed) && !HEXADECIMAL.test(typed)) return none(t('This is not a number.'));
   const value = Number(typed);
   const bounds = WHOLE[kind];
   if (!bounds) {
     const isTooLarge = !Number.isFinite(kept(value, kind));
-    return isTooLarge ? none('This number is too large.') : { value: kept(value, kind), fault: '' };
+    return isTooLarge ? none(t('This number is too large.')) : { value: kept(value, kind), fault: '' };
   }
-  if (!Number.isInteger(value)) return none('Whole numbers only.');
+  if (!Number.isInteger(value)) return none(t('Whole numbers only.'));
   const [least, most] = bounds;
-  if (value < least || value > most) return none(`Enter ${least} to ${most}.`);
+  if (value < least || value > most) return none(t('Enter {least} to {most}.', { least, most }));
   return { value: value + 0, fault: '' };
 }

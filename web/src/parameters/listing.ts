@@ -1,9 +1,10 @@
 /** Selects and groups the parameters of a page. */
 
+import { t } from '../languages/text';
 import { factOf, type Facts } from './facts';
 import type { Parameter } from './kinds';
 
-const SINGLE = 'Others';
+const SINGLE = t('Others');
 
 /** The part before the first underscore, without an instance number: RC1_MIN is in RC, EK3_ENABLE in EK3. */
 export function groupsOf(parameters: readonly Parameter[]): ReadonlyMap<string, string> {

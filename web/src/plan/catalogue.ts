@@ -6,6 +6,7 @@
  * lacks or requires comes from its profile (wire/autopilots/).
  */
 
+import { t } from '../languages/text';
 import { FAMILIES } from '../link/generated/autopilots.gen';
 
 export const CMD = {
@@ -97,10 +98,10 @@ const param = (at: 0 | 1 | 2 | 3, name: string, unit: ParamUnit, rest: Partial<P
 });
 
 /** Zero means the autopilot's own value. */
-const HOLD = param(0, 'Wait there', 's', { least: 0, most: 65_535 });
-const REACHED = param(1, 'Reached within', 'm', { least: 0, most: 1_000 });
-const YAW = param(3, 'Heading', 'deg', { least: -360, most: 360, mayBeOpen: true, initial: null });
-const RADIUS = param(2, 'Radius, negative: counter-clockwise', 'm', { least: -10_000, most: 10_000 });
+const HOLD = param(0, t('Wait there'), 's', { least: 0, most: 65_535 });
+const REACHED = param(1, t('Reached within'), 'm', { least: 0, most: 1_000 });
+const YAW = param(3, t('Heading'), 'deg', { least: -360, most: 360, mayBeOpen: true, initial: null });
+const RADIUS = param(2, t('Radius, negative: counter-clockwise'), 'm', { least: -10_000, most: 10_000 });
 
 function spec(
   command: number,
@@ -120,24 +121,24 @@ const GOES = { height: true, flies: true };
 const SPECS: readonly CommandSpec[] = [
   spec(
     CMD.WAYPOINT,
-    'Waypoint',
+    t('Waypoint'),
     'needed',
-    [HOLD, REACHED, param(2, 'Pass by at', 'm', { least: -1_000, most: 1_000 }), YAW],
+    [HOLD, REACHED, param(2, t('Pass by at'), 'm', { least: -1_000, most: 1_000 }), YAW],
     GOES,
   ),
-  spec(CMD.SPLINE_WAYPOINT, 'Spline waypoint', 'needed', [HOLD], GOES),
-  spec(CMD.TAKEOFF, 'Take-off', 'here-if-none', [param(0, 'Pitch', 'deg', { least: 0, most: 90 }), YAW], GOES),
-  spec(CMD.VTOL_TAKEOFF, 'Take-off (VTOL)', 'here-if-none', [YAW], GOES),
+  spec(CMD.SPLINE_WAYPOINT, t('Spline waypoint'), 'needed', [HOLD], GOES),
+  spec(CMD.TAKEOFF, t('Take-off'), 'here-if-none', [param(0, t('Pitch'), 'deg', { least: 0, most: 90 }), YAW], GOES),
+  spec(CMD.VTOL_TAKEOFF, t('Take-off (VTOL)'), 'here-if-none', [YAW], GOES),
   spec(
     CMD.LAND,
-    'Land',
+    t('Land'),
     'here-if-none',
     [
-      param(0, 'Abort height', 'm', { least: 0, most: 1_000 }),
-      param(1, 'Precision landing', '', {
+      param(0, t('Abort height'), 'm', { least: 0, most: 1_000 }),
+      param(1, t('Precision landing'), '', {
         choices: [
           [0, 'no'],
-          [1, 'if a target is visible'],
+          [1, t('if a target is visible')],
           [2, 'required'],
         ],
       }),
@@ -147,186 +148,196 @@ const SPECS: readonly CommandSpec[] = [
   ),
   spec(
     CMD.VTOL_LAND,
-    'Land (VTOL)',
+    t('Land (VTOL)'),
     'here-if-none',
-    [param(2, 'Approach height', 'm', { mayBeOpen: true, least: 0, most: 1_000 }), YAW],
+    [param(2, t('Approach height'), 'm', { mayBeOpen: true, least: 0, most: 1_000 }), YAW],
     GOES,
   ),
-  spec(CMD.RETURN, 'Return', 'none'),
-  spec(CMD.LOITER_UNLIMITED, 'Loiter, unlimited', 'here-if-none', [RADIUS, YAW], GOES),
+  spec(CMD.RETURN, t('Return'), 'none'),
+  spec(CMD.LOITER_UNLIMITED, t('Loiter, unlimited'), 'here-if-none', [RADIUS, YAW], GOES),
   spec(
     CMD.LOITER_TURNS,
-    'Loiter, turns',
+    t('Loiter, turns'),
     'here-if-none',
     // One byte each where an autopilot packs its items.
-    [param(0, 'Turns', '', { least: 0.1, most: 255, initial: 1 }), RADIUS],
+    [param(0, t('Turns'), '', { least: 0.1, most: 255, initial: 1 }), RADIUS],
     GOES,
   ),
   spec(
     CMD.LOITER_TIME,
-    'Loiter, time',
+    t('Loiter, time'),
     'here-if-none',
-    [param(0, 'Time', 's', { least: 0, most: 65_535, initial: 10 }), RADIUS],
+    [param(0, t('Time'), 's', { least: 0, most: 65_535, initial: 10 }), RADIUS],
     GOES,
   ),
-  spec(CMD.LOITER_TO_HEIGHT, 'Loiter to height', 'here-if-none', [{ ...RADIUS, at: 1 }], GOES),
-  spec(CMD.NAV_DELAY, 'Wait', 'none', [
-    param(0, 'Time, -1: until a time of day', 's', { least: -1, most: 65_535, initial: 10 }),
-    param(1, 'Hour (UTC), -1: any', '', { least: -1, most: 23, whole: true, initial: -1 }),
-    param(2, 'Minute, -1: any', '', { least: -1, most: 59, whole: true, initial: -1 }),
-    param(3, 'Second, -1: any', '', { least: -1, most: 59, whole: true, initial: -1 }),
+  spec(CMD.LOITER_TO_HEIGHT, t('Loiter to height'), 'here-if-none', [{ ...RADIUS, at: 1 }], GOES),
+  spec(CMD.NAV_DELAY, t('Wait'), 'none', [
+    param(0, t('Time, -1: until a time of day'), 's', { least: -1, most: 65_535, initial: 10 }),
+    param(1, t('Hour (UTC), -1: any'), '', { least: -1, most: 23, whole: true, initial: -1 }),
+    param(2, t('Minute, -1: any'), '', { least: -1, most: 59, whole: true, initial: -1 }),
+    param(3, t('Second, -1: any'), '', { least: -1, most: 59, whole: true, initial: -1 }),
   ]),
-  spec(CMD.CONDITION_DELAY, 'Delay, time', 'none', [param(0, 'Time', 's', { least: 0, most: 65_535, initial: 5 })]),
-  spec(CMD.CONDITION_DISTANCE, 'Delay, distance', 'none', [
-    param(0, 'Distance to the next waypoint', 'm', { least: 0, most: 100_000, initial: 10 }),
+  spec(CMD.CONDITION_DELAY, t('Delay, time'), 'none', [
+    param(0, t('Time'), 's', { least: 0, most: 65_535, initial: 5 }),
   ]),
-  spec(CMD.CONDITION_YAW, 'Heading', 'none', [
-    param(0, 'Angle', 'deg', { least: 0, most: 360 }),
-    param(1, 'Turn rate', 'deg/s', { least: 0, most: 360 }),
-    param(2, 'Direction', '', {
+  spec(CMD.CONDITION_DISTANCE, t('Delay, distance'), 'none', [
+    param(0, t('Distance to the next waypoint'), 'm', { least: 0, most: 100_000, initial: 10 }),
+  ]),
+  spec(CMD.CONDITION_YAW, t('Heading'), 'none', [
+    param(0, t('Angle'), 'deg', { least: 0, most: 360 }),
+    param(1, t('Turn rate'), 'deg/s', { least: 0, most: 360 }),
+    param(2, t('Direction'), '', {
       choices: [
         [-1, 'counter-clockwise'],
         [0, 'shortest'],
         [1, 'clockwise'],
       ],
     }),
-    param(3, 'Reference', '', {
+    param(3, t('Reference'), '', {
       choices: [
         [0, 'north'],
-        [1, 'current heading'],
+        [1, t('current heading')],
       ],
     }),
   ]),
-  spec(CMD.JUMP, 'Jump', 'none', [
-    param(0, 'To item', '', { least: 0, most: MAX_SEQ, whole: true }),
-    param(1, 'Repeats, -1: forever', '', { least: -1, most: 32_767, whole: true, initial: 1 }),
+  spec(CMD.JUMP, t('Jump'), 'none', [
+    param(0, t('To item'), '', { least: 0, most: MAX_SEQ, whole: true }),
+    param(1, t('Repeats, -1: forever'), '', { least: -1, most: 32_767, whole: true, initial: 1 }),
   ]),
-  spec(CMD.CHANGE_SPEED, 'Speed', 'none', [
-    param(0, 'Type', '', {
+  spec(CMD.CHANGE_SPEED, t('Speed'), 'none', [
+    param(0, t('Type'), '', {
       choices: [
         [0, 'airspeed'],
-        [1, 'ground speed'],
-        [2, 'climb speed'],
-        [3, 'descent speed'],
+        [1, t('ground speed')],
+        [2, t('climb speed')],
+        [3, t('descent speed')],
       ],
       initial: 1,
     }),
-    param(1, 'Speed, -1: no change, -2: default', 'm/s', { least: -2, most: 150, initial: 5 }),
-    param(2, 'Throttle, -1: no change, -2: default', '%', { least: -2, most: 100, initial: -1 }),
+    param(1, t('Speed, -1: no change, -2: default'), 'm/s', { least: -2, most: 150, initial: 5 }),
+    param(2, t('Throttle, -1: no change, -2: default'), '%', { least: -2, most: 100, initial: -1 }),
   ]),
   spec(
     CMD.SET_HOME,
-    'Set home',
+    t('Set home'),
     'here-if-none',
     [
-      param(0, 'Home', '', {
+      param(0, t('Home'), '', {
         choices: [
-          [0, 'this position'],
-          [1, 'current position'],
+          [0, t('this position')],
+          [1, t('current position')],
         ],
       }),
     ],
     { height: true },
   ),
-  spec(CMD.ROI_LOCATION, 'Look at', 'needed', [param(0, 'Gimbal, 0: all', '', { least: 0, most: 255, whole: true })], {
-    height: true,
-  }),
+  spec(
+    CMD.ROI_LOCATION,
+    t('Look at'),
+    'needed',
+    [param(0, t('Gimbal, 0: all'), '', { least: 0, most: 255, whole: true })],
+    {
+      height: true,
+    },
+  ),
   spec(
     CMD.ROI,
-    'Look at (legacy)',
+    t('Look at (legacy)'),
     'here-if-none',
     [
-      param(0, 'Target', '', {
+      param(0, t('Target'), '', {
         choices: [
           [0, 'nothing'],
-          [1, 'the next waypoint'],
+          [1, t('the next waypoint')],
           [2, 'a waypoint'],
           [3, 'a position'],
           [4, 'a target'],
         ],
         initial: 3,
       }),
-      param(1, 'Waypoint or target', '', { least: 0, most: 65_535, whole: true }),
-      param(2, 'Index', '', { least: 0, most: 255, whole: true }),
+      param(1, t('Waypoint or target'), '', { least: 0, most: 65_535, whole: true }),
+      param(2, t('Index'), '', { least: 0, most: 255, whole: true }),
     ],
     { height: true },
   ),
-  spec(CMD.ROI_NONE, 'Look ahead', 'none', [param(0, 'Gimbal, 0: all', '', { least: 0, most: 255, whole: true })]),
-  spec(CMD.TRIGGER_DISTANCE, 'Camera, by distance', 'none', [
-    param(0, 'Distance, 0: stop', 'm', { least: 0, most: 10_000, initial: 20 }),
-    param(1, 'Shutter, milliseconds', '', { least: -1, most: 60_000, mayBeOpen: true }),
-    param(2, 'First picture at once', '', {
+  spec(CMD.ROI_NONE, t('Look ahead'), 'none', [
+    param(0, t('Gimbal, 0: all'), '', { least: 0, most: 255, whole: true }),
+  ]),
+  spec(CMD.TRIGGER_DISTANCE, t('Camera, by distance'), 'none', [
+    param(0, t('Distance, 0: stop'), 'm', { least: 0, most: 10_000, initial: 20 }),
+    param(1, t('Shutter, milliseconds'), '', { least: -1, most: 60_000, mayBeOpen: true }),
+    param(2, t('First picture at once'), '', {
       choices: [
         [0, 'no'],
         [1, 'yes'],
       ],
     }),
-    param(3, 'Camera, 0: all', '', { least: 0, most: 255, whole: true, mayBeOpen: true }),
+    param(3, t('Camera, 0: all'), '', { least: 0, most: 255, whole: true, mayBeOpen: true }),
   ]),
   // x triggers the picture.
-  spec(CMD.CAMERA_SHOT, 'Camera, single picture', 'none', [], { raw: { x: 1 } }),
-  spec(CMD.IMAGE_START, 'Camera, picture series', 'none', [
-    param(0, 'Camera, 0: all', '', { least: 0, most: 255, whole: true }),
-    param(1, 'Interval', 's', { least: 0, most: 65_535 }),
-    param(2, 'Count, 0: until stopped', '', { least: 0, most: 65_535, whole: true, initial: 1 }),
-    param(3, 'First number', '', { least: 0, most: 65_535, whole: true, mayBeOpen: true }),
+  spec(CMD.CAMERA_SHOT, t('Camera, single picture'), 'none', [], { raw: { x: 1 } }),
+  spec(CMD.IMAGE_START, t('Camera, picture series'), 'none', [
+    param(0, t('Camera, 0: all'), '', { least: 0, most: 255, whole: true }),
+    param(1, t('Interval'), 's', { least: 0, most: 65_535 }),
+    param(2, t('Count, 0: until stopped'), '', { least: 0, most: 65_535, whole: true, initial: 1 }),
+    param(3, t('First number'), '', { least: 0, most: 65_535, whole: true, mayBeOpen: true }),
   ]),
-  spec(CMD.IMAGE_STOP, 'Camera, stop series', 'none', [
-    param(0, 'Camera, 0: all', '', { least: 0, most: 255, whole: true }),
+  spec(CMD.IMAGE_STOP, t('Camera, stop series'), 'none', [
+    param(0, t('Camera, 0: all'), '', { least: 0, most: 255, whole: true }),
   ]),
-  spec(CMD.VIDEO_START, 'Record video', 'none', [
-    param(0, 'Stream, 0: all', '', { least: 0, most: 255, whole: true }),
-    param(1, 'Reports a second', '', { least: 0, most: 100 }),
+  spec(CMD.VIDEO_START, t('Record video'), 'none', [
+    param(0, t('Stream, 0: all'), '', { least: 0, most: 255, whole: true }),
+    param(1, t('Reports a second'), '', { least: 0, most: 100 }),
   ]),
-  spec(CMD.VIDEO_STOP, 'Stop recording', 'none', [
-    param(0, 'Stream, 0: all', '', { least: 0, most: 255, whole: true }),
+  spec(CMD.VIDEO_STOP, t('Stop recording'), 'none', [
+    param(0, t('Stream, 0: all'), '', { least: 0, most: 255, whole: true }),
   ]),
   spec(
     CMD.MOUNT_CONTROL,
-    'Gimbal (legacy)',
+    t('Gimbal (legacy)'),
     'none',
     [
-      param(0, 'Pitch', 'deg', { least: -180, most: 180 }),
-      param(1, 'Roll', 'deg', { least: -180, most: 180 }),
-      param(2, 'Yaw', 'deg', { least: -360, most: 360 }),
+      param(0, t('Pitch'), 'deg', { least: -180, most: 180 }),
+      param(1, t('Roll'), 'deg', { least: -180, most: 180 }),
+      param(2, t('Yaw'), 'deg', { least: -360, most: 360 }),
     ],
     // MAV_MOUNT_MODE: by these angles.
     { raw: { z: 2 } },
   ),
-  spec(CMD.GIMBAL_PITCH_YAW, 'Gimbal', 'none', [
-    param(0, 'Pitch', 'deg', { least: -180, most: 180, mayBeOpen: true }),
-    param(1, 'Yaw', 'deg', { least: -360, most: 360, mayBeOpen: true }),
-    param(2, 'Pitch rate', 'deg/s', { least: -360, most: 360, mayBeOpen: true }),
-    param(3, 'Yaw rate', 'deg/s', { least: -360, most: 360, mayBeOpen: true }),
+  spec(CMD.GIMBAL_PITCH_YAW, t('Gimbal'), 'none', [
+    param(0, t('Pitch'), 'deg', { least: -180, most: 180, mayBeOpen: true }),
+    param(1, t('Yaw'), 'deg', { least: -360, most: 360, mayBeOpen: true }),
+    param(2, t('Pitch rate'), 'deg/s', { least: -360, most: 360, mayBeOpen: true }),
+    param(3, t('Yaw rate'), 'deg/s', { least: -360, most: 360, mayBeOpen: true }),
   ]),
-  spec(CMD.SET_SERVO, 'Servo', 'none', [
-    param(0, 'Servo', '', { least: 1, most: 32, whole: true, initial: 9 }),
-    param(1, 'Pulse', 'us', { least: 0, most: 3_000, whole: true, initial: 1_500 }),
+  spec(CMD.SET_SERVO, t('Servo'), 'none', [
+    param(0, t('Servo'), '', { least: 1, most: 32, whole: true, initial: 9 }),
+    param(1, t('Pulse'), 'us', { least: 0, most: 3_000, whole: true, initial: 1_500 }),
   ]),
-  spec(CMD.SET_RELAY, 'Relay', 'none', [
-    param(0, 'Relay', '', { least: 0, most: 15, whole: true }),
-    param(1, 'Switch', '', {
+  spec(CMD.SET_RELAY, t('Relay'), 'none', [
+    param(0, t('Relay'), '', { least: 0, most: 15, whole: true }),
+    param(1, t('Switch'), '', {
       choices: [
         [0, 'off'],
         [1, 'on'],
       ],
     }),
   ]),
-  spec(CMD.GRIPPER, 'Gripper', 'none', [
-    param(0, 'Gripper', '', { least: 0, most: 6, whole: true, initial: 1 }),
-    param(1, 'Action', '', {
+  spec(CMD.GRIPPER, t('Gripper'), 'none', [
+    param(0, t('Gripper'), '', { least: 0, most: 6, whole: true, initial: 1 }),
+    param(1, t('Action'), '', {
       choices: [
         [0, 'release'],
         [1, 'grab'],
       ],
     }),
   ]),
-  spec(CMD.LAND_START, 'Landing sequence', 'here-if-none', [], { height: true }),
-  spec(3000, 'VTOL transition', 'none', [
-    param(0, 'To', '', {
+  spec(CMD.LAND_START, t('Landing sequence'), 'here-if-none', [], { height: true }),
+  spec(3000, t('VTOL transition'), 'none', [
+    param(0, t('To'), '', {
       choices: [
         [3, 'hovering'],
-        [4, 'forward flight'],
+        [4, t('forward flight')],
       ],
       initial: 4,
     }),
@@ -356,7 +367,7 @@ export const isOpenTo = (command: number, { at, mayBeOpen }: ParamSpec, autopilo
   return mayBeOpen === true && !requires[command]?.includes(at);
 };
 
-export const commandWords = (command: number): string => specOf(command)?.label ?? `Command ${command}`;
+export const commandWords = (command: number): string => specOf(command)?.label ?? t('Command {command}', { command });
 
 /** The drone flies somewhere or does something that takes time: not a side command. */
 export const isNavigation = (command: number): boolean => command < 95;

@@ -3,6 +3,7 @@
  * the edits of the plan come out. Screen positions are the map's concern; it passes what was hit.
  */
 
+import { plural, t } from '../languages/text';
 import { CMD, specOf } from './catalogue';
 import {
   addRally,
@@ -164,7 +165,7 @@ export function press(drawing: Drawing, plan: Plan, hit: Hit | null, spot: Spot)
   const isOfDraft = hit.on === 'draft-centre' || hit.on === 'draft-rim' || ('of' in hit && hit.of === 'draft');
   // During drawing, items below do not block: a click on them is a corner.
   if (isDrawing && !isOfDraft && !(drawing.tool === 'item' && (hit.on === 'item' || hit.on === 'leg'))) return null;
-  const gesture = `drag ${drawing.gestures}`;
+  const gesture = t('drag {gestures}', { gestures: drawing.gestures });
   const begun = { ...drawing, gestures: drawing.gestures + 1, drag: { hit, last: spot, gesture, hasMoved: false } };
   if (hit.on === 'leg') {
     const seeds = seedsFor(plan, hit.at, CMD.WAYPOINT, spot);
@@ -317,7 +318,7 @@ export function remove(drawing: Drawing, plan: Plan): Step {
     ...plan.rally.filter(isGone).map(({ id }) => removeRally(id)),
   ];
   const items = plan.items.filter(isGone).length;
-  const words = ids.size === 1 ? 'Remove one part' : `Remove ${ids.size} parts`;
+  const words = plural(ids.size, { one: 'Remove one part', other: 'Remove {n} parts' });
   const last = plan.items.findLastIndex(isGone);
   const heir = plan.items.slice(last + 1)[0] ?? plan.items.findLast((item) => !ids.has(item.id));
   const next = select(drawing, items > 0 && items === ids.size && heir ? [heir.id] : []);

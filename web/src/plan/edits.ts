@@ -4,6 +4,7 @@
  * after it.
  */
 
+import { plural, t } from '../languages/text';
 import { CMD, commandWords, specOf } from './catalogue';
 import { datumOf, FRAME } from './frames';
 import type {
@@ -53,7 +54,11 @@ export function newItem(defaults: PlanDefaults, command: number, spot: Spot | nu
 }
 
 export function insertItems(at: number, seeds: readonly Seed[]): Edit {
-  const words = seeds.length === 1 ? `Add ${commandWords(seeds[0]!.command)}` : `Add ${seeds.length} items`;
+  const words = plural(
+    seeds.length,
+    { one: 'Add {command}', other: 'Add {n} items' },
+    { command: commandWords(seeds[0]!.command) },
+  );
   return edit(words, (plan) => {
     if (seeds.length === 0) return plan;
     const items = seeds.map(({ jumpTo, ...item }, index): PlanItem => ({
@@ -67,7 +72,7 @@ export function insertItems(at: number, seeds: readonly Seed[]): Edit {
 
 /** Items from elsewhere, with jumps relative to the first of them. */
 export const appendItems = (wire: readonly WireItem[]): Edit =>
-  edit(`Add ${wire.length} items`, (plan) => ({
+  edit(t('Add {wire} items', { wire: wire.length }), (plan) => ({
     ...plan,
     items: [...plan.items, ...planItems(wire, plan.nextId)],
     nextId: plan.nextId + wire.length,
@@ -84,7 +89,7 @@ function followed(item: PlanItem, items: readonly PlanItem[], gone: ReadonlySet<
 
 export function removeItems(ids: Iterable<PartId>): Edit {
   const gone = new Set(ids);
-  return edit(gone.size === 1 ? 'Remove an item' : `Remove ${gone.size} items`, (plan) => {
+  return edit(plural(gone.size, { one: 'Remove an item', other: 'Remove {n} items' }), (plan) => {
     if (!plan.items.some((item) => gone.has(item.id))) return plan;
     const left = plan.items.filter((item) => !gone.has(item.id));
     return { ...plan, items: left.map((item) => followed(item, plan.items, gone)) };
@@ -94,7 +99,7 @@ export function removeItems(ids: Iterable<PartId>): Edit {
 /** Moves these items, in their order, before another one, or to the end (`null`). */
 export function moveItems(ids: Iterable<PartId>, before: PartId | null): Edit {
   const moved = new Set(ids);
-  return edit(moved.size === 1 ? 'Move an item in the list' : `Move ${moved.size} items in the list`, (plan) => {
+  return edit(plural(moved.size, { one: 'Move an item in the list', other: 'Move {n} items in the list' }), (plan) => {
     if (before !== null && moved.has(before)) return plan;
     const rest = plan.items.filter((item) => !moved.has(item.id));
     const at = before === null ? rest.length : rest.findIndex((item) => item.id === before);
@@ -122,11 +127,11 @@ const rewired = (item: PlanItem, wire: WireItem): PlanItem => ({ ...wire, id: it
 
 /** Drags an item: one undo step per `gesture`. */
 export const placeItem = (id: PartId, spot: Spot, gesture?: string): Edit =>
-  changedItem('Move an item', id, (item) => ({ ...item, x: spot.latE7, y: spot.lonE7 }), gesture);
+  changedItem(t('Move an item'), id, (item) => ({ ...item, x: spot.latE7, y: spot.lonE7 }), gesture);
 
 export const setParam = (id: PartId, at: 0 | 1 | 2 | 3, value: number | null, gesture?: string): Edit =>
   changedItem(
-    'Change an item',
+    t('Change an item'),
     id,
     (item) => {
       const { command, frame, x, y, z, autocontinue } = item;
@@ -138,7 +143,7 @@ export const setParam = (id: PartId, at: 0 | 1 | 2 | 3, value: number | null, ge
 
 export const setHeight = (id: PartId, heightM: number, gesture?: string): Edit =>
   changedItem(
-    'Change a height',
+    t('Change a height'),
     id,
     (item) =>
       rewired(item, wireItem(item.command, item.frame, item.params, item.x, item.y, heightM, item.autocontinue)),
@@ -146,11 +151,11 @@ export const setHeight = (id: PartId, heightM: number, gesture?: string): Edit =
   );
 
 export const setFrame = (id: PartId, frame: number): Edit =>
-  changedItem('Change what a height is measured from', id, (item) => ({ ...item, frame }));
+  changedItem(t('Change what a height is measured from'), id, (item) => ({ ...item, frame }));
 
 /** Replaces the command, with the new one's own parameters, at the same place and height. */
 export const setCommand = (id: PartId, command: number): Edit =>
-  edit(`Make it ${commandWords(command)}`, (plan) => {
+  edit(t('Make it {command}', { command: commandWords(command) }), (plan) => {
     const at = plan.items.findIndex((item) => item.id === id);
     const before = plan.items[at];
     if (!before || before.command === command) return plan;
@@ -162,17 +167,17 @@ export const setCommand = (id: PartId, command: number): Edit =>
   });
 
 export const setJumpTarget = (id: PartId, target: PartId): Edit =>
-  edit('Change where a jump goes', (plan) => {
+  edit(t('Change where a jump goes'), (plan) => {
     const at = plan.items.findIndex((item) => item.id === id && item.command === CMD.JUMP);
     if (at < 0 || !plan.items.some((item) => item.id === target)) return plan;
     return { ...plan, items: plan.items.with(at, { ...plan.items[at]!, jumpTo: target }) };
   });
 
 export const setHome = (home: PlannedHome | null, gesture?: string): Edit =>
-  edit('Move the planned home', (plan) => ({ ...plan, home }), gesture);
+  edit(t('Move the planned home'), (plan) => ({ ...plan, home }), gesture);
 
 export const setDefaults = (defaults: PlanDefaults): Edit =>
-  edit('Change what new items begin with', (plan) => ({ ...plan, defaults }));
+  edit(t('Change what new items begin with'), (plan) => ({ ...plan, defaults }));
 
 /**
  * Replaces the whole plan, as from a file, the library or the drone. Ids continue from the old plan's: none is reused.
@@ -198,7 +203,7 @@ export function shiftParts(ids: ReadonlySet<PartId>, latE7: number, lonE7: numbe
     return { ...shape, corners: shape.corners.map(moved) };
   };
   return edit(
-    ids.size === 1 ? 'Move one part' : `Move ${ids.size} parts`,
+    plural(ids.size, { one: 'Move one part', other: 'Move {n} parts' }),
     (plan) => {
       if (ids.size === 0 || (latE7 === 0 && lonE7 === 0)) return plan;
       const shapes = plan.fence.shapes.map(movedShape);
@@ -212,7 +217,7 @@ export function shiftParts(ids: ReadonlySet<PartId>, latE7: number, lonE7: numbe
 // --- fence ---
 
 export const addShape = (shape: WithoutId<FenceShape>): Edit =>
-  edit(shape.shape === 'circle' ? 'Add a circle to the fence' : 'Add a polygon to the fence', (plan) => ({
+  edit(shape.shape === 'circle' ? t('Add a circle to the fence') : t('Add a polygon to the fence'), (plan) => ({
     ...plan,
     fence: { ...plan.fence, shapes: [...plan.fence.shapes, { ...shape, id: plan.nextId } as FenceShape] },
     nextId: plan.nextId + 1,
@@ -234,14 +239,14 @@ function changedShape(words: string, id: PartId, change: (shape: FenceShape) => 
 }
 
 export const setInclusion = (id: PartId, inclusion: boolean): Edit =>
-  changedShape('Change a side of the fence', id, (shape) => ({ ...shape, inclusion }));
+  changedShape(t('Change a side of the fence'), id, (shape) => ({ ...shape, inclusion }));
 
 export const placeCircle = (id: PartId, centre: Spot, gesture?: string): Edit =>
-  changedShape('Move a circle', id, (shape) => (shape.shape === 'circle' ? { ...shape, centre } : shape), gesture);
+  changedShape(t('Move a circle'), id, (shape) => (shape.shape === 'circle' ? { ...shape, centre } : shape), gesture);
 
 export const setRadius = (id: PartId, radiusM: number, gesture?: string): Edit =>
   changedShape(
-    'Change a radius',
+    t('Change a radius'),
     id,
     (shape) => (shape.shape === 'circle' ? { ...shape, radiusM: Math.fround(radiusM) } : shape),
     gesture,
@@ -249,7 +254,7 @@ export const setRadius = (id: PartId, radiusM: number, gesture?: string): Edit =
 
 export const placeCorner = (id: PartId, at: number, spot: Spot, gesture?: string): Edit =>
   changedShape(
-    'Move a corner',
+    t('Move a corner'),
     id,
     (shape) =>
       shape.shape === 'polygon' && at >= 0 && at < shape.corners.length
@@ -259,31 +264,31 @@ export const placeCorner = (id: PartId, at: number, spot: Spot, gesture?: string
   );
 
 export const insertCorner = (id: PartId, at: number, spot: Spot): Edit =>
-  changedShape('Add a corner', id, (shape) =>
+  changedShape(t('Add a corner'), id, (shape) =>
     shape.shape === 'polygon' ? { ...shape, corners: shape.corners.toSpliced(at, 0, spot) } : shape,
   );
 
 /** Keeps at least three corners. */
 export const removeCorner = (id: PartId, at: number): Edit =>
-  changedShape('Remove a corner', id, (shape) =>
+  changedShape(t('Remove a corner'), id, (shape) =>
     shape.shape === 'polygon' && shape.corners.length > 3 && at >= 0 && at < shape.corners.length
       ? { ...shape, corners: shape.corners.toSpliced(at, 1) }
       : shape,
   );
 
 export const removeShape = (id: PartId): Edit =>
-  edit('Remove a part of the fence', (plan) => {
+  edit(t('Remove a part of the fence'), (plan) => {
     const shapes = plan.fence.shapes.filter((shape) => shape.id !== id);
     return shapes.length === plan.fence.shapes.length ? plan : { ...plan, fence: { ...plan.fence, shapes } };
   });
 
 export const setReturnPoint = (returnPoint: FenceReturn | null): Edit =>
-  edit("Move the fence's return point", (plan) => ({ ...plan, fence: { ...plan.fence, returnPoint } }));
+  edit(t("Move the fence's return point"), (plan) => ({ ...plan, fence: { ...plan.fence, returnPoint } }));
 
 // --- rally ---
 
 export const addRally = (point: Omit<RallyPoint, 'id'>): Edit =>
-  edit('Add a rally point', (plan) => ({
+  edit(t('Add a rally point'), (plan) => ({
     ...plan,
     rally: [...plan.rally, { ...point, id: plan.nextId, heightM: Math.fround(point.heightM) }],
     nextId: plan.nextId + 1,
@@ -291,7 +296,7 @@ export const addRally = (point: Omit<RallyPoint, 'id'>): Edit =>
 
 export const changeRally = (id: PartId, change: Partial<Omit<RallyPoint, 'id'>>, gesture?: string): Edit =>
   edit(
-    'Change a rally point',
+    t('Change a rally point'),
     (plan) => {
       const at = plan.rally.findIndex((point) => point.id === id);
       if (at < 0) return plan;
@@ -302,7 +307,7 @@ export const changeRally = (id: PartId, change: Partial<Omit<RallyPoint, 'id'>>,
   );
 
 export const removeRally = (id: PartId): Edit =>
-  edit('Remove a rally point', (plan) => {
+  edit(t('Remove a rally point'), (plan) => {
     const rally = plan.rally.filter((point) => point.id !== id);
     return rally.length === plan.rally.length ? plan : { ...plan, rally };
   });

@@ -1,5 +1,6 @@
 /** Distance, time and battery: based on figures that the user enters, so no more accurate than these. */
 
+import { t } from '../languages/text';
 import { CMD } from './catalogue';
 import { flownPath, type Ending, type FlownPath, type GroundAt, type Leg } from './flown_path';
 import { bearingDeg, turnDeg } from './ground';
@@ -104,7 +105,7 @@ export function estimate(plan: Plan, figures: FlightFigures, path: FlownPath = f
       }
       case CMD.NAV_DELAY:
         if ((p1 ?? 0) >= 0) seconds += p1 ?? 0;
-        else notes.add(`Item ${seq + 1} waits for a time of day: that wait is not in the time.`);
+        else notes.add(t('Item {seq} waits for a time of day: that wait is not in the time.', { seq: seq + 1 }));
         break;
       case CMD.TRIGGER_DISTANCE:
         everyM = Math.max(0, p1 ?? 0);
@@ -115,10 +116,11 @@ export function estimate(plan: Plan, figures: FlightFigures, path: FlownPath = f
     }
   }
   if (order.ending === 'for-ever')
-    notes.add('The mission goes round for ever: the figures are for the first time round.');
-  if (order.ending === 'waits') notes.add('The mission ends waiting for a word: the way home is not in the figures.');
-  if (order.ending === 'too-long') notes.add('The mission jumps too often to be followed to its end.');
-  if (!plan.home) notes.add('There is no home: the ways from it and back to it are not in the figures.');
+    notes.add(t('The mission goes round for ever: the figures are for the first time round.'));
+  if (order.ending === 'waits')
+    notes.add(t('The mission ends waiting for a word: the way home is not in the figures.'));
+  if (order.ending === 'too-long') notes.add(t('The mission jumps too often to be followed to its end.'));
+  if (!plan.home) notes.add(t('There is no home: the ways from it and back to it are not in the figures.'));
   return {
     lengthM,
     seconds,

@@ -1,5 +1,6 @@
 /** Faults of one field of an item, in words: for the table, during typing. Whole plans: plan_checks.ts. */
 
+import { t } from '../languages/text';
 import { CMD, specOf, type ParamSpec } from './catalogue';
 import { datumOf, FRAME } from './frames';
 import { isOnEarth, type FenceShape, type Param, type PlanItem, type RallyPoint, type Spot } from './plan_types';
@@ -21,27 +22,48 @@ const withUnit = (value: number, unit: string): string => (unit === '' ? `${valu
 
 export function paramFault(spec: ParamSpec, value: Param): string | null {
   const { name, unit, least, most, choices } = spec;
-  if (value === null) return spec.mayBeOpen ? null : `${name}: a number is needed.`;
-  if (!Number.isFinite(value)) return `${name}: that is not a number.`;
+  if (value === null) return spec.mayBeOpen ? null : t('{name}: a number is needed.', { name });
+  if (!Number.isFinite(value)) return t('{name}: that is not a number.', { name });
   if (choices) {
     if (choices.some(([number]) => number === value)) return null;
-    return `${name}: ${value} is none of ${choices.map(([number, label]) => `${number} (${label})`).join(', ')}.`;
+    return t('{name}: {value} is none of {choices}.', {
+      name,
+      value,
+      choices: choices.map(([number, label]) => `${number} (${label})`).join(', '),
+    });
   }
-  if (spec.whole && !Number.isInteger(value)) return `${name}: a whole number is needed.`;
+  if (spec.whole && !Number.isInteger(value)) return t('{name}: a whole number is needed.', { name });
   const [isLow, isHigh] = [least !== undefined && value < least, most !== undefined && value > most];
   if (!isLow && !isHigh) return null;
   if (least !== undefined && most !== undefined) {
-    return `${name}: ${withUnit(value, unit)} is outside of ${least} to ${withUnit(most, unit)}.`;
+    return t('{name}: {withUnit} is outside of {least} to {withUnit2}.', {
+      name,
+      withUnit: withUnit(value, unit),
+      least,
+      withUnit2: withUnit(most, unit),
+    });
   }
   return isLow
-    ? `${name}: ${withUnit(value, unit)} is less than ${withUnit(least!, unit)}.`
-    : `${name}: ${withUnit(value, unit)} is more than ${withUnit(most!, unit)}.`;
+    ? t('{name}: {withUnit} is less than {withUnit2}.', {
+        name,
+        withUnit: withUnit(value, unit),
+        withUnit2: withUnit(least!, unit),
+      })
+    : t('{name}: {withUnit} is more than {withUnit2}.', {
+        name,
+        withUnit: withUnit(value, unit),
+        withUnit2: withUnit(most!, unit),
+      });
 }
 
 export function heightFault(heightM: number): string | null {
-  if (!Number.isFinite(heightM)) return 'Height: a number is needed.';
+  if (!Number.isFinite(heightM)) return t('Height: a number is needed.');
   if (heightM >= MIN_HEIGHT_M && heightM <= MAX_HEIGHT_M) return null;
-  return `Height: ${heightM} m is outside of ${MIN_HEIGHT_M} to ${MAX_HEIGHT_M} m.`;
+  return t('Height: {height} m is outside of {minHeight} to {maxHeight} m.', {
+    height: heightM,
+    minHeight: MIN_HEIGHT_M,
+    maxHeight: MAX_HEIGHT_M,
+  });
 }
 
 /** Autopilots take 0, 0 as "no place". */
@@ -54,13 +76,13 @@ export function itemFaults(item: PlanItem, count: number): Fault[] {
     if (words !== null) faults.push({ field, words });
   };
   if (!Number.isInteger(item.command) || item.command < 0 || item.command > 0xffff) {
-    add('command', 'Command: a whole number from 0 to 65535 is needed.');
+    add('command', t('Command: a whole number from 0 to 65535 is needed.'));
   }
   const spec = specOf(item.command);
   if (!spec) {
     for (const [at, value] of item.params.entries()) {
       if (value !== null && !Number.isFinite(value))
-        add(PARAM_FIELDS[at]!, `Parameter ${at + 1}: that is not a number.`);
+        add(PARAM_FIELDS[at]!, t('Parameter {at}: that is not a number.', { at: at + 1 }));
     }
     if (!Number.isFinite(item.z)) add('height', heightFault(item.z));
     return faults;
@@ -75,18 +97,18 @@ export function itemFaults(item: PlanItem, count: number): Fault[] {
     add(
       'p1',
       target !== null && target >= 0
-        ? `To item: there is no item ${target + 1}, there are ${count}.`
-        : 'To item: choose one.',
+        ? t('To item: there is no item {target}, there are {count}.', { target: target + 1, count })
+        : t('To item: choose one.'),
     );
   }
   const spot = { latE7: item.x, lonE7: item.y };
   if (spec.place !== 'none') {
     const isOpen = spec.place === 'here-if-none' && isNoPlace(spot);
     if (datumOf(item.frame) === null && !(isOpen && item.frame === FRAME.MISSION)) {
-      add('frame', `Height measured from: frame ${item.frame} is not one of places on earth.`);
+      add('frame', t('Height measured from: frame {frame} is not one of places on earth.', { frame: item.frame }));
     }
-    if (!isOnEarth(spot)) add('place', 'Place: latitude is from -90 to 90 degrees, longitude from -180 to 180.');
-    else if (spec.place === 'needed' && isNoPlace(spot)) add('place', 'Place: it has none yet (0, 0).');
+    if (!isOnEarth(spot)) add('place', t('Place: latitude is from -90 to 90 degrees, longitude from -180 to 180.'));
+    else if (spec.place === 'needed' && isNoPlace(spot)) add('place', t('Place: it has none yet (0, 0).'));
   }
   if (spec.height) add('height', heightFault(item.z));
   return faults;
@@ -95,18 +117,18 @@ export function itemFaults(item: PlanItem, count: number): Fault[] {
 export function shapeFaults(shape: FenceShape): string[] {
   const faults: string[] = [];
   const spots = shape.shape === 'polygon' ? shape.corners : [shape.centre];
-  if (!spots.every(isOnEarth)) faults.push('A corner or centre is not a place on earth.');
+  if (!spots.every(isOnEarth)) faults.push(t('A corner or centre is not a place on earth.'));
   if (shape.shape === 'polygon') {
-    if (shape.corners.length < 3) faults.push('A polygon has three corners at least.');
+    if (shape.corners.length < 3) faults.push(t('A polygon has three corners at least.'));
   } else if (!(shape.radiusM > 0 && shape.radiusM <= MAX_RADIUS_M)) {
-    faults.push(`Radius: more than 0 and at most ${MAX_RADIUS_M} m are needed.`);
+    faults.push(t('Radius: more than 0 and at most {maxRadius} m are needed.', { maxRadius: MAX_RADIUS_M }));
   }
   return faults;
 }
 
 export function rallyFaults(point: RallyPoint): string[] {
   const faults: string[] = [];
-  if (!isOnEarth(point.spot) || isNoPlace(point.spot)) faults.push('It is not a place on earth.');
+  if (!isOnEarth(point.spot) || isNoPlace(point.spot)) faults.push(t('It is not a place on earth.'));
   const height = heightFault(point.heightM);
   if (height) faults.push(height);
   return faults;

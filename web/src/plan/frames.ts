@@ -1,5 +1,7 @@
 /** The coordinate frames (MAV_FRAME) of plans: the reference of a height. */
 
+import { t } from '../languages/text';
+
 export const FRAME = {
   GLOBAL: 0,
   /** No place: x and y are plain numbers. */
@@ -27,19 +29,19 @@ export const datumOf = (frame: number): Datum | null => DATUM.get(frame) ?? null
 
 /** The selectable frames; the _INT variants mean the same and are kept unchanged. */
 export const FRAME_CHOICES: readonly { readonly frame: number; readonly label: string }[] = [
-  { frame: FRAME.GLOBAL_RELATIVE_ALT, label: 'above home' },
-  { frame: FRAME.GLOBAL, label: 'above sea level' },
-  { frame: FRAME.GLOBAL_TERRAIN_ALT, label: 'above terrain' },
+  { frame: FRAME.GLOBAL_RELATIVE_ALT, label: t('above home') },
+  { frame: FRAME.GLOBAL, label: t('above sea level') },
+  { frame: FRAME.GLOBAL_TERRAIN_ALT, label: t('above terrain') },
 ];
 
 const DATUM_WORDS: Record<Datum, string> = {
-  home: 'above home',
-  sea: 'above sea level',
-  terrain: 'above terrain',
+  home: t('above home'),
+  sea: t('above sea level'),
+  terrain: t('above terrain'),
 };
 
 export function frameWords(frame: number): string {
   const datum = datumOf(frame);
   if (datum) return DATUM_WORDS[datum];
-  return frame === FRAME.MISSION ? 'no place' : `frame ${frame}`;
+  return frame === FRAME.MISSION ? t('no place') : t('frame {frame}', { frame });
 }

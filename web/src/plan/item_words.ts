@@ -1,5 +1,6 @@
 /** A summary of an item for a table row: its characteristic values. Numbers are in the reader's units. */
 
+import { t } from '../languages/text';
 import { CMD, specOf, type ParamSpec } from './catalogue';
 import type { Plan, PlanItem } from './plan_types';
 import { shortFloat } from './formats/plan_file';
@@ -26,17 +27,21 @@ function valueWords(spec: ParamSpec, value: number | null, units: InUnits): stri
 const ALONE: ReadonlyMap<number, (item: PlanItem, units: InUnits) => string> = new Map([
   [
     CMD.CHANGE_SPEED,
-    ({ params: [, speed] }, units) => (speed !== null && speed >= 0 ? units.speed(speed) : 'its usual'),
+    ({ params: [, speed] }, units) => (speed !== null && speed >= 0 ? units.speed(speed) : t('its usual')),
   ],
-  [CMD.TRIGGER_DISTANCE, ({ params: [every] }, units) => (every ? `every ${units.metres(every)}` : 'stop')],
+  [
+    CMD.TRIGGER_DISTANCE,
+    ({ params: [every] }, units) => (every ? t('every {every}', { every: units.metres(every) }) : t('stop')),
+  ],
   [
     CMD.NAV_DELAY,
-    ({ params: [time] }) => (time !== null && time >= 0 ? `${shortFloat(time)} s` : 'until a time of day'),
+    ({ params: [time] }) => (time !== null && time >= 0 ? `${shortFloat(time)} s` : t('until a time of day')),
   ],
   [CMD.LOITER_TIME, ({ params: [time] }) => `${shortFloat(time ?? 0)} s`],
   [
     CMD.LOITER_TURNS,
-    ({ params: [turns, , radius] }, units) => `${shortFloat(turns ?? 0)} × at ${units.metres(Math.abs(radius ?? 0))}`,
+    ({ params: [turns, , radius] }, units) =>
+      t('{turns} × at {metres}', { turns: shortFloat(turns ?? 0), metres: units.metres(Math.abs(radius ?? 0)) }),
   ],
 ]);
 
@@ -44,13 +49,16 @@ export function itemWords(plan: Plan, item: PlanItem, units: InUnits): string {
   if (item.command === CMD.JUMP) {
     const target = plan.items.findIndex(({ id }) => id === item.jumpTo);
     const times = item.params[1] ?? 0;
-    const to = target < 0 ? 'nowhere' : `to item ${target + 1}`;
-    return times < 0 ? `${to}, for ever` : `${to}, ${shortFloat(times)} ×`;
+    const to = target < 0 ? t('nowhere') : t('to item {target}', { target: target + 1 });
+    return times < 0 ? t('{to}, for ever', { to }) : `${to}, ${shortFloat(times)} ×`;
   }
   const alone = ALONE.get(item.command);
   if (alone) return alone(item, units);
   const spec = specOf(item.command);
-  if (!spec) return `numbers ${item.params.map((value) => (value === null ? OPEN : shortFloat(value))).join(', ')}`;
+  if (!spec)
+    return t('numbers {params}', {
+      params: item.params.map((value) => (value === null ? OPEN : shortFloat(value))).join(', '),
+    });
   const said = spec.params.filter((one) => item.params[one.at] !== one.initial && item.params[one.at] !== null);
   return said
     .map((one) => `${one.name.split(',')[0]!.toLowerCase()} ${valueWords(one, item.params[one.at], units)}`)

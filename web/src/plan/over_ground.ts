@@ -1,5 +1,6 @@
 /** The ground under a plan: heights of its path above it, and the legs and ways home that come too near. Pure. */
 
+import { t } from '../languages/text';
 import { CMD, commandWords } from './catalogue';
 import type { FlownPath, GroundAt, Leg } from './flown_path';
 import { distanceM } from './ground';
@@ -60,7 +61,9 @@ const stepOf = (legs: readonly Leg[]): number =>
   Math.max(STEP_M, legs.reduce((sum, { lengthM }) => sum + lengthM, 0) / MAX_LOOKS);
 
 const whereWords = (gapM: number): string =>
-  gapM < 0 ? `${Math.round(-gapM)} m below the ground` : `only ${Math.round(gapM)} m above the ground`;
+  gapM < 0
+    ? t('{gap} m below the ground', { gap: Math.round(-gapM) })
+    : t('only {gap} m above the ground', { gap: Math.round(gapM) });
 
 /** Nothing without elevation or a home. `ground` answers undefined while it is loading. */
 export function groundFindings(plan: Plan, path: FlownPath, ground: GroundAt, limits: GroundLimits): Finding[] {
@@ -80,8 +83,12 @@ export function groundFindings(plan: Plan, path: FlownPath, ground: GroundAt, li
     isPartly ||= least?.isPartly ?? false;
     if (least && least.gapM < clearanceM && !found.has(seq)) {
       found.add(seq);
-      const name = `item ${seq + 1} (${commandWords(items[seq]!.command)})`;
-      const words = `The way to ${name} is ${whereWords(least.gapM)}; ${clearanceM} m is the least.`;
+      const name = t('item {seq} ({command})', { seq: seq + 1, command: commandWords(items[seq]!.command) });
+      const words = t('The way to {name} is {where}; {clearance} m is the least.', {
+        name,
+        where: whereWords(least.gapM),
+        clearance: clearanceM,
+      });
       findings.push({ severity: 'error', kind: 'mission', part: items[seq]!.id, words });
     }
     if (returnHeightM === null || ENDS.has(items[seq]!.command)) continue;
@@ -91,11 +98,15 @@ export function groundFindings(plan: Plan, path: FlownPath, ground: GroundAt, li
     if (gapM < clearanceM && gapM < (worstHome?.gapM ?? Infinity)) worstHome = { seq, gapM };
   }
   if (worstHome) {
-    const words = `A return from item ${worstHome.seq + 1}, at the return height of ${Math.round(returnHeightM!)} m, is ${whereWords(worstHome.gapM)}.`;
+    const words = t('A return from item {seq}, at the return height of {returnHeight} m, is {where}.', {
+      seq: worstHome.seq + 1,
+      returnHeight: Math.round(returnHeightM!),
+      where: whereWords(worstHome.gapM),
+    });
     findings.push({ severity: 'warning', kind: 'mission', part: items[worstHome.seq]!.id, words });
   }
   if (isPartly) {
-    const words = 'The height of the ground is not known under all of the plan: there it is not checked.';
+    const words = t('The height of the ground is not known under all of the plan: there it is not checked.');
     findings.push({ severity: 'warning', kind: 'mission', part: null, words });
   }
   return findings;

@@ -4,6 +4,7 @@
  * a crossing counts within a slack of time.
  */
 
+import { inLanguage, t } from '../languages/text';
 import type { FlightFigures } from './estimates';
 import { Plane, type Point } from './ground';
 import { latDegOf, lonDegOf, type Plan, type Spot } from './plan_types';
@@ -94,7 +95,7 @@ const timeWords = (seconds: number): string => {
   if (minutes === 0) return `${rest} s`;
   return rest === 0 ? `${minutes} min` : `${minutes} min ${rest} s`;
 };
-const metres = (value: number): string => `${value < 10 ? value.toFixed(1) : Math.round(value)} m`;
+const metres = (value: number): string => `${value < 10 ? inLanguage(value.toFixed(1)) : Math.round(value)} m`;
 const placeWords = (spot: Spot): string => `${latDegOf(spot).toFixed(5)}, ${lonDegOf(spot).toFixed(5)}`;
 
 export function planConflicts(flights: readonly PlannedFlight[], wanted: SeparationWanted): ConflictReport {
@@ -128,14 +129,18 @@ function notesOf(flights: readonly PlannedFlight[], paths: readonly TimedPath[])
   const notes: string[] = [];
   for (const [at, { ending, staysUp, pieces }] of paths.entries()) {
     const { name } = flights[at]!;
-    if (pieces.length === 0) notes.push(`${name} flies nowhere: nothing of it is checked.`);
-    else if (ending === 'for-ever') notes.push(`${name} goes round for ever: its first time round is checked.`);
-    else if (ending === 'too-long') notes.push(`The mission of ${name} jumps too often to be followed to its end.`);
+    if (pieces.length === 0) notes.push(t('{name} flies nowhere: nothing of it is checked.', { name }));
+    else if (ending === 'for-ever')
+      notes.push(t('{name} goes round for ever: its first time round is checked.', { name }));
+    else if (ending === 'too-long')
+      notes.push(t('The mission of {name} jumps too often to be followed to its end.', { name }));
     else if (staysUp)
-      notes.push(`${name} stays in the air where its mission ends: it counts as being there until all are done.`);
+      notes.push(
+        t('{name} stays in the air where its mission ends: it counts as being there until all are done.', { name }),
+      );
   }
   if (flights.some(({ plan }) => plan.home === null) && flights.length > 1) {
-    notes.push('Not every plan has a home: heights are compared as if all started equally high.');
+    notes.push(t('Not every plan has a home: heights are compared as if all started equally high.'));
   }
   return notes;
 }
@@ -262,10 +267,20 @@ function nearConflict(
 ): PlanConflict {
   const [one, other] = [ways[pair[0]]!.name, ways[pair[1]]!.name];
   const { horizontalM, verticalM, atS, fromS, toS, seqs } = meeting;
-  const lasts = toS - fromS >= 1 ? `, for ${timeWords(toS - fromS)}` : '';
-  const words =
-    `${one} and ${other} come within ${metres(horizontalM)} of each other (${metres(verticalM)} in height) ` +
-    `${timeWords(atS)} after the first start${lasts}: ${one} on the way to item ${seqs[0] + 1}, ${other} to item ${seqs[1] + 1}.`;
+  const lasts = toS - fromS >= 1 ? t(', for {time}', { time: timeWords(toS - fromS) }) : '';
+  const words = t(
+    '{one} and {other} come within {horizontal} of each other ({vertical} in height) {time} after the first start{lasts}: {one} on the way to item {seqs}, {other} to item {seqs2}.',
+    {
+      one,
+      other,
+      horizontal: metres(horizontalM),
+      vertical: metres(verticalM),
+      time: timeWords(atS),
+      lasts,
+      seqs: seqs[0] + 1,
+      seqs2: seqs[1] + 1,
+    },
+  );
   const spot = plane.spot(meeting.at);
   return { kind: 'near', severity: 'error', pair, atS, gapS: 0, spot, horizontalM, verticalM, seqs, words };
 }
@@ -323,10 +338,21 @@ function worstCrossing(
   const spot = plane.spot(worst.at);
   const [first, second] = oneIsFirst ? [one.name, other.name] : [other.name, one.name];
   const [firstSeq, secondSeq] = oneIsFirst ? seqs : [seqs[1], seqs[0]];
-  const more = places > 1 ? ' Their ways touch elsewhere too.' : '';
-  const words =
-    `The ways of ${first} (to item ${firstSeq + 1}) and ${second} (to item ${secondSeq + 1}) come within ${metres(horizontalM)} ` +
-    `of each other (${metres(verticalM)} in height) at ${placeWords(spot)}: only ${timeWords(gapS)} between them keep them apart.${more}`;
+  const more = places > 1 ? ` ${t('Their ways touch elsewhere too.')}` : '';
+  const words = t(
+    'The ways of {first} (to item {firstSeq}) and {second} (to item {secondSeq}) come within {horizontal} of each other ({vertical} in height) at {place}: only {time} between them keep them apart.{more}',
+    {
+      first,
+      firstSeq: firstSeq + 1,
+      second,
+      secondSeq: secondSeq + 1,
+      horizontal: metres(horizontalM),
+      vertical: metres(verticalM),
+      place: placeWords(spot),
+      time: timeWords(gapS),
+      more,
+    },
+  );
   return { kind: 'crossing', severity: 'warning', pair, atS, gapS, spot, horizontalM, verticalM, seqs, words };
 }
 

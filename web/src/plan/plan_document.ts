@@ -3,6 +3,7 @@
  * content raises a RangeError with a message for people.
  */
 
+import { t } from '../languages/text';
 import { datumOf } from './frames';
 import { EMPTY_PLAN, isOnEarth, MAX_ITEMS, type Plan, type PlanDefaults, type PlanKind } from './plan_types';
 import { itemOfRow, itemsOf, rowOf, withItems, type ItemRow, type ReadPart } from './wire_items';
@@ -35,10 +36,10 @@ const isFinite = (value: unknown): value is number => Number.isFinite(value);
 
 function defaultsOf(value: unknown): PlanDefaults {
   if (value === undefined) return EMPTY_PLAN.defaults;
-  if (!isObject(value)) throw new RangeError('The defaults of this plan are not a list of names and numbers.');
+  if (!isObject(value)) throw new RangeError(t('The defaults of this plan are not a list of names and numbers.'));
   const { height_m: heightM, frame, speed_m_s: speedMS } = value;
   if (!isFinite(heightM) || !isFinite(speedMS) || !isFinite(frame) || datumOf(frame) === null) {
-    throw new RangeError('The defaults of this plan are not a height, a frame of places on earth and a speed.');
+    throw new RangeError(t('The defaults of this plan are not a height, a frame of places on earth and a speed.'));
   }
   return { heightM, frame, speedMS };
 }
@@ -51,23 +52,29 @@ function homeOf(value: unknown): Plan['home'] {
       return { spot: { latE7, lonE7 }, altM };
     }
   }
-  throw new RangeError('The home of this plan is not a place on earth with a height.');
+  throw new RangeError(t('The home of this plan is not a place on earth with a height.'));
 }
 
 export function planOfDocument(document: unknown): ReadPart {
-  if (!isObject(document)) throw new RangeError('This is not a plan: it has no mission, fence and rally points.');
+  if (!isObject(document)) throw new RangeError(t('This is not a plan: it has no mission, fence and rally points.'));
   let plan: Plan = { ...EMPTY_PLAN, home: homeOf(document['home']), defaults: defaultsOf(document['defaults']) };
   const dropped: string[] = [];
   for (const kind of KINDS) {
     const rows = document[kind];
-    if (!Array.isArray(rows)) throw new RangeError(`This is not a plan: its ${kind} is not a list.`);
+    if (!Array.isArray(rows)) throw new RangeError(t('This is not a plan: its {kind} is not a list.', { kind }));
     if (rows.length > MAX_ITEMS) {
-      throw new RangeError(`The ${kind} of this plan has ${rows.length} items; ${MAX_ITEMS} are the most.`);
+      throw new RangeError(
+        t('The {kind} of this plan has {rows} items; {maxItems} are the most.', {
+          kind,
+          rows: rows.length,
+          maxItems: MAX_ITEMS,
+        }),
+      );
     }
     const read = withItems(
       plan,
       kind,
-      rows.map((row, seq) => itemOfRow(row, `Item ${seq + 1} of the ${kind}`)),
+      rows.map((row, seq) => itemOfRow(row, t('Item {seq} of the {kind}', { seq: seq + 1, kind }))),
     );
     plan = read.plan;
     dropped.push(...read.dropped);

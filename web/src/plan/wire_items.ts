@@ -1,5 +1,6 @@
 /** Converts between the planner's values and the items of a transfer: one list for each kind of plan, without home. */
 
+import { t } from '../languages/text';
 import { CMD } from './catalogue';
 import type { Fence, FenceShape, Param, Plan, PlanItem, PlanKind, RallyPoint, Spot, WireItem } from './plan_types';
 
@@ -25,20 +26,21 @@ const isFloat32 = (value: unknown): value is number =>
 
 /** Throws a RangeError that describes the fault, for `who` ("Item 3"). */
 export function itemOfRow(row: unknown, who: string): WireItem {
-  if (!Array.isArray(row) || row.length !== 7) throw new RangeError(`${who} is not a list of seven fields.`);
+  if (!Array.isArray(row) || row.length !== 7) throw new RangeError(t('{who} is not a list of seven fields.', { who }));
   const [command, frame, params, x, y, z, autocontinue] = row as unknown[];
-  if (!isInteger(command, 0, 0xffff)) throw new RangeError(`${who}: the command is not a number from 0 to 65535.`);
-  if (!isInteger(frame, 0, 0xff)) throw new RangeError(`${who}: the frame is not a number from 0 to 255.`);
+  if (!isInteger(command, 0, 0xffff))
+    throw new RangeError(t('{who}: the command is not a number from 0 to 65535.', { who }));
+  if (!isInteger(frame, 0, 0xff)) throw new RangeError(t('{who}: the frame is not a number from 0 to 255.', { who }));
   if (!Array.isArray(params) || params.length !== 4 || !params.every((one) => one === null || isFloat32(one))) {
-    throw new RangeError(`${who}: the parameters are not four numbers.`);
+    throw new RangeError(t('{who}: the parameters are not four numbers.', { who }));
   }
   for (const axis of [x, y]) {
     if (!isInteger(axis, -0x8000_0000, 0x7fff_ffff)) {
-      throw new RangeError(`${who}: the place is not in whole 1e-7 degrees.`);
+      throw new RangeError(t('{who}: the place is not in whole 1e-7 degrees.', { who }));
     }
   }
-  if (!isFloat32(z)) throw new RangeError(`${who}: the height is not a number.`);
-  if (!isInteger(autocontinue, 0, 0xff)) throw new RangeError(`${who}: autocontinue is not 0 or 1.`);
+  if (!isFloat32(z)) throw new RangeError(t('{who}: the height is not a number.', { who }));
+  if (!isInteger(autocontinue, 0, 0xff)) throw new RangeError(t('{who}: autocontinue is not 0 or 1.', { who }));
   const [p1, p2, p3, p4] = params as Param[];
   return wireItem(
     command,
@@ -138,7 +140,7 @@ export function fenceOfItems(items: readonly WireItem[], nextId: number): ReadFe
     const size = item.params[0] ?? 0;
     const group = item.params[1] ?? 0;
     if (command === CMD.FENCE_RETURN) {
-      if (returnPoint) dropped.push(`Fence item ${seq + 1}: a second return point; the first is kept.`);
+      if (returnPoint) dropped.push(t('Fence item {seq}: a second return point; the first is kept.', { seq: seq + 1 }));
       else returnPoint = { frame, spot, heightM: item.z };
       seq += 1;
     } else if (command === CMD.FENCE_CIRCLE_IN || command === CMD.FENCE_CIRCLE_OUT) {
@@ -148,7 +150,7 @@ export function fenceOfItems(items: readonly WireItem[], nextId: number): ReadFe
     } else if (command === CMD.FENCE_POLYGON_IN || command === CMD.FENCE_POLYGON_OUT) {
       const corners = items.slice(seq, seq + Math.max(1, Math.trunc(size)));
       if (corners.length < 3 || !corners.every((one) => one.command === command && one.params[0] === size)) {
-        dropped.push(`Fence item ${seq + 1}: a corner of a polygon that is not whole.`);
+        dropped.push(t('Fence item {seq}: a corner of a polygon that is not whole.', { seq: seq + 1 }));
         seq += 1;
         continue;
       }
@@ -157,7 +159,7 @@ export function fenceOfItems(items: readonly WireItem[], nextId: number): ReadFe
       shapes.push({ shape: 'polygon', id: id++, inclusion, group, frame, corners: spots });
       seq += corners.length;
     } else {
-      dropped.push(`Fence item ${seq + 1}: command ${command} is none of a fence.`);
+      dropped.push(t('Fence item {seq}: command {command} is none of a fence.', { seq: seq + 1, command }));
       seq += 1;
     }
   }
@@ -178,7 +180,9 @@ export function rallyOfItems(items: readonly WireItem[], nextId: number): ReadRa
   const dropped: string[] = [];
   for (const [seq, item] of items.entries()) {
     if (item.command !== CMD.RALLY) {
-      dropped.push(`Rally item ${seq + 1}: command ${item.command} is no rally point.`);
+      dropped.push(
+        t('Rally item {seq}: command {command} is no rally point.', { seq: seq + 1, command: item.command }),
+      );
       continue;
     }
     rally.push({

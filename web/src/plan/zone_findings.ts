@@ -1,5 +1,6 @@
 /** What the tower says of zones on the way of a plan, as findings of the checks. Pure. */
 
+import { t } from '../languages/text';
 import { CMD, commandWords } from './catalogue';
 import { partOfItem } from './part_of_item';
 import type { Finding } from './plan_checks';
@@ -14,10 +15,12 @@ export interface ZoneOnWay {
 }
 
 function wayTo(plan: Plan, kind: PlanKind, at: number): string {
-  if (kind !== 'mission') return `Flying to rally point ${at + 1}`;
+  if (kind !== 'mission') return t('Flying to rally point {at}', { at: at + 1 });
   const command = plan.items[at]?.command;
-  if (command === undefined) return `The way to item ${at + 1}`;
-  return command === CMD.JUMP ? `The jump of item ${at + 1}` : `The way to item ${at + 1} (${commandWords(command)})`;
+  if (command === undefined) return t('The way to item {at}', { at: at + 1 });
+  return command === CMD.JUMP
+    ? t('The jump of item {at}', { at: at + 1 })
+    : t('The way to item {at} ({command})', { at: at + 1, command: commandWords(command) });
 }
 
 /** `plan`: the one that the tower was asked about. */
@@ -26,5 +29,5 @@ export const zoneFindings = (plan: Plan, kind: PlanKind, zones: readonly ZoneOnW
     severity: refuses ? 'error' : 'warning',
     kind,
     part: partOfItem(plan, kind, item),
-    words: `${wayTo(plan, kind, item)} ${words}.${refuses ? '' : ' This zone only warns.'}`,
+    words: `${wayTo(plan, kind, item)} ${words}.${refuses ? '' : ` ${t('This zone only warns.')}`}`,
   }));

@@ -1,5 +1,7 @@
 /** Fetches a recorded flight by ranges: the first piece is shown while the others come, and a broken one is repeated. */
 
+import { t } from '../languages/text';
+
 export const RANGE_BYTES = 2 * 1024 * 1024;
 /** With the index of its frames this stays within what a page may take. */
 export const MAX_FLIGHT_BYTES = 160 * 1024 * 1024;
@@ -35,16 +37,16 @@ export async function fetchFlight(
   }
 }
 
-export const TOO_LARGE = 'This flight is too large to be replayed in the browser. Download it as tlog.';
+export const TOO_LARGE = t('This flight is too large to be replayed in the browser. Download it as tlog.');
 
 async function fetchRange(url: string, at: number, fetcher: Fetch, pause: Wait): Promise<[Uint8Array, number]> {
   for (let tries = 1; ; tries++) {
     try {
       const answer = await fetcher(url, { headers: { Range: `bytes=${at}-${at + RANGE_BYTES - 1}` } });
       if (answer.status === 416) return [new Uint8Array(0), at];
-      if (answer.status === 404) throw new Refused('There is no such flight, or it is not among those you may see.');
+      if (answer.status === 404) throw new Refused(t('There is no such flight, or it is not among those you may see.'));
       if (answer.status === 409) throw new Refused(await detailOf(answer));
-      if (!answer.ok) throw new Refused(`The tower answered ${answer.status}.`);
+      if (!answer.ok) throw new Refused(t('The tower answered {status}.', { status: answer.status }));
       const total = /\/(\d+)$/.exec(answer.headers.get('Content-Range') ?? '')?.[1];
       const piece = new Uint8Array(await answer.arrayBuffer());
       return [piece, answer.status === 206 && total !== undefined ? Number(total) : piece.length];
@@ -58,8 +60,8 @@ async function fetchRange(url: string, at: number, fetcher: Fetch, pause: Wait):
 async function detailOf(answer: Response): Promise<string> {
   try {
     const problem = (await answer.json()) as { detail?: string; title?: string };
-    return problem.detail ?? problem.title ?? 'The tower refuses this flight.';
+    return problem.detail ?? problem.title ?? t('The tower refuses this flight.');
   } catch {
-    return 'The tower refuses this flight.';
+    return t('The tower refuses this flight.');
   }
 }

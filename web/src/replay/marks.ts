@@ -1,5 +1,6 @@
 /** What happened in a flight, in words and in order, from its index and from what the autopilot said. */
 
+import { t } from '../languages/text';
 import { causeWords, controlWords, stepWords } from '../link/event_words';
 import { severityOf, type Severity } from '../link/journal';
 import { modeName } from '../link/modes';
@@ -49,7 +50,12 @@ export function marksOf(index: readonly IndexEntry[], overview: FlightOverview |
     marks.push({ atMs, kind: 'text', severity: severityOf(severity), text });
   }
   for (const { atMs, autopilot, customMode, vehicleType } of (overview?.modes ?? []).slice(1)) {
-    marks.push({ atMs, kind: 'mode', severity: 'info', text: `Mode ${modeName(autopilot, customMode, vehicleType)}` });
+    marks.push({
+      atMs,
+      kind: 'mode',
+      severity: 'info',
+      text: t('Mode {modeName}', { modeName: modeName(autopilot, customMode, vehicleType) }),
+    });
   }
   return marks.sort((one, other) => one.atMs - other.atMs);
 }
@@ -59,12 +65,16 @@ function markOf(entry: IndexEntry, drone: string): Mark | null {
   const mark = (kind: MarkKind, severity: Severity, text: string): Mark => ({ atMs, kind, severity, text });
   switch (entry['kind']) {
     case 'armed':
-      return mark('flight', 'info', `${drone} armed; ${nameOf(entry['holder']) || 'nobody'} has the controls`);
+      return mark(
+        'flight',
+        'info',
+        t('{drone} armed; {nameOf} has the controls', { drone, nameOf: nameOf(entry['holder']) || t('nobody') }),
+      );
     case 'disarmed':
-      return mark('flight', 'info', `${drone} disarmed`);
+      return mark('flight', 'info', t('{drone} disarmed', { drone }));
     case 'end':
       return textOf(entry['words'])
-        ? mark('flight', 'warning', `The recording ended: ${textOf(entry['words'])}`)
+        ? mark('flight', 'warning', t('The recording ended: {textOf}', { textOf: textOf(entry['words']) }))
         : null;
     case 'control': {
       const event = entry as unknown as ControlEvent;
@@ -72,18 +82,22 @@ function markOf(entry: IndexEntry, drone: string): Mark | null {
       return mark('controls', isHard ? 'warning' : 'info', controlWords(event, drone));
     }
     case 'turn':
-      return mark('controls', 'info', `Now the frames of ${nameOf(entry['user'])} pass`);
+      return mark('controls', 'info', t('Now the frames of {nameOf} pass', { nameOf: nameOf(entry['user']) }));
     case 'hold': {
       const step = textOf(entry['step']);
       const detail = textOf(entry['detail']);
       const isBad = step === 'unconfirmed';
       const isOrder = step === 'ordered';
       const why = isOrder ? ` (${causeWords(textOf(entry['cause']), detail)})` : detail ? `: ${detail}` : '';
-      return mark('hold', isBad ? 'error' : isOrder ? 'warning' : 'info', `Hold ${stepWords(step)}${why}`);
+      return mark(
+        'hold',
+        isBad ? 'error' : isOrder ? 'warning' : 'info',
+        t('Hold {step}{why}', { step: stepWords(step), why }),
+      );
     }
     case 'command': {
-      const who = nameOf(entry['by']) || 'The tower';
-      const what = textOf(entry['about']) || textOf(entry['work']) || String(entry['command'] ?? 'a command');
+      const who = nameOf(entry['by']) || t('The tower');
+      const what = textOf(entry['about']) || textOf(entry['work']) || String(entry['command'] ?? t('a command'));
       const answer = textOf(entry['answer']) || textOf(entry['state']);
       return mark('command', 'info', `${who}: ${what}${answer ? ` (${answer})` : ''}`);
     }
@@ -91,30 +105,30 @@ function markOf(entry: IndexEntry, drone: string): Mark | null {
       const state = textOf(entry['state']);
       const words = textOf(entry['words']) || textOf(entry['what']);
       const severity = state === 'closed' ? 'info' : textOf(entry['severity']) === 'critical' ? 'error' : 'warning';
-      return mark('alert', severity, `Alert${state ? ` ${state}` : ''}: ${words}`);
+      return mark('alert', severity, t('Alert{what}: {words}', { what: state ? ` ${state}` : '', words }));
     }
     case 'sticks':
-      return mark('sticks', 'info', `${nameOf(entry['by'])} moves the sticks`);
+      return mark('sticks', 'info', t('{nameOf} moves the sticks', { nameOf: nameOf(entry['by']) }));
     case 'sticks_rest':
-      return mark('sticks', 'info', `The sticks of ${nameOf(entry['by'])} rest`);
+      return mark('sticks', 'info', t('The sticks of {nameOf} rest', { nameOf: nameOf(entry['by']) }));
     case 'link_lost':
-      return mark('link', 'error', `${drone} is not heard any more`);
+      return mark('link', 'error', t('{drone} is not heard any more', { drone }));
     case 'link_back':
-      return mark('link', 'info', `${drone} is heard again`);
+      return mark('link', 'info', t('{drone} is heard again', { drone }));
     case 'holder':
-      return mark('controls', 'warning', HOLDER_WORDS[textOf(entry['what'])] ?? 'The holder was gone');
+      return mark('controls', 'warning', HOLDER_WORDS[textOf(entry['what'])] ?? t('The holder was gone'));
     case 'notice':
       return mark('alert', severityOfNotice(textOf(entry['severity'])), textOf(entry['text']));
     case 'rehearsal':
-      return mark('hold', 'info', `Rehearsal: ${textOf(entry['text'])}`);
+      return mark('hold', 'info', t('Rehearsal: {textOf}', { textOf: textOf(entry['text']) }));
     default:
       return null;
   }
 }
 
 const HOLDER_WORDS: Readonly<Record<string, string>> = {
-  HolderGone: 'The holder was not heard any more',
-  HolderExpired: 'The holder was gone for too long',
+  HolderGone: t('The holder was not heard any more'),
+  HolderExpired: t('The holder was gone for too long'),
 };
 
 const severityOfNotice = (severity: string): Severity =>
@@ -145,11 +159,11 @@ export function silentSpans(index: readonly IndexEntry[], toMs: number): Span[] 
   for (const entry of index) {
     if (entry['kind'] === 'link_lost') sinceMs ??= atMsOf(entry);
     else if (entry['kind'] === 'link_back' && sinceMs !== null) {
-      spans.push({ fromMs: sinceMs, toMs: atMsOf(entry), label: 'Not heard' });
+      spans.push({ fromMs: sinceMs, toMs: atMsOf(entry), label: t('Not heard') });
       sinceMs = null;
     }
   }
-  if (sinceMs !== null) spans.push({ fromMs: sinceMs, toMs, label: 'Not heard' });
+  if (sinceMs !== null) spans.push({ fromMs: sinceMs, toMs, label: t('Not heard') });
   return spans;
 }
 

@@ -3,6 +3,7 @@
  * vehicle draws this one. Time passes only in `pass`, so a test plays an hour in a moment.
  */
 
+import { t } from '../languages/text';
 import type { Clock } from '../link/clock';
 import { Store } from '../link/store';
 import { Vehicle, type Uplink } from '../link/vehicle';
@@ -31,7 +32,7 @@ export interface PlayerState {
 }
 
 const NO_UPLINK: Uplink = {
-  command: () => Promise.resolve({ kind: 'failed', why: 'this is a recorded flight' }),
+  command: () => Promise.resolve({ kind: 'failed', why: t('this is a recorded flight') }),
   send: () => false,
   sendFresh: () => 'down',
   alerts: () => [],

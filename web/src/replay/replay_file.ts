@@ -1,6 +1,7 @@
 /** A recorded flight as the page sees it: what is known so far, and questions that its worker answers. */
 
 import type { Series } from '../frames/field_series';
+import { t } from '../languages/text';
 import { Store } from '../link/store';
 import type { Piece } from './key_frames';
 import type { FromWorker, Progress, SeriesRequest, ToWorker } from './worker_messages';
@@ -27,7 +28,7 @@ export class ReplayFile {
   constructor(worker: WorkerLike) {
     this.#worker = worker;
     worker.onmessage = ({ data }) => this.#heard(data);
-    worker.onerror = ({ message }) => this.problem.set(message || 'The flight could not be read.');
+    worker.onerror = ({ message }) => this.problem.set(message || t('The flight could not be read.'));
   }
 
   openUrl(url: string): void {

@@ -2,6 +2,7 @@
 
 import { untrack } from 'svelte';
 
+import { t } from '../languages/text';
 import type { Place } from '../link/messages';
 import type { Schemas } from '../link/rest_types';
 import type { Rest } from '../link/rest';
@@ -137,7 +138,7 @@ export async function openFlight(rest: Rest, flight: FlightKey, droneId?: number
   if (detail.state !== 'ready') {
     session.problem =
       detail.state === 'recording'
-        ? 'This flight is still being recorded. Open it again when it has ended.'
+        ? t('This flight is still being recorded. Open it again when it has ended.')
         : detail.words;
   } else session.file.openUrl(flightFileHref(flightId, 'tlog'));
   return session;

@@ -4,6 +4,7 @@ import { release } from '../control_actions';
 import { overlay } from '../console_overlays.svelte';
 import { say } from '../design/toasts';
 import { commanded, shell } from '../flight_shell.svelte';
+import { t } from '../languages/text';
 import { mayTakeUp } from '../link/drone_view';
 import type { Vehicle } from '../link/vehicle';
 import type { User } from '../link/wire_types';
@@ -33,13 +34,32 @@ import { UNIT_SYSTEMS } from '../words/units';
 import type { EntryKind, SearchEntry } from './search_entries';
 
 const DRONE_PAGES = [
-  ['Mission of', missionsHref],
-  ['Parameters of', parametersHref],
-  ['Setup of', (droneId: number) => setupHref(droneId)],
-  ['Logs of', logsHref],
+  [(drone: string) => t('Mission of {drone}', { drone }), missionsHref],
+  [(drone: string) => t('Parameters of {drone}', { drone }), parametersHref],
+  [(drone: string) => t('Setup of {drone}', { drone }), (droneId: number) => setupHref(droneId)],
+  [(drone: string) => t('Logs of {drone}', { drone }), logsHref],
 ] as const;
-const ACCOUNT = ['password', 'passkeys', 'second-factor', 'sessions', 'tokens', 'teams'];
-const ADMIN = ['users', 'drones', 'enrolment', 'sessions', 'tokens', 'teams', 'audit', 'maps', 'system'];
+/** Address and words of the sections of a page. */
+type Sections = readonly (readonly [section: string, words: string])[];
+const ACCOUNT: Sections = [
+  ['password', t('password')],
+  ['passkeys', t('passkeys')],
+  ['second-factor', t('second factor')],
+  ['sessions', t('sessions')],
+  ['tokens', t('tokens')],
+  ['teams', t('teams')],
+];
+const ADMIN: Sections = [
+  ['users', t('users')],
+  ['drones', t('drones')],
+  ['enrolment', t('enrolment')],
+  ['sessions', t('sessions')],
+  ['tokens', t('tokens')],
+  ['teams', t('teams')],
+  ['audit', t('audit')],
+  ['maps', t('maps')],
+  ['system', t('system')],
+];
 
 const entry = (kind: EntryKind, label: string, detail: string, run: () => unknown): SearchEntry => ({
   id: `${kind} ${label} ${detail}`,
@@ -64,36 +84,39 @@ function ofDrone(vehicle: Vehicle, user: User, isOwn: boolean): SearchEntry[] {
   const drone = vehicle.drone.get();
   const { id, name } = drone;
   const values = () => vehicle.values(tower.clock.nowMs());
-  const detail = `${statusWords(drone, values())}, controls: ${holderWords(drone, user)}`;
+  const detail = t('{status}, controls: {holder}', {
+    status: statusWords(drone, values()),
+    holder: holderWords(drone, user),
+  });
   const found = [
     entry('drone', name, detail, go(controlHref(id))),
-    ...DRONE_PAGES.map(([label, href]) => entry('page', `${label} ${name}`, '', go(href(id)))),
+    ...DRONE_PAGES.map(([label, href]) => entry('page', label(name), '', go(href(id)))),
   ];
   if (isOwn) {
     const pilot = new PilotActions(vehicle, values);
     found.push(
-      command(`Hold ${name}`, 'at once', () => void vehicle.sendHold()),
+      command(t('Hold {name}', { name }), t('at once'), () => void vehicle.sendHold()),
       command(
-        `Return ${name}`,
-        'asks',
+        t('Return {name}', { name }),
+        t('asks'),
         asked(() => pilot.returnHome()),
       ),
       command(
-        `Land ${name}`,
-        'asks',
+        t('Land {name}', { name }),
+        t('asks'),
         asked(() => pilot.land()),
       ),
     );
     if (drone.holder?.id === user.id)
       found.push(
         command(
-          `Release ${name}`,
+          t('Release {name}', { name }),
           '',
           asked(() => release(drone)),
         ),
       );
   } else if (mayTakeUp(drone, user)) {
-    found.push(command(`Take up the controls of ${name}`, '', () => void takeUp(drone, tell)));
+    found.push(command(t('Take up the controls of {name}', { name }), '', () => void takeUp(drone, tell)));
   }
   return found;
 }
@@ -101,31 +124,33 @@ function ofDrone(vehicle: Vehicle, user: User, isOwn: boolean): SearchEntry[] {
 export function consoleEntries(user: User): SearchEntry[] {
   const vehicles = tower.vehicles.get();
   const own = new Set(commanded(vehicles, user));
-  const sections = (page: string, names: readonly string[], href: (section: string) => string): SearchEntry[] =>
-    names.map((name) => entry('page', `${page}: ${name.replace('-', ' ')}`, '', go(href(name))));
+  const sections = (page: string, of: Sections, href: (section: string) => string): SearchEntry[] =>
+    of.map(([section, words]) => entry('page', `${page}: ${words}`, '', go(href(section))));
   return [
     ...[...vehicles.values()].flatMap((vehicle) => ofDrone(vehicle, user, own.has(vehicle))),
-    entry('page', 'Monitor', 'map and list of the squad', go(monitorHref)),
-    entry('page', 'Missions', 'plan, check, upload', go(missionsHref())),
-    entry('page', 'Flights', 'recorded, to download', go(flightsHref)),
-    entry('page', 'Statistics', 'hours, log book, maintenance', go(statisticsHref)),
-    entry('page', 'Zones', 'where drones may not be', go(zonesHref)),
-    entry('page', 'Videos', 'of all drones', go(videosHref())),
-    ...sections('Account', ACCOUNT, accountHref),
-    ...(user.role === 'admin' ? sections('Admin', ADMIN, adminHref) : []),
-    command('Alerts', 'show or hide', () => (shell.showsAlerts = !shell.showsAlerts)),
-    command(preferences.sound ? 'Alert sounds off' : 'Alert sounds on', '', () =>
+    entry('page', t('Monitor'), t('map and list of the squad'), go(monitorHref)),
+    entry('page', t('Missions'), t('plan, check, upload'), go(missionsHref())),
+    entry('page', t('Flights'), t('recorded, to download'), go(flightsHref)),
+    entry('page', t('Statistics'), t('hours, log book, maintenance'), go(statisticsHref)),
+    entry('page', t('Zones'), t('where drones may not be'), go(zonesHref)),
+    entry('page', t('Videos'), t('of all drones'), go(videosHref())),
+    ...sections(t('Account'), ACCOUNT, accountHref),
+    ...(user.role === 'admin' ? sections(t('Admin'), ADMIN, adminHref) : []),
+    command(t('Alerts'), t('show or hide'), () => (shell.showsAlerts = !shell.showsAlerts)),
+    command(preferences.sound ? t('Alert sounds off') : t('Alert sounds on'), '', () =>
       prefer({ sound: !preferences.sound }),
     ),
-    command('Help for this page', 'key ?', () => (overlay.open = 'help')),
-    command('Tour of the console', '', () => {
+    command(t('Help for this page'), t('key ?'), () => (overlay.open = 'help')),
+    command(t('Tour of the console'), '', () => {
       overlay.isTouring = true;
       window.location.hash = monitorHref;
     }),
-    ...THEMES.map(({ value, label }) => command(`Theme: ${label}`, '', () => chooseTheme(value))),
-    ...UNIT_SYSTEMS.map(({ value, label }) => command(`Units: ${label}`, '', () => prefer({ units: value }))),
+    ...THEMES.map(({ value, label }) => command(t('Theme: {label}', { label }), '', () => chooseTheme(value))),
+    ...UNIT_SYSTEMS.map(({ value, label }) =>
+      command(t('Units: {label}', { label }), '', () => prefer({ units: value })),
+    ),
     command(
-      'Sign out',
+      t('Sign out'),
       '',
       asked(() => tower.signOut()),
     ),

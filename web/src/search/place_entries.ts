@@ -1,6 +1,7 @@
 /** A coordinate typed into the search: the map goes there. */
 
 import { readCoordinate } from '../coordinates/read_coordinate';
+import { t } from '../languages/text';
 import { mapTarget } from '../map_target.svelte';
 import { shownArea } from '../map/shown_area';
 import { monitorHref, navigation } from '../route.svelte';
@@ -19,5 +20,5 @@ export function placeEntries(text: string): SearchEntry[] {
     mapTarget.sought = { ...place, words };
     if (!WITH_MAP.has(navigation.route.page)) window.location.hash = monitorHref;
   };
-  return [{ id: `place ${words}`, kind: 'place', label: `Show ${words} on the map`, detail: '', run }];
+  return [{ id: `place ${words}`, kind: 'place', label: t('Show {words} on the map', { words }), detail: '', run }];
 }

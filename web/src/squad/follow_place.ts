@@ -3,6 +3,7 @@
  * and the agent refuse the same values (wire/following.py).
  */
 
+import { t } from '../languages/text';
 import { measured, type UnitSystem } from '../words/units';
 
 export interface FollowPlace {
@@ -20,14 +21,14 @@ export const FOLLOW_FOR_S = 600;
 export type FollowSide = 'behind' | 'behind-left' | 'behind-right' | 'left' | 'right' | 'ahead' | 'above' | 'metres';
 
 export const FOLLOW_SIDES: readonly { readonly value: FollowSide; readonly label: string }[] = [
-  { value: 'behind', label: 'Behind it' },
-  { value: 'behind-left', label: 'Behind, left' },
-  { value: 'behind-right', label: 'Behind, right' },
-  { value: 'left', label: 'Left of it' },
-  { value: 'right', label: 'Right of it' },
-  { value: 'ahead', label: 'Ahead of it' },
-  { value: 'above', label: 'Above it' },
-  { value: 'metres', label: 'North, east, above' },
+  { value: 'behind', label: t('Behind it') },
+  { value: 'behind-left', label: t('Behind, left') },
+  { value: 'behind-right', label: t('Behind, right') },
+  { value: 'left', label: t('Left of it') },
+  { value: 'right', label: t('Right of it') },
+  { value: 'ahead', label: t('Ahead of it') },
+  { value: 'above', label: t('Above it') },
+  { value: 'metres', label: t('North, east, above') },
 ];
 
 /** Clockwise from the leader's direction. */
@@ -80,25 +81,51 @@ export const arePlacesApart = (one: FollowPlace, other: FollowPlace): boolean =>
 /** Why this place is not allowed, in words; empty if it is. */
 export function placeFault({ northM, eastM, upM }: FollowPlace, units: UnitSystem): string {
   const far = [northM, eastM, upM].some((metres) => !(Math.abs(metres) <= MAX_OFFSET_M));
-  if (far) return `${measured(units, 'distance', MAX_OFFSET_M)} to the north, to the east and in height are the most.`;
+  if (far)
+    return t('{distance} to the north, to the east and in height are the most.', {
+      distance: measured(units, 'distance', MAX_OFFSET_M),
+    });
   if (!isApart(northM, eastM, upM))
-    return `Too near: ${measured(units, 'distance', APART_M)} over ground or in height are the least.`;
+    return t('Too near: {distance} over ground or in height are the least.', {
+      distance: measured(units, 'distance', APART_M),
+    });
   return '';
 }
 
-const WINDS = ['north', 'north-east', 'east', 'south-east', 'south', 'south-west', 'west', 'north-west'] as const;
+const WINDS = [
+  t('north'),
+  t('north-east'),
+  t('east'),
+  t('south-east'),
+  t('south'),
+  t('south-west'),
+  t('west'),
+  t('north-west'),
+];
 
 /** "14 m south-west of Merlin and 3 m above it". */
 export function placeWords({ northM, eastM, upM }: FollowPlace, leader: string, units: UnitSystem): string {
   const awayM = Math.hypot(northM, eastM);
   const height = measured(units, 'height', Math.abs(upM), Number.isInteger(upM) ? 0 : 1);
-  const level = upM === 0 ? '' : `${height} ${upM > 0 ? 'above' : 'below'}`;
-  if (awayM < 0.5) return `${level || 'right at'} ${leader}`;
+  const level = upM === 0 ? '' : upM > 0 ? t('{height} above', { height }) : t('{height} below', { height });
+  if (awayM < 0.5) return `${level || t('right at')} ${leader}`;
   const wind = WINDS[Math.round(Math.atan2(eastM, northM) / (Math.PI / 4) + 8) % 8]!;
-  return `${measured(units, 'distance', awayM)} ${wind} of ${leader}${level && ` and ${level} it`}`;
+  return t('{distance} {wind} of {leader}{level}', {
+    distance: measured(units, 'distance', awayM),
+    wind,
+    leader,
+    level: level && ` ${t('and {level} it', { level })}`,
+  });
 }
 
 /** What ends it, for the question and for watchers. */
 export const endWords = (leader: string, units: UnitSystem): string =>
-  `It holds where it is when ${leader} lands or is lost, comes nearer than ${measured(units, 'distance', 5)}, is more than ` +
-  `${measured(units, 'distance', 200)} away, or after ${FOLLOW_FOR_S / 60} minutes. Any other command ends it too.`;
+  t(
+    'It holds where it is when {leader} lands or is lost, comes nearer than {distance}, is more than {distance2} away, or after {followFor} minutes. Any other command ends it too.',
+    {
+      leader,
+      distance: measured(units, 'distance', 5),
+      distance2: measured(units, 'distance', 200),
+      followFor: FOLLOW_FOR_S / 60,
+    },
+  );

@@ -3,6 +3,7 @@
  * way. The ways are straight, and each drone starts when the one before is in place. Independent of any connection.
  */
 
+import { t } from '../languages/text';
 import type { Place } from '../link/messages';
 import { APART_M, arePlacesApart, placeAround, placeFault, type FollowPlace } from './follow_place';
 import type { UnitSystem } from '../words/units';
@@ -104,7 +105,9 @@ function waysTooNear(leader: Flier, assigned: readonly Assigned[]): string[] {
       .filter(({ number }) => number !== at);
     return [{ name: leader.name, spot: { n: 0, e: 0, u: 0 } }, ...others]
       .filter(({ spot }) => passes(starts[at]!, ends[at]!, spot))
-      .map(({ name }) => `On the straight way to its place ${follower.name} comes too near to ${name}.`);
+      .map(({ name }) =>
+        t('On the straight way to its place {follower} comes too near to {name}.', { follower: follower.name, name }),
+      );
   });
 }
 
@@ -132,8 +135,9 @@ export function formationOf(
   const places = formationPlaces(settings, followers.length);
   const faults = [...new Set(places.map((place) => placeFault(place, units)).filter((fault) => fault !== ''))];
   const areApart = places.every((one, at) => places.slice(at + 1).every((other) => arePlacesApart(one, other)));
-  if (!areApart) faults.push('Their places are too near to each other: set more between them.');
-  if (followers.length > MAX_FOLLOWERS) faults.push(`${MAX_FOLLOWERS} that follow are the most.`);
+  if (!areApart) faults.push(t('Their places are too near to each other: set more between them.'));
+  if (followers.length > MAX_FOLLOWERS)
+    faults.push(t('{maxFollowers} that follow are the most.', { maxFollowers: MAX_FOLLOWERS }));
   if (faults.length > 0) return { assigned: [], faults };
   let best: { assigned: readonly Assigned[]; near: readonly string[]; squares: number } | null = null;
   for (const order of ordersOf(followers)) {

@@ -4,6 +4,7 @@
  * `FormationTower` is its interface to the tower.
  */
 
+import { t } from '../languages/text';
 import { isOver } from '../link/operations';
 import type { Operation } from '../link/operation_types';
 import { whyNot, type SquadTower } from './squad_flight';
@@ -18,12 +19,12 @@ export interface FormationAnswer {
 }
 
 export const FORMATION_WORDS: Record<FormationState, string> = {
-  waiting: 'Waits for its turn',
-  going: 'Flies to its place',
-  following: 'Follows',
-  ended: 'Follows no more',
-  refused: 'Does not follow',
-  'not-reached': 'Not begun',
+  waiting: t('Waits for its turn'),
+  going: t('Flies to its place'),
+  following: t('Follows'),
+  ended: t('Follows no more'),
+  refused: t('Does not follow'),
+  'not-reached': t('Not begun'),
 };
 
 export interface FormationTower extends Omit<SquadTower, 'release'> {
@@ -60,7 +61,7 @@ const wordsOf = (error: unknown): string => (error instanceof Error ? error.mess
 export function followAnswer(operation: Operation, isThere: boolean): FormationAnswer {
   const { id, state, words, phase, total } = operation;
   if (!isOver(operation)) return answer(total > 0 && isThere ? 'following' : 'going', phase, id);
-  return answer(state === 'refused' ? 'refused' : 'ended', words || `It ended as "${state}".`, id);
+  return answer(state === 'refused' ? 'refused' : 'ended', words || t('It ended as "{state}".', { state }), id);
 }
 
 export async function formUp(tower: FormationTower, { ways, isStopped, onanswer }: FormationRun): Promise<void> {
@@ -68,12 +69,12 @@ export async function formUp(tower: FormationTower, { ways, isStopped, onanswer 
   let failed = '';
   for (const { droneId, place } of ways) {
     if (isStopped() || failed !== '') {
-      onanswer(droneId, answer('not-reached', isStopped() ? 'You stopped before its turn.' : failed));
+      onanswer(droneId, answer('not-reached', isStopped() ? t('You stopped before its turn.') : failed));
       continue;
     }
-    const name = tower.drone(droneId)?.name ?? 'The one before';
+    const name = tower.drone(droneId)?.name ?? t('The one before');
     const why = await sendOff(tower, droneId, place, isStopped, (now) => onanswer(droneId, now));
-    if (why !== '') failed = `${name} ${why}, so this one was not sent.`;
+    if (why !== '') failed = t('{name} {why}, so this one was not sent.', { name, why });
   }
 }
 
@@ -86,23 +87,23 @@ async function sendOff(
   report: (answer: FormationAnswer) => void,
 ): Promise<string> {
   const drone = tower.drone(droneId);
-  const cannot = drone ? whyNot(drone, tower.user) : 'It is no longer in your squad.';
+  const cannot = drone ? whyNot(drone, tower.user) : t('It is no longer in your squad.');
   if (cannot) {
     report(answer('refused', cannot));
-    return 'does not follow';
+    return t('does not follow');
   }
-  report(answer('going', 'takes up the controls'));
+  report(answer('going', t('takes up the controls')));
   let newest: Operation;
   try {
     if (drone!.holder?.id !== tower.user.id) await tower.acquire(droneId);
     if (isStopped()) {
-      report(answer('not-reached', 'You stopped before it was sent.'));
+      report(answer('not-reached', t('You stopped before it was sent.')));
       return '';
     }
     newest = await tower.follow(droneId, place);
   } catch (error) {
     report(answer('refused', wordsOf(error)));
-    return 'does not follow';
+    return t('does not follow');
   }
   let isThere = false;
   const put = (operation: Operation): void => {
@@ -119,8 +120,8 @@ async function sendOff(
       put(newest);
       return '';
     }
-    if (tower.nowMs() > until) return 'is not in its place';
+    if (tower.nowMs() > until) return t('is not in its place');
     await tower.wait();
   }
-  return isOver(newest) ? 'does not follow' : '';
+  return isOver(newest) ? t('does not follow') : '';
 }

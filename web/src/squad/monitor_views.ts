@@ -1,5 +1,6 @@
 /** Views of the Monitor that the user saved by name: what the list shows, and how. Pure. */
 
+import { t } from '../languages/text';
 import { FILTERS, isSortKey, type Filter, type Order } from './squad_list';
 
 export const LIST_VIEWS = ['cards', 'compact', 'table'] as const;
@@ -80,9 +81,10 @@ export const isSameChoice = (a: ListChoice, b: ListChoice): boolean =>
 
 /** Why a view cannot be saved by this name; empty: it can. */
 export function whyNotSave({ views }: SavedViews, name: string): string {
-  if (name.trim() === '') return 'Give it a name.';
-  if (name.length > MAX_NAME_LENGTH) return `A name has ${MAX_NAME_LENGTH} letters at most.`;
+  if (name.trim() === '') return t('Give it a name.');
+  if (name.length > MAX_NAME_LENGTH)
+    return t('A name has {maxNameLength} letters at most.', { maxNameLength: MAX_NAME_LENGTH });
   if (views.length >= MAX_VIEWS && !views.some((one) => one.name === name))
-    return `You have ${MAX_VIEWS} views. Remove one first.`;
+    return t('You have {maxViews} views. Remove one first.', { maxViews: MAX_VIEWS });
   return '';
 }

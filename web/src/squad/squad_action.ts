@@ -3,6 +3,7 @@
  * drones that they hold; an admin may first take drones from others. Every drone gets an answer.
  */
 
+import { t } from '../languages/text';
 import { outcomeWords, type Outcome } from '../link/outcome';
 import type { ControlAction } from '../link/rest';
 import type { Drone, User } from '../link/wire_types';
@@ -10,9 +11,9 @@ import type { Drone, User } from '../link/wire_types';
 export type SquadAction = 'hold' | 'return' | 'land';
 
 export const ACTION_WORDS: Record<SquadAction, { readonly verb: string; readonly does: string }> = {
-  hold: { verb: 'Hold', does: 'stops and stays where it is' },
-  return: { verb: 'Return', does: 'flies back to its home and lands there' },
-  land: { verb: 'Land', does: 'lands where it is now' },
+  hold: { verb: t('Hold'), does: t('stops and stays where it is') },
+  return: { verb: t('Return'), does: t('flies back to its home and lands there') },
+  land: { verb: t('Land'), does: t('lands where it is now') },
 };
 
 export type Answer =
@@ -24,11 +25,11 @@ export type Answer =
   | { readonly kind: 'no-answer'; readonly why: string };
 
 export const ANSWER_WORDS: Record<Answer['kind'], string> = {
-  waiting: 'Waiting',
-  done: 'Done',
-  refused: 'Refused',
-  unconfirmed: 'Not confirmed',
-  'no-answer': 'No answer',
+  waiting: t('Waiting'),
+  done: t('Done'),
+  refused: t('Refused'),
+  unconfirmed: t('Not confirmed'),
+  'no-answer': t('No answer'),
 };
 
 /** How this user gets the controls of a drone that they cannot command, or null if they cannot. */

@@ -5,6 +5,7 @@
  * interface to the tower.
  */
 
+import { t } from '../languages/text';
 import type { Operation } from '../link/operation_types';
 import type { Drone, User } from '../link/wire_types';
 
@@ -18,11 +19,11 @@ export type SquadAnswer = {
 };
 
 export const SQUAD_ANSWER_WORDS: Record<SquadAnswer['kind'], string> = {
-  waiting: 'Waits for its turn',
-  working: 'At work',
-  done: 'Done',
-  refused: 'Not done',
-  'not-reached': 'Not begun',
+  waiting: t('Waits for its turn'),
+  working: t('At work'),
+  done: t('Done'),
+  refused: t('Not done'),
+  'not-reached': t('Not begun'),
 };
 
 const answer = (kind: SquadAnswer['kind'], why = '', done = 0, total = 0): SquadAnswer => ({ kind, why, done, total });
@@ -69,7 +70,9 @@ export async function inTurn(tower: SquadTower, run: SquadRun): Promise<number> 
     const restS = last === null ? 0 : everyS - (nowMs() - last) / 1000;
     if (restS > 0 && !failed && !isStopped()) await wait(restS);
     if (isStopped() || failed) {
-      const why = isStopped() ? 'You stopped before its turn.' : `${failed} was not done, so this was not begun.`;
+      const why = isStopped()
+        ? t('You stopped before its turn.')
+        : t('{failed} was not done, so this was not begun.', { failed });
       onanswer(droneId, answer('not-reached', why));
       continue;
     }
@@ -77,7 +80,7 @@ export async function inTurn(tower: SquadTower, run: SquadRun): Promise<number> 
     const came = await one(tower, droneId, action, (now) => onanswer(droneId, now));
     onanswer(droneId, came);
     if (came.kind === 'done') done += 1;
-    else if (stopsAtFailure) failed = tower.drone(droneId)?.name ?? 'The one before';
+    else if (stopsAtFailure) failed = tower.drone(droneId)?.name ?? t('The one before');
   }
   return done;
 }
@@ -89,11 +92,11 @@ async function one(
   report: (answer: SquadAnswer) => void,
 ): Promise<SquadAnswer> {
   const drone = tower.drone(droneId);
-  if (!drone) return answer('refused', 'It is no longer in your squad.');
+  if (!drone) return answer('refused', t('It is no longer in your squad.'));
   const why = whyNot(drone, tower.user);
   if (why) return answer('refused', why);
   const isOurs = drone.holder?.id === tower.user.id;
-  report(answer('working', isOurs ? '' : 'takes up the controls'));
+  report(answer('working', isOurs ? '' : t('takes up the controls')));
   try {
     if (!isOurs) await tower.acquire(droneId);
   } catch (error) {
@@ -104,17 +107,28 @@ async function one(
   try {
     await tower.release(droneId);
   } catch (error) {
-    return answer(came.kind, `${came.why} You still have the controls of ${drone.name}: ${wordsOf(error)}`.trim());
+    return answer(
+      came.kind,
+      t('{why} You still have the controls of {drone}: {wordsOf}', {
+        why: came.why,
+        drone: drone.name,
+        wordsOf: wordsOf(error),
+      }).trim(),
+    );
   }
   return came;
 }
 
 /** Why this drone cannot take part; empty if it can. */
 export function whyNot(drone: Drone, user: User): string {
-  if (!drone.online) return `${drone.name} is offline.`;
+  if (!drone.online) return t('{drone} is offline.', { drone: drone.name });
   if (drone.offered || drone.taken_from)
-    return `The controls of ${drone.name} are between ${drone.taken_from?.name ?? 'its pilot'} and an admin.`;
-  if (drone.holder && drone.holder.id !== user.id) return `${drone.holder.name} has the controls of ${drone.name}.`;
+    return t('The controls of {drone} are between {takenFrom} and an admin.', {
+      drone: drone.name,
+      takenFrom: drone.taken_from?.name ?? t('its pilot'),
+    });
+  if (drone.holder && drone.holder.id !== user.id)
+    return t('{holder} has the controls of {drone}.', { holder: drone.holder.name, drone: drone.name });
   return '';
 }
 
@@ -126,7 +140,7 @@ async function carriedOut(
   try {
     const ended = await action(drone, ({ phase, done, total }) => report(answer('working', phase, done, total)));
     if (ended.state === 'done') return answer('done', ended.words, 1, 1);
-    return answer('refused', ended.words || `It ended as "${ended.state}".`);
+    return answer('refused', ended.words || t('It ended as "{state}".', { state: ended.state }));
   } catch (error) {
     return answer('refused', wordsOf(error));
   }

@@ -1,5 +1,6 @@
 /** The squad list: the data of a row, and how the list is sorted, filtered and searched. Pure. */
 
+import { t } from '../languages/text';
 import { eitherSays } from '../link/drone_view';
 import type { DroneState, FlightValues } from '../link/flight_values';
 import type { HoldReading } from '../link/hold_view';
@@ -122,7 +123,7 @@ export function passes(entry: SquadEntry, filter: Filter, user: Pick<User, 'id'>
 /** Every word must occur in a name, an owner, the holder or the mode. */
 export function matches({ drone, values }: SquadEntry, search: string): boolean {
   const owners = drone.owners.map(({ name }) => name);
-  const text = [drone.name, ...owners, drone.holder?.name ?? 'free', values.mode ?? ''].join(' ').toLowerCase();
+  const text = [drone.name, ...owners, drone.holder?.name ?? t('free'), values.mode ?? ''].join(' ').toLowerCase();
   return search
     .toLowerCase()
     .split(/\s+/)

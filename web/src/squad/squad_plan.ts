@@ -3,6 +3,7 @@
  * each, estimates, and conflicts. Pure: recomputed with each change of the drawing or the settings.
  */
 
+import { plural, t } from '../languages/text';
 import { CMD, specOf } from '../plan/catalogue';
 import { estimate, USUAL_FIGURES, type Estimate } from '../plan/estimates';
 import { FRAME } from '../plan/frames';
@@ -97,9 +98,17 @@ const none = (fault = ''): SquadPlan => ({ parts: [], report: NOTHING, fault });
 export function squadPlan(members: readonly Member[], job: SquadJob, settings: SquadSettings): SquadPlan {
   const hasJob = 'plan' in job ? job.plan.items.length > 0 : job.area.length >= 3;
   if (members.length === 0 || !hasJob) return none();
-  if (members.length > MAX_MEMBERS) return none(`${MAX_MEMBERS} drones are the most for one job.`);
+  if (members.length > MAX_MEMBERS)
+    return none(t('{maxMembers} drones are the most for one job.', { maxMembers: MAX_MEMBERS }));
   const lost = members.filter(({ home }) => home === null).map(({ name }) => name);
-  if (lost.length > 0) return none(`Nobody knows where ${listWords(lost)} ${lost.length === 1 ? 'is' : 'are'}.`);
+  if (lost.length > 0)
+    return none(
+      plural(
+        lost.length,
+        { one: 'Nobody knows where {lost} is.', other: 'Nobody knows where {lost} are.' },
+        { lost: listWords(lost) },
+      ),
+    );
   try {
     if ('plan' in job)
       return whole(
@@ -135,7 +144,9 @@ export function onGround(flat: SquadPlan, job: SquadJob, settings: SquadSettings
 }
 
 export const listWords = (names: readonly string[]): string =>
-  names.length < 2 ? (names[0] ?? '') : `${names.slice(0, -1).join(', ')} and ${names.at(-1)!}`;
+  names.length < 2
+    ? (names[0] ?? '')
+    : t('{names} and {last}', { names: names.slice(0, -1).join(', '), last: names.at(-1)! });
 
 interface Drawn {
   readonly plan: Plan;

@@ -2,6 +2,7 @@
 
 import type { PMTiles } from 'pmtiles';
 
+import { t } from '../languages/text';
 import { decodeTerrarium, type HeightTile } from './height_tiles';
 
 export interface ElevationLayer {
@@ -48,7 +49,7 @@ export class ElevationSource {
     const url = this.#url.replace('{z}', `${this.zoom}`).replace('{x}', `${x}`).replace('{y}', `${y}`);
     const answer = await fetch(url);
     if (answer.status === 404 || answer.status === 204) return null;
-    if (!answer.ok) throw new Error(`The tower answered ${answer.status}`);
+    if (!answer.ok) throw new Error(t('The tower answered {status}', { status: answer.status }));
     return answer.blob();
   }
 }

@@ -1,5 +1,6 @@
 /** The values that can be shown of a drone: named ones, and every field of every message that it sends. Pure. */
 
+import { t } from '../languages/text';
 import type { FlightValues } from '../link/flight_values';
 import type { MessageName } from '../link/generated/mavlink.gen';
 import type { Telemetry } from '../link/telemetry';
@@ -60,22 +61,22 @@ const radians = (degrees: number): number => (degrees * Math.PI) / 180;
 
 const NAMED: Readonly<Record<string, readonly [string, Show]>> = {
   mode: [
-    'Mode',
+    t('Mode'),
     ({ values }) => ({ text: values.mode ?? UNKNOWN, unit: '', raw: values.mode ?? '', number: null, tone: 'accent' }),
   ],
   armed: [
-    'Motors',
+    t('Motors'),
     ({ values: { armed } }) => ({
-      text: armed === null ? 'Unknown' : armed ? 'ARMED' : 'Disarmed',
+      text: armed === null ? t('Unknown') : armed ? t('ARMED') : t('Disarmed'),
       unit: '',
       raw: armed === null ? '' : String(armed),
       number: null,
       ...(armed ? { tone: 'warning' } : {}),
     }),
   ],
-  altitude: ['Height above home', of('height', ({ altRelM }) => altRelM, [0, 120])],
+  altitude: [t('Height above home'), of('height', ({ altRelM }) => altRelM, [0, 120])],
   'over-ground': [
-    'Height above ground',
+    t('Height above ground'),
     ({ overGroundM, units }) => ({
       ...measure(units, 'height', overGroundM ?? null),
       raw: plain(overGroundM ?? null),
@@ -84,12 +85,12 @@ const NAMED: Readonly<Record<string, readonly [string, Show]>> = {
       isHidden: overGroundM === undefined,
     }),
   ],
-  'altitude-amsl': ['Height above the sea', of('height', ({ altAmslM }) => altAmslM)],
-  climb: ['Climb', of('climb', ({ climbMps }) => climbMps, [-5, 5])],
-  speed: ['Ground speed', of('speed', ({ groundSpeedMps }) => groundSpeedMps, [0, 20])],
-  heading: ['Heading', number(({ values }) => values.headingDeg, '°', 0, [0, 360])],
+  'altitude-amsl': [t('Height above the sea'), of('height', ({ altAmslM }) => altAmslM)],
+  climb: [t('Climb'), of('climb', ({ climbMps }) => climbMps, [-5, 5])],
+  speed: [t('Ground speed'), of('speed', ({ groundSpeedMps }) => groundSpeedMps, [0, 20])],
+  heading: [t('Heading'), number(({ values }) => values.headingDeg, '°', 0, [0, 360])],
   battery: [
-    'Battery',
+    t('Battery'),
     ({ values }) => ({
       text: fixed(values.batteryPercent),
       unit: `% ${values.batteryV === null ? '' : `${fixed(values.batteryV, 1)} V`}`,
@@ -100,11 +101,11 @@ const NAMED: Readonly<Record<string, readonly [string, Show]>> = {
     }),
   ],
   'battery-left': [
-    'Battery left',
+    t('Battery left'),
     ({ values }) => {
       const left = values.batteryTime;
       return {
-        label: left?.isEstimate ? 'Battery left, estimated' : 'Battery left',
+        label: left?.isEstimate ? t('Battery left, estimated') : t('Battery left'),
         text: left ? `${left.isEstimate ? '≈ ' : ''}${duration(left.leftMs)}` : UNKNOWN,
         unit: values.batteryA === null ? '' : `${fixed(values.batteryA, 1)} A`,
         raw: left ? plain(left.leftMs) : '',
@@ -113,20 +114,20 @@ const NAMED: Readonly<Record<string, readonly [string, Show]>> = {
       };
     },
   ],
-  current: ['Current', number(({ values }) => values.batteryA, 'A', 1, [0, 60])],
-  voltage: ['Voltage', number(({ values }) => values.batteryV, 'V', 2)],
-  throttle: ['Throttle', number(({ values }) => values.throttlePercent, '%', 0, [0, 100])],
+  current: [t('Current'), number(({ values }) => values.batteryA, 'A', 1, [0, 60])],
+  voltage: [t('Voltage'), number(({ values }) => values.batteryV, 'V', 2)],
+  throttle: [t('Throttle'), number(({ values }) => values.throttlePercent, '%', 0, [0, 100])],
   gps: [
     'GPS',
     ({ values: { gpsFix, satellites } }) => ({
       text: gpsFix ?? UNKNOWN,
-      unit: satellites === null ? '' : `${satellites} sat`,
+      unit: satellites === null ? '' : t('{satellites} sat', { satellites }),
       raw: gpsFix ?? '',
       number: satellites,
     }),
   ],
   estimator: [
-    'Estimator (EKF)',
+    t('Estimator (EKF)'),
     ({ values: { estimator } }) => ({
       text: estimator?.text ?? UNKNOWN,
       unit: '',
@@ -136,14 +137,14 @@ const NAMED: Readonly<Record<string, readonly [string, Show]>> = {
     }),
   ],
   wind: [
-    'Wind',
+    t('Wind'),
     ({ values: { wind, headingDeg }, units }) => {
       if (!wind) return { text: UNKNOWN, unit: '', raw: '', number: null, isHidden: true };
       const speed = measure(units, 'speed', wind.mps);
       const isCalm = wind.mps < CALM_MPS;
       return {
-        label: isCalm ? 'Wind' : 'Wind from',
-        text: isCalm ? 'calm' : `${fixed(wind.fromDeg).padStart(3, '0')}°`,
+        label: isCalm ? t('Wind') : t('Wind from'),
+        text: isCalm ? t('calm') : `${fixed(wind.fromDeg).padStart(3, '0')}°`,
         unit: `${speed.text} ${speed.unit}`,
         raw: plain(wind.mps),
         number: wind.mps,
@@ -153,11 +154,11 @@ const NAMED: Readonly<Record<string, readonly [string, Show]>> = {
       };
     },
   ],
-  landed: ['Ground contact', words(({ landed }) => landed)],
-  'distance-to-home': ['To home', of('distance', ({ homeDistanceM }) => homeDistanceM)],
-  'distance-to-target': ['To target', of('distance', ({ targetDistanceM }) => targetDistanceM)],
+  landed: [t('Ground contact'), words(({ landed }) => landed)],
+  'distance-to-home': [t('To home'), of('distance', ({ homeDistanceM }) => homeDistanceM)],
+  'distance-to-target': [t('To target'), of('distance', ({ targetDistanceM }) => targetDistanceM)],
   'flight-time': [
-    'Time in air',
+    t('Time in air'),
     ({ values: { airborneMs } }) => ({
       text: duration(airborneMs),
       unit: '',
@@ -166,17 +167,18 @@ const NAMED: Readonly<Record<string, readonly [string, Show]>> = {
     }),
   ],
   link: [
-    'Link round trip',
+    t('Link round trip'),
     ({ values }) => ({
       text: fixed(values.linkRttMs),
-      unit: values.linkLossPercent === null ? '' : `ms ${fixed(values.linkLossPercent)} % lost`,
+      unit:
+        values.linkLossPercent === null ? '' : t('ms {linkLoss} % lost', { linkLoss: fixed(values.linkLossPercent) }),
       raw: plain(values.linkRttMs),
       number: values.linkRttMs,
       ends: [0, 500],
     }),
   ],
   latitude: [
-    'Latitude',
+    t('Latitude'),
     ({ values: { place } }) => ({
       text: fixed(place?.latDeg ?? null, 6),
       unit: '',
@@ -185,7 +187,7 @@ const NAMED: Readonly<Record<string, readonly [string, Show]>> = {
     }),
   ],
   longitude: [
-    'Longitude',
+    t('Longitude'),
     ({ values: { place } }) => ({
       text: fixed(place?.lonDeg ?? null, 6),
       unit: '',
@@ -193,10 +195,10 @@ const NAMED: Readonly<Record<string, readonly [string, Show]>> = {
       number: null,
     }),
   ],
-  roll: ['Roll', number(({ values }) => values.rollDeg, '°', 0, [-45, 45])],
-  pitch: ['Pitch', number(({ values }) => values.pitchDeg, '°', 0, [-45, 45])],
+  roll: [t('Roll'), number(({ values }) => values.rollDeg, '°', 0, [-45, 45])],
+  pitch: [t('Pitch'), number(({ values }) => values.pitchDeg, '°', 0, [-45, 45])],
   g: [
-    'Load (G), from the bank',
+    t('Load (G), from the bank'),
     number(
       ({ values: { rollDeg, pitchDeg } }) =>
         rollDeg === null || pitchDeg === null
@@ -208,7 +210,7 @@ const NAMED: Readonly<Record<string, readonly [string, Show]>> = {
     ),
   ],
   vibration: [
-    'Vibration, worst axis',
+    t('Vibration, worst axis'),
     number(
       ({ telemetry }) => {
         const felt = telemetry.newest('VIBRATION')?.fields;

@@ -1,5 +1,6 @@
 /** Details of an audit trail event beyond user, action and drone. */
 
+import { t } from '../languages/text';
 import { dateMinute } from './dates';
 
 const MOMENT = /^\d{4}-\d\d-\d\dT\d\d:\d\d/;
@@ -14,6 +15,6 @@ export function detailWords(detail: Readonly<Record<string, unknown>>): string {
 
 function valueWords(value: unknown): string {
   if (typeof value === 'string') return MOMENT.test(value) ? dateMinute(value) : value;
-  if (typeof value === 'boolean') return value ? 'yes' : 'no';
+  if (typeof value === 'boolean') return value ? t('yes') : t('no');
   return JSON.stringify(value);
 }

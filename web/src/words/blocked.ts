@@ -1,5 +1,6 @@
 /** Why commands are disabled now, in words; empty if they are enabled. */
 
+import { t } from '../languages/text';
 import { mayCommand } from '../link/drone_view';
 import type { Drone, User, UserRef } from '../link/wire_types';
 
@@ -13,23 +14,33 @@ export interface Situation {
 }
 
 export function blockedWords({ drone, user, isConnected, isHeard, waitsFor }: Situation): string {
-  if (!isConnected) return 'The connection to the tower is down. Nothing can be sent.';
-  if (!drone.online) return `${drone.name} is offline. Nothing can be sent.`;
+  if (!isConnected) return t('The connection to the tower is down. Nothing can be sent.');
+  if (!drone.online) return t('{drone} is offline. Nothing can be sent.', { drone: drone.name });
   if (!mayCommand(drone, user)) {
-    const whose = drone.holder ? `${drone.holder.name} has the controls.` : 'Take up the controls to fly.';
+    const whose = drone.holder
+      ? t('{holder} has the controls.', { holder: drone.holder.name })
+      : t('Take up the controls to fly.');
     if (drone.taken_from?.id !== user.id) return whose;
     return drone.offered
-      ? `${drone.holder?.name ?? 'The admin'} gives you ${drone.name} back: accept the controls first.`
-      : `${whose} They were taken from you.`;
+      ? t('{holder} gives you {drone} back: accept the controls first.', {
+          holder: drone.holder?.name ?? t('The admin'),
+          drone: drone.name,
+        })
+      : t('{whose} They were taken from you.', { whose });
   }
-  if (waitsFor) return `${waitsFor.name} assists: your commands wait.`;
-  return isHeard ? '' : 'No heartbeat from the autopilot yet.';
+  if (waitsFor) return t('{waitsFor} assists: your commands wait.', { waitsFor: waitsFor.name });
+  return isHeard ? '' : t('No heartbeat from the autopilot yet.');
 }
 
 /** Who flies, for a user who may command the drone. */
 export function flyingWords(drone: Drone, user: User): string {
   if (drone.holder?.id === user.id) {
-    return drone.assistant ? `You fly ${drone.name}, ${drone.assistant.name} assists` : `You fly ${drone.name}`;
+    return drone.assistant
+      ? t('You fly {drone}, {assistant} assists', { drone: drone.name, assistant: drone.assistant.name })
+      : t('You fly {drone}', { drone: drone.name });
   }
-  return `You assist ${drone.holder?.name ?? 'nobody'} with ${drone.name}: your commands come first`;
+  return t('You assist {holder} with {drone}: your commands come first', {
+    holder: drone.holder?.name ?? t('nobody'),
+    drone: drone.name,
+  });
 }

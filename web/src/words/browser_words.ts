@@ -1,10 +1,12 @@
 /** A browser's own identification in recognisable words: "Firefox on Windows". */
 
+import { t } from '../languages/text';
+
 const BROWSERS: readonly (readonly [RegExp, string])[] = [
   [/\bEdg\//, 'Edge'],
   [/\bOPR\//, 'Opera'],
   [/\bFirefox\//, 'Firefox'],
-  [/\b(?:Headless)?Chrom(?:e|ium)\//, 'Chromium or Chrome'],
+  [/\b(?:Headless)?Chrom(?:e|ium)\//, t('Chromium or Chrome')],
   [/\bSafari\//, 'Safari'],
 ];
 const SYSTEMS: readonly (readonly [RegExp, string])[] = [
@@ -21,6 +23,6 @@ export function browserWords(userAgent: string): string {
     table.find(([pattern]) => pattern.test(userAgent))?.[1] ?? '';
   const browser = found(BROWSERS);
   const system = found(SYSTEMS);
-  if (browser && system) return `${browser} on ${system}`;
-  return browser || userAgent.slice(0, 40) || 'a program that does not say its name';
+  if (browser && system) return t('{browser} on {system}', { browser, system });
+  return browser || userAgent.slice(0, 40) || t('a program that does not say its name');
 }

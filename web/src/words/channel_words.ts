@@ -1,22 +1,25 @@
 /** Words about alert channels. */
 
+import { t } from '../languages/text';
 import type { AlertChannel } from '../link/admin_types';
 
 export const SEVERITY_CHOICES: Readonly<Record<AlertChannel['severity'], string>> = {
-  critical: 'critical only',
-  warning: 'warnings and critical',
+  critical: t('critical only'),
+  warning: t('warnings and critical'),
   notice: 'all',
 };
 
 /** A mail address, or the host of a webhook: the rest of its address may be a secret. */
 export function channelName({ kind, target }: Pick<AlertChannel, 'kind' | 'target'>): string {
-  return kind === 'mail' ? target : `the webhook at ${URL.canParse(target) ? new URL(target).host : target}`;
+  return kind === 'mail'
+    ? target
+    : t('the webhook at {host}', { host: URL.canParse(target) ? new URL(target).host : target });
 }
 
 /** What is wrong with it, or that it works, if that is known. */
 export function channelState(channel: AlertChannel): string {
-  if (!channel.is_confirmed) return 'waits for its code';
-  const waiting = channel.waiting > 0 ? `${channel.waiting} on the way` : '';
-  const problem = channel.problem && `last attempt: ${channel.problem}`;
-  return [problem, waiting].filter(Boolean).join('; ') || (channel.sent_at ? 'works' : 'not used yet');
+  if (!channel.is_confirmed) return t('waits for its code');
+  const waiting = channel.waiting > 0 ? t('{waiting} on the way', { waiting: channel.waiting }) : '';
+  const problem = channel.problem && t('last attempt: {problem}', { problem: channel.problem });
+  return [problem, waiting].filter(Boolean).join('; ') || (channel.sent_at ? t('works') : t('not used yet'));
 }

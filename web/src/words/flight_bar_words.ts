@@ -1,5 +1,6 @@
 /** What the flight bar says of one drone: state, link, battery, in a few words each. Pure. */
 
+import { t } from '../languages/text';
 import { batteryLevel } from '../link/battery_level';
 import type { FlightValues } from '../link/flight_values';
 import type { HoldReading } from '../link/hold_view';
@@ -40,34 +41,38 @@ export function stateCell(facts: BarFacts): BarCell {
   const { drone, values, hold, silence, missionPhase, holdSinceMs, modeSinceMs, nowMs } = facts;
   if (silence && silence.isAirborne !== false) {
     const { now, next } = lostBrief(silence, nowMs);
-    const what = silence.whose === 'own' ? 'TOWER LOST' : 'LINK LOST';
+    const what = silence.whose === 'own' ? t('TOWER LOST') : t('LINK LOST');
     return { text: what + since(silence.sinceMs, nowMs), detail: then(now, next), tone: 'danger' };
   }
-  if (silence?.whose === 'own') return { text: 'Tower lost', detail: 'on the ground', tone: 'warning' };
-  if (!drone.may_watch) return { text: 'View taken', detail: '', tone: 'warning' };
-  if (!drone.online) return { text: 'Offline', detail: '', tone: '' };
+  if (silence?.whose === 'own') return { text: t('Tower lost'), detail: t('on the ground'), tone: 'warning' };
+  if (!drone.may_watch) return { text: t('View taken'), detail: '', tone: 'warning' };
+  if (!drone.online) return { text: t('Offline'), detail: '', tone: '' };
   if (values.state === 'lost') {
     const isKnown = values.heartbeatAgeMs !== null;
-    return { text: isKnown ? 'AUTOPILOT SILENT' : 'Not heard yet', detail: '', tone: isKnown ? 'danger' : '' };
+    return { text: isKnown ? t('AUTOPILOT SILENT') : t('Not heard yet'), detail: '', tone: isKnown ? 'danger' : '' };
   }
   const isFlying = values.airborne !== false && values.armed !== false;
   if (hold && (drone.hold?.open || hold.phase === 'counting')) {
-    const word = drone.hold?.open ? 'HOLD' : (values.mode ?? UNKNOWN);
+    const word = drone.hold?.open ? t('HOLD') : (values.mode ?? UNKNOWN);
     return { text: word + since(holdSinceMs, nowMs), detail: hold.badge, tone: hold.tone };
   }
   const holds = values.autopilot === null ? null : modeSetOf(values.autopilot)?.hold;
   if (isFlying && holds && holds.customMode === values.customMode) {
-    const next = missionPhase === 'paused' ? 'mission paused, until you fly on' : 'stays here until you fly on';
-    return { text: `HOLD${since(modeSinceMs, nowMs)}`, detail: `${holds.name}: ${next}`, tone: 'good' };
+    const next = missionPhase === 'paused' ? t('mission paused, until you fly on') : t('stays here until you fly on');
+    return {
+      text: t('HOLD{since}', { since: since(modeSinceMs, nowMs) }),
+      detail: `${holds.name}: ${next}`,
+      tone: 'good',
+    };
   }
   const doing = !isFlying
     ? values.armed
-      ? 'motors running, on the ground'
-      : 'on the ground'
+      ? t('motors running, on the ground')
+      : t('on the ground')
     : missionPhase === 'paused'
-      ? 'mission paused'
+      ? t('mission paused')
       : missionPhase === 'flown'
-        ? 'flies its mission'
+        ? t('flies its mission')
         : hold
           ? hold.badge
           : '';
@@ -79,12 +84,17 @@ const FRESH_MS = 2_500;
 
 export function linkCell(values: FlightValues, link: LinkReading | null, isDeaf: boolean): BarCell {
   const ages = [values.positionAgeMs, values.heartbeatAgeMs].filter((age) => age !== null);
-  if (ages.length === 0) return { text: UNKNOWN, detail: 'not heard yet', tone: '' };
+  if (ages.length === 0) return { text: UNKNOWN, detail: t('not heard yet'), tone: '' };
   const ageMs = Math.min(...ages);
   const loss = link?.over30s.lossUpPercent ?? values.linkLossPercent;
-  const detail = `${fixed(loss)} % lost`;
+  const detail = t('{loss} % lost', { loss: fixed(loss) });
   const isOld = isDeaf || ageMs > FRESH_MS;
-  if (isOld) return { text: `${fixed(ageMs / 1000)} s old`, detail: isDeaf ? 'no tower' : detail, tone: 'danger' };
+  if (isOld)
+    return {
+      text: t('{age} s old', { age: fixed(ageMs / 1000) }),
+      detail: isDeaf ? t('no tower') : detail,
+      tone: 'danger',
+    };
   const tone = link?.grade === 'bad' ? 'danger' : link?.grade === 'poor' ? 'warning' : '';
   return { text: `${fixed(values.linkRttMs)} ms`, detail, tone };
 }
@@ -100,10 +110,10 @@ export function batteryCell(values: FlightValues, home: WayHome): BarCell {
     after === null
       ? values.airborne === false
         ? `${fixed(values.batteryV, 1)} V`
-        : 'after home: unknown'
+        : t('after home: unknown')
       : after < 0
-        ? 'NOT enough for home'
-        : `${duration(after)} after home`;
+        ? t('NOT enough for home')
+        : t('{after} after home', { after: duration(after) });
   const isShort = after !== null && after < SHORT_MS;
   const tone = level === 'critical' || (after !== null && after < 0) ? 'danger' : level || isShort ? 'warning' : '';
   const word = level === null ? '' : ` ${level}`;

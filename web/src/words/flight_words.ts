@@ -1,5 +1,6 @@
 /** Recorded flights in words. */
 
+import { t } from '../languages/text';
 import type { ImportedFlight } from '../link/flight_imports';
 import type { Flight } from '../link/flights';
 import { bytes } from './dates';
@@ -17,24 +18,24 @@ export function pilotWords({ pilots }: Flight): string {
 
 /** What is to be said of a flight beside its figures; empty for one that is recorded from arming to disarming. */
 export function flightNote({ state, words, lost_frames }: Flight): string {
-  if (state === 'recording') return 'Is being recorded';
-  const lost = lost_frames > 0 ? `${lost_frames} frames are missing` : '';
-  const noted = [state === 'failed' ? words || 'Cannot be read' : words, lost].filter(Boolean).join('; ');
+  if (state === 'recording') return t('Is being recorded');
+  const lost = lost_frames > 0 ? t('{lostFrames} frames are missing', { lostFrames: lost_frames }) : '';
+  const noted = [state === 'failed' ? words || t('Cannot be read') : words, lost].filter(Boolean).join('; ');
   return noted === '' ? '' : noted[0]!.toUpperCase() + noted.slice(1);
 }
 
 const FORMATS: Readonly<Record<ImportedFlight['format'], string>> = {
-  tlog: 'Telemetry log',
-  dataflash: 'Dataflash log of ArduPilot',
-  ulog: 'ULog of PX4',
+  tlog: t('Telemetry log'),
+  dataflash: t('Dataflash log of ArduPilot'),
+  ulog: t('ULog of PX4'),
 };
 
 /** Of which kind the file was, and what is to be known of it. */
 export function importNote({ format, clock_known, skipped_bytes }: ImportedFlight): string {
   const parts = [
     FORMATS[format],
-    clock_known ? '' : 'no time of day: it begins at the import',
-    skipped_bytes > 0 ? `${bytes(skipped_bytes)} could not be read` : '',
+    clock_known ? '' : t('no time of day: it begins at the import'),
+    skipped_bytes > 0 ? t('{skippedBytes} could not be read', { skippedBytes: bytes(skipped_bytes) }) : '',
   ];
   return parts.filter(Boolean).join('; ');
 }

@@ -1,5 +1,6 @@
-/** Numbers as text of constant width, and a dash for unknown values. */
+/** Numbers as text of constant width in the chosen language, and a dash for unknown values. */
 
+import { inLanguage } from '../languages/text';
 import type { Place } from '../link/messages';
 
 export const UNKNOWN = '–';
@@ -8,7 +9,7 @@ export function fixed(value: number | null, decimals = 0): string {
   if (value === null || !Number.isFinite(value)) return UNKNOWN;
   const text = value.toFixed(decimals);
   // -0.0 would suggest a movement that does not exist.
-  return Number(text) === 0 ? (0).toFixed(decimals) : text.replace('-', '−');
+  return inLanguage(Number(text) === 0 ? (0).toFixed(decimals) : text.replace('-', '−'));
 }
 
 /** For machines: the plain number, or nothing. */
@@ -29,7 +30,7 @@ export function duration(ms: number | null): string {
 
 export function distance(metres: number | null): string {
   if (metres === null) return UNKNOWN;
-  return metres < 1000 ? `${metres.toFixed(0)} m` : `${(metres / 1000).toFixed(2)} km`;
+  return metres < 1000 ? `${metres.toFixed(0)} m` : `${inLanguage((metres / 1000).toFixed(2))} km`;
 }
 
 export function latLon({ latDeg, lonDeg }: Place, decimals = 5): string {

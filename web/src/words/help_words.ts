@@ -1,5 +1,6 @@
 /** The help of each page: what it is for, what to do first, and its keys. */
 
+import { t } from '../languages/text';
 import type { Route } from '../route.svelte';
 import { SHORTCUTS } from '../shortcuts';
 
@@ -16,159 +17,165 @@ export interface PageHelp {
 
 /** On every page. */
 export const KEYS_EVERYWHERE: readonly Key[] = [
-  { key: 'h', words: 'Hold the drone that you control, at once, with any dialog open' },
-  { key: 'Ctrl k', words: 'Search drones, pages and commands' },
-  { key: '?', words: 'This help' },
-  { key: 'Esc', words: 'Closes what is open' },
+  { key: 'h', words: t('Hold the drone that you control, at once, with any dialog open') },
+  { key: 'Ctrl k', words: t('Search drones, pages and commands') },
+  { key: '?', words: t('This help') },
+  { key: 'Esc', words: t('Closes what is open') },
 ];
 
 const REPLAY_KEYS: readonly Key[] = [
-  { key: 'Space', words: 'Play or pause' },
-  { key: '← →', words: 'Five seconds back or ahead; with Shift thirty' },
-  { key: ', .', words: 'A tenth of a second back or ahead' },
-  { key: 'Home End', words: 'To the beginning or the end' },
-  { key: '[ ]', words: 'Slower or faster' },
-  { key: 'p n', words: 'To the event before or the next one' },
+  { key: 'Space', words: t('Play or pause') },
+  { key: '← →', words: t('Five seconds back or ahead; with Shift thirty') },
+  { key: ', .', words: t('A tenth of a second back or ahead') },
+  { key: 'Home End', words: t('To the beginning or the end') },
+  { key: '[ ]', words: t('Slower or faster') },
+  { key: 'p n', words: t('To the event before or the next one') },
 ];
 
 const CONTROL_KEYS: readonly Key[] = [
   ...SHORTCUTS.filter(({ name }) => name !== 'hold' && name !== 'help').map(({ key, words }) => ({
-    key: key === key.toLowerCase() ? key : `Shift ${key}`,
+    key: key === key.toLowerCase() ? key : t('Shift {key}', { key }),
     words,
   })),
-  { key: 'W S A D ↑ ↓ ← →', words: 'Sticks, while you fly by hand with the keyboard' },
+  { key: 'W S A D ↑ ↓ ← →', words: t('Sticks, while you fly by hand with the keyboard') },
 ];
 
 export const HELP: Record<Route['page'], PageHelp> = {
   monitor: {
-    title: 'Monitor',
+    title: t('Monitor'),
     sentences: [
-      'Map and list show every drone that you may see. A name opens its card, "Open" its page.',
-      'Search, filter and sort the list, as cards, compact lines or a table; "Views" keeps what you chose.',
-      'Select several drones to hold, return or land them, or to send them on a mission together.',
-      'What is lost, low or held stands out on the map, in the list and in the flight bar.',
+      t('Map and list show every drone that you may see. A name opens its card, "Open" its page.'),
+      t('Search, filter and sort the list, as cards, compact lines or a table; "Views" keeps what you chose.'),
+      t('Select several drones to hold, return or land them, or to send them on a mission together.'),
+      t('What is lost, low or held stands out on the map, in the list and in the flight bar.'),
     ],
     keys: [],
   },
   control: {
-    title: 'One drone',
+    title: t('One drone'),
     sentences: [
-      'Take up the controls, then arm and take off; the tower asks before each.',
-      '"Go to a place on the map" flies there. "Start manual" flies with a gamepad, keys or sticks on the screen.',
-      'The check before flight says what the drone would do if it lost the tower.',
+      t('Take up the controls, then arm and take off; the tower asks before each.'),
+      t('"Go to a place on the map" flies there. "Start manual" flies with a gamepad, keys or sticks on the screen.'),
+      t('The check before flight says what the drone would do if it lost the tower.'),
     ],
     keys: CONTROL_KEYS,
   },
   missions: {
-    title: 'Missions',
+    title: t('Missions'),
     sentences: [
-      'Choose a tool beside the map and click where to fly, or open a file. The table edits each item.',
-      'The tab Checks says what is wrong. Choose a drone above to compare, upload, start and follow the mission.',
-      'Fence and rally points have tabs of their own.',
+      t('Choose a tool beside the map and click where to fly, or open a file. The table edits each item.'),
+      t('The tab Checks says what is wrong. Choose a drone above to compare, upload, start and follow the mission.'),
+      t('Fence and rally points have tabs of their own.'),
     ],
     keys: [
-      { key: 'Ctrl z', words: 'Undo; Ctrl y does it again' },
-      { key: 'Ctrl s', words: 'Save the plan' },
-      { key: 'u', words: 'Upload to the drone (asks)' },
-      { key: '0', words: 'Show the whole plan' },
-      { key: 'Enter', words: 'Ends what is being drawn' },
-      { key: 'Delete', words: 'Removes what is selected' },
-      { key: 'Shift ↑ ↓ ← →', words: 'Moves what is selected on the map' },
+      { key: 'Ctrl z', words: t('Undo; Ctrl y does it again') },
+      { key: 'Ctrl s', words: t('Save the plan') },
+      { key: 'u', words: t('Upload to the drone (asks)') },
+      { key: '0', words: t('Show the whole plan') },
+      { key: 'Enter', words: t('Ends what is being drawn') },
+      { key: 'Delete', words: t('Removes what is selected') },
+      { key: 'Shift ↑ ↓ ← →', words: t('Moves what is selected on the map') },
     ],
   },
   'squad-mission': {
-    title: 'Squad mission',
+    title: t('Squad mission'),
     sentences: [
-      'Choose the drones, draw the corners of the area on the map, and set height, speed and spacing.',
-      'Each drone gets its part. Upload them all, then start all; "Hold all" stops every drone.',
-      'While they fly, each shows how far it is and how long it still takes.',
+      t('Choose the drones, draw the corners of the area on the map, and set height, speed and spacing.'),
+      t('Each drone gets its part. Upload them all, then start all; "Hold all" stops every drone.'),
+      t('While they fly, each shows how far it is and how long it still takes.'),
     ],
     keys: [],
   },
   videos: {
-    title: 'Videos',
+    title: t('Videos'),
     sentences: [
-      'The pictures of several drones beside each other. Choose the drones in the squad list, then "Videos".',
-      'A drone sends nothing that nobody watches: pictures out of sight stop.',
+      t('The pictures of several drones beside each other. Choose the drones in the squad list, then "Videos".'),
+      t('A drone sends nothing that nobody watches: pictures out of sight stop.'),
     ],
     keys: [],
   },
   parameters: {
-    title: 'Parameters',
+    title: t('Parameters'),
     sentences: [
-      'Search by name or by what a parameter does. A changed value waits until you write it.',
-      'Take up the controls to write. Compare with a file, the defaults or another drone.',
+      t('Search by name or by what a parameter does. A changed value waits until you write it.'),
+      t('Take up the controls to write. Compare with a file, the defaults or another drone.'),
     ],
-    keys: [{ key: '/', words: 'To the search' }],
+    keys: [{ key: '/', words: t('To the search') }],
   },
   setup: {
-    title: 'Vehicle setup',
+    title: t('Vehicle setup'),
     sentences: [
-      'Calibrate sensors and radio, test motors with the propellers off, and set modes, failsafes, fence and power.',
-      'Take up the controls first. The tower does none of it unless the drone is on the ground and disarmed.',
-      'A changed value waits until you write it.',
+      t('Calibrate sensors and radio, test motors with the propellers off, and set modes, failsafes, fence and power.'),
+      t('Take up the controls first. The tower does none of it unless the drone is on the ground and disarmed.'),
+      t('A changed value waits until you write it.'),
     ],
     keys: [],
   },
   logs: {
-    title: 'Flight logs',
+    title: t('Flight logs'),
     sentences: [
-      'Ask the drone for the list of its logs, fetch one to the tower on the ground, then download it.',
-      'Recorded videos of the drone are below.',
+      t('Ask the drone for the list of its logs, fetch one to the tower on the ground, then download it.'),
+      t('Recorded videos of the drone are below.'),
     ],
     keys: [],
   },
   flights: {
-    title: 'Flights',
+    title: t('Flights'),
     sentences: [
-      'Every flight that the tower recorded, the newest first. Find them by drone, pilot and date.',
-      'Replay opens a flight on the map, with its flight display, sticks, events and charts.',
-      'Download a flight as .tlog for other ground stations, or as CSV, KML or GPX.',
-      'Open a file replays a .tlog of your own. It stays on your computer.',
-      'Import a file takes a .tlog, .bin (ArduPilot) or .ulg (PX4) into the tower: only you and admins see it.',
+      t('Every flight that the tower recorded, the newest first. Find them by drone, pilot and date.'),
+      t('Replay opens a flight on the map, with its flight display, sticks, events and charts.'),
+      t('Download a flight as .tlog for other ground stations, or as CSV, KML or GPX.'),
+      t('Open a file replays a .tlog of your own. It stays on your computer.'),
+      t('Import a file takes a .tlog, .bin (ArduPilot) or .ulg (PX4) into the tower: only you and admins see it.'),
     ],
     keys: [],
   },
   statistics: {
-    title: 'Statistics',
+    title: t('Statistics'),
     sentences: [
-      'Recorded flights summed up: hours, distance and incidents by drone, by pilot and by month.',
-      'My log book has the flights in which you had the controls. Each table can be downloaded as CSV.',
-      'Maintenance shows what a drone needs after so many hours in the air. Owners and admins add it, and say when it is done.',
+      t('Recorded flights summed up: hours, distance and incidents by drone, by pilot and by month.'),
+      t('My log book has the flights in which you had the controls. Each table can be downloaded as CSV.'),
+      t(
+        'Maintenance shows what a drone needs after so many hours in the air. Owners and admins add it, and say when it is done.',
+      ),
     ],
     keys: [],
   },
   replay: {
-    title: 'Replay',
+    title: t('Replay'),
     sentences: [
-      'A recorded flight on one timeline: move along it, or press an event to see that moment.',
-      'Share copies an address of this moment. Whoever opens it must be allowed to see the flight.',
-      'The report lists who had the controls, commands with answers, holds and alerts, for print or PDF.',
+      t('A recorded flight on one timeline: move along it, or press an event to see that moment.'),
+      t('Share copies an address of this moment. Whoever opens it must be allowed to see the flight.'),
+      t('The report lists who had the controls, commands with answers, holds and alerts, for print or PDF.'),
     ],
     keys: REPLAY_KEYS,
   },
   zones: {
-    title: 'Zones',
+    title: t('Zones'),
     sentences: [
-      'Where drones may not be, not above a height, or only. Every map shows them.',
-      'Admins draw zones for the tower, admins of a team for its drones: on the map, or from a GeoJSON or KML file.',
-      'A zone refuses plans and go-tos into it, and holds a drone that is flown by hand at it; or it only warns.',
+      t('Where drones may not be, not above a height, or only. Every map shows them.'),
+      t('Admins draw zones for the tower, admins of a team for its drones: on the map, or from a GeoJSON or KML file.'),
+      t('A zone refuses plans and go-tos into it, and holds a drone that is flown by hand at it; or it only warns.'),
     ],
     keys: [],
   },
   account: {
-    title: 'Your account',
+    title: t('Your account'),
     sentences: [
-      'Password, passkeys and second factor; sessions that you can end; tokens for programs; your teams.',
-      'The tower asks for your password again before it changes how you sign in.',
+      t('Password, passkeys and second factor; sessions that you can end; tokens for programs; your teams.'),
+      t('The tower asks for your password again before it changes how you sign in.'),
     ],
     keys: [],
   },
   admin: {
-    title: 'Administration',
+    title: t('Administration'),
     sentences: [
-      'Users and their roles, drones and their owners, enrolment of a drone by one command, teams, sessions, tokens.',
-      'The audit trail tells who did what. Maps: layers, files, and areas kept for when the network is away. System shows the health of the tower.',
+      t(
+        'Users and their roles, drones and their owners, enrolment of a drone by one command, teams, sessions, tokens.',
+      ),
+      t(
+        'The audit trail tells who did what. Maps: layers, files, and areas kept for when the network is away. System shows the health of the tower.',
+      ),
     ],
     keys: [],
   },

@@ -1,5 +1,6 @@
 /** How the tower identifies a drone's agent, in words. */
 
+import { t } from '../languages/text';
 import type { DroneIdentity } from '../link/wire_types';
 import { dateMinute } from './dates';
 
@@ -9,11 +10,14 @@ const SHOWN = 'SHA256:'.length + 12;
 export function identityWords(identity: DroneIdentity | undefined): string {
   switch (identity?.kind) {
     case 'key':
-      return `${(identity.fingerprint ?? '').slice(0, SHOWN)}…, since ${dateMinute(identity.since)}`;
+      return t('{fingerprint}…, since {since}', {
+        fingerprint: (identity.fingerprint ?? '').slice(0, SHOWN),
+        since: dateMinute(identity.since),
+      });
     case 'credential':
-      return 'a credential, until its next sign-in';
+      return t('a credential, until its next sign-in');
     case 'none':
-      return 'not enrolled';
+      return t('not enrolled');
     case undefined:
       return '';
   }

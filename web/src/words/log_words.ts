@@ -1,5 +1,7 @@
 /** Why an autopilot cannot be asked for its flight logs now, by anybody. Pure. */
 
+import { t } from '../languages/text';
+
 interface LogSituation {
   readonly name: string;
   readonly online: boolean;
@@ -11,8 +13,8 @@ interface LogSituation {
 
 /** Empty if it can be asked. */
 export function whyNoLogs({ name, online, isConnected, isAirborne, isBusy }: LogSituation): string {
-  if (!isConnected) return 'No connection to the tower.';
-  if (!online) return `${name} is offline.`;
-  if (isAirborne) return `${name} is in the air: its logs are read on the ground.`;
-  return isBusy ? `${name} is sending logs: it does one thing at a time.` : '';
+  if (!isConnected) return t('No connection to the tower.');
+  if (!online) return t('{name} is offline.', { name });
+  if (isAirborne) return t('{name} is in the air: its logs are read on the ground.', { name });
+  return isBusy ? t('{name} is sending logs: it does one thing at a time.', { name }) : '';
 }

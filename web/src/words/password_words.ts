@@ -1,16 +1,21 @@
 /** The tower's rules for passwords. Checks lengths here at once; only the tower judges how guessable a password is. */
 
+import { t } from '../languages/text';
+
 const MIN_LENGTH = 12;
 const MAX_LENGTH = 256;
 
-export const PASSWORD_RULE = `${MIN_LENGTH} to ${MAX_LENGTH} characters of any kind, and not easy to guess. Length counts more than signs: four words are good.`;
+export const PASSWORD_RULE = t(
+  '{minLength} to {maxLength} characters of any kind, and not easy to guess. Length counts more than signs: four words are good.',
+  { minLength: MIN_LENGTH, maxLength: MAX_LENGTH },
+);
 
 /** What is wrong with it; empty if nothing. `old`: the password that it replaces, if any. */
 export function passwordFault(password: string, old = ''): string {
   const length = [...password].length;
-  if (length < MIN_LENGTH) return `Too short: ${MIN_LENGTH - length} more.`;
-  if (length > MAX_LENGTH) return `Too long: at most ${MAX_LENGTH} characters.`;
-  if (old && password === old) return 'This is the old password: choose another one.';
+  if (length < MIN_LENGTH) return t('Too short: {minLength} more.', { minLength: MIN_LENGTH - length });
+  if (length > MAX_LENGTH) return t('Too long: at most {maxLength} characters.', { maxLength: MAX_LENGTH });
+  if (old && password === old) return t('This is the old password: choose another one.');
   return '';
 }
 

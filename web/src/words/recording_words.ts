@@ -1,5 +1,6 @@
 /** Recordings of video in words. */
 
+import { t } from '../languages/text';
 import { mayRecord } from '../link/drone_view';
 import type { Recording } from '../link/recordings';
 import type { Drone, User } from '../link/wire_types';
@@ -7,10 +8,10 @@ import { dateTime } from './dates';
 import { UNKNOWN } from './format';
 
 const STATE_WORDS: Record<string, string> = {
-  recording: 'Recording',
-  finishing: 'Being made ready',
-  ready: 'Ready',
-  failed: 'Failed',
+  recording: t('Recording'),
+  finishing: t('Being made ready'),
+  ready: t('Ready'),
+  failed: t('Failed'),
 };
 
 /** `0:07`, `1:02:03`. */
@@ -38,22 +39,27 @@ export function recordingState({ state, words }: Recording): string {
 export function flightWords({ flights }: Recording): string {
   const [first, ...more] = flights;
   if (first === undefined) return UNKNOWN;
-  return more.length === 0 ? dateTime(first) : `${dateTime(first)} and ${more.length} more`;
+  return more.length === 0
+    ? dateTime(first)
+    : t('{first} and {more} more', { first: dateTime(first), more: more.length });
 }
 
 /** Why this user may not start or stop a recording now; empty if they may. */
 export function recordingBlocked(drone: Drone, user: User, isConnected: boolean): string {
-  if (!isConnected) return 'The connection to the tower is down.';
-  if (!drone.may_watch_video) return `An admin has taken the video of ${drone.name} with its controls.`;
-  if (!mayRecord(drone, user)) return `Whoever has the controls of ${drone.name}, or an admin, records its video.`;
+  if (!isConnected) return t('The connection to the tower is down.');
+  if (!drone.may_watch_video)
+    return t('An admin has taken the video of {drone} with its controls.', { drone: drone.name });
+  if (!mayRecord(drone, user))
+    return t('Whoever has the controls of {drone}, or an admin, records its video.', { drone: drone.name });
   return '';
 }
 
 export const deleteQuestion = (droneName: string, recording: Recording) => ({
-  title: `Delete a recording of ${droneName}?`,
-  text:
-    `The recording of ${droneName} that began on ${dateTime(recording.began_at)} UTC ` +
-    `(${playTime(recording.duration_s)} long) is deleted from the tower for good.`,
-  confirmLabel: 'Delete the recording',
+  title: t('Delete a recording of {droneName}?', { droneName }),
+  text: t(
+    'The recording of {droneName} that began on {beganAt} UTC ({playTime} long) is deleted from the tower for good.',
+    { droneName, beganAt: dateTime(recording.began_at), playTime: playTime(recording.duration_s) },
+  ),
+  confirmLabel: t('Delete the recording'),
   isDanger: true,
 });

@@ -1,17 +1,18 @@
 /** A replay in words. */
 
+import { t } from '../languages/text';
 import type { MarkKind } from '../replay/marks';
 
 export const MARK_WORDS: Record<MarkKind, string> = {
-  controls: 'Controls',
-  hold: 'Hold',
-  command: 'Command',
-  alert: 'Alert',
-  sticks: 'Sticks',
-  link: 'Link',
-  mode: 'Mode',
-  text: 'Autopilot',
-  flight: 'Flight',
+  controls: t('Controls'),
+  hold: t('Hold'),
+  command: t('Command'),
+  alert: t('Alert'),
+  sticks: t('Sticks'),
+  link: t('Link'),
+  mode: t('Mode'),
+  text: t('Autopilot'),
+  flight: t('Flight'),
 };
 
 const two = (value: number): string => String(value).padStart(2, '0');

@@ -1,11 +1,12 @@
 /** Texts about the role of an account and its rights. */
 
+import { t } from '../languages/text';
 import type { Role, Scope } from '../link/admin_types';
 
 export const ACCOUNT_ROLES: Record<Role, { readonly noun: string; readonly does: string }> = {
-  observer: { noun: 'an observer', does: 'Sees the drones that they are given, and never flies.' },
-  operator: { noun: 'an operator', does: 'Sees and flies the drones that they own or that are lent to them.' },
-  admin: { noun: 'an admin', does: 'Sees and may fly every drone, and administers the tower.' },
+  observer: { noun: t('an observer'), does: t('Sees the drones that they are given, and never flies.') },
+  operator: { noun: t('an operator'), does: t('Sees and flies the drones that they own or that are lent to them.') },
+  admin: { noun: t('an admin'), does: t('Sees and may fly every drone, and administers the tower.') },
 };
 
 const SCOPES_OF: Record<Role, readonly Scope[]> = {

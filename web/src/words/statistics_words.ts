@@ -1,5 +1,6 @@
 /** Hours, shares and maintenance in words. */
 
+import { plural, t } from '../languages/text';
 import type { MaintenanceTask } from '../link/statistics';
 import { UNKNOWN } from './format';
 
@@ -13,8 +14,8 @@ export function hoursWords(hours: number | null): string {
 
 /** What of the interval is left, or by how much it is over. */
 export function taskWords({ state, left_h }: MaintenanceTask): string {
-  if (state === 'due') return left_h < 0 ? `Overdue by ${hoursWords(-left_h)}` : 'Due now';
-  return `${hoursWords(left_h)} left`;
+  if (state === 'due') return left_h < 0 ? t('Overdue by {hours}', { hours: hoursWords(-left_h) }) : t('Due now');
+  return t('{hours} left', { hours: hoursWords(left_h) });
 }
 
 /** `3 holds, 1 link loss`; empty if nothing happened. */
@@ -23,12 +24,11 @@ export function incidentWords(counts: {
   readonly link_losses: number;
   readonly critical_alerts: number;
 }): string {
-  const some = (count: number, one: string, many: string): string =>
-    count === 0 ? '' : `${count} ${count === 1 ? one : many}`;
+  const { holds, link_losses: losses, critical_alerts: alerts } = counts;
   return [
-    some(counts.holds, 'hold', 'holds'),
-    some(counts.link_losses, 'link loss', 'link losses'),
-    some(counts.critical_alerts, 'critical alert', 'critical alerts'),
+    holds && plural(holds, { one: '{n} hold', other: '{n} holds' }),
+    losses && plural(losses, { one: '{n} link loss', other: '{n} link losses' }),
+    alerts && plural(alerts, { one: '{n} critical alert', other: '{n} critical alerts' }),
   ]
     .filter(Boolean)
     .join(', ');

@@ -1,20 +1,23 @@
 /** Texts about teams. */
 
+import { t } from '../languages/text';
 import type { NamedRef } from '../link/admin_types';
 import type { TeamRole } from '../link/team_types';
 import type { Drone } from '../link/wire_types';
 
 export const ROLE_WORDS: Record<TeamRole, { readonly label: string; readonly does: string }> = {
-  observer: { label: 'Observer', does: 'watches' },
-  operator: { label: 'Operator', does: 'watches and flies' },
-  admin: { label: 'Team admin', does: 'flies, takes controls, looks after the team' },
+  observer: { label: t('Observer'), does: t('watches') },
+  operator: { label: t('Operator'), does: t('watches and flies') },
+  admin: { label: t('Team admin'), does: t('flies, takes controls, looks after the team') },
 };
 
 /** What happens to the drones that a user flies when they lose access. */
 export function flownThen(drones: readonly Drone[], userIds: readonly number[] | null): string {
   const flown = drones.filter(({ holder }) => holder && (userIds === null || userIds.includes(holder.id)));
   return flown
-    .map(({ name, holder }) => `${holder?.name} has the controls of ${name} now: ${name} is ordered to hold.`)
+    .map(({ name, holder }) =>
+      t('{holder} has the controls of {name} now: {name} is ordered to hold.', { holder: holder?.name, name }),
+    )
     .join(' ');
 }
 

@@ -1,12 +1,14 @@
 /** Quantities in the user's units. Everything internal is metric (SI); only texts and input fields are not. */
 
+import { inLanguage, t } from '../languages/text';
+
 export type UnitSystem = 'metric' | 'imperial' | 'aviation';
 export type Quantity = 'height' | 'distance' | 'speed' | 'climb';
 
 export const UNIT_SYSTEMS: readonly { readonly value: UnitSystem; readonly label: string }[] = [
-  { value: 'metric', label: 'Metric' },
-  { value: 'imperial', label: 'Imperial' },
-  { value: 'aviation', label: 'Aviation' },
+  { value: 'metric', label: t('Metric') },
+  { value: 'imperial', label: t('Imperial') },
+  { value: 'aviation', label: t('Aviation') },
 ];
 
 export function isUnitSystem(value: unknown): value is UnitSystem {
@@ -68,7 +70,7 @@ export function measure(system: UnitSystem, quantity: Quantity, value: number | 
   if (value === null || !Number.isFinite(value)) return { text: UNKNOWN, unit: unit.symbol };
   const text = (value / unit.inMetric).toFixed(decimals ?? unit.decimals);
   // -0.0 would suggest a movement that does not exist.
-  return { text: Number(text) === 0 ? text.replace('-', '') : text.replace('-', '−'), unit: unit.symbol };
+  return { text: inLanguage(Number(text) === 0 ? text.replace('-', '') : text.replace('-', '−')), unit: unit.symbol };
 }
 
 /** The same as one string. */
@@ -76,6 +78,13 @@ export function measured(system: UnitSystem, quantity: Quantity, value: number |
   const { text, unit } = measure(system, quantity, value, decimals);
   return text === UNKNOWN ? text : `${text} ${unit}`;
 }
+
+/** `120 m, 30 m high`. */
+export const awayAndHigh = (system: UnitSystem, awayM: number | null, highM: number | null): string =>
+  t('{distance}, {height} high', {
+    distance: measured(system, 'distance', awayM),
+    height: measured(system, 'height', highM, 0),
+  });
 
 /** The input of a field in the user's unit, as metres or metres per second. */
 export const toMetric = (system: UnitSystem, quantity: Quantity, value: number): number =>

@@ -1,5 +1,6 @@
 /** The video of a drone in words: what is wrong and who is affected, and the figures of the picture. */
 
+import { t } from '../languages/text';
 import type { Drone } from '../link/wire_types';
 import type { QualityName, VideoStats, VideoStatus } from '../video/video_types';
 import { clockTime, fixed, UNKNOWN } from './format';
@@ -9,7 +10,7 @@ export const LATE_MS = 500;
 /** Without a new picture for this long, the picture counts as old. */
 export const STILL_MS = 1_000;
 
-export const QUALITY_WORDS: Record<QualityName, string> = { low: 'Low', medium: 'Medium', high: 'High' };
+export const QUALITY_WORDS: Record<QualityName, string> = { low: t('Low'), medium: t('Medium'), high: t('High') };
 
 export interface VideoSays {
   readonly title: string;
@@ -31,48 +32,57 @@ export function videoWords(
   const since = clockTime(status.sinceMs);
   switch (status.state) {
     case 'live':
-      if (!stats || stats.stillMs === null) return says(`Waiting for the first picture of ${drone}…`, '', false);
+      if (!stats || stats.stillMs === null)
+        return says(t('Waiting for the first picture of {drone}…', { drone }), '', false);
       return isStill(stats)
-        ? says(`No new picture of ${drone} for ${fixed(stats.stillMs / 1000)} s.`, 'What is shown is old.')
+        ? says(
+            t('No new picture of {drone} for {still} s.', { drone, still: fixed(stats.stillMs / 1000) }),
+            t('What is shown is old.'),
+          )
         : null;
     case 'connecting':
-      return says(`Opening the video of ${drone}…`, '', false);
+      return says(t('Opening the video of {drone}…', { drone }), '', false);
     case 'waiting':
-      return says(`Waiting for the first picture of ${drone}…`, '', false);
+      return says(t('Waiting for the first picture of {drone}…', { drone }), '', false);
     case 'no-camera':
-      return says(`${drone} has no camera that its agent offers.`, words, false);
+      return says(t('{drone} has no camera that its agent offers.', { drone }), words, false);
     case 'camera-lost':
-      return says(`Camera of ${drone} lost since ${since} UTC.`, words || 'Its agent keeps trying to open it.');
+      return says(
+        t('Camera of {drone} lost since {since} UTC.', { drone, since }),
+        words || t('Its agent keeps trying to open it.'),
+      );
     case 'offline':
-      return says(`${drone} is offline.`, words === `${drone} is offline.` ? '' : words, false);
+      return says(t('{drone} is offline.', { drone }), words === `${drone} is offline.` ? '' : words, false);
     case 'thin-link':
-      return says(`The link of ${drone} is too thin for video.`, words || 'A lower quality may pass.');
+      return says(t('The link of {drone} is too thin for video.', { drone }), words || t('A lower quality may pass.'));
     case 'no-agent-video':
       return says(
-        `The video of ${drone} does not reach the tower.`,
-        words || 'Its agent says that there is a camera, and sends no pictures.',
+        t('The video of {drone} does not reach the tower.', { drone }),
+        words || t('Its agent says that there is a camera, and sends no pictures.'),
       );
     case 'cut-off': {
       const seconds = status.retryAtMs === null ? 0 : Math.max(0, Math.ceil((status.retryAtMs - nowMs) / 1000));
       return says(
-        `The connection to the tower is lost: no video of ${drone}.`,
-        seconds > 0 ? `Next try in ${seconds} s.` : 'Trying now.',
+        t('The connection to the tower is lost: no video of {drone}.', { drone }),
+        seconds > 0 ? t('Next try in {seconds} s.', { seconds }) : t('Trying now.'),
       );
     }
     case 'refused':
-      return says(`The tower gives no video of ${drone}.`, words);
+      return says(t('The tower gives no video of {drone}.', { drone }), words);
     case 'paused':
-      return says(`The video of ${drone} is paused.`, 'It goes on when it is in sight.', false);
+      return says(t('The video of {drone} is paused.', { drone }), t('It goes on when it is in sight.'), false);
     case 'unplayable':
-      return says(`This browser cannot show the video of ${drone}.`, words);
+      return says(t('This browser cannot show the video of {drone}.', { drone }), words);
   }
 }
 
 /** For a user whom an admin also locked out of the video, with TAKE. */
 export const videoTaken = (drone: Pick<Drone, 'name' | 'holder'>): VideoSays =>
   says(
-    `The video of ${drone.name} was taken too.`,
-    `${drone.holder?.name ?? 'An admin'} took the controls without letting you watch the video. It comes back with them.`,
+    t('The video of {drone} was taken too.', { drone: drone.name }),
+    t('{holder} took the controls without letting you watch the video. It comes back with them.', {
+      holder: drone.holder?.name ?? t('An admin'),
+    }),
   );
 
 /** No new picture for so long that the visible one is not what the drone sees. */
@@ -87,8 +97,8 @@ export const isLate = (stats: VideoStats | null): boolean => isStill(stats) || (
 export function delayWords(stats: VideoStats): string {
   const { stillMs, delayMs } = stats;
   if (stillMs === null) return UNKNOWN;
-  if (isStill(stats)) return `${fixed(stillMs / 1000, 1)} s old`;
-  return delayMs === null ? `delay ${UNKNOWN}` : `${fixed(Math.max(0, delayMs))} ms`;
+  if (isStill(stats)) return t('{still} s old', { still: fixed(stillMs / 1000, 1) });
+  return delayMs === null ? t('delay {unknown}', { unknown: UNKNOWN }) : `${fixed(Math.max(0, delayMs))} ms`;
 }
 
 export const rateWords = (bitsPerS: number): string =>
@@ -96,7 +106,7 @@ export const rateWords = (bitsPerS: number): string =>
 
 /** Pictures that were not shown, and why: lost on the way, or skipped because this browser was slow. */
 export function missedWords({ lost, skipped }: VideoStats): string {
-  return skipped > 0 ? `lost ${lost}, skipped ${skipped}` : `lost ${lost}`;
+  return skipped > 0 ? t('lost {lost}, skipped {skipped}', { lost, skipped }) : t('lost {lost}', { lost });
 }
 
 /** The name of a saved picture: sorts by time, and states the clock. */

@@ -1,12 +1,13 @@
 /** A zone in words: what it says, where in height, and when. */
 
+import { t } from '../languages/text';
 import type { Zone, ZoneKind } from '../link/zones';
 import { dateMinute } from './dates';
 
 export const KIND_LABELS: Record<ZoneKind, string> = {
-  'no-fly': 'No-fly zone',
-  'height-limit': 'Height limit',
-  corridor: 'Corridor',
+  'no-fly': t('No-fly zone'),
+  'height-limit': t('Height limit'),
+  corridor: t('Corridor'),
 };
 
 export function heightWords({
@@ -15,20 +16,20 @@ export function heightWords({
   ceiling_m: ceiling = null,
   height_above: above,
 }: Zone): string {
-  const of = above === 'sea' ? ' above the sea' : '';
-  if (kind === 'height-limit') return `at most ${ceiling} m${of}`;
-  if (floor !== null && ceiling !== null) return `${floor} to ${ceiling} m${of}`;
-  if (ceiling !== null) return `up to ${ceiling} m${of}`;
-  return floor !== null ? `from ${floor} m${of}` : 'all heights';
+  const of = above === 'sea' ? ` ${t('above the sea')}` : '';
+  if (kind === 'height-limit') return t('at most {ceiling} m{of}', { ceiling, of });
+  if (floor !== null && ceiling !== null) return t('{floor} to {ceiling} m{of}', { floor, ceiling, of });
+  if (ceiling !== null) return t('up to {ceiling} m{of}', { ceiling, of });
+  return floor !== null ? t('from {floor} m{of}', { floor, of }) : t('all heights');
 }
 
 export function timeWords({ valid_from: from, valid_until: until }: Zone): string {
-  if (from && until) return `${dateMinute(from)} to ${dateMinute(until)} UTC`;
-  if (from) return `from ${dateMinute(from)} UTC`;
-  return until ? `until ${dateMinute(until)} UTC` : 'always';
+  if (from && until) return t('{from} to {until} UTC', { from: dateMinute(from), until: dateMinute(until) });
+  if (from) return t('from {from} UTC', { from: dateMinute(from) });
+  return until ? t('until {until} UTC', { until: dateMinute(until) }) : t('always');
 }
 
 export const zoneWords = (zone: Zone): string =>
-  [KIND_LABELS[zone.kind], heightWords(zone), timeWords(zone), zone.rule === 'warn' ? 'only warns' : '']
+  [KIND_LABELS[zone.kind], heightWords(zone), timeWords(zone), zone.rule === 'warn' ? t('only warns') : '']
     .filter(Boolean)
     .join(', ');

@@ -1,5 +1,6 @@
 /** The commands, grouped as people look for them. */
 
+import { t } from '../../languages/text';
 import { FAMILIES } from '../../link/generated/autopilots.gen';
 import { CATALOGUE, CMD, isKnownTo, type AutopilotKind, type CommandSpec } from '../../plan/catalogue';
 
@@ -36,15 +37,17 @@ const all = [...CATALOGUE.values()];
 const flies = (one: CommandSpec): boolean => one.flies || one.command === CMD.RETURN;
 
 export const COMMAND_GROUPS: readonly CommandGroup[] = [
-  { title: 'Fly', specs: all.filter(flies) },
-  { title: 'On the way', specs: all.filter(({ command }) => WAY.has(command)) },
-  { title: 'Camera', specs: all.filter(({ command }) => CAMERA.has(command)) },
+  { title: t('Fly'), specs: all.filter(flies) },
+  { title: t('On the way'), specs: all.filter(({ command }) => WAY.has(command)) },
+  { title: t('Camera'), specs: all.filter(({ command }) => CAMERA.has(command)) },
   {
-    title: 'Other',
+    title: t('Other'),
     specs: all.filter((one) => !flies(one) && !WAY.has(one.command) && !CAMERA.has(one.command)),
   },
 ];
 
 /** With a note if this autopilot does not carry it out. */
 export const choiceWords = (spec: CommandSpec, autopilot: AutopilotKind): string =>
-  isKnownTo(spec, autopilot) ? spec.label : `${spec.label} (not ${FAMILIES[autopilot].label})`;
+  isKnownTo(spec, autopilot)
+    ? spec.label
+    : t('{spec} (not {families})', { spec: spec.label, families: FAMILIES[autopilot].label });

@@ -5,6 +5,7 @@
 
 import { confirmArming } from '../../arming';
 import { ask } from '../../confirmation.svelte';
+import { t } from '../../languages/text';
 import type { DroneCommand } from '../../link/drone_commands';
 import type { FlightValues } from '../../link/flight_values';
 import { isGood, outcomeWords } from '../../link/outcome';
@@ -32,23 +33,27 @@ export class MissionActions {
   async start(items: number): Promise<CommandReport | null> {
     const name = this.#name;
     const { airborne, armed } = this.#values();
-    const what = `flies the mission on board (${items} items)`;
+    const what = t('flies the mission on board ({items} items)', { items });
     if (armed === true) {
       const text = airborne
-        ? `${name} is in the air. It ${what}, from the first item on, at once.`
-        : `${name} has its motors running. It ${what}: it takes off. Is everybody clear of it?`;
-      if (!(await ask({ title: `Start the mission of ${name}?`, text, confirmLabel: 'Start' }))) return null;
-      return this.#begun(() => this.#perform('Start the mission', { command: 'start' }));
+        ? t('{name} is in the air. It {what}, from the first item on, at once.', { name, what })
+        : t('{name} has its motors running. It {what}: it takes off. Is everybody clear of it?', { name, what });
+      if (!(await ask({ title: t('Start the mission of {name}?', { name }), text, confirmLabel: t('Start') })))
+        return null;
+      return this.#begun(() => this.#perform(t('Start the mission'), { command: 'start' }));
     }
-    const text = `The motors of ${name} will start to turn. It ${what}: it takes off. Is everybody clear of it?`;
+    const text = t('The motors of {name} will start to turn. It {what}: it takes off. Is everybody clear of it?', {
+      name,
+      what,
+    });
     const acknowledge = await confirmArming(this.#vehicle, {
-      title: `Arm ${name} and start its mission?`,
+      title: t('Arm {name} and start its mission?', { name }),
       text,
-      confirmLabel: 'Arm and start',
+      confirmLabel: t('Arm and start'),
     });
     if (!acknowledge) return null;
     // The tower arms the drone as one of the steps.
-    return this.#begun(() => this.#perform('Arm and start the mission', { command: 'start' }, acknowledge));
+    return this.#begun(() => this.#perform(t('Arm and start the mission'), { command: 'start' }, acknowledge));
   }
 
   async #begun(action: () => Promise<CommandReport>): Promise<CommandReport> {
@@ -59,27 +64,37 @@ export class MissionActions {
 
   /** Never asks: it is urgent when an obstacle is ahead. */
   pause(): Promise<CommandReport> {
-    return this.#perform('Pause', { command: 'pause' });
+    return this.#perform(t('Pause'), { command: 'pause' });
   }
 
   async resume(item: number | null): Promise<CommandReport | null> {
-    const where = item === null ? 'where it was interrupted' : `with item ${item + 1}`;
-    const text = `${this.#name} flies on with its mission, ${where}, at once.`;
-    if (!(await ask({ title: `${this.#name}: fly on?`, text, confirmLabel: 'Resume' }))) return null;
-    return this.#perform('Resume', { command: 'resume' });
+    const where = item === null ? t('where it was interrupted') : t('with item {item}', { item: item + 1 });
+    const text = t('{name} flies on with its mission, {where}, at once.', { name: this.#name, where });
+    if (!(await ask({ title: t('{name}: fly on?', { name: this.#name }), text, confirmLabel: t('Resume') })))
+      return null;
+    return this.#perform(t('Resume'), { command: 'resume' });
   }
 
   async jump(item: number, label: string): Promise<CommandReport | null> {
-    const text = `${this.#name} goes on with item ${item + 1} (${label}) of its mission and skips what is between.`;
-    const question = { title: `${this.#name}: fly on from item ${item + 1}?`, text, confirmLabel: 'Fly on from there' };
+    const text = t('{name} goes on with item {item} ({label}) of its mission and skips what is between.', {
+      name: this.#name,
+      item: item + 1,
+      label,
+    });
+    const question = {
+      title: t('{name}: fly on from item {item}?', { name: this.#name, item: item + 1 }),
+      text,
+      confirmLabel: t('Fly on from there'),
+    };
     if (!(await ask(question))) return null;
-    return this.#perform(`Jump to item ${item + 1}`, { command: 'jump', item });
+    return this.#perform(t('Jump to item {item}', { item: item + 1 }), { command: 'jump', item });
   }
 
   async returnHome(): Promise<CommandReport | null> {
-    const text = `${this.#name} leaves its mission, flies back to its home and lands there.`;
-    if (!(await ask({ title: `Return ${this.#name}?`, text, confirmLabel: 'Return' }))) return null;
-    return this.#perform('Return', { command: 'rtl' });
+    const text = t('{name} leaves its mission, flies back to its home and lands there.', { name: this.#name });
+    if (!(await ask({ title: t('Return {name}?', { name: this.#name }), text, confirmLabel: t('Return') })))
+      return null;
+    return this.#perform(t('Return'), { command: 'rtl' });
   }
 
   async #perform(label: string, command: DroneCommand, before?: () => Promise<void>): Promise<CommandReport> {

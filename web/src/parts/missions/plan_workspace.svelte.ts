@@ -1,5 +1,6 @@
 /** The plan in progress with its drawing and selection: the shared state of the Missions page. */
 
+import { t } from '../../languages/text';
 import { USUAL_FAMILY } from '../../link/generated/autopilots.gen';
 import type { AutopilotKind } from '../../plan/catalogue';
 import { specOf } from '../../plan/catalogue';
@@ -211,7 +212,7 @@ export class PlanWorkspace {
     const from = plan.nextId + before.length;
     const ids = preview.items.map((_, index) => from + index);
     const insert = insertItems(Math.max(0, at), [...before, ...preview.items]);
-    const words = retaken ? `Change a ${tool}` : `Add a ${tool}`;
+    const words = retaken ? t('Change a {tool}', { tool }) : t('Add a {tool}', { tool });
     this.#editor.apply(together(words, retaken ? [insert, removeItems(retaken.ids)] : [insert]));
     const placed = { pattern: tool, drawn: draft, radiusM, settings: this.settings, ids };
     this.patterns = [...this.patterns.filter((one) => one !== retaken), placed];

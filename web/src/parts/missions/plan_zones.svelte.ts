@@ -2,6 +2,7 @@
 
 import { fromStore } from 'svelte/store';
 
+import { t } from '../../languages/text';
 import { LatestQuestion } from '../../link/latest_question';
 import { MissionRest } from '../../link/mission_rest';
 import type { Drone } from '../../link/wire_types';
@@ -59,7 +60,9 @@ export function heedZones(workspace: PlanWorkspace, { drone, values }: ZoneSourc
   const latest = new LatestQuestion(tower.clock, ask, (told) => {
     if (told === null || 'problem' in told) workspace.zones = [];
     else workspace.zones = told.answer;
-    if (told !== null) workspace.zonesUnchecked = 'problem' in told ? `Zones are not checked: ${told.problem}` : '';
+    if (told !== null)
+      workspace.zonesUnchecked =
+        'problem' in told ? t('Zones are not checked: {problem}', { problem: told.problem }) : '';
   });
 
   $effect(() => {
@@ -69,8 +72,8 @@ export function heedZones(workspace: PlanWorkspace, { drone, values }: ZoneSourc
     if (isChecked && droneId !== null && !isFaulty(plan)) return latest.put({ droneId, plan });
     latest.put(null);
     if (!isChecked) workspace.zonesUnchecked = '';
-    else if (droneId === null) workspace.zonesUnchecked = 'Zones are not checked until a drone is chosen and heard.';
-    else workspace.zonesUnchecked = 'Zones are not checked until the items above are right.';
+    else if (droneId === null) workspace.zonesUnchecked = t('Zones are not checked until a drone is chosen and heard.');
+    else workspace.zonesUnchecked = t('Zones are not checked until the items above are right.');
   });
   $effect(() => () => latest.stop());
 }

@@ -1,5 +1,6 @@
 /** Transfers plans to and from a drone: one kind after another, each an operation of the tower, with its outcome. */
 
+import { t } from '../../languages/text';
 import type { MissionRest, PlanForeseen } from '../../link/mission_rest';
 import type { Operation } from '../../link/operation_types';
 import type { Operations } from '../../link/operations';
@@ -10,7 +11,11 @@ import type { Plan, PlanKind } from '../../plan/plan_types';
 import { itemOfRow, itemsOf, rowOf, withItems } from '../../plan/wire_items';
 import type { PlanWorkspace } from './plan_workspace.svelte';
 
-export const KIND_WORDS: Record<PlanKind, string> = { mission: 'mission', fence: 'fence', rally: 'rally points' };
+export const KIND_WORDS: Record<PlanKind, string> = {
+  mission: t('mission'),
+  fence: t('fence'),
+  rally: t('rally points'),
+};
 
 /** How the last transfer ended. `item`: the first one that the autopilot refused, from 0. */
 export type TransferOutcome =
@@ -47,7 +52,7 @@ export class Transfer {
   upload(kinds: readonly PlanKind[], whileFlying: boolean): Promise<void> {
     const { plan } = this.#workspace;
     const { rest, droneId, name } = this.#ways;
-    return this.#each(kinds, `to ${name}`, (kind) =>
+    return this.#each(kinds, t('to {name}', { name }), (kind) =>
       rest.upload(droneId, kind, itemsOf(plan, kind).map(rowOf), whileFlying),
     );
   }
@@ -69,14 +74,14 @@ export class Transfer {
   verify(kinds: readonly PlanKind[]): Promise<void> {
     const { plan } = this.#workspace;
     const { rest, droneId, name } = this.#ways;
-    return this.#each(kinds, `compared with ${name}`, (kind) =>
+    return this.#each(kinds, t('compared with {name}', { name }), (kind) =>
       rest.verify(droneId, kind, itemsOf(plan, kind).map(rowOf)),
     );
   }
 
   clear(kinds: readonly PlanKind[], whileFlying: boolean): Promise<void> {
     const { rest, droneId, name } = this.#ways;
-    return this.#each(kinds, `taken off ${name}`, (kind) => rest.clear(droneId, kind, whileFlying));
+    return this.#each(kinds, t('taken off {name}', { name }), (kind) => rest.clear(droneId, kind, whileFlying));
   }
 
   /** Replaces the plan on the screen by the drone's, as one undo step. */
@@ -93,20 +98,20 @@ export class Transfer {
     });
     try {
       for (kind of kinds) {
-        this.doing = `${KIND_WORDS[kind]} read from ${name}`;
+        this.doing = t('{kind} read from {name}', { kind: KIND_WORDS[kind], name });
         const read = await rest.plan(droneId, kind, true);
         const rows = read.items ?? [];
         const part = withItems(
           after,
           kind,
-          rows.map((row, at) => itemOfRow(row, `Item ${at + 1} of the ${kind}`)),
+          rows.map((row, at) => itemOfRow(row, t('Item {at} of the {kind}', { at: at + 1, kind }))),
         );
         after = part.plan;
         dropped.push(...part.dropped);
       }
-      this.#workspace.apply(replacePlan(`Read from ${name}`, after));
+      this.#workspace.apply(replacePlan(t('Read from {name}', { name }), after));
       this.#workspace.shows += 1;
-      const words = [`What is on ${name} is on the screen.`, ...dropped].join(' ');
+      const words = [t('What is on {name} is on the screen.', { name }), ...dropped].join(' ');
       this.outcome = { as: 'done', words };
     } catch (error) {
       this.outcome = { as: 'failed', words: wordsOf(error), kind, item: null };
@@ -142,7 +147,7 @@ export class Transfer {
     try {
       for (const [at, kind] of kinds.entries()) {
         now = kind;
-        const which = kinds.length > 1 ? ` (${at + 1} of ${kinds.length})` : '';
+        const which = kinds.length > 1 ? ` ${t('({at} of {kinds})', { at: at + 1, kinds: kinds.length })}` : '';
         this.doing = `${KIND_WORDS[kind]} ${whither}${which}`;
         const ended = await this.#follow(await begin(kind));
         if (ended.state !== 'done') {
@@ -151,7 +156,7 @@ export class Transfer {
         }
         if (ended.words) words.push(ended.words);
       }
-      this.outcome = { as: 'done', words: words.join(' ') || 'Done.' };
+      this.outcome = { as: 'done', words: words.join(' ') || t('Done.') };
     } catch (error) {
       const item = error instanceof RestError ? error.item : null;
       this.outcome = { as: 'failed', words: wordsOf(error), kind: now, item };
@@ -176,5 +181,5 @@ export class Transfer {
 
 function failedWords({ words, state, code }: Operation): string {
   if (words) return words;
-  return `It ended as ${state.replace('_', ' ')}${code ? ` (${code})` : ''}.`;
+  return t('It ended as {state}{what}.', { state: state.replace('_', ' '), what: code ? ` (${code})` : '' });
 }

@@ -4,6 +4,7 @@
  * what outlines mean.
  */
 
+import { plural, t } from '../../languages/text';
 import { CMD, commandWords } from '../catalogue';
 import { frameWords } from '../frames';
 import {
@@ -20,7 +21,6 @@ import {
 import { itemOfRow, missionItems, planItems, rowOf, wireItem } from '../wire_items';
 import { isNumber, isObject, placeOf, type JsonObject } from './json_values';
 import {
-  counted,
   float32Of,
   heldToMost,
   isScaled,
@@ -57,7 +57,7 @@ interface Shapes {
 }
 
 function spotsOf(coordinates: unknown, found: Shapes): Spot[] {
-  if (!Array.isArray(coordinates)) throw new NotAPlanFile('A shape in this file has no coordinates.');
+  if (!Array.isArray(coordinates)) throw new NotAPlanFile(t('A shape in this file has no coordinates.'));
   return coordinates.flatMap((one: unknown) => {
     const spot = Array.isArray(one) ? placeOf(one[1], one[0]) : null;
     if (!spot) {
@@ -72,13 +72,13 @@ function spotsOf(coordinates: unknown, found: Shapes): Spot[] {
 const isSame = (one: Spot, other: Spot): boolean => one.latE7 === other.latE7 && one.lonE7 === other.lonE7;
 
 function takePolygon(rings: unknown, found: Shapes): void {
-  if (!Array.isArray(rings) || rings.length === 0) throw new NotAPlanFile('An outline in this file has no corners.');
+  if (!Array.isArray(rings) || rings.length === 0) throw new NotAPlanFile(t('An outline in this file has no corners.'));
   const ring = spotsOf(rings[0], found);
   found.holes += rings.length - 1;
   const isClosed = ring.length > 1 && isSame(ring[0]!, ring.at(-1)!);
   const corners = isClosed ? ring.slice(0, -1) : ring;
   if (corners.length >= 3) found.areas.push(corners);
-  else found.dropped.push('An outline with fewer than three corners is left out.');
+  else found.dropped.push(t('An outline with fewer than three corners is left out.'));
 }
 
 const listOf = (value: unknown): unknown[] => (Array.isArray(value) ? value : []);
@@ -88,7 +88,7 @@ const DEEPEST = 8;
 
 function takeGeometry(geometry: unknown, found: Shapes, depth = 0): void {
   if (geometry === null || geometry === undefined) return;
-  if (!isObject(geometry)) throw new NotAPlanFile('A feature in this file has no shape.');
+  if (!isObject(geometry)) throw new NotAPlanFile(t('A feature in this file has no shape.'));
   const { type, coordinates } = geometry;
   if (type === 'Point') found.points.push(...spotsOf([coordinates], found));
   else if (type === 'MultiPoint' || type === 'LineString') found.points.push(...spotsOf(coordinates, found));
@@ -97,7 +97,7 @@ function takeGeometry(geometry: unknown, found: Shapes, depth = 0): void {
   else if (type === 'MultiPolygon') for (const one of listOf(coordinates)) takePolygon(one, found);
   else if (type === 'GeometryCollection' && depth < DEEPEST) {
     for (const one of listOf(geometry['geometries'])) takeGeometry(one, found, depth + 1);
-  } else found.dropped.push(`A shape of the kind "${`${type}`.slice(0, 40)}" is left out.`);
+  } else found.dropped.push(t('A shape of the kind "{type}" is left out.', { type: `${type}`.slice(0, 40) }));
 }
 
 /** In KML the property is text. */
@@ -133,7 +133,7 @@ function takeOwn(own: JsonObject, geometry: unknown, into: Own): boolean {
   const frame = Number.isInteger(own['frame']) ? (own['frame'] as number) : null;
   const heightM = float32Of(own['height_m']);
   if (own['part'] === 'item') {
-    const item = itemOfRow(own['item'], `Item ${into.items.length + 1}`);
+    const item = itemOfRow(own['item'], t('Item {items}', { items: into.items.length + 1 }));
     // The point may have been moved in another program; the rest of the item is in the property.
     const isPlaced = spot && isScaled(item.command, item.frame);
     into.items.push(isPlaced ? { ...item, x: spot.latE7, y: spot.lonE7 } : item);
@@ -175,7 +175,7 @@ function takeOwn(own: JsonObject, geometry: unknown, into: Own): boolean {
 
 function featuresOf(json: JsonObject): JsonObject[] {
   if (json['type'] === 'FeatureCollection') {
-    if (!Array.isArray(json['features'])) throw new NotAPlanFile('This GeoJSON has no list of features.');
+    if (!Array.isArray(json['features'])) throw new NotAPlanFile(t('This GeoJSON has no list of features.'));
     return json['features'].filter(isObject);
   }
   return [json['type'] === 'Feature' ? json : { type: 'Feature', properties: {}, geometry: json }];
@@ -186,21 +186,31 @@ function dropWords(found: Shapes, heightM: number): string[] {
   const words = [...found.dropped];
   if (heights > 0) {
     words.push(
-      `The heights in the file were not taken (${counted(heights, 'place', 'places')}): it does not say from where. All are ${heightM} m.`,
+      t('The heights in the file were not taken ({counted}): it does not say from where. All are {height} m.', {
+        counted: plural(heights, { one: '{n} place', other: '{n} places' }),
+        height: heightM,
+      }),
     );
   }
-  if (holes > 0) words.push(`${counted(holes, 'hole', 'holes')} in outlines left out.`);
+  if (holes > 0)
+    words.push(
+      t('{counted} in outlines left out.', { counted: plural(holes, { one: '{n} hole', other: '{n} holes' }) }),
+    );
   if (outside > 0)
-    words.push(`${counted(outside, 'place', 'places')} left out: not on earth, latitude and longitude in degrees.`);
+    words.push(
+      t('{counted} left out: not on earth, latitude and longitude in degrees.', {
+        counted: plural(outside, { one: '{n} place', other: '{n} places' }),
+      }),
+    );
   return words;
 }
 
 export function readGeoJson(json: unknown, settings: ReadSettings, format: 'GeoJSON' | 'KML' = 'GeoJSON'): ReadFile {
-  if (!looksLikeGeoJson(json)) throw new NotAPlanFile('This is not GeoJSON: it has no features and no shapes.');
+  if (!looksLikeGeoJson(json)) throw new NotAPlanFile(t('This is not GeoJSON: it has no features and no shapes.'));
   // Degrees are the rule; older files may name another system, and would be misplaced.
   const crs = json['crs'] === undefined ? '' : JSON.stringify(json['crs']);
   if (crs !== '' && !/CRS84|4326/.test(crs)) {
-    throw new NotAPlanFile('This GeoJSON is not in degrees (WGS 84): save it again in that coordinate system.');
+    throw new NotAPlanFile(t('This GeoJSON is not in degrees (WGS 84): save it again in that coordinate system.'));
   }
   const found: Shapes = { points: [], areas: [], dropped: [], heights: 0, holes: 0, outside: 0 };
   const own: Own = { items: [], shapes: [], rally: [], home: null, returnPoint: null };
@@ -208,13 +218,13 @@ export function readGeoJson(json: unknown, settings: ReadSettings, format: 'GeoJ
     const part = ownOf(feature);
     if (part) {
       if (!takeOwn(part, feature['geometry'], own))
-        found.dropped.push('A part of the plan in this file is damaged and left out.');
+        found.dropped.push(t('A part of the plan in this file is damaged and left out.'));
     } else takeGeometry(feature['geometry'], found);
   }
   const { heightM, frame } = settings.defaults;
   const drawn = found.points.map((at) => wireItem(CMD.WAYPOINT, frame, [0, 0, 0, null], at.latE7, at.lonE7, heightM));
   const items = [...own.items, ...drawn];
-  heldToMost(items.length, 'waypoints');
+  heldToMost(items.length, t('waypoints'));
   let nextId = items.length + 1;
   const shapes = own.shapes.map((shape): FenceShape => ({ ...shape, id: nextId++ }));
   const rally = own.rally.map((point): RallyPoint => ({ ...point, id: nextId++ }));
@@ -260,7 +270,7 @@ function itemFeature(item: WireItem, seq: number): PartFeature {
 
 function shapeFeature(shape: FenceShape): PartFeature {
   const { inclusion, group, frame } = shape;
-  const name = inclusion ? 'Fence: stay inside' : 'Fence: stay outside';
+  const name = inclusion ? t('Fence: stay inside') : t('Fence: stay outside');
   const own = { inclusion, group, frame };
   if (shape.shape === 'circle') {
     return feature(name, point(shape.centre), { part: 'fence-circle', ...own, radius_m: shape.radiusM });
@@ -277,13 +287,15 @@ export function planFeatures(plan: Plan): PartFeature[] {
     .map((item): Position => [degOf(item.y), degOf(item.x)]);
   const { shapes, returnPoint } = plan.fence;
   return [
-    ...(plan.home ? [feature('Planned home', point(plan.home.spot), { part: 'home', height_m: plan.home.altM })] : []),
+    ...(plan.home
+      ? [feature(t('Planned home'), point(plan.home.spot), { part: 'home', height_m: plan.home.altM })]
+      : []),
     ...items.map(itemFeature),
-    ...(path.length > 1 ? [feature('Path', { type: 'LineString', coordinates: path }, { part: 'path' })] : []),
+    ...(path.length > 1 ? [feature(t('Path'), { type: 'LineString', coordinates: path }, { part: 'path' })] : []),
     ...shapes.map(shapeFeature),
     ...(returnPoint
       ? [
-          feature('Fence: return to', point(returnPoint.spot), {
+          feature(t('Fence: return to'), point(returnPoint.spot), {
             part: 'fence-return',
             frame: returnPoint.frame,
             height_m: returnPoint.heightM,
@@ -291,7 +303,7 @@ export function planFeatures(plan: Plan): PartFeature[] {
         ]
       : []),
     ...plan.rally.map((one) =>
-      feature('Rally point', point(one.spot), { part: 'rally', frame: one.frame, height_m: one.heightM }),
+      feature(t('Rally point'), point(one.spot), { part: 'rally', frame: one.frame, height_m: one.heightM }),
     ),
   ];
 }

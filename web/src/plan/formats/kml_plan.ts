@@ -4,6 +4,7 @@
 
 import { kml } from '@tmcw/togeojson';
 
+import { t } from '../../languages/text';
 import type { Plan } from '../plan_types';
 import { OWN, planFeatures, readGeoJson, type PartGeometry } from './geojson_plan';
 import { NotAPlanFile, type ReadFile, type ReadSettings, type WrittenFile } from './plan_file';
@@ -18,21 +19,23 @@ export function readKml(text: string, settings: ReadSettings, parseXml: ParseXml
   try {
     document = parseXml(text);
   } catch {
-    throw new NotAPlanFile('This file is not whole: its XML cannot be read.');
+    throw new NotAPlanFile(t('This file is not whole: its XML cannot be read.'));
   }
   const root = document.documentElement as Element | null;
   if (!root || document.getElementsByTagName('parsererror').length > 0) {
-    throw new NotAPlanFile('This file is not whole: its XML cannot be read.');
+    throw new NotAPlanFile(t('This file is not whole: its XML cannot be read.'));
   }
   if (root.localName !== 'kml') {
-    throw new NotAPlanFile(`This is XML, but not KML: it begins with "${`${root.localName}`.slice(0, 40)}".`);
+    throw new NotAPlanFile(
+      t('This is XML, but not KML: it begins with "{localName}".', { localName: `${root.localName}`.slice(0, 40) }),
+    );
   }
   const links = document.getElementsByTagName('NetworkLink').length;
   const overlays = document.getElementsByTagName('GroundOverlay').length;
   const read = readGeoJson(withoutOverlays(kml(document)), settings, 'KML');
   const dropped = [...read.dropped];
-  if (links > 0) dropped.push('What the file only links to is left out: save it from there.');
-  if (overlays > 0) dropped.push('Pictures laid over the map are left out.');
+  if (links > 0) dropped.push(t('What the file only links to is left out: save it from there.'));
+  if (overlays > 0) dropped.push(t('Pictures laid over the map are left out.'));
   return { ...read, dropped };
 }
 
@@ -68,7 +71,10 @@ export function writeKml(plan: Plan, name: string): WrittenFile {
     [
       '<Placemark>',
       `<name>${escaped(properties.name)}</name>`,
-      `<ExtendedData><Data name="${OWN}"><value>${escaped(JSON.stringify(properties[OWN]))}</value></Data></ExtendedData>`,
+      t('<ExtendedData><Data name="{own}"><value>{escaped}</value></Data></ExtendedData>', {
+        own: OWN,
+        escaped: escaped(JSON.stringify(properties[OWN])),
+      }),
       geometry ? geometryXml(geometry) : '',
       '</Placemark>',
     ].join(''),
@@ -76,7 +82,7 @@ export function writeKml(plan: Plan, name: string): WrittenFile {
   const head = '<?xml version="1.0" encoding="UTF-8"?>\n<kml xmlns="http://www.opengis.net/kml/2.2">\n<Document>\n';
   const text = `${head}<name>${escaped(name)}</name>\n${marks.join('\n')}\n</Document>\n</kml>\n`;
   const dropped = [
-    'Heights are in the data of each part, not in the drawing: Google Earth shows the plan on the ground.',
+    t('Heights are in the data of each part, not in the drawing: Google Earth shows the plan on the ground.'),
   ];
   return { text, dropped: plan.items.length + plan.rally.length > 0 ? dropped : [] };
 }

@@ -1,5 +1,6 @@
 /** What all plan file formats share: the result of reading, what was dropped, how numbers are written. */
 
+import { t } from '../../languages/text';
 import { datumOf, FRAME } from '../frames';
 import { MAX_ITEMS, type Plan, type PlanDefaults, type Spot } from '../plan_types';
 import { float32 } from '../wire_items';
@@ -74,9 +75,10 @@ export const axisInFile = (axis: number, scaled: boolean): number => (scaled ? a
 export function heldToMost(count: number, what: string): void {
   if (count <= MAX_ITEMS) return;
   throw new NotAPlanFile(
-    `The file has ${count} ${what}; a drone takes ${MAX_ITEMS} at most. Split it into several files.`,
+    t('The file has {count} {what}; a drone takes {maxItems} at most. Split it into several files.', {
+      count,
+      what,
+      maxItems: MAX_ITEMS,
+    }),
   );
 }
-
-export const counted = (count: number, one: string, several: string): string =>
-  `${count} ${count === 1 ? one : several}`;

@@ -4,18 +4,11 @@
  * points (`.ral`: "RALLY", latitude, longitude, height, break altitude, landing direction, flags).
  */
 
+import { plural, t } from '../../languages/text';
 import { FRAME } from '../frames';
 import { EMPTY_PLAN, type FenceReturn, type RallyPoint, type Spot } from '../plan_types';
 import { placeOf } from './json_values';
-import {
-  counted,
-  float32Of,
-  heldToMost,
-  NotAPlanFile,
-  shortFloat,
-  type ReadFile,
-  type ReadSettings,
-} from './plan_file';
+import { float32Of, heldToMost, NotAPlanFile, shortFloat, type ReadFile, type ReadSettings } from './plan_file';
 import { linesOf, numberOf, wholeOf, type TextLine } from './text_lines';
 
 const RALLY = /^rally$/i;
@@ -34,7 +27,7 @@ export function looksLikePoints(text: string): boolean {
 
 function spotOfLine(latitude: string, longitude: string, line: number): Spot {
   const spot = placeOf(numberOf(latitude, line), numberOf(longitude, line));
-  if (!spot) throw new NotAPlanFile(`Line ${line}: that is not a place on earth.`);
+  if (!spot) throw new NotAPlanFile(t('Line {line}: that is not a place on earth.', { line }));
   return spot;
 }
 
@@ -44,9 +37,14 @@ const isSame = (a: Spot | undefined, b: Spot | undefined): boolean => a?.latE7 =
 function cornersOf(border: readonly Spot[], what: string): readonly Spot[] {
   const corners = border.length > 1 && isSame(border[0], border.at(-1)) ? border.slice(0, -1) : border;
   if (corners.length < 3) {
-    throw new NotAPlanFile(`${what} has ${counted(corners.length, 'corner', 'corners')}; it needs three.`);
+    throw new NotAPlanFile(
+      t('{what} has {counted}; it needs three.', {
+        what,
+        counted: plural(corners.length, { one: '{n} corner', other: '{n} corners' }),
+      }),
+    );
   }
-  heldToMost(corners.length, 'corners');
+  heldToMost(corners.length, t('corners'));
   return corners;
 }
 
@@ -60,26 +58,27 @@ const HEIGHT_FRAMES: readonly (number | null)[] = [
 
 function rallyPoint({ fields, number: line }: TextLine, id: number, dropped: string[]): RallyPoint {
   if (fields.length !== 7 || !RALLY.test(fields[0]!)) {
-    throw new NotAPlanFile(`Line ${line} is not "RALLY" with six numbers.`);
+    throw new NotAPlanFile(t('Line {line} is not "RALLY" with six numbers.', { line }));
   }
   const spot = spotOfLine(fields[1]!, fields[2]!, line);
   const [heightM, breakM, direction] = fields.slice(3, 6).map((one) => float32Of(numberOf(one, line)));
-  if (typeof heightM !== 'number') throw new NotAPlanFile(`Line ${line} has no height.`);
-  const flags = wholeOf(fields[6]!, line, 'the flags', 0xff);
+  if (typeof heightM !== 'number') throw new NotAPlanFile(t('Line {line} has no height.', { line }));
+  const flags = wholeOf(fields[6]!, line, t('the flags'), 0xff);
   const reported = (flags & 4) !== 0 ? HEIGHT_FRAMES[(flags >> 3) & 3]! : FRAME.GLOBAL_RELATIVE_ALT;
   const lost = [
-    ...(breakM ? [`the height to break off at (${shortFloat(breakM)} m)`] : []),
-    ...(direction ? [`the direction to land in (${shortFloat(direction)})`] : []),
-    ...(flags & 1 ? ['"only with the wind"'] : []),
-    ...(flags & 2 ? ['"land at once"'] : []),
+    ...(breakM ? [t('the height to break off at ({break} m)', { break: shortFloat(breakM) })] : []),
+    ...(direction ? [t('the direction to land in ({direction})', { direction: shortFloat(direction) })] : []),
+    ...(flags & 1 ? [t('"only with the wind"')] : []),
+    ...(flags & 2 ? [t('"land at once"')] : []),
   ];
-  if (lost.length > 0) dropped.push(`Rally point ${id} was taken without ${lost.join(', ')}.`);
-  if (reported === null) dropped.push(`Rally point ${id}: its height above the origin was taken as one above home.`);
+  if (lost.length > 0) dropped.push(t('Rally point {id} was taken without {lost}.', { id, lost: lost.join(', ') }));
+  if (reported === null)
+    dropped.push(t('Rally point {id}: its height above the origin was taken as one above home.', { id }));
   return { id, frame: reported ?? FRAME.GLOBAL_RELATIVE_ALT, spot, heightM };
 }
 
 function readRally(lines: readonly TextLine[], settings: ReadSettings): ReadFile {
-  heldToMost(lines.length, 'rally points');
+  heldToMost(lines.length, t('rally points'));
   const dropped: string[] = [];
   const rally = lines.map((line, at) => rallyPoint(line, at + 1, dropped));
   const plan = { ...EMPTY_PLAN, defaults: settings.defaults, rally, nextId: rally.length + 1 };
@@ -87,7 +86,7 @@ function readRally(lines: readonly TextLine[], settings: ReadSettings): ReadFile
 }
 
 function readOutlines(borders: readonly (readonly Spot[])[], settings: ReadSettings): ReadFile {
-  const areas = borders.map((border, at) => cornersOf(border, `Outline ${at + 1}`));
+  const areas = borders.map((border, at) => cornersOf(border, t('Outline {at}', { at: at + 1 })));
   return { format: 'polygon file', plan: { ...EMPTY_PLAN, defaults: settings.defaults }, areas, dropped: [] };
 }
 
@@ -113,14 +112,17 @@ export function readPoints(text: string, settings: ReadSettings): ReadFile {
       borders.at(-1)!.push(spotOfLine(fields[0]!, fields[1]!, number));
     } else {
       throw new NotAPlanFile(
-        `Line ${number} has ${counted(fields.length, 'field', 'fields')}, not latitude and longitude.`,
+        t('Line {number} has {counted}, not latitude and longitude.', {
+          number,
+          counted: plural(fields.length, { one: '{n} field', other: '{n} fields' }),
+        }),
       );
     }
   }
   const [spots = []] = borders;
   if (hasTitles || isOutline(spots, settings)) return readOutlines(borders, settings);
   const [home, ...border] = spots;
-  const corners = cornersOf(border, 'The border of this fence, behind its first line, the return point,');
+  const corners = cornersOf(border, t('The border of this fence, behind its first line, the return point,'));
   const isGiven = home && (home.latE7 !== 0 || home.lonE7 !== 0);
   const returnPoint: FenceReturn | null = isGiven ? { frame: FRAME.GLOBAL_RELATIVE_ALT, spot: home, heightM: 0 } : null;
   // Fences of that time have only one border, an inclusion area.

@@ -4,18 +4,19 @@
  * and corridors, reads the generated items; if the file has none (surveys before 2018, structure scans), the outline.
  */
 
+import { plural, t } from '../../languages/text';
 import { CMD } from '../catalogue';
 import type { Param, PlannedHome, PlanItem, Spot, WireItem } from '../plan_types';
 import { wireItem } from '../wire_items';
 import { isNumber, isObject, latLonOf, objectsIn, type JsonObject } from './json_values';
-import { axisOf, counted, float32Of, heldToMost, isScaled, NotAPlanFile } from './plan_file';
+import { axisOf, float32Of, heldToMost, isScaled, NotAPlanFile } from './plan_file';
 
 const COMPLEX_WORDS: Readonly<Record<string, string>> = {
-  survey: 'survey',
-  CorridorScan: 'corridor',
-  StructureScan: 'structure scan',
-  fwLandingPattern: 'landing pattern of a plane',
-  vtolLandingPattern: 'landing pattern of a VTOL',
+  survey: t('survey'),
+  CorridorScan: t('corridor'),
+  StructureScan: t('structure scan'),
+  fwLandingPattern: t('landing pattern of a plane'),
+  vtolLandingPattern: t('landing pattern of a VTOL'),
 };
 
 /** QGroundControl computed such a height from the terrain under the item. */
@@ -40,30 +41,31 @@ const NUMBERED = ['param1', 'param2', 'param3', 'param4'] as const;
 function parametersOf(json: JsonObject, who: string): unknown[] {
   const { params, coordinate } = json;
   const first = Array.isArray(params) ? params : NUMBERED.map((name) => json[name]);
-  if (first.includes(undefined)) throw new NotAPlanFile(`${who} does not have its parameters.`);
+  if (first.includes(undefined)) throw new NotAPlanFile(t('{who} does not have its parameters.', { who }));
   const place = first.length === 4 && Array.isArray(coordinate) ? coordinate : [];
   const seven = [...first, ...place] as unknown[];
   if (first.length === 4 && place.length === 2) seven.push(0);
-  if (seven.length !== 7) throw new NotAPlanFile(`${who} does not have seven parameters.`);
+  if (seven.length !== 7) throw new NotAPlanFile(t('{who} does not have seven parameters.', { who }));
   return seven;
 }
 
 function simpleItem(json: JsonObject, who: string): Read {
   const { command, frame, doJumpId, id, autoContinue } = json;
   if (!Number.isInteger(command) || (command as number) < 0 || (command as number) > 0xffff) {
-    throw new NotAPlanFile(`${who} has no command.`);
+    throw new NotAPlanFile(t('{who} has no command.', { who }));
   }
   if (!Number.isInteger(frame) || (frame as number) < 0 || (frame as number) > 0xff) {
-    throw new NotAPlanFile(`${who} has no frame.`);
+    throw new NotAPlanFile(t('{who} has no frame.', { who }));
   }
   const numbers = parametersOf(json, who).map((value, at): Param => {
     if (value === null) return null;
-    if (!isNumber(value)) throw new NotAPlanFile(`${who}: parameter ${at + 1} is not a number.`);
+    if (!isNumber(value)) throw new NotAPlanFile(t('{who}: parameter {at} is not a number.', { who, at: at + 1 }));
     return value;
   });
   const short = numbers.slice(0, 4).map((value, at): Param => {
     const number = value === null ? null : float32Of(value);
-    if (value !== null && number === null) throw new NotAPlanFile(`${who}: parameter ${at + 1} is too large.`);
+    if (value !== null && number === null)
+      throw new NotAPlanFile(t('{who}: parameter {at} is too large.', { who, at: at + 1 }));
     return number;
   });
   const [code, kind] = [command as number, frame as number];
@@ -71,7 +73,7 @@ function simpleItem(json: JsonObject, who: string): Read {
   const x = axisOf(numbers[4] ?? 0, scaled);
   const y = axisOf(numbers[5] ?? 0, scaled);
   const z = float32Of(numbers[6] ?? 0);
-  if (x === null || y === null || z === null) throw new NotAPlanFile(`${who} is not at a place on earth.`);
+  if (x === null || y === null || z === null) throw new NotAPlanFile(t('{who} is not at a place on earth.', { who }));
   const four = [short[0]!, short[1]!, short[2]!, short[3]!] as const;
   const item = wireItem(code, kind, four, x, y, z, autoContinue === false ? 0 : 1);
   const jumpId = [doJumpId, id].find((one) => isNumber(one) && one > 0);
@@ -81,7 +83,7 @@ function simpleItem(json: JsonObject, who: string): Read {
 /** Properties of an item that a plan here cannot hold. */
 function lostOf(json: JsonObject, who: string): string[] {
   if (json['AltitudeMode'] !== ABOVE_TERRAIN_COMPUTED) return [];
-  return [`${who}: its height was computed from the ground there; it is kept as a height above the sea.`];
+  return [t('{who}: its height was computed from the ground there; it is kept as a height above the sea.', { who })];
 }
 
 function outlineOf(json: JsonObject): Spot[] | null {
@@ -90,29 +92,33 @@ function outlineOf(json: JsonObject): Spot[] | null {
 }
 
 function complexItems(json: JsonObject, who: string, dropped: string[], areas: Spot[][]): Read[] {
-  const type = `${json['complexItemType'] ?? json['type'] ?? 'item without a kind'}`;
+  const type = `${json['complexItemType'] ?? json['type'] ?? t('item without a kind')}`;
   const words = COMPLEX_WORDS[type] ?? `"${type.slice(0, 40)}"`;
   const style = json['TransectStyleComplexItem'];
   const items = isObject(style) ? style['Items'] : undefined;
   if (!Array.isArray(items)) {
     const outline = outlineOf(json);
     if (outline) areas.push(outline);
-    const why = 'the file does not say which waypoints it stands for';
+    const why = t('the file does not say which waypoints it stands for');
     dropped.push(
       outline
-        ? `${who}, a ${words}: ${why}. Its outline was taken, its settings were not.`
-        : `${who}, a ${words}, is left out: ${why}.`,
+        ? t('{who}, a {words}: {why}. Its outline was taken, its settings were not.', { who, words, why })
+        : t('{who}, a {words}, is left out: {why}.', { who, words, why }),
     );
     return [];
   }
   const reads = items.map((one, at) => {
-    const part = `${who}, part ${at + 1},`;
-    if (!isObject(one)) throw new NotAPlanFile(`${part} is not an item.`);
+    const part = t('{who}, part {at},', { who, at: at + 1 });
+    if (!isObject(one)) throw new NotAPlanFile(t('{part} is not an item.', { part }));
     return simpleItem(one, part);
   });
-  const held = counted(reads.length, 'item', 'items');
+  const held = plural(reads.length, { one: '{n} item', other: '{n} items' });
   dropped.push(
-    `${who}, a ${words}: its ${held} were taken, its outline and its settings for camera and spacing were not.`,
+    t('{who}, a {words}: its {held} were taken, its outline and its settings for camera and spacing were not.', {
+      who,
+      words,
+      held,
+    }),
   );
   return reads;
 }
@@ -126,7 +132,7 @@ const isSimple = (json: JsonObject): boolean =>
 
 /** The first `.mission` has its surveys in a separate list, each with its index. */
 function listOf(mission: JsonObject): unknown[] {
-  if (!Array.isArray(mission['items'])) throw new NotAPlanFile('The mission of this plan has no list of items.');
+  if (!Array.isArray(mission['items'])) throw new NotAPlanFile(t('The mission of this plan has no list of items.'));
   const list = [...(mission['items'] as unknown[])];
   for (const survey of objectsIn(mission['complexItems'])) {
     const place = survey['id'];
@@ -163,20 +169,20 @@ function homeOf(json: unknown): PlannedHome | null {
 export function readMission(mission: JsonObject, dropped: string[], nextId: number): ReadMission {
   const areas: Spot[][] = [];
   const reads = listOf(mission).flatMap((json: unknown, at: number): Read[] => {
-    const who = `Item ${at + 1}`;
-    if (!isObject(json)) throw new NotAPlanFile(`${who} is not an item.`);
+    const who = t('Item {at}', { at: at + 1 });
+    if (!isObject(json)) throw new NotAPlanFile(t('{who} is not an item.', { who }));
     if (isComplex(json)) return complexItems(json, who, dropped, areas);
-    if (!isSimple(json)) throw new NotAPlanFile(`${who} is of no kind that is known.`);
+    if (!isSimple(json)) throw new NotAPlanFile(t('{who} is of no kind that is known.', { who }));
     dropped.push(...lostOf(json, who));
     return [simpleItem(json, who)];
   });
-  heldToMost(reads.length, 'items');
+  heldToMost(reads.length, t('items'));
   const seqOf = seqByJumpId(reads);
   const items = reads.map(({ item }, seq): PlanItem => {
     const target = item.command === CMD.JUMP ? item.params[0] : null;
     const to = target === null ? undefined : seqOf.get(target);
     if (target !== null && to === undefined)
-      dropped.push(`The jump in item ${seq + 1} goes to nothing: choose where to.`);
+      dropped.push(t('The jump in item {seq} goes to nothing: choose where to.', { seq: seq + 1 }));
     const [p1, p2, p3, p4] = item.params;
     const isLost = item.command === CMD.JUMP && to === undefined;
     return {

@@ -4,6 +4,7 @@
  * refer to an item's `doJumpId`, not its index.
  */
 
+import { t } from '../../languages/text';
 import { FAMILIES, USUAL_FAMILY } from '../../link/generated/autopilots.gen';
 import type { AutopilotKind } from '../catalogue';
 import { FRAME } from '../frames';
@@ -60,16 +61,16 @@ export const looksLikeQgcPlan = (json: unknown): json is JsonObject => partsOf(j
 /** Before 2017 there was one border, which ArduPilot treated as an inclusion area; the rest was parameters. */
 function firstFenceOf(geoFence: JsonObject, dropped: string[], id: number): FenceShape[] {
   if (objectsIn(geoFence['parameters']).length > 0) {
-    dropped.push('The parameters of the fence (circle, heights, what happens) are left out: set them on the drone.');
+    dropped.push(t('The parameters of the fence (circle, heights, what happens) are left out: set them on the drone.'));
   }
   const json = Array.isArray(geoFence['polygon']) ? geoFence['polygon'] : [];
   if (json.length === 0) return [];
   const corners = json.map(latLonOf);
   if (corners.length < 3 || corners.includes(null)) {
-    dropped.push('The border of the fence is left out: it does not have three places on earth for corners.');
+    dropped.push(t('The border of the fence is left out: it does not have three places on earth for corners.'));
     return [];
   }
-  dropped.push('The fence is of version 1: its border was taken as one to stay inside of.');
+  dropped.push(t('The fence is of version 1: its border was taken as one to stay inside of.'));
   return [{ shape: 'polygon', id, inclusion: true, group: 0, frame: FRAME.GLOBAL, corners: corners as Spot[] }];
 }
 
@@ -79,7 +80,9 @@ function shapesOf(geoFence: JsonObject, dropped: string[], nextId: number): Fenc
   for (const [at, json] of objectsIn(geoFence['polygons']).entries()) {
     const corners = Array.isArray(json['polygon']) ? json['polygon'].map(latLonOf) : [];
     if (corners.length < 3 || corners.includes(null)) {
-      dropped.push(`Polygon ${at + 1} of the fence is left out: it does not have three places on earth for corners.`);
+      dropped.push(
+        t('Polygon {at} of the fence is left out: it does not have three places on earth for corners.', { at: at + 1 }),
+      );
       continue;
     }
     const inclusion = json['inclusion'] !== false;
@@ -90,7 +93,7 @@ function shapesOf(geoFence: JsonObject, dropped: string[], nextId: number): Fenc
     const centre = latLonOf(circle['center']);
     const radiusM = float32Of(circle['radius']);
     if (!centre || radiusM === null || radiusM <= 0) {
-      dropped.push(`Circle ${at + 1} of the fence is left out: it has no centre on earth or no radius.`);
+      dropped.push(t('Circle {at} of the fence is left out: it has no centre on earth or no radius.', { at: at + 1 }));
       continue;
     }
     const inclusion = json['inclusion'] !== false;
@@ -104,7 +107,7 @@ function fenceOf(geoFence: unknown, dropped: string[], nextId: number): Plan['fe
   const isFirst = !('polygons' in geoFence) && !('circles' in geoFence);
   const version = geoFence['version'] ?? FENCE_VERSION;
   if (version !== 1 && version !== FENCE_VERSION) {
-    dropped.push('The fence is left out: it is of a version that is not known here. Draw it again.');
+    dropped.push(t('The fence is left out: it is of a version that is not known here. Draw it again.'));
     return { shapes: [], returnPoint: null };
   }
   const shapes = isFirst ? firstFenceOf(geoFence, dropped, nextId) : shapesOf(geoFence, dropped, nextId);
@@ -123,7 +126,7 @@ function rallyOf(rallyPoints: unknown, dropped: string[], nextId: number): Rally
     if (spot && heightM !== null) {
       rally.push({ id: nextId + rally.length, frame: FRAME.GLOBAL_RELATIVE_ALT, spot, heightM });
     } else {
-      dropped.push(`Rally point ${at + 1} is left out: it is not a place on earth with a height.`);
+      dropped.push(t('Rally point {at} is left out: it is not a place on earth with a height.', { at: at + 1 }));
     }
   }
   return rally;
@@ -132,16 +135,16 @@ function rallyOf(rallyPoints: unknown, dropped: string[], nextId: number): Rally
 export function readQgcPlan(json: unknown, settings: ReadSettings): ReadFile {
   const parts = partsOf(json);
   if (!parts || !isObject(json)) {
-    throw new NotAPlanFile('This is not a plan of QGroundControl: its "fileType" is not "Plan".');
+    throw new NotAPlanFile(t('This is not a plan of QGroundControl: its "fileType" is not "Plan".'));
   }
   const { mission } = parts;
   if (json['fileType'] === 'Plan' && (json['version'] !== 1 || !isObject(json['mission']))) {
-    throw new NotAPlanFile('This plan of QGroundControl is not of version 1, or has no mission: it cannot be read.');
+    throw new NotAPlanFile(t('This plan of QGroundControl is not of version 1, or has no mission: it cannot be read.'));
   }
   const version = mission['version'] ?? 2;
   if (!/^[12](\.0)?$/.test(`${version}`)) {
     throw new NotAPlanFile(
-      'The mission of this plan is of a version other than 1 and 2: save it again with another QGroundControl.',
+      t('The mission of this plan is of a version other than 1 and 2: save it again with another QGroundControl.'),
     );
   }
   const dropped: string[] = [];
@@ -177,14 +180,14 @@ function itemJson(item: PlanItem, seq: number, jumpIdOf: ReadonlyMap<number, num
 export function writeQgcPlan(plan: Plan, autopilot: AutopilotKind = USUAL_FAMILY): WrittenFile {
   const dropped: string[] = [];
   const { shapes, returnPoint } = plan.fence;
-  if (shapes.some((shape) => shape.group !== 0)) dropped.push('The groups of the fence: QGroundControl has none.');
+  if (shapes.some((shape) => shape.group !== 0)) dropped.push(t('The groups of the fence: QGroundControl has none.'));
   if (plan.rally.some((point) => point.frame !== FRAME.GLOBAL_RELATIVE_ALT)) {
-    dropped.push('What the heights of rally points are measured from: QGroundControl takes them from home.');
+    dropped.push(t('What the heights of rally points are measured from: QGroundControl takes them from home.'));
   }
-  if (!plan.home) dropped.push('The plan has no home: the file says 0, 0 in its place.');
+  if (!plan.home) dropped.push(t('The plan has no home: the file says 0, 0 in its place.'));
   const jumpIdOf = new Map(plan.items.map((item, seq) => [item.id, seq + 1]));
   const json = {
-    fileType: 'Plan',
+    fileType: t('Plan'),
     geoFence: {
       ...(returnPoint && { breachReturn: [...latLon(returnPoint.spot), shortFloat(returnPoint.heightM)] }),
       circles: shapes.flatMap((one) =>

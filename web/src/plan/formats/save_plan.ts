@@ -1,5 +1,6 @@
 /** The file formats of a plan: names, extensions, and what each omits, in words. */
 
+import { t } from '../../languages/text';
 import type { AutopilotKind } from '../catalogue';
 import { documentOf } from '../plan_document';
 import type { Plan } from '../plan_types';
@@ -12,11 +13,11 @@ import { writeWaypoints } from './waypoint_file';
 export type SaveFormat = 'plan' | 'waypoints' | 'geojson' | 'kml' | 'json';
 
 export const SAVE_FORMATS: readonly { readonly format: SaveFormat; readonly label: string }[] = [
-  { format: 'plan', label: 'QGroundControl (.plan)' },
-  { format: 'waypoints', label: 'Mission Planner (.waypoints)' },
-  { format: 'geojson', label: 'GeoJSON (.geojson)' },
-  { format: 'kml', label: 'KML (.kml)' },
-  { format: 'json', label: 'Control Tower (.json)' },
+  { format: 'plan', label: t('QGroundControl (.plan)') },
+  { format: 'waypoints', label: t('Mission Planner (.waypoints)') },
+  { format: 'geojson', label: t('GeoJSON (.geojson)') },
+  { format: 'kml', label: t('KML (.kml)') },
+  { format: 'json', label: t('Control Tower (.json)') },
 ];
 
 export interface NamedFile extends WrittenFile {

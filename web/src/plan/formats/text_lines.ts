@@ -3,6 +3,7 @@
  * comments.
  */
 
+import { t } from '../../languages/text';
 import { NotAPlanFile } from './plan_file';
 
 export interface TextLine {
@@ -34,7 +35,8 @@ export function linesOf(text: string): TextLine[] {
 export function numberOf(text: string, line: number): number | null {
   if (text.toLowerCase() === 'nan') return null;
   const value = text === '' ? NaN : Number(text);
-  if (Number.isNaN(value)) throw new NotAPlanFile(`Line ${line}: "${text.slice(0, 20)}" is not a number.`);
+  if (Number.isNaN(value))
+    throw new NotAPlanFile(t('Line {line}: "{text}" is not a number.', { line, text: text.slice(0, 20) }));
   return value;
 }
 
@@ -42,5 +44,5 @@ export function numberOf(text: string, line: number): number | null {
 export function wholeOf(text: string, line: number, what: string, most: number): number {
   const value = numberOf(text, line);
   if (value !== null && Number.isInteger(value) && value >= 0 && value <= most) return value;
-  throw new NotAPlanFile(`Line ${line}: ${what} is not a whole number from 0 to ${most}.`);
+  throw new NotAPlanFile(t('Line {line}: {what} is not a whole number from 0 to {most}.', { line, what, most }));
 }

@@ -8,6 +8,7 @@
  * MAVProxy writes these without home.
  */
 
+import { plural, t } from '../../languages/text';
 import { CMD } from '../catalogue';
 import { FRAME } from '../frames';
 import { EMPTY_PLAN, type Param, type Plan, type PlanKind, type Spot, type WireItem } from '../plan_types';
@@ -15,7 +16,6 @@ import { itemsOf, wireItem, withItems } from '../wire_items';
 import {
   axisInFile,
   axisOf,
-  counted,
   float32Of,
   heldToMost,
   isScaled,
@@ -94,44 +94,53 @@ function kindOf(command: number): PlanKind {
 function layoutOf(head: string): Layout {
   const version = HEAD.exec(head)?.[1]?.trim();
   if (version === undefined)
-    throw new NotAPlanFile('This is not a waypoint file: its first line is not "QGC WPL 110".');
+    throw new NotAPlanFile(t('This is not a waypoint file: its first line is not "QGC WPL 110".'));
   const layout = LAYOUTS.get(version);
   if (layout) return layout;
   if (version.startsWith('PB')) {
     throw new NotAPlanFile(
-      'This is a waypoint file in the form "PB": save it in MAVProxy as plain text, and open that.',
+      t('This is a waypoint file in the form "PB": save it in MAVProxy as plain text, and open that.'),
     );
   }
   throw new NotAPlanFile(
-    `This is a waypoint file of version ${version || '(none)'}; those that can be read are ${[...LAYOUTS.keys()].join(', ')}.`,
+    t('This is a waypoint file of version {version}; those that can be read are {what}.', {
+      version: version || '(none)',
+      what: [...LAYOUTS.keys()].join(', '),
+    }),
   );
 }
 
 function itemOfLine({ fields, number: line }: TextLine, layout: Layout): WireItem {
   if (fields.length !== layout.fields) {
     throw new NotAPlanFile(
-      `Line ${line} has ${counted(fields.length, 'field', 'fields')} instead of ${layout.fields}.`,
+      t('Line {line} has {counted} instead of {fields}.', {
+        line,
+        counted: plural(fields.length, { one: '{n} field', other: '{n} fields' }),
+        fields: layout.fields,
+      }),
     );
   }
-  const frame = wholeOf(fields[layout.frame]!, line, 'the frame', 0xff);
-  let command = wholeOf(fields[layout.command]!, line, 'the command', 0xffff);
+  const frame = wholeOf(fields[layout.frame]!, line, t('the frame'), 0xff);
+  let command = wholeOf(fields[layout.command]!, line, t('the command'), 0xffff);
   if (layout.fields === 13) {
     const action = ACTIONS.get(command);
-    if (action === undefined) throw new NotAPlanFile(`Line ${line}: action ${command} is none of version 100.`);
+    if (action === undefined)
+      throw new NotAPlanFile(t('Line {line}: action {command} is none of version 100.', { line, command }));
     command = action;
   }
   const params = layout.params.map((at): Param => {
     const value = numberOf(fields[at]!, line);
     if (value === null) return null;
     const short = float32Of(value);
-    if (short === null) throw new NotAPlanFile(`Line ${line}: ${fields[at]} is too large a number.`);
+    if (short === null)
+      throw new NotAPlanFile(t('Line {line}: {fields} is too large a number.', { line, fields: fields[at] }));
     return short;
   });
   const scaled = isScaled(command, frame);
   const [x, y] = [layout.lat, layout.lon].map((at) => axisOf(numberOf(fields[at]!, line) ?? 0, scaled));
   const z = float32Of(numberOf(fields[layout.height]!, line) ?? 0);
   if (typeof x !== 'number' || typeof y !== 'number' || z === null) {
-    throw new NotAPlanFile(`Line ${line}: that is not a place on earth.`);
+    throw new NotAPlanFile(t('Line {line}: that is not a place on earth.', { line }));
   }
   const autocontinue = wholeOf(fields[layout.autocontinue]!, line, 'autocontinue', 0xff);
   return wireItem(command, frame, [params[0]!, params[1]!, params[2]!, params[3]!], x, y, z, autocontinue);
@@ -146,23 +155,33 @@ export function readWaypoints(text: string, settings: ReadSettings): ReadFile {
   // An empty line in place of the header preserves the line numbers.
   const lines = linesOf(`\n${rest.join('\n')}`);
   const all = lines.map((line) => itemOfLine(line, layout));
-  const indexes = lines.map((line) => wholeOf(line.fields[0]!, line.number, 'the index', 0xffff));
+  const indexes = lines.map((line) => wholeOf(line.fields[0]!, line.number, t('the index'), 0xffff));
   const dropped: string[] = [];
   const [firstIndex = 0] = indexes;
   const broken = indexes.findIndex((index, at) => index !== firstIndex + at);
   if (broken > 0) {
     dropped.push(
-      `Line ${lines[broken]!.number} is numbered ${indexes[broken]}, not ${firstIndex + broken}: the lines were taken as they stand, and jumps count them.`,
+      t(
+        'Line {number} is numbered {indexes}, not {firstIndex}: the lines were taken as they stand, and jumps count them.',
+        { number: lines[broken]!.number, indexes: indexes[broken], firstIndex: firstIndex + broken },
+      ),
     );
   }
   const home = layout.hasHome && firstIndex === 0 && isHome(all[0]) ? all.shift() : undefined;
   const of = (kind: PlanKind): WireItem[] => all.filter((item) => kindOf(item.command) === kind);
   if (home && home.frame !== FRAME.GLOBAL) {
     dropped.push(
-      `Line ${lines[0]!.number} is home in such files, and was taken for it, though its frame is ${home.frame}.`,
+      t('Line {number} is home in such files, and was taken for it, though its frame is {frame}.', {
+        number: lines[0]!.number,
+        frame: home.frame,
+      }),
     );
   } else if (!home && layout.hasHome && of('mission').length > 0) {
-    dropped.push(`Line ${lines[0]!.number} is no home, as such files begin with: it was taken for the first item.`);
+    dropped.push(
+      t('Line {number} is no home, as such files begin with: it was taken for the first item.', {
+        number: lines[0]!.number,
+      }),
+    );
   }
   // Jumps count from the file's first line, which is home; a file that begins at 1 has omitted home.
   const first0 = home || (layout.hasHome && firstIndex === 1) ? 1 : 0;
@@ -172,11 +191,11 @@ export function readWaypoints(text: string, settings: ReadSettings): ReadFile {
     if (item.command !== CMD.JUMP || target === null) return item;
     const to = target - first0;
     if (!(to >= 0 && to < flown.length)) {
-      dropped.push(`The jump in item ${seq + 1} goes to nothing: choose where to.`);
+      dropped.push(t('The jump in item {seq} goes to nothing: choose where to.', { seq: seq + 1 }));
     }
     return { ...item, params: [to, item.params[1], item.params[2], item.params[3]] };
   });
-  for (const items of [mission, of('fence'), of('rally')]) heldToMost(items.length, 'items');
+  for (const items of [mission, of('fence'), of('rally')]) heldToMost(items.length, t('items'));
   const hasHome = home && (home.x !== 0 || home.y !== 0);
   let plan: Plan = {
     ...EMPTY_PLAN,
@@ -210,15 +229,19 @@ export function writeWaypoints(plan: Plan, kind: PlanKind = 'mission'): WrittenF
   const dropped: string[] = [];
   const { shapes, returnPoint } = plan.fence;
   const others: readonly [PlanKind, number, string][] = [
-    ['mission', plan.items.length, counted(plan.items.length, 'item of the mission', 'items of the mission')],
-    ['fence', shapes.length + (returnPoint ? 1 : 0), 'the fence'],
-    ['rally', plan.rally.length, counted(plan.rally.length, 'rally point', 'rally points')],
+    [
+      'mission',
+      plan.items.length,
+      plural(plan.items.length, { one: '{n} item of the mission', other: '{n} items of the mission' }),
+    ],
+    ['fence', shapes.length + (returnPoint ? 1 : 0), t('the fence')],
+    ['rally', plan.rally.length, plural(plan.rally.length, { one: '{n} rally point', other: '{n} rally points' })],
   ];
   for (const [other, count, words] of others) {
     if (other !== kind && count > 0)
-      dropped.push(`Not in this file: ${words}. Such a file holds one kind; write another.`);
+      dropped.push(t('Not in this file: {words}. Such a file holds one kind; write another.', { words }));
   }
-  if (!plan.home) dropped.push('The plan has no home: the file says 0, 0 in its place.');
+  if (!plan.home) dropped.push(t('The plan has no home: the file says 0, 0 in its place.'));
   const { latE7, lonE7 } = plan.home?.spot ?? NO_HOME;
   const home = wireItem(CMD.WAYPOINT, FRAME.GLOBAL, [0, 0, 0, 0], latE7, lonE7, plan.home?.altM ?? 0);
   const items = itemsOf(plan, kind).map((item): WireItem => {
@@ -226,5 +249,5 @@ export function writeWaypoints(plan: Plan, kind: PlanKind = 'mission'): WrittenF
     return { ...item, params: [item.params[0] + 1, item.params[1], item.params[2], item.params[3]] };
   });
   const lines = [home, ...items].map((item, index) => line(index, item));
-  return { text: `QGC WPL ${VERSION}\n${lines.join('\n')}\n`, dropped };
+  return { text: `${t('QGC WPL {version}\n{lines}', { version: VERSION, lines: lines.join('\n') })}\n`, dropped };
 }

@@ -4,6 +4,7 @@ import { area } from '@turf/area';
 import { kinks } from '@turf/kinks';
 import type { Polygon } from 'geojson';
 
+import { t } from '../../languages/text';
 import { Plane, type Point } from '../ground';
 import { isOnEarth, latDegOf, lonDegOf, type Spot } from '../plan_types';
 
@@ -17,13 +18,15 @@ const MAX_LAT_DEG = 85;
 
 /** Throws if places lie on both sides of the 180th meridian, too near a pole, or if there are none. */
 export function heldToOneSide(spots: readonly Spot[], what: string): void {
-  if (!spots.every(isOnEarth)) throw new SurveyFault(`${what} is not on earth.`);
+  if (!spots.every(isOnEarth)) throw new SurveyFault(t('{what} is not on earth.', { what }));
   const lons = spots.map(lonDegOf);
   if (Math.max(...lons) - Math.min(...lons) > 180) {
-    throw new SurveyFault(`${what} crosses the 180th meridian: draw one on each side of it.`);
+    throw new SurveyFault(t('{what} crosses the 180th meridian: draw one on each side of it.', { what }));
   }
   if (spots.some((spot) => Math.abs(latDegOf(spot)) > MAX_LAT_DEG)) {
-    throw new SurveyFault(`${what} is too near a pole: ${MAX_LAT_DEG} degrees of latitude is the most.`);
+    throw new SurveyFault(
+      t('{what} is too near a pole: {maxLat} degrees of latitude is the most.', { what, maxLat: MAX_LAT_DEG }),
+    );
   }
 }
 
@@ -36,12 +39,12 @@ export const areaM2 = (corners: readonly Spot[]): number => (corners.length < 3 
 
 /** Throws a SurveyFault unless it is a simple outline on one side of the 180th meridian. */
 export function heldToOutline(corners: readonly Spot[]): void {
-  if (corners.length < 3) throw new SurveyFault('An area has three corners at least.');
-  heldToOneSide(corners, 'The area');
+  if (corners.length < 3) throw new SurveyFault(t('An area has three corners at least.'));
+  heldToOneSide(corners, t('The area'));
   if (kinks(polygonOf(corners)).features.length > 0) {
-    throw new SurveyFault('The outline of the area crosses itself: move its corners until it does not.');
+    throw new SurveyFault(t('The outline of the area crosses itself: move its corners until it does not.'));
   }
-  if (areaM2(corners) < 1) throw new SurveyFault('The area is smaller than a square metre.');
+  if (areaM2(corners) < 1) throw new SurveyFault(t('The area is smaller than a square metre.'));
 }
 
 /** A plane whose first axis runs along the lines of a survey, the second to the right of it. In metres. */

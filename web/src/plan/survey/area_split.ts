@@ -2,6 +2,7 @@
 
 import { bboxClip } from '@turf/bbox-clip';
 
+import { t } from '../../languages/text';
 import type { Point } from '../ground';
 import type { Spot } from '../plan_types';
 import { Drawing, heldToOutline, SurveyFault } from './area';
@@ -39,7 +40,7 @@ const HALVINGS = 60;
 export function splitArea(area: readonly Spot[], parts: number, angleDeg: number): Spot[][] {
   heldToOutline(area);
   if (!Number.isInteger(parts) || parts < 1 || parts > MAX_PARTS) {
-    throw new SurveyFault(`An area is split into 1 to ${MAX_PARTS} parts.`);
+    throw new SurveyFault(t('An area is split into 1 to {maxParts} parts.', { maxParts: MAX_PARTS }));
   }
   const drawing = new Drawing(area, angleDeg);
   const ring = area.map((corner) => drawing.point(corner));

@@ -1,5 +1,6 @@
 /** Lanes along a line (a road, a power line), and a circle around a point that the camera looks at. */
 
+import { t } from '../../languages/text';
 import { CMD } from '../catalogue';
 import { FRAME } from '../frames';
 import { spotAt, type Point } from '../ground';
@@ -47,12 +48,13 @@ export function corridorLanes(line: readonly Spot[], settings: CorridorSettings)
     const before = line[at - 1];
     return !before || !isSame(before, spot);
   });
-  if (places.length < 2) throw new SurveyFault('A corridor runs along two different places at least.');
-  heldToOneSide(places, 'The corridor');
-  if (!(widthM >= 0)) throw new SurveyFault('The width of a corridor is 0 m or more.');
-  if (!(spacingM > 0)) throw new SurveyFault('The distance between lanes must be above 0.');
+  if (places.length < 2) throw new SurveyFault(t('A corridor runs along two different places at least.'));
+  heldToOneSide(places, t('The corridor'));
+  if (!(widthM >= 0)) throw new SurveyFault(t('The width of a corridor is 0 m or more.'));
+  if (!(spacingM > 0)) throw new SurveyFault(t('The distance between lanes must be above 0.'));
   const count = lineCount(widthM, spacingM);
-  if (count > MAX_LINES) throw new SurveyFault(`That is ${count} lanes, ${MAX_LINES} are the most.`);
+  if (count > MAX_LINES)
+    throw new SurveyFault(t('That is {count} lanes, {maxLines} are the most.', { count, maxLines: MAX_LINES }));
   // The plane's second axis points right of its first, so that "to the right" is the same as on the ground.
   const drawing = new Drawing(places, 0);
   const points = places.map((spot) => drawing.point(spot));
@@ -91,13 +93,14 @@ const LEGACY_ROI = { NOTHING: 0, POSITION: 3 } as const;
 export function orbitItems(centre: Spot, settings: OrbitSettings): WireItem[] {
   const { radiusM, turns, points, isClockwise, fromDeg, lookAtM, frame, looksByLegacyRoi } = settings;
   if (!(radiusM > 0 && radiusM <= 10_000))
-    throw new SurveyFault('The radius of a circle is more than 0 and at most 10000 m.');
-  if (!Number.isInteger(points) || points < 3 || points > 72) throw new SurveyFault('A circle has 3 to 72 waypoints.');
-  if (!Number.isInteger(turns) || turns < 1 || turns > 50) throw new SurveyFault('A circle is flown 1 to 50 times.');
+    throw new SurveyFault(t('The radius of a circle is more than 0 and at most 10000 m.'));
+  if (!Number.isInteger(points) || points < 3 || points > 72)
+    throw new SurveyFault(t('A circle has 3 to 72 waypoints.'));
+  if (!Number.isInteger(turns) || turns < 1 || turns > 50) throw new SurveyFault(t('A circle is flown 1 to 50 times.'));
   const ring = Array.from({ length: points * turns + 1 }, (_, at) =>
     spotAt(centre, radiusM, fromDeg + ((isClockwise ? 360 : -360) * (at % points)) / points),
   );
-  heldToOneSide([centre, ...ring], 'The circle');
+  heldToOneSide([centre, ...ring], t('The circle'));
   const way = ring.map((spot) => waypointAt(spot, settings));
   if (lookAtM === null) return way;
   if (looksByLegacyRoi) {

@@ -6,6 +6,7 @@
  * its own or without, and what is drawn and checked here is what is flown.
  */
 
+import { t } from '../../languages/text';
 import { CMD } from '../catalogue';
 import type { GroundAt } from '../flown_path';
 import { FRAME } from '../frames';
@@ -34,12 +35,13 @@ const spotOfItem = ({ x, y }: WireItem): Spot => ({ latE7: x, lonE7: y });
 /** Throws a SurveyFault where the ground is not known, and without a home. */
 export function followGround(items: readonly WireItem[], settings: FollowSettings): WireItem[] {
   const { heightM, toleranceM, home, ground } = settings;
-  if (!(toleranceM >= MIN_TOLERANCE_M)) throw new SurveyFault(`The tolerance is ${MIN_TOLERANCE_M} m or more.`);
-  if (!home) throw new SurveyFault('Heights above the ground need a planned home: choose a drone, or place it.');
+  if (!(toleranceM >= MIN_TOLERANCE_M))
+    throw new SurveyFault(t('The tolerance is {minTolerance} m or more.', { minTolerance: MIN_TOLERANCE_M }));
+  if (!home) throw new SurveyFault(t('Heights above the ground need a planned home: choose a drone, or place it.'));
   const known = (spot: Spot): number => {
     const found = ground(spot);
-    if (found === undefined) throw new SurveyFault('The heights of the ground are being loaded.');
-    if (found === null) throw new SurveyFault('The height of the ground is not known everywhere here.');
+    if (found === undefined) throw new SurveyFault(t('The heights of the ground are being loaded.'));
+    if (found === null) throw new SurveyFault(t('The height of the ground is not known everywhere here.'));
     return found;
   };
   const homeM = known(home);

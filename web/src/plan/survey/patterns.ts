@@ -3,6 +3,7 @@
  * as a preview.
  */
 
+import { t } from '../../languages/text';
 import { FAMILIES } from '../../link/generated/autopilots.gen';
 import { flownPath } from '../flown_path';
 import { distanceM } from '../ground';
@@ -35,14 +36,14 @@ const camera = (width: number, height: number, focal: number, widthPx: number, h
 
 /** Sensor sizes, focal lengths and pictures as the makers specify them. */
 export const CAMERAS: readonly CameraChoice[] = [
-  { key: 'none', label: 'No camera, or typed distances', camera: null },
-  { key: 'a6000-16', label: 'Sony α6000, 16 mm', camera: camera(23.5, 15.6, 16, 6000, 4000) },
-  { key: 'a7r-35', label: 'Sony α7R, 35 mm', camera: camera(35.9, 24, 35, 7360, 4912) },
-  { key: 'p1-35', label: 'DJI Zenmuse P1, 35 mm', camera: camera(35.9, 24, 35, 8192, 5460) },
-  { key: 'p4p', label: 'DJI Phantom 4 Pro', camera: camera(13.2, 8.8, 8.8, 5472, 3648) },
-  { key: 's100', label: 'Canon S100, wide', camera: camera(7.44, 5.58, 5.2, 4000, 3000) },
-  { key: 'pi-hq-6', label: 'Raspberry Pi HQ, 6 mm', camera: camera(6.287, 4.712, 6, 4056, 3040) },
-  { key: 'own', label: 'Another camera', camera: camera(13.2, 8.8, 8.8, 5472, 3648) },
+  { key: 'none', label: t('No camera, or typed distances'), camera: null },
+  { key: 'a6000-16', label: t('Sony α6000, 16 mm'), camera: camera(23.5, 15.6, 16, 6000, 4000) },
+  { key: 'a7r-35', label: t('Sony α7R, 35 mm'), camera: camera(35.9, 24, 35, 7360, 4912) },
+  { key: 'p1-35', label: t('DJI Zenmuse P1, 35 mm'), camera: camera(35.9, 24, 35, 8192, 5460) },
+  { key: 'p4p', label: t('DJI Phantom 4 Pro'), camera: camera(13.2, 8.8, 8.8, 5472, 3648) },
+  { key: 's100', label: t('Canon S100, wide'), camera: camera(7.44, 5.58, 5.2, 4000, 3000) },
+  { key: 'pi-hq-6', label: t('Raspberry Pi HQ, 6 mm'), camera: camera(6.287, 4.712, 6, 4056, 3040) },
+  { key: 'own', label: t('Another camera'), camera: camera(13.2, 8.8, 8.8, 5472, 3648) },
 ];
 
 export interface PatternSettings {

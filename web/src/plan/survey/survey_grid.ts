@@ -3,6 +3,7 @@
  * area.
  */
 
+import { t } from '../../languages/text';
 import { CMD } from '../catalogue';
 import { FRAME } from '../frames';
 import type { Spot, WireItem } from '../plan_types';
@@ -53,15 +54,20 @@ function meetings(ring: readonly (readonly [number, number])[], across: number):
 export function gridLines(area: readonly Spot[], settings: GridSettings): Line[] {
   const { spacingM, angleDeg, turnaroundM, entry } = settings;
   heldToOutline(area);
-  if (!(spacingM > 0)) throw new SurveyFault('The distance between lines must be above 0.');
-  if (!(turnaroundM >= 0 && turnaroundM <= 1_000)) throw new SurveyFault('The way to turn in is from 0 to 1000 m.');
+  if (!(spacingM > 0)) throw new SurveyFault(t('The distance between lines must be above 0.'));
+  if (!(turnaroundM >= 0 && turnaroundM <= 1_000)) throw new SurveyFault(t('The way to turn in is from 0 to 1000 m.'));
   const drawing = new Drawing(area, angleDeg);
   const ring = area.map((corner) => drawing.point(corner));
   const sides = ring.map(([, across]) => across);
   const [least, most] = [Math.min(...sides), Math.max(...sides)];
   const count = lineCount(most - least, spacingM);
   if (count > MAX_LINES) {
-    throw new SurveyFault(`That is ${count} lines, ${MAX_LINES} are the most: lines farther apart, or a smaller area.`);
+    throw new SurveyFault(
+      t('That is {count} lines, {maxLines} are the most: lines farther apart, or a smaller area.', {
+        count,
+        maxLines: MAX_LINES,
+      }),
+    );
   }
   const first = (least + most) / 2 - ((count - 1) / 2) * spacingM;
   const places = Array.from({ length: count }, (_, at) => first + at * spacingM);
@@ -89,7 +95,7 @@ export const waypointAt = (spot: Spot, { frame, heightM }: Pick<Flown, 'frame' |
 /** The items that start and stop the pictures; none without pictures. */
 export function pictureItems(triggerM: number | null): { readonly begin: WireItem[]; readonly end: WireItem[] } {
   if (triggerM === null) return { begin: [], end: [] };
-  if (!(triggerM > 0)) throw new SurveyFault('The distance between pictures must be above 0.');
+  if (!(triggerM > 0)) throw new SurveyFault(t('The distance between pictures must be above 0.'));
   const every = (metres: number, atOnce: number): WireItem =>
     wireItem(CMD.TRIGGER_DISTANCE, FRAME.MISSION, [metres, 0, atOnce, 0], 0, 0, 0);
   return { begin: [every(triggerM, 1)], end: [every(0, 0)] };

@@ -1,0 +1,1 @@
+export const BY_PLACE: Readonly<Record<string, true | readonly string[]>>;

@@ -1,0 +1,3 @@
+export function sourceFiles(): string[];
+export function readSource(path: string): string;
+export function lineAt(code: string, at: number): number;
