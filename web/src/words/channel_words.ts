@@ -8,9 +8,11 @@ export const SEVERITY_CHOICES: Readonly<Record<AlertChannel['severity'], string>
   notice: 'all',
 };
 
-/** A mail address, or the host of a webhook: the rest of its address may be a secret. */
-export function channelName({ kind, target }: Pick<AlertChannel, 'kind' | 'target'>): string {
-  return kind === 'mail' ? target : `the webhook at ${URL.canParse(target) ? new URL(target).host : target}`;
+/** A mail address, a browser, or the host of a webhook: the rest of its address may be a secret. */
+export function channelName({ kind, target, browser }: Pick<AlertChannel, 'kind' | 'target' | 'browser'>): string {
+  if (kind === 'mail') return target;
+  const host = URL.canParse(target) ? new URL(target).host : target;
+  return kind === 'push' ? browser || `a browser (${host})` : `the webhook at ${host}`;
 }
 
 /** What is wrong with it, or that it works, if that is known. */
