@@ -285,6 +285,7 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         await prepare_vault(tower.vault, tower.database)
         await tower.sign_in_rules.identity.load(tower.vault, tower.database)
         await reseal_channels(tower.vault, tower.database)
+        await tower.alert_deliverer.push_key.load(tower.vault, tower.database)
         await tower.passwords.warm_up()
         await tower.database.warm_up()
         await remember_addresses(tower.anonymous.known, tower.database)

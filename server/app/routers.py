@@ -16,6 +16,7 @@ from server.api.accounts import (
 from server.api.agent_updates import routes as agent_update_routes
 from server.api.alerts import channel_routes as alert_channel_routes
 from server.api.alerts import delivery_routes as alert_delivery_routes
+from server.api.alerts import push_routes as alert_push_routes
 from server.api.alerts import routes as alert_routes
 from server.api.audit import routes as audit_routes
 from server.api.control import receiver_routes, safety_routes, settings_routes
@@ -71,6 +72,7 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     operation_routes.router,
     alert_routes.router,
     alert_channel_routes.router,
+    alert_push_routes.router,
     alert_delivery_routes.router,
     recording_routes.router,
     flight_routes.router,

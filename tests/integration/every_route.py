@@ -14,6 +14,11 @@ BODIES: Final[dict[str, dict[str, object]]] = {
     "rehearse_loss": {"what": "tower"},
     "add_alert_channel": {"kind": "webhook", "target": "https://example.org/"},
     "confirm_alert_channel": {"code": "x"},
+    "add_push_channel": {
+        "endpoint": "https://push.example.org/1",
+        "p256dh": "BCVxsr7N_eNgVRqvHtD0zTZsEc6-VV-JvLexhqUzORcxaOzi6-AYWXvTBHm4bjyPjs7Vd8pZGH6SRpkNtoIAiw4",
+        "auth": "BTBZMqHH6r4Tts7J_aSIgg",
+    },
     "make_team": {"name": "x"},
     "rename_team": {"name": "x"},
     "set_team_member": {"role": "observer"},

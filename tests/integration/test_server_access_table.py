@@ -47,6 +47,7 @@ TABLE: Final[dict[str, str]] = {
     **dict.fromkeys(("renew_recovery_codes", "remove_second_factor"), IN_PERSON),
     **dict.fromkeys(("list_tokens", "create_token", "revoke_token"), IN_PERSON),
     **dict.fromkeys(("list_alert_channels", "add_alert_channel", "change_alert_channel"), IN_PERSON),
+    **dict.fromkeys(("get_push_key", "add_push_channel", "keep_push_channel"), IN_PERSON),
     **dict.fromkeys(("delete_alert_channel", "confirm_alert_channel", "try_alert_channel"), IN_PERSON),
     **dict.fromkeys(("list_drones", "get_map", "get_tile_file", "get_map_file", "get_map_tile", "get_heights"), LOOK),
     **dict.fromkeys(("get_drone", "get_drone_settings", "get_loss_check", "get_rehearsal"), OWN_LOOK),

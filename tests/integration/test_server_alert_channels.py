@@ -20,8 +20,8 @@ from control_world import ObedientAgent, ask, until
 from tower_world import Person, TowerWorld, assert_problem, start_tower
 
 from server.domain.people import Role
+from server.runtime.notify import guarded_post, webhook
 from server.runtime.notify import message as notify
-from server.runtime.notify import webhook
 from server.runtime.notify.mail import MailServer
 from server.runtime.notify.sending_threads import MAX_OF_ONE
 from server.store.alert_channels.deliverer import MAX_MESSAGES, MESSAGES_WITHIN_S
@@ -249,7 +249,7 @@ async def test_slow_servers_of_one_user_delay_nobody_else(scene: Scene) -> None:
 
 @pytest.mark.parametrize("beginning", [b"HTTP/1.1 200 ok\r\nX: ", b"HTTP/1.1 200 ok\r\n\r\n"], ids=["head", "body"])
 async def test_a_server_that_drips_is_cut_off(monkeypatch: pytest.MonkeyPatch, beginning: bytes) -> None:
-    monkeypatch.setattr(webhook, "IN_ALL_S", 0.3)
+    monkeypatch.setattr(guarded_post, "IN_ALL_S", 0.3)
     ended = asyncio.Event()
 
     async def drips(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:

@@ -128,6 +128,46 @@ async def _second_factors_are_sealed_and_opened(database: Database, vault: Vault
     await check_schema(database)
 
 
+async def test_channels_and_what_is_on_its_way_there_survive_web_push_and_its_removal(sqlite: Database) -> None:
+    """SQLite copies the table, and deletions cascade."""
+    await migrate(sqlite, "0028")
+    at = "'2026-01-01 00:00:00.000000'"
+    delivery = f"3, 7, 9, 'opened', '{{}}', {at}, {at}, 0, ''"
+    async with sqlite.writing() as session:
+        for statement in (
+            "INSERT INTO users (id, name, name_key, password_hash, role, created_at)"
+            f" VALUES (1, 'a', 'a', 'x', 'operator', {at})",
+            "INSERT INTO alert_channels (id, user_id, kind, target, severity, drones, code_tries, created_at, problem)"
+            f" VALUES (7, 1, 'mail', 'a@example.org', 'warning', 'all', 0, {at}, '')",
+            "INSERT INTO alert_deliveries (id, channel_id, alert_id, happening, content, created_at, due_at, attempts, "
+            f"problem) VALUES ({delivery})",
+            "UPDATE sqlite_sequence SET seq = 12 WHERE name = 'alert_channels'",
+        ):
+            await session.execute(text(statement))
+
+    async def found() -> tuple[object, ...]:
+        async with sqlite.reading() as session:
+            channels = (await session.execute(text("SELECT id, kind, target FROM alert_channels"))).all()
+            deliveries = (await session.execute(text("SELECT id, channel_id, alert_id FROM alert_deliveries"))).all()
+            last = await session.scalar(text("SELECT seq FROM sqlite_sequence WHERE name = 'alert_channels'"))
+        return [*map(tuple, channels)], [*map(tuple, deliveries)], last
+
+    kept = [(7, "mail", "a@example.org")], [(3, 7, 9)], 12
+    await migrate(sqlite, "0029")
+    assert await found() == kept
+    async with sqlite.writing() as session:
+        push = (
+            "INSERT INTO alert_channels (user_id, kind, target, severity, drones, code_tries, created_at, problem)"
+            f" VALUES (1, 'push', 'https://x/', 'warning', 'all', 0, {at}, '')"
+        )
+        await session.execute(text(push))
+    await migrate(sqlite, "0028")
+    assert (await found())[:2] == kept[:2]
+    with pytest.raises(IntegrityError, match="ck_alert_channels_kind"):
+        async with sqlite.writing() as session:
+            await session.execute(text(push))
+
+
 async def test_every_token_gets_an_end_and_no_number_is_used_twice(sqlite: Database) -> None:
     await migrate(sqlite, "0010")
     now = datetime.now(UTC)

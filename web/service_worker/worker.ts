@@ -3,6 +3,7 @@
  * keeping at once and reloads nobody: pages are told of it and say so; when to load it is their people's decision.
  */
 
+import { listenToPush } from './push';
 import { cacheOf, isCatalogue, isDown, isHashed, outdated, wayOf } from './rules';
 
 /** Put in by scripts/build_service_worker.mjs. */
@@ -85,6 +86,8 @@ self.addEventListener('activate', (event) => {
 self.addEventListener('message', (event) => {
   if (event.data === 'which-version') event.source?.postMessage(NEWS);
 });
+
+listenToPush(self);
 
 self.addEventListener('fetch', (event) => {
   const { request } = event;

@@ -44,12 +44,14 @@ from server.runtime.settings import Settings
 from server.store.accounts.passkey_sign_in import PasskeyRefused, WrongPasskey
 from server.store.accounts.password_policy import BadPassword, TooManyJudgements
 from server.store.accounts.passwords import TooManySignIns
-from server.store.accounts.sessions import NewSession, UnknownSession, end_session, list_sessions
+from server.store.accounts.sessions import NewSession, UnknownSession, find_session, list_sessions
 from server.store.accounts.sign_in import SecondFactorNeeded, WrongPassword, WrongSecondFactor
 from server.store.accounts.tables import SessionRow, UserRow
 from server.store.accounts.users import SignInThrottled, UserChange, WrongSignIn, change_user, get_user
 from server.store.accounts.views import Me, NewPassword, PasswordChange, PasswordJudgement, SignIn
-from server.store.audit.trail import Actor, record
+from server.store.alert_channels.browsers import end_browsers
+from server.store.audit.action import AuditAction
+from server.store.audit.trail import Actor
 from wire.ids import UserId
 
 router = APIRouter(prefix="/api/v1", tags=["session"])
@@ -136,16 +138,14 @@ async def sign_out(
     token = request.cookies.get(COOKIE)
     if token:
         async with database.writing() as session:
-            ended = await end_session(session, token)
+            ended = await find_session(session, token)
             user = await session.get(UserRow, ended.user_id) if ended else None
-            if user is not None:
-                record(
-                    session,
-                    at=clock(),
-                    actor=Actor(user.id, user.name),
-                    action="session.ended",
-                    address=address,
-                )
+            if ended is not None and user is not None:
+                action = AuditAction(by=Actor(user.id, user.name), at=clock(), address=address)
+                action.record(session, "session.ended")
+                await end_browsers(session, action, session_id=ended.id)
+            if ended is not None:
+                await session.delete(ended)
         if ended is not None:
             hub.end_sessions([ended.id])
     response.delete_cookie(COOKIE, httponly=True, samesite="strict", secure=request.url.scheme == "https")
@@ -279,6 +279,7 @@ async def end_one_session(
         owner = await get_user(session, row.user_id)
         action = audit.action(principal)
         action.record(session, "session.ended", user_id=owner.id, user=owner.name, session_id=row.id)
+        await end_browsers(session, action, session_id=row.id)
         await session.delete(row)
     hub.end_sessions([session_id])
     await event_handler.caught_up()  # drones flown with this session hold before the response

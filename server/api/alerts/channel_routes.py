@@ -14,7 +14,7 @@ from server.api.http.problem_docs import answers
 from server.domain.access import InPersonOnly, NotSignedIn, SessionExpired
 from server.domain.clock import utc_now
 from server.live.alerts.severity import Severity
-from server.runtime.notify.message import Message
+from server.runtime.notify.message import Message, SubscriptionGone
 from server.runtime.settings import Settings
 from server.store.alert_channels import channels
 from server.store.alert_channels.channels import ChannelWish
@@ -39,8 +39,11 @@ Least = Annotated[Severity, Field(description="The least severe alerts that it g
 
 class AlertChannelView(BaseModel):
     id: int
-    kind: Kind
-    target: Annotated[str, Field(description="An e-mail address, or the address of a webhook")]
+    kind: Literal["mail", "webhook", "push"]
+    target: Annotated[
+        str, Field(description="An e-mail address, the address of a webhook, or the endpoint of a browser")
+    ]
+    browser: Annotated[str, Field(description="Name of a browser; else empty")]
     severity: Least
     drones: Drones
     is_confirmed: Annotated[bool, Field(description="false: a mail address whose code was not entered yet")]
@@ -56,6 +59,7 @@ class AlertChannelView(BaseModel):
                 "id": row.id,
                 "kind": row.kind,
                 "target": row.target,
+                "browser": row.browser,
                 "severity": row.severity,
                 "drones": row.drones,
                 "is_confirmed": row.code_hash is None,
@@ -187,7 +191,11 @@ async def try_alert_channel(
     text = f"This is a test for {principal.name}. Alerts of your drones arrive here.\n"
     content = {"type": "test", "words": text.strip()}
     message = Message(f"test-{row.id}-{deliverer.next_number()}", "A test of your alerts", text, content)
-    problem = await deliverer.send_now(row.kind, row.target, row.secret_sealed, row.user_id, message)
+    try:
+        problem = await deliverer.send_now(row.kind, row.target, row.secret_sealed, row.user_id, message)
+    except SubscriptionGone as gone:
+        await deliverer.end_gone(row.id)
+        return AlertChannelTest(is_sent=False, problem=f"{gone}: the channel is deleted")
     async with database.writing() as session:
         await channels.note_attempt(session, row.id, problem, utc_now())
     return AlertChannelTest(is_sent=not problem, problem=problem)

@@ -24,8 +24,8 @@ router = APIRouter(
 class GivenUpDelivery(BaseModel):
     id: int
     user: UserRefView
-    kind: Literal["mail", "webhook"]
-    target: Annotated[str, Field(description="An e-mail address, or the host of a webhook")]
+    kind: Literal["mail", "webhook", "push"]
+    target: Annotated[str, Field(description="An e-mail address, or the host of a webhook or a push service")]
     happening: Annotated[str, Field(description="`opened`, `closed` or `unanswered`")]
     drone_id: int
     drone_name: str

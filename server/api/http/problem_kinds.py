@@ -108,6 +108,7 @@ from server.store.accounts.users import LastAdmin, SignInThrottled, UnknownUser,
 from server.store.alert_channels.refusals import (
     BadAlertChannel,
     TooManyAlertChannels,
+    TooManyBrowsers,
     TooManyMessages,
     UnknownAlertChannel,
 )
@@ -233,6 +234,7 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     OnlyWatches: Kind("only-watches", 403, "You may only watch"),
     UnknownAlertChannel: Kind("unknown-alert-channel", 404, "No such alert channel"),
     TooManyAlertChannels: Kind("too-many-alert-channels", 409, "Too many alert channels"),
+    TooManyBrowsers: Kind("too-many-browsers", 409, "Too many browsers with alerts"),
     BadAlertChannel: Kind("bad-alert-channel", 409, "The alert channel is not accepted"),
     TooManyMessages: Kind("too-many-tries", 429, "Too many tries"),
     UnknownAlert: Kind("unknown-alert", 404, "No such alert"),

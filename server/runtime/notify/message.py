@@ -11,6 +11,10 @@ class NotSent(Exception):
     """The other side did not accept it. The message is for people and contains no secret."""
 
 
+class SubscriptionGone(NotSent):
+    """The other side will never accept anything for this address again."""
+
+
 @dataclass(frozen=True, slots=True)
 class Message:
     """`key` is the same at each attempt: a receiver that knows it already has the message."""

@@ -169,9 +169,14 @@ class Sessions:
         return NewSession(row.id, token)
 
 
+async def find_session(session: AsyncSession, token: str) -> SessionRow | None:
+    """It may have expired."""
+    return await session.scalar(select(SessionRow).where(SessionRow.token_hash == hash_token(token)))
+
+
 async def end_session(session: AsyncSession, token: str) -> SessionRow | None:
     """Deletes the session with this token and returns it."""
-    row = await session.scalar(select(SessionRow).where(SessionRow.token_hash == hash_token(token)))
+    row = await find_session(session, token)
     if row is not None:
         await session.delete(row)
     return row

@@ -18,6 +18,7 @@ from server.store.accounts import second_factor
 from server.store.accounts.sessions import end_sessions_of
 from server.store.accounts.tables import UserRow
 from server.store.accounts.tokens import end_tokens_of
+from server.store.alert_channels.browsers import end_browsers
 from server.store.audit.action import AuditAction
 from server.store.fleet.snapshot import begin_fleet_change
 
@@ -127,6 +128,7 @@ async def change_user(session: AsyncSession, *, user_id: int, change: UserChange
         row.password_changed_at = action.at
         action.record(session, "user.password_changed", **_about(row))
     if change.disabled or change.password_hash is not None:
+        await end_browsers(session, action, user_id=row.id)
         await end_sessions_of(session, row.id)
     if change.disabled or (change.password_hash is not None and not change.keep_tokens):
         await end_tokens_of(session, row.id)
@@ -141,6 +143,7 @@ async def reset_second_factor(session: AsyncSession, *, user_id: int, action: Au
     had_one = row.has_second_factor
     await second_factor.reset(session, row, action)
     if had_one:
+        await end_browsers(session, action, user_id=row.id)
         await end_sessions_of(session, row.id)
         await end_tokens_of(session, row.id)
     return row, had_one

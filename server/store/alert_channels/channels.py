@@ -32,6 +32,7 @@ MAX_CODE_TRIES: Final = 5
 _LETTERS: Final = "23456789ABCDEFGHJKLMNPQRSTUVWXYZ"
 _CODE_LETTERS: Final = 8
 Kind = Literal["mail", "webhook"]
+"""Browsers have a way of their own (`browsers.py`)."""
 Drones = Literal["all", "own"]
 
 
@@ -46,7 +47,7 @@ class ChannelWish:
 
 
 def about(user_id: int) -> str:
-    """What the secret of a webhook is sealed for."""
+    """What the secret of a webhook and the keys of a browser are sealed for."""
     return f"alert channel of user {user_id}"
 
 
@@ -57,6 +58,11 @@ def check_target(wish: ChannelWish, *, may_be_private: bool) -> None:
         if not MAIL_ADDRESS.fullmatch(target):
             raise BadAlertChannel("this is no e-mail address")
         return
+    check_address(target, "of a webhook", may_be_private=may_be_private)
+
+
+def check_address(target: str, whose: str, *, may_be_private: bool) -> None:
+    """Of a server that the tower is to call. Raises BadAlertChannel."""
     try:
         parts = urlsplit(target)
         port = parts.port
@@ -65,9 +71,9 @@ def check_target(wish: ChannelWish, *, may_be_private: bool) -> None:
     if not target.isascii() or not target.isprintable() or " " in target or port == 0:
         raise BadAlertChannel("this is no web address")
     if parts.scheme != "https" and not (may_be_private and parts.scheme == "http"):
-        raise BadAlertChannel("the address of a webhook begins with https://")
+        raise BadAlertChannel(f"the address {whose} begins with https://")
     if not parts.hostname or parts.username or parts.password or parts.fragment:
-        raise BadAlertChannel("the address of a webhook has a host, and no name, password or fragment")
+        raise BadAlertChannel(f"the address {whose} has a host, and no name, password or fragment")
 
 
 async def list_channels(session: AsyncSession, user_id: int) -> Sequence[AlertChannelRow]:
@@ -91,7 +97,9 @@ async def add_channel(
     `Database.writing()`. Raises TooManyAlertChannels."""
     await session.get(UserRow, user_id, with_for_update=True)  # the number of channels is counted one user at a time
     count = await session.scalar(
-        select(func.count()).select_from(AlertChannelRow).where(AlertChannelRow.user_id == user_id)
+        select(func.count())
+        .select_from(AlertChannelRow)
+        .where(AlertChannelRow.user_id == user_id, AlertChannelRow.kind != "push")
     )
     if (count or 0) >= MAX_CHANNELS:
         raise TooManyAlertChannels
@@ -159,7 +167,7 @@ async def delete_channel(session: AsyncSession, channel_id: int, *, user_id: int
 
 
 async def reseal_channels(vault: Vault, database: Database) -> None:
-    """At start: seals the secrets of webhooks with the newest key, so that an older one may go."""
+    """At start: seals the secrets of channels with the newest key, so that an older one may go."""
     async with database.reading() as session:
         sealed = (await session.execute(select(AlertChannelRow.id, AlertChannelRow.secret_sealed))).all()
     older = [channel_id for channel_id, secret in sealed if secret is not None and not vault.by_newest_key(secret)]
@@ -182,5 +190,5 @@ def _hash(code: str) -> str:
 
 
 def shown_target(row: AlertChannelRow) -> str:
-    """For the audit trail and for admins: the path of a webhook's address may be a secret of the other side."""
+    """For the audit trail and for admins: the path of an address may be a secret of the other side."""
     return row.target if row.kind == "mail" else (urlsplit(row.target).hostname or "")

@@ -21,13 +21,15 @@ from server.domain.clock import Clock
 from server.domain.people import Principal
 from server.live.alerts.announcer import Announcement, Announcer, Happening
 from server.live.hub import Hub
-from server.runtime.notify.message import Message, NotSent
+from server.runtime.notify.message import Message, NotSent, SubscriptionGone
 from server.runtime.notify.sending_threads import SendingThreads
 from server.runtime.vault import Vault, VaultError
 from server.store.alert_channels import outbox
+from server.store.alert_channels.browsers import end_gone_browser
 from server.store.alert_channels.channels import about
 from server.store.alert_channels.given_up import count_given_up
 from server.store.alert_channels.outbox import Taken
+from server.store.alert_channels.push_key import PushKey
 from server.store.alert_channels.refusals import TooManyMessages
 from server.store.database import Database
 from wire.ids import DroneId
@@ -43,7 +45,8 @@ MAX_MESSAGES: Final = 10
 MESSAGES_WITHIN_S: Final = 600.0
 """A user has at most ten tests and codes sent in ten minutes."""
 OUTCOMES: Final = ("sent", "failed", "given_up", "forgotten", "dropped")
-"""`failed`: an attempt, which is repeated; `forgotten`: its user may not know of it any more; `dropped`: no room."""
+"""`failed`: an attempt, which is repeated; `forgotten`: its user may not know of it any more, or its browser is
+gone; `dropped`: no room."""
 _log = structlog.get_logger(__name__)
 
 Send = Callable[[str, str, str, Message], None]
@@ -61,6 +64,7 @@ class AlertDeliverer:
         vault: Vault,
         clock: Clock,
         send: Send,
+        push_key: PushKey,
         public_url: str,
     ) -> None:
         self._hub = hub
@@ -69,6 +73,7 @@ class AlertDeliverer:
         self._vault = vault
         self._clock = clock
         self._send = send
+        self.push_key = push_key
         self._public_url = public_url
         self._something = asyncio.Event()
         announcer.on_waiting = self.wake
@@ -182,7 +187,12 @@ class AlertDeliverer:
 
     async def _carry_out(self, one: Taken) -> None:
         try:
-            problem = await self._attempt(one)
+            try:
+                problem = await self._attempt(one)
+            except SubscriptionGone:
+                await self.end_gone(one.channel_id)
+                self.counts["forgotten"] += 1
+                return
             async with self._database.writing() as session:
                 what = await self._note(session, one, problem)
             self.counts[what] += 1
@@ -216,7 +226,7 @@ class AlertDeliverer:
         return await self.send_now(one.kind, one.target, one.secret_sealed, int(one.user.user_id), message)
 
     async def send_now(self, kind: str, target: str, secret_sealed: str | None, user_id: int, message: Message) -> str:
-        """Returns the problem in words; empty: it was sent."""
+        """Returns the problem in words; empty: it was sent. Raises SubscriptionGone: call `end_gone`."""
         if not self._threads.room or user_id in self._threads.full:
             return "others are still on their way: try again in a moment"
         try:
@@ -224,11 +234,18 @@ class AlertDeliverer:
             outcome = self._threads.start(user_id, partial(self._send, kind, target, secret, message))
             async with asyncio.timeout(WITHIN_S):
                 await outcome
+        except SubscriptionGone:
+            raise
         except (NotSent, VaultError) as error:
             return str(error) or "it could not be sent"
         except TimeoutError:
             return "the other side is too slow"
         return ""
+
+    async def end_gone(self, channel_id: int) -> None:
+        """Deletes the channel of a browser that has ended its subscription, and what is on its way there."""
+        async with self._database.writing() as session:
+            await end_gone_browser(session, channel_id, self._clock())
 
     def _content(self, one: Announcement) -> dict[str, Any]:
         alert = one.alert

@@ -7,7 +7,9 @@ from typing import Final
 from server.domain.refusal import Refusal, RetryLater
 
 MAX_CHANNELS: Final = 5
-"""Per user."""
+"""Mail addresses and webhooks of a user."""
+MAX_BROWSERS: Final = 10
+"""Of a user."""
 
 
 class UnknownAlertChannel(Refusal):
@@ -19,7 +21,12 @@ class UnknownAlertChannel(Refusal):
 
 class TooManyAlertChannels(Refusal):
     def __init__(self) -> None:
-        super().__init__(f"a user has at most {MAX_CHANNELS} alert channels: delete one first")
+        super().__init__(f"a user has at most {MAX_CHANNELS} mail addresses and webhooks: delete one first")
+
+
+class TooManyBrowsers(Refusal):
+    def __init__(self) -> None:
+        super().__init__(f"a user has alerts in at most {MAX_BROWSERS} browsers: delete one first")
 
 
 class BadAlertChannel(Refusal):

@@ -14,7 +14,7 @@ from server.store.database import Base, UtcDateTime
 class AlertChannelRow(Base):
     __tablename__ = "alert_channels"
     __table_args__ = (
-        CheckConstraint("kind IN ('mail', 'webhook')", name="kind"),
+        CheckConstraint("kind IN ('mail', 'webhook', 'push')", name="kind"),
         CheckConstraint("drones IN ('all', 'own')", name="drones"),
         # An id identifies a channel in the audit trail: it is never assigned twice.
         {"sqlite_autoincrement": True},
@@ -24,9 +24,9 @@ class AlertChannelRow(Base):
     user_id: Mapped[int] = mapped_column(ForeignKey("users.id", ondelete="CASCADE"), index=True)
     kind: Mapped[str] = mapped_column(String(16))
     target: Mapped[str] = mapped_column(String(1000))
-    """An e-mail address, or the address of a webhook."""
-    secret_sealed: Mapped[str | None] = mapped_column(String(255))
-    """Of a webhook, sealed by `server/runtime/vault.py`."""
+    """An e-mail address, the address of a webhook, or what a push service gave a browser as its address."""
+    secret_sealed: Mapped[str | None] = mapped_column(String(500))
+    """Of a webhook, or the keys of a browser, sealed by `server/runtime/vault.py`."""
     severity: Mapped[str] = mapped_column(String(16))
     """The least severe alerts that it gets."""
     drones: Mapped[str] = mapped_column(String(16))
@@ -39,6 +39,20 @@ class AlertChannelRow(Base):
     """The last success."""
     problem: Mapped[str] = mapped_column(String(200), default="")
     """Of the last attempt; empty: it succeeded."""
+    session_id: Mapped[int | None] = mapped_column(ForeignKey("sessions.id", ondelete="SET NULL"), index=True)
+    """Of a browser: the session with which it was here last; its sign-out ends the channel. None: that one expired."""
+    browser: Mapped[str] = mapped_column(String(60), default="", server_default="")
+    """Name of a browser, for its user."""
+
+
+class PushKeyRow(Base):
+    """One row: the key by which push services recognise this tower. The private half is sealed."""
+
+    __tablename__ = "push_key"
+    __table_args__ = (CheckConstraint("id = 1", name="one_row"),)
+
+    id: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
+    sealed_key: Mapped[str] = mapped_column(String(255))
 
 
 class AlertDeliveryRow(Base):

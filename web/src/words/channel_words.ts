@@ -9,11 +9,11 @@ export const SEVERITY_CHOICES: Readonly<Record<AlertChannel['severity'], string>
   notice: 'all',
 };
 
-/** A mail address, or the host of a webhook: the rest of its address may be a secret. */
-export function channelName({ kind, target }: Pick<AlertChannel, 'kind' | 'target'>): string {
-  return kind === 'mail'
-    ? target
-    : t('the webhook at {host}', { host: URL.canParse(target) ? new URL(target).host : target });
+/** A mail address, a browser, or the host of a webhook: the rest of its address may be a secret. */
+export function channelName({ kind, target, browser }: Pick<AlertChannel, 'kind' | 'target' | 'browser'>): string {
+  if (kind === 'mail') return target;
+  const host = URL.canParse(target) ? new URL(target).host : target;
+  return kind === 'push' ? browser || t('a browser ({host})', { host }) : t('the webhook at {host}', { host });
 }
 
 /** What is wrong with it, or that it works, if that is known. */

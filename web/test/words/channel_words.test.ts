@@ -7,6 +7,7 @@ const MAIL: AlertChannel = {
   id: 1,
   kind: 'mail',
   target: 'anna@example.org',
+  browser: '',
   severity: 'warning',
   drones: 'all',
   is_confirmed: true,
@@ -19,10 +20,16 @@ const MAIL: AlertChannel = {
 describe('alert channels', () => {
   it('are named by address or host', () => {
     expect(channelName(MAIL)).toBe('anna@example.org');
-    expect(channelName({ kind: 'webhook', target: 'https://example.org:8443/hooks/secret' })).toBe(
+    expect(channelName({ kind: 'webhook', target: 'https://example.org:8443/hooks/secret', browser: '' })).toBe(
       'the webhook at example.org:8443',
     );
-    expect(channelName({ kind: 'webhook', target: 'no address' })).toBe('the webhook at no address');
+    expect(channelName({ kind: 'webhook', target: 'no address', browser: '' })).toBe('the webhook at no address');
+  });
+
+  it('name a browser, and never its secret address', () => {
+    const target = 'https://push.example.org/secret';
+    expect(channelName({ kind: 'push', target, browser: 'Firefox on Linux' })).toBe('Firefox on Linux');
+    expect(channelName({ kind: 'push', target, browser: '' })).toBe('a browser (push.example.org)');
   });
 
   it('say how they are', () => {

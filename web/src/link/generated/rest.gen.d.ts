@@ -1409,6 +1409,54 @@ export interface paths {
         readonly patch?: never;
         readonly trace?: never;
     };
+    readonly "/me/alert-channels/browsers": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put?: never;
+        readonly post: operations["add_push_channel"];
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/me/alert-channels/browsers/{channel_id}/keep": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put?: never;
+        readonly post: operations["keep_push_channel"];
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/me/alert-channels/browsers/key": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["get_push_key"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
     readonly "/me/invitations": {
         readonly parameters: {
             readonly query?: never;
@@ -2212,6 +2260,8 @@ export interface components {
             readonly problem: string;
         };
         readonly AlertChannelView: {
+            /** @description Name of a browser; else empty */
+            readonly browser: string;
             /** Format: date-time */
             readonly created_at: string;
             /**
@@ -2223,14 +2273,14 @@ export interface components {
             /** @description false: a mail address whose code was not entered yet */
             readonly is_confirmed: boolean;
             /** @enum {string} */
-            readonly kind: "mail" | "webhook";
+            readonly kind: "mail" | "webhook" | "push";
             /** @description Of the last attempt; empty if it succeeded */
             readonly problem: string;
             /** @description The last success */
             readonly sent_at: string | null;
             /** @description The least severe alerts that it gets */
             readonly severity: components["schemas"]["Severity"];
-            /** @description An e-mail address, or the address of a webhook */
+            /** @description An e-mail address, the address of a webhook, or the endpoint of a browser */
             readonly target: string;
             /** @description Deliveries on their way */
             readonly waiting: number;
@@ -2984,10 +3034,10 @@ export interface components {
             readonly happening: string;
             readonly id: number;
             /** @enum {string} */
-            readonly kind: "mail" | "webhook";
+            readonly kind: "mail" | "webhook" | "push";
             /** @description Of the last attempt */
             readonly problem: string;
-            /** @description An e-mail address, or the host of a webhook */
+            /** @description An e-mail address, or the host of a webhook or a push service */
             readonly target: string;
             readonly user: components["schemas"]["UserRefView"];
             /** @description Of the alert */
@@ -3539,6 +3589,30 @@ export interface components {
         readonly NewPassword: {
             readonly password: string;
         };
+        /** @description What `PushSubscription.toJSON()` says, and which alerts to send there. */
+        readonly NewPushChannel: {
+            /** @description base64url */
+            readonly auth: string;
+            /**
+             * @description A name for the list
+             * @default
+             */
+            readonly browser?: string;
+            /**
+             * @description All drones that you may see, or only those you own
+             * @default all
+             * @enum {string}
+             */
+            readonly drones?: "all" | "own";
+            readonly endpoint: string;
+            /** @description base64url */
+            readonly p256dh: string;
+            /**
+             * @description The least severe alerts that it gets
+             * @default warning
+             */
+            readonly severity?: components["schemas"]["Severity"];
+        };
         /** @description `since`: when it was done last, so that hours since then count; missing: now. */
         readonly NewTask: {
             /** @description Hours in the air */
@@ -3947,6 +4021,10 @@ export interface components {
             readonly fresh_until: string | null;
             /** @description Accepted proofs of identity, best first */
             readonly kinds: readonly ("passkey" | "password")[];
+        };
+        readonly PushKeyView: {
+            /** @description Of the tower (VAPID): a point of P-256 as base64url */
+            readonly public_key: string;
         };
         /** @description Restarts the autopilot. The drone is not heard for some seconds. */
         readonly Reboot: {
@@ -7436,6 +7514,72 @@ export interface operations {
                 };
                 content: {
                     readonly "application/json": components["schemas"]["AlertChannelTest"];
+                };
+            };
+        };
+    };
+    readonly add_push_channel: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": components["schemas"]["NewPushChannel"];
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 201: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["AlertChannelView"];
+                };
+            };
+        };
+    };
+    readonly keep_push_channel: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly channel_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["AlertChannelView"];
+                };
+            };
+        };
+    };
+    readonly get_push_key: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["PushKeyView"];
                 };
             };
         };
