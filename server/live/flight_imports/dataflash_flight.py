@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Callable, Mapping
-from typing import IO, Final
+from typing import IO, Final, NamedTuple
 
 from server.live.flight_imports.converted import Converted, converted
 from server.live.flight_imports.dataflash import Buffer, DataflashReader, Record, Value
@@ -41,10 +41,12 @@ _TYPES: Final[Mapping[str, int]] = {
 
 def convert_dataflash(log: Buffer, out: IO[bytes], *, uploaded_us: int, max_bytes: int) -> Converted:
     """Raises BadFlightFile."""
-    base_us, vehicle_type = _look(log)
-    airframe = Airframe(vehicle_type, mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA)
-    known = base_us is not None
-    writer = TelemetryWriter(out, airframe, base_us=uploaded_us if base_us is None else base_us, max_bytes=max_bytes)
+    seen = _look(log)
+    airframe = Airframe(seen.vehicle_type, mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA)
+    known = seen.base_us is not None
+    base_us = uploaded_us if seen.base_us is None else seen.base_us
+    writer = TelemetryWriter(out, airframe, base_us=base_us, max_bytes=max_bytes)
+    writer.begin(custom_mode=seen.mode, is_armed=seen.is_armed)
     flight = _Flight(writer)
     reader = DataflashReader(log, frozenset(_TAKERS))
     for record in reader:
@@ -53,12 +55,24 @@ def convert_dataflash(log: Buffer, out: IO[bytes], *, uploaded_us: int, max_byte
     return converted(writer, "dataflash", clock_known=known, skipped_bytes=reader.skipped)
 
 
-def _look(log: Buffer) -> tuple[int | None, int]:
-    """What added to the log's times gives microseconds since 1970 (None: no GPS and no clock), and the MAV_TYPE."""
+class _Seen(NamedTuple):
+    """What is to be known before the first frame. `base_us`: what added to the log's times gives microseconds since
+    1970; None: no GPS and no clock. `is_armed`: the log begins armed."""
+
+    base_us: int | None
+    vehicle_type: int
+    mode: int
+    is_armed: bool
+
+
+def _look(log: Buffer) -> _Seen:
+    """A log that begins at arming has no word of it: the first is of disarming."""
     base_us: int | None = None
     clock_us: int | None = None
     vehicle_type: int | None = None
-    for name, fields in DataflashReader(log, frozenset({"GPS", "MSG", "RTC"})):
+    mode: int | None = None
+    first_arms: bool | None = None
+    for name, fields in DataflashReader(log, frozenset({"GPS", "MSG", "RTC", "MODE", "ARM", "EV"})):
         if name == "MSG" and vehicle_type is None:
             text = str(fields.get("Message", ""))
             vehicle_type = next((kind for start, kind in _TYPES.items() if text.startswith(start)), None)
@@ -66,10 +80,18 @@ def _look(log: Buffer) -> tuple[int | None, int]:
             base_us = _gps_base_us(fields)
         elif name == "RTC" and clock_us is None:
             clock_us = _whole(fields, "Epoch") - _whole(fields, "TimeUS")
-        if base_us is not None and vehicle_type is not None:
+        elif name == "MODE" and mode is None:
+            mode = _mode_number(fields)
+        elif name in ("ARM", "EV") and first_arms is None:
+            first_arms = _arms(name, fields)
+        if base_us is not None and vehicle_type is not None and mode is not None and first_arms is not None:
             break
-    base_us = clock_us if base_us is None else base_us
-    return base_us, mavlink.MAV_TYPE_QUADROTOR if vehicle_type is None else vehicle_type
+    return _Seen(
+        clock_us if base_us is None else base_us,
+        mavlink.MAV_TYPE_QUADROTOR if vehicle_type is None else vehicle_type,
+        mode or 0,
+        first_arms is False,
+    )
 
 
 def _gps_base_us(fields: Fields) -> int | None:
@@ -264,17 +286,28 @@ def _current(flight: _Flight, fields: Fields) -> None:
 
 
 def _mode(flight: _Flight, fields: Fields) -> None:
-    flight.writer.mode(_whole(fields, "ModeNum", _whole(fields, "Mode")))
+    flight.writer.mode(_mode_number(fields))
 
 
-def _arming(flight: _Flight, fields: Fields) -> None:
-    flight.writer.armed(_number(fields, "ArmState") != 0)
+def _mode_number(fields: Fields) -> int:
+    return _whole(fields, "ModeNum", _whole(fields, "Mode"))
 
 
-def _event(flight: _Flight, fields: Fields) -> None:
-    """Older logs have no ARM."""
-    if fields.get("Id") in (_EV_ARMED, _EV_DISARMED):
-        flight.writer.armed(fields["Id"] == _EV_ARMED)
+def _arming(name: str) -> Callable[[_Flight, Fields], None]:
+    def take(flight: _Flight, fields: Fields) -> None:
+        arms = _arms(name, fields)
+        if arms is not None:
+            flight.writer.armed(arms)
+
+    return take
+
+
+def _arms(name: str, fields: Fields) -> bool | None:
+    """None: an event of another kind. Older logs have no ARM."""
+    if name == "ARM":
+        return _number(fields, "ArmState") != 0
+    event = fields.get("Id")
+    return event == _EV_ARMED if event in (_EV_ARMED, _EV_DISARMED) else None
 
 
 _TEXT_BYTES: Final = 64
@@ -360,8 +393,8 @@ _TAKERS: Final[Mapping[str, Callable[[_Flight, Fields], None]]] = {
     "BAT": _battery,
     "CURR": _current,
     "MODE": _mode,
-    "ARM": _arming,
-    "EV": _event,
+    "ARM": _arming("ARM"),
+    "EV": _arming("EV"),
     "MSG": _text,
     "RCIN": _receiver,
     "RCI2": _more_inputs,

@@ -83,6 +83,10 @@ class TelemetryWriter:
             self._heartbeat()
         return True
 
+    def begin(self, *, custom_mode: int, is_armed: bool) -> None:
+        """How the flight begins. Logs often begin at arming: what they say first may come a little after the rest."""
+        self._mode, self._armed = custom_mode & 0xFFFF_FFFF, is_armed
+
     def mode(self, custom_mode: int) -> None:
         if custom_mode != self._mode:
             self._mode = custom_mode & 0xFFFF_FFFF

@@ -47,10 +47,12 @@ MODES: Final[Mapping[int, tuple[int, int]]] = {
 
 def convert_ulog(log: Buffer, out: IO[bytes], *, uploaded_us: int, max_bytes: int) -> Converted:
     """Raises BadFlightFile."""
-    base_us, vehicle_type = _look(log)
+    base_us, status = _look(log)
+    vehicle_type = _whole_number(status, "system_type") & 0xFF or mavlink.MAV_TYPE_QUADROTOR
     airframe = Airframe(vehicle_type, mavlink.MAV_AUTOPILOT_PX4)
     known = base_us is not None
     writer = TelemetryWriter(out, airframe, base_us=uploaded_us if base_us is None else base_us, max_bytes=max_bytes)
+    writer.begin(custom_mode=_mode(status), is_armed=status.get("arming_state") == _ARMED)
     flight = _Flight(writer)
     reader = UlogReader(log, frozenset(_TAKERS))
     for record in reader:
@@ -62,20 +64,26 @@ def convert_ulog(log: Buffer, out: IO[bytes], *, uploaded_us: int, max_bytes: in
     return converted(writer, "ulog", clock_known=known, skipped_bytes=reader.skipped)
 
 
-def _look(log: Buffer) -> tuple[int | None, int]:
-    """What added to the log's times gives microseconds since 1970 (None: no GPS had the time), and the MAV_TYPE."""
+def _look(log: Buffer) -> tuple[int | None, Fields]:
+    """What added to the log's times gives microseconds since 1970 (None: no GPS had the time), and the first status."""
     base_us: int | None = None
-    vehicle_type: int | None = None
+    status: Fields | None = None
     for record in UlogReader(log, _GPS_TOPICS | {"vehicle_status"}):
-        if record.name == "vehicle_status" and vehicle_type is None:
-            vehicle_type = _whole_number(record.fields, "system_type") & 0xFF or mavlink.MAV_TYPE_QUADROTOR
+        if record.name == "vehicle_status" and status is None:
+            status = record.fields
         elif record.name in _GPS_TOPICS and base_us is None and _whole_number(record.fields, "fix_type") >= _FIX_3D:
             utc_us = _whole_number(record.fields, "time_utc_usec")
             told_us = record.at_us + _whole_number(record.fields, "timestamp_time_relative")
             base_us = utc_us - told_us if _YEAR_2001_US < utc_us < _YEAR_2100_US else None
-        if base_us is not None and vehicle_type is not None:
+        if base_us is not None and status is not None:
             break
-    return base_us, mavlink.MAV_TYPE_QUADROTOR if vehicle_type is None else vehicle_type
+    return base_us, status or {}
+
+
+def _mode(status: Fields) -> int:
+    """For the heartbeat."""
+    main, sub = MODES.get(_whole_number(status, "nav_state"), (0, 0))
+    return main << 16 | sub << 24
 
 
 def _whole_number(fields: Fields, name: str) -> int:
@@ -212,8 +220,7 @@ def _thrust(flight: _Flight, fields: Fields) -> None:
 
 
 def _status(flight: _Flight, fields: Fields) -> None:
-    main, sub = MODES.get(fields["nav_state"], (0, 0))
-    flight.writer.mode(main << 16 | sub << 24)
+    flight.writer.mode(_mode(fields))
     flight.writer.armed(fields["arming_state"] == _ARMED)
 
 

@@ -74,7 +74,7 @@ def test_copter_3_2_with_milliseconds_and_messages_without_a_time() -> None:
     began_us = (GPS_EPOCH_S + 1833 * WEEK_S + 50 + 10 - 16) * 1_000_000  # 16 leap seconds in February 2015
     assert found.began_us == began_us
     beats = [(at_us - began_us, one.custom_mode, one.base_mode >> 7) for at_us, one in messages["HEARTBEAT"]]
-    assert beats == [(0, 0, 0), (0, 0, 1), (300_000, 6, 1), (300_000, 6, 0)]
+    assert beats == [(0, 0, 0), (0, 0, 1), (300_000, 6, 1), (300_000, 6, 0)]  # it says itself that it arms
     assert [one.text for _, one in messages["STATUSTEXT"]] == ["ArduCopter V3.2.1 (36b405fb)"]
     _, attitude = messages["ATTITUDE"][-1]
     assert attitude.roll == pytest.approx(math.radians(2.0))
@@ -126,6 +126,31 @@ def test_ardupilot_4_7_texts_cores_clock_and_channels() -> None:
     assert [sticks.chan1_raw, sticks.chan15_raw, sticks.chan16_raw, sticks.chancount] == [1801, 1815, 1816, 16]
     ((_, outputs),) = messages["SERVO_OUTPUT_RAW"]
     assert (outputs.servo1_raw, outputs.servo14_raw, outputs.servo16_raw) == (1701, 1714, 1716)
+
+
+def test_a_log_that_begins_at_arming_begins_armed_and_in_its_mode() -> None:
+    formats = CURRENT | {"MODE": ("QMBB", "TimeUS,Mode,ModeNum,Rsn"), "ARM": ("QBIBB", "TimeUS,ArmState,ArmChecks,F,M")}
+    attitude = 0, 0, 0, 0, 0, 0, 3
+    rows: list[Row] = [
+        ("ATT", 1_000_000, *attitude),
+        ("MODE", 1_100_000, 4, 4, 2),
+        ("MODE", 2_000_000, 9, 9, 2),
+        ("ATT", 2_000_000, *attitude),
+        ("ARM", 2_500_000, 0, 0, 0, 13),
+        ("ATT", 2_600_000, *attitude),
+    ]
+    _, messages = made(dataflash(formats, rows))
+    beats = [(one.custom_mode, one.base_mode >> 7) for _, one in messages["HEARTBEAT"]]
+    assert (beats[0], beats[-1]) == ((4, 1), (9, 0))
+    assert (0, 1) not in beats
+    log = Ulog(PX4)
+    px4_attitude(log, 1_000_000)
+    log.put("vehicle_status", 1_200_000, 2, 4, 2)
+    log.put("vehicle_status", 2_000_000, 1, 4, 2)
+    _, messages = made(bytes(log.log))
+    beats = [(one.custom_mode, one.base_mode >> 7) for _, one in messages["HEARTBEAT"]]
+    assert {mode for mode, _ in beats} == {4 << 16 | 3 << 24}
+    assert (beats[0][1], beats[-1][1]) == (1, 0)
 
 
 def test_a_planes_throttle_is_in_percent_and_its_airspeed_may_be_estimated() -> None:
