@@ -24,7 +24,7 @@ from worlds.log_versions import (
 
 from server.live.flight_imports.conversion import convert
 from server.live.flight_imports.converted import Converted
-from server.live.flight_imports.dataflash_flight import LEAP_SECONDS
+from server.live.flight_imports.dataflash_beginning import LEAP_SECONDS
 from server.live.flights.tlog import read_entries
 from wire.dialect import decode, mavlink
 
