@@ -26,6 +26,8 @@ _APPENDED: Final = 0x01
 _OFFSETS: Final = Struct("<3Q")
 _OFFSETS_AT: Final = 16
 _KINDS: Final = frozenset(b"BFIMPQADRSLCO")
+_FLAGS: Final = ord("B")
+"""Only at the beginning: elsewhere it is a torn place."""
 _SYNC: Final = b"\x2f\x73\x13\x20\x25\x0c\xbb\x12"
 _IN_A_ROW: Final = 4
 _BASIC: Final = {
@@ -100,13 +102,22 @@ class UlogReader:
                 self.skipped += found - at
                 at = found
                 continue
+            following = after
+            if after + _HEAD.size <= end and log[after + 2] not in _KINDS:
+                following = self._resume(at + 1)
+                if following < after:  # the size of this message is torn, or it is none
+                    self.skipped += following - at
+                    at = following
+                    continue
+                self.skipped += following - after
             try:
-                record = self._take(chr(kind), log[begin:after])
+                counts = kind != _FLAGS or at == _HEADER_BYTES
+                record = self._take(chr(kind), log[begin:after]) if counts else None
             except (StructError, UnicodeDecodeError, IndexError):
                 record = None  # a damaged message: the next one begins where this one's size says
             if record is not None:
                 yield record
-            at = after
+            at = following
         self.skipped += end - at
 
     def _resume(self, begin: int) -> int:

@@ -269,6 +269,18 @@ def test_what_px4_appends_after_a_crash_is_read_from_its_place() -> None:
     assert messages["HEARTBEAT"][-1][1].custom_mode == 4 << 16 | 5 << 24
 
 
+def test_a_px4_log_with_many_torn_places_keeps_the_rest() -> None:
+    log = Ulog(PX4)
+    begins = []
+    for step in range(400):
+        begins.append(len(log.log))
+        px4_attitude(log, 1_000_000 + step * 100_000)
+    for at in begins[20::20]:  # sizes that would swallow what follows, kinds that are none, flags of nobody
+        log.log[at : at + 3] = (b"\xff\x03D", b"\x20\x00?", b"\x10\x00B")[at % 3]
+    _, messages = made(bytes(log.log))
+    assert len(messages["ATTITUDE"]) >= 400 - 2 * len(begins[20::20])
+
+
 @pytest.mark.parametrize("has_mark", [True, False])
 def test_a_torn_px4_log_goes_on_after_the_tear(has_mark: bool) -> None:
     log = Ulog(PX4)
