@@ -5,12 +5,15 @@ import io
 import json
 import math
 from itertools import pairwise
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from server.live.flights import link_places
 from server.live.flights.link_places import METRES_PER_DEGREE, LinkPlaces, LinkPlacesView, link_places_csv
+from server.live.flights.link_report import MAX_AGE_S, place_of
+from wire.dialect import build, mavlink
 
 LAT, LON = 47.3977, 8.5456
 
@@ -84,3 +87,19 @@ def test_csv_has_a_row_for_each_cell() -> None:
     ]
     assert float(rows[0]["lat_deg"]) == pytest.approx(LAT, abs=0.001)
     assert float(rows[0]["lon_deg"]) == pytest.approx(LON, abs=0.001)
+
+
+def test_the_place_of_a_report_is_not_older_than_the_report() -> None:
+    frame = build(
+        mavlink.MAVLink_global_position_int_message(0, 473_977_004, 85_456_004, 0, 0, 0, 0, 0, 0),
+        system_id=1,
+        component_id=1,
+        sequence=0,
+    )
+    drone: Any = SimpleNamespace(position_frame=frame, position_at=100.0)
+    here = {"lat": 47.3977, "lon": 8.5456}
+    assert place_of(drone, 104.0, MAX_AGE_S) == here
+    assert place_of(drone, 106.0, MAX_AGE_S) == {}
+    assert place_of(drone, 106.0) == here, "a lost link is noticed late"
+    assert place_of(drone, 131.0) == {}
+    assert place_of(SimpleNamespace(position_frame=None, position_at=130.0), 131.0) == {}  # type: ignore[arg-type]
