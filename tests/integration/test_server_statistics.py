@@ -125,6 +125,34 @@ async def test_whoever_may_not_read_a_flight_reads_no_figures_of_it(scene: Fligh
     assert (await got(scene.holder, "/log-book"))["entries"] == []
 
 
+async def test_quality_of_links_by_place_goes_with_its_flights(
+    scene: FlightScene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(recorder, "LINK_EVERY_S", 0.0)
+    flight = await fly_and_hand_over(scene)
+    path = "/statistics/link-quality"
+    view = await got(scene.holder, path)
+    assert (view["type"], view["flights"], view["cell_m"], view["is_whole"]) == ("FeatureCollection", 1, 100, True)
+    assert sum(one["properties"]["reports"] for one in view["features"]) > 0
+    west, south = view["features"][0]["geometry"]["coordinates"][0][0]
+    track = flight["track"][0]
+    assert (south, west) == pytest.approx(track, abs=0.05)
+    rows = await table(scene.holder, f"{path}/csv", cell_m=1000)
+    assert sum(int(row["reports"]) for row in rows) == sum(one["properties"]["reports"] for one in view["features"])
+    later = (scene.world.clock() + timedelta(days=1)).isoformat()
+    assert (await got(scene.holder, path, since=later))["features"] == []
+    assert (await scene.holder.get(f"/api/v1{path}", params={"cell_m": 1})).status_code == 422
+    # Whoever may not read the flight reads no place of it.
+    stranger = await scene.world.signed_in(await scene.world.add_user("mallory"))
+    assert (await got(stranger, path))["features"] == []
+    assert await table(stranger, f"{path}/csv") == []
+    assert_problem(await stranger.get(f"/api/v1{path}", params={"drone_id": scene.drone.id}), 404, "unknown-drone")
+    observer = await scene.world.signed_in(await scene.world.add_user("olga", Role.OBSERVER))
+    assert (await got(observer, path))["features"] == []
+    assert (await scene.admin.delete(f"/api/v1/flights/{flight['id']}")).status_code == 204
+    assert (await got(scene.holder, path))["features"] == []
+
+
 async def test_figures_stay_when_the_flight_goes(scene: FlightScene) -> None:
     flight = await fly_and_hand_over(scene)
     assert (await scene.admin.delete(f"/api/v1/flights/{flight['id']}")).status_code == 204

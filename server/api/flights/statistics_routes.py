@@ -38,7 +38,7 @@ MAX_FLIGHTS: Final = 10_000
 DroneId = Annotated[int | None, Query(ge=1, le=0xFFFFFFFF, description="Of this drone only")]
 Since = Annotated[AwareDatetime | None, Query(description="Of flights begun then or later")]
 Until = Annotated[AwareDatetime | None, Query(description="Of flights begun before then")]
-_CSV: Final[dict[int | str, dict[str, Any]]] = {
+CSV_ANSWER: Final[dict[int | str, dict[str, Any]]] = {
     200: {"content": {CSV_TYPE: {}}, "description": "A table with a line of names"}
 }
 
@@ -124,7 +124,9 @@ async def get_statistics(
     return await asyncio.to_thread(statistics, found, _names(drones), is_whole=is_whole)
 
 
-@router.get("/statistics/csv", response_class=Response, responses=_CSV | answers(UnknownDrone, ViewTaken, OnlyWatches))
+@router.get(
+    "/statistics/csv", response_class=Response, responses=CSV_ANSWER | answers(UnknownDrone, ViewTaken, OnlyWatches)
+)
 async def download_statistics(
     principal: Viewer,
     hub: HubDep,
@@ -144,7 +146,7 @@ async def download_statistics(
         view = statistics(found, _names(drones), is_whole=is_whole)
         return drones_csv(view) if by == "drones" else pilots_csv(view)
 
-    return _csv(await asyncio.to_thread(made), f"statistics-{by}")
+    return csv_download(await asyncio.to_thread(made), f"statistics-{by}")
 
 
 @router.get("/log-book")
@@ -155,12 +157,12 @@ async def get_log_book(
     return await _log_book(hub, database, principal, since, until)
 
 
-@router.get("/log-book/csv", response_class=Response, responses=_CSV)
+@router.get("/log-book/csv", response_class=Response, responses=CSV_ANSWER)
 async def download_log_book(
     principal: Viewer, hub: HubDep, database: DatabaseDep, since: Since = None, until: Until = None
 ) -> Response:
     """Downloads the same as CSV."""
-    return _csv(log_book_csv(await _log_book(hub, database, principal, since, until)), "log-book")
+    return csv_download(log_book_csv(await _log_book(hub, database, principal, since, until)), "log-book")
 
 
 async def _log_book(
@@ -198,7 +200,7 @@ def _names(drones: dict[int, LiveDrone]) -> dict[int, str]:
     return {drone_id: drone.record.name for drone_id, drone in drones.items()}
 
 
-def _csv(text: str, name: str) -> Response:
+def csv_download(text: str, name: str) -> Response:
     headers = {"Content-Disposition": f'attachment; filename="{name}.csv"', "Cache-Control": "private, no-cache"}
     return Response(text, media_type=CSV_TYPE, headers=headers)
 

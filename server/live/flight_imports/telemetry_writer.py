@@ -17,7 +17,11 @@ from server.live.flights.track import FlightSummary
 from wire.dialect import mavlink
 
 MAX_FLIGHT_US: Final = 24 * 3600 * 1_000_000
+MAX_PAUSE_US: Final = 60 * 1_000_000
+"""A message later by more than this is left out unless the next one agrees: a damaged time would end the flight."""
 _HEARTBEAT_US: Final = 1_000_000
+_MAX_US: Final = 4_102_444_800_000_000
+"""The year 2100."""
 EVERY_US: Final = {
     mavlink.MAVLINK_MSG_ID_ATTITUDE: 40_000,
     mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: 100_000,
@@ -55,7 +59,7 @@ class TelemetryWriter:
         self._link = mavlink.MAVLink(None, srcSystem=1, srcComponent=mavlink.MAV_COMP_ID_AUTOPILOT1)
         self._written_us: dict[int, int] = {}
         self.summary: FlightSummary | None = None
-        self.began_us = self._now_us = -1
+        self.began_us = self._now_us = self._ahead_us = -1
         self._armed = False
         self._mode = 0
         self._texts = 0
@@ -63,15 +67,25 @@ class TelemetryWriter:
 
     def at(self, at_us: int) -> bool:
         """The time of what follows, by the log's clock. False: no time of this flight; leave it out."""
+        if not 0 <= self._base_us + at_us < _MAX_US:
+            return False
         if self.began_us < 0:
             self.began_us = self._now_us = at_us
             self.summary = FlightSummary(self._base_us + at_us)
         if not self.began_us <= at_us < self.began_us + MAX_FLIGHT_US:
             return False
+        if at_us > self._now_us + MAX_PAUSE_US:
+            ahead_us, self._ahead_us = at_us - self._ahead_us, at_us
+            if not 0 <= ahead_us <= MAX_PAUSE_US:
+                return False
         self._now_us = max(self._now_us, at_us)  # threads write to the log: a message may come a little late
         if self._is_due(mavlink.MAVLINK_MSG_ID_HEARTBEAT, _HEARTBEAT_US):
             self._heartbeat()
         return True
+
+    def begin(self, *, custom_mode: int, is_armed: bool) -> None:
+        """How the flight begins. Logs often begin at arming: what they say first may come a little after the rest."""
+        self._mode, self._armed = custom_mode & 0xFFFF_FFFF, is_armed
 
     def mode(self, custom_mode: int) -> None:
         if custom_mode != self._mode:

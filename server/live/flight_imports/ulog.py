@@ -2,6 +2,9 @@
 
 A header, definitions (formats, parameters, infos), then subscriptions, data and logged texts. Each message has its size
 and its kind before it. Source: PX4 User Guide, "ULog File Format".
+
+After a torn place the reader goes on at PX4's next synchronisation mark, or where four messages follow each other.
+Data that PX4 appends after a crash begin at a place that the flags name: what stands before it may be half a message.
 """
 
 from __future__ import annotations
@@ -20,6 +23,13 @@ _HEADER_BYTES: Final = 16
 _HEAD: Final = Struct("<HB")
 _APPENDED: Final = 0x01
 """The only incompatible flag that is defined: data are appended, in the same kinds of messages."""
+_OFFSETS: Final = Struct("<3Q")
+_OFFSETS_AT: Final = 16
+_KINDS: Final = frozenset(b"BFIMPQADRSLCO")
+_FLAGS: Final = ord("B")
+"""Only at the beginning: elsewhere it is a torn place."""
+_SYNC: Final = b"\x2f\x73\x13\x20\x25\x0c\xbb\x12"
+_IN_A_ROW: Final = 4
 _BASIC: Final = {
     "int8_t": "b",
     "uint8_t": "B",
@@ -58,34 +68,83 @@ class _Layout(NamedTuple):
 
 
 class UlogReader:
-    """Reads these topics and steps over the rest. `skipped`: bytes at the end that are no whole message."""
+    """Reads these topics and steps over the rest. `skipped`: bytes that belong to no message. `began_us`: when the log
+    began, in microseconds since boot."""
 
     def __init__(self, log: Buffer, names: Collection[str]) -> None:
         self._log = log
         self._names = names
         self._formats: dict[str, list[tuple[str, int, str]]] = {}
         self._topics: dict[int, tuple[str, int, _Layout]] = {}
+        self._appended: list[int] = []
+        self._mark = -1
+        """The synchronisation mark that was found last; it is searched for once, however often the log is torn."""
         self.skipped = 0
+        self.began_us = 0
 
     def __iter__(self) -> Iterator[Record]:
         """In the order of the file, up to the last whole message. Raises BadFlightFile."""
         log, end = self._log, len(self._log)
         if end < _HEADER_BYTES or log[: len(MAGIC)] != MAGIC:
             raise BadFlightFile("this is no ULog of PX4: it does not begin as one")
+        self.began_us = int.from_bytes(log[8:_HEADER_BYTES], "little")
         at = _HEADER_BYTES
         while at + _HEAD.size <= end:
             size, kind = _HEAD.unpack_from(log, at)
             begin, after = at + _HEAD.size, at + _HEAD.size + size
-            if after > end:
-                break
+            appended = next((place for place in self._appended if at < place < after), None) if self._appended else None
+            if appended is not None:
+                self.skipped += appended - at
+                at = appended
+                continue
+            if after > end or kind not in _KINDS:
+                found = self._resume(at + 1)
+                self.skipped += found - at
+                at = found
+                continue
+            following = after
+            if after + _HEAD.size <= end and log[after + 2] not in _KINDS:
+                following = self._resume(at + 1)
+                if following < after:  # the size of this message is torn, or it is none
+                    self.skipped += following - at
+                    at = following
+                    continue
+                self.skipped += following - after
             try:
-                record = self._take(chr(kind), log[begin:after])
+                counts = kind != _FLAGS or at == _HEADER_BYTES
+                record = self._take(chr(kind), log[begin:after]) if counts else None
             except (StructError, UnicodeDecodeError, IndexError):
                 record = None  # a damaged message: the next one begins where this one's size says
             if record is not None:
                 yield record
-            at = after
-        self.skipped = end - at
+            at = following
+        self.skipped += end - at
+
+    def _resume(self, begin: int) -> int:
+        """Where the next whole message begins after a torn place; the end of the log if nowhere."""
+        log, end = self._log, len(self._log)
+        if self._mark < begin + _HEAD.size:
+            found = log.find(_SYNC, begin + _HEAD.size)
+            self._mark = end + _HEAD.size if found < 0 else found
+        limit = self._mark - _HEAD.size
+        for at in range(begin, limit):
+            if log[at + 2 : at + 3] in b"DLA" and self._runs_on(at):
+                return at
+        return limit
+
+    def _runs_on(self, at: int) -> bool:
+        """Whether so many messages follow each other from here on that it is no chance."""
+        log, end = self._log, len(self._log)
+        for _ in range(_IN_A_ROW):
+            if at + _HEAD.size > end:
+                return False
+            size, kind = _HEAD.unpack_from(log, at)
+            if kind not in _KINDS or size == 0:
+                return False
+            at += _HEAD.size + size
+            if at == end:
+                return True
+        return at < end
 
     def _take(self, kind: str, body: bytes) -> Record | None:
         if kind == "D":
@@ -105,8 +164,11 @@ class UlogReader:
             found = [_FIELD.fullmatch(field) for field in fields.split(";") if field]
             if all(found):
                 self._formats[name] = [(one[1], int(one[2] or 0), one[3]) for one in found if one]
-        elif kind == "B" and (body[8] & ~_APPENDED or any(body[9:16])):
-            raise BadFlightFile("this ULog is of a newer kind that the tower cannot read")
+        elif kind == "B":
+            if body[8] & ~_APPENDED or any(body[9:_OFFSETS_AT]):
+                raise BadFlightFile("this ULog is of a newer kind that the tower cannot read")
+            if body[8] & _APPENDED:
+                self._appended = sorted(place for place in _OFFSETS.unpack_from(body, _OFFSETS_AT) if place)
         return None
 
     def _subscribe(self, instance: int, number: int, name: str) -> None:
@@ -125,7 +187,7 @@ class UlogReader:
             values += max(count, 1)
         while codes and codes[-1].endswith("x"):
             codes.pop()  # the log leaves out padding at the end
-        if "timestamp" in (place[0] for place in places):
+        if ("uint64_t", 0, "timestamp") in self._formats.get(name, ()):
             self._topics[number] = name, instance, _Layout(Struct("<" + "".join(codes)), tuple(places))
 
     def _size(self, kind: str, depth: int) -> int:

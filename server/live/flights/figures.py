@@ -46,9 +46,10 @@ DOWN_M: Final = 0.5
 """Above home; the two differ because a height wanders."""
 MAX_CURRENT_STEP_US: Final = 5_000_000
 """The current between two reports that are further apart is not known."""
-REST_BEFORE_US: Final = 5_000_000
-"""Before arming the battery rests. The tower hears of arming a little later, so the greatest voltage of that time
-counts: the last one may be of the take-off."""
+NEAR_ARMING_US: Final = 5_000_000
+"""Before arming the battery rests. The tower hears of arming a little later, so the last voltage before may be of the
+take-off, and of a drone that arms as soon as it comes online there may be none: the greatest of this time before and
+after arming counts. A load only lowers it."""
 MAX_SPEED_M_S: Final = 150.0
 """A report above it is an error of the autopilot's estimate, not a speed."""
 _MAH_PER_CA_US: Final = 10.0 / 3.6e9
@@ -143,7 +144,10 @@ class FiguresReader:
     _max_speed_m_s: float | None = None
     _volts: list[float] = field(default_factory=list)
     """The first and the newest."""
-    _rest_v: float | None = None
+    _near_v: float | None = None
+    """The greatest near arming."""
+    _older_v: float | None = None
+    """The newest from before, unless there is one of the seconds before arming."""
     _counted: list[int] = field(default_factory=list)
     _current: tuple[int, int] | None = None
     _summed_mah: float | None = None
@@ -192,8 +196,12 @@ class FiguresReader:
             volts = values[4] / 1000
             if at_us >= self.began_us:
                 self._volts = [self._volts[0], volts] if self._volts else [volts, volts]
-            elif at_us >= self.began_us - REST_BEFORE_US:
-                self._rest_v = max(volts, self._rest_v or 0.0)
+            if at_us < self.began_us - NEAR_ARMING_US:
+                self._older_v = volts
+            elif at_us <= self.began_us + NEAR_ARMING_US:
+                if at_us < self.began_us:
+                    self._older_v = None
+                self._near_v = max(volts, self._near_v or 0.0)
         current = values[5]
         if current < 0 or at_us < self.began_us:
             self._current = None
@@ -243,7 +251,7 @@ class FiguresReader:
             distance_m=sum(moved for _, moved in self._moves),
             max_height_m=max_height_m,
             max_speed_m_s=self._max_speed_m_s,
-            battery_start_v=self._rest_v or (self._volts[0] if self._volts else None),
+            battery_start_v=self._start_v(),
             battery_end_v=self._volts[1] if self._volts else None,
             used_mah=self._used_mah(),
             landings=len(self._touchdowns),
@@ -258,6 +266,10 @@ class FiguresReader:
             loss_mean=sum(losses) / len(losses) if losses else None,
             pilots=self._shares(held, knows_air=knows_air),
         )
+
+    def _start_v(self) -> float | None:
+        known = [one for one in (self._near_v, self._older_v) if one is not None]
+        return max(known, default=self._volts[0] if self._volts else None)
 
     def _used_mah(self) -> float | None:
         """A counter that went back was reset: the sum of the current is better then."""

@@ -20,6 +20,7 @@ from server.domain.people import UserRef
 from server.live.alerts.alert import Alert
 from server.live.flights.gap_watch import GapWatch
 from server.live.flights.harmless import harmless
+from server.live.flights.link_report import link_report, place_of
 from server.live.flights.tape import Tape
 from server.live.flights.times import microseconds
 from server.live.hub_events import (
@@ -355,13 +356,10 @@ class FlightRecorder:
         has_link = drone.link is not None and drone.online
         if has_link != flight.had_link:
             flight.had_link = has_link
-            self._note(drone, "link_back" if has_link else "link_lost", {})
+            self._note(drone, "link_back" if has_link else "link_lost", place_of(drone, now))
         if drone.link is not None and now >= flight.link_due:
             flight.link_due = now + LINK_EVERY_S
-            quality = drone.link.quality(now)
-            about: dict[str, Any] = {"rtt_ms": quality.rtt_ms, "loss": quality.loss}
-            about |= {"transport": quality.transport, "uplinks": quality.uplinks}
-            self._note(drone, "link", about)
+            self._note(drone, "link", link_report(drone, drone.link, now))
 
     def _end(self, flight: _Open, words: str, now: float) -> None:
         if self._open.get(flight.drone.drone_id) is not flight:

@@ -112,6 +112,15 @@ def test_voltage_at_start_and_end() -> None:
     assert read(flying).battery_start_v == 16.2
 
 
+def test_voltage_at_the_start_of_a_drone_that_arms_as_soon_as_it_comes_online() -> None:
+    flying = [status(0.1, 15.9), status(0.6, 16.4), status(1.1, 16.3), status(30, 15.1), status(31, 16.9)]
+    assert read(flying).battery_start_v == 16.4, "the first report is of the motors' start"
+    assert read([status(-0.3, 15.8), *flying]).battery_start_v == 16.4, "the tower hears of arming late"
+    assert read([status(-20, 17.1), status(-8, 16.8), *flying]).battery_start_v == 16.8, "reports come seldom"
+    assert read([status(30, 15.1), status(31, 16.9)]).battery_start_v == 15.1
+    assert read([status(-8, 16.8)]).battery_start_v == 16.8
+
+
 def test_used_charge_is_what_the_autopilot_counts_of_its_first_battery() -> None:
     counts = [battery(1, 120), battery(1, 0, number=1), battery(50, 800), battery(90, 1370), battery(91, 9, number=1)]
     assert read([*counts, status(2, 16, 30), status(5, 16, 30)]).used_mah == 1250

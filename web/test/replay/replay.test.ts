@@ -125,7 +125,9 @@ describe('keys', () => {
 describe('a video', () => {
   it('is set anew when far apart, catches up when near, and is left alone in step', () => {
     expect(inStep(10, 20, 1, true)).toEqual({ setS: 10, rate: 1 });
-    expect(inStep(10.2, 10, 1, true)).toEqual({ setS: null, rate: 1.25 });
+    expect(inStep(10.09, 10, 1, true)).toEqual({ setS: null, rate: 1.25 });
+    expect(inStep(10.2, 10, 1, true)).toEqual({ setS: null, rate: 1.5 });
+    expect(inStep(10, 10.45, 1, true)).toEqual({ setS: null, rate: 0.25 });
     expect(inStep(10, 10.2, 4, true)).toEqual({ setS: null, rate: 3 });
     expect(inStep(10.01, 10, 2, true)).toEqual({ setS: null, rate: 2 });
     expect(inStep(10.1, 10, 1, false)).toEqual({ setS: 10.1, rate: 1 });

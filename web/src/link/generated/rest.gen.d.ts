@@ -1889,6 +1889,38 @@ export interface paths {
         readonly patch?: never;
         readonly trace?: never;
     };
+    readonly "/statistics/link-quality": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["get_link_quality"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/statistics/link-quality/csv": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["download_link_quality"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
     readonly "/system": {
         readonly parameters: {
             readonly query?: never;
@@ -2417,6 +2449,37 @@ export interface components {
              */
             readonly command: "calibration_pose";
             readonly pose: number;
+        };
+        readonly CellFeature: {
+            readonly geometry: components["schemas"]["CellPolygon"];
+            readonly properties: components["schemas"]["CellProperties"];
+            /**
+             * @default Feature
+             * @constant
+             */
+            readonly type?: "Feature";
+        };
+        readonly CellPolygon: {
+            /** @description Longitude and latitude in degrees */
+            readonly coordinates: readonly (readonly (readonly [
+                number,
+                number
+            ])[])[];
+            /**
+             * @default Polygon
+             * @constant
+             */
+            readonly type?: "Polygon";
+        };
+        /** @description `reports`: one every five seconds of flight. */
+        readonly CellProperties: {
+            /** @description 0 to 1; null: not measured */
+            readonly loss_mean: number | null;
+            /** @description How often the link was lost here */
+            readonly losses: number;
+            readonly reports: number;
+            readonly rtt_max_ms: number | null;
+            readonly rtt_median_ms: number | null;
         };
         readonly ChangedZone: {
             readonly ceiling_m?: number | null;
@@ -3265,6 +3328,20 @@ export interface components {
             readonly tile_size: number;
             /** @description URL of the file, or URL template with {z}, {x} and {y} */
             readonly url: string;
+        };
+        /** @description A FeatureCollection of GeoJSON (RFC 7946). */
+        readonly LinkPlacesView: {
+            readonly cell_m: number;
+            readonly features: readonly components["schemas"]["CellFeature"][];
+            /** @description That have a report with a place */
+            readonly flights: number;
+            /** @description False: older flights, or cells, are left out */
+            readonly is_whole: boolean;
+            /**
+             * @default FeatureCollection
+             * @constant
+             */
+            readonly type?: "FeatureCollection";
         };
         /** @description A loan to a user. Limits in metres above and around home; null: none. */
         readonly LoanView: {
@@ -8449,6 +8526,64 @@ export interface operations {
             readonly query?: {
                 /** @description What has a row */
                 readonly by?: "drones" | "pilots" | "flights";
+                /** @description Of this drone only */
+                readonly drone_id?: number | null;
+                /** @description Of flights begun then or later */
+                readonly since?: string | null;
+                /** @description Of flights begun before then */
+                readonly until?: string | null;
+            };
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description A table with a line of names */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "text/csv": unknown;
+                };
+            };
+        };
+    };
+    readonly get_link_quality: {
+        readonly parameters: {
+            readonly query?: {
+                /** @description The side of a cell */
+                readonly cell_m?: number;
+                /** @description Of this drone only */
+                readonly drone_id?: number | null;
+                /** @description Of flights begun then or later */
+                readonly since?: string | null;
+                /** @description Of flights begun before then */
+                readonly until?: string | null;
+            };
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["LinkPlacesView"];
+                };
+            };
+        };
+    };
+    readonly download_link_quality: {
+        readonly parameters: {
+            readonly query?: {
+                /** @description The side of a cell */
+                readonly cell_m?: number;
                 /** @description Of this drone only */
                 readonly drone_id?: number | null;
                 /** @description Of flights begun then or later */
