@@ -1,5 +1,7 @@
 /** Web push in this browser: whether it can, its subscription, and its end. Knows no tower. */
 
+import { t } from '../languages/text';
+
 const READY_WITHIN_MS = 15_000;
 
 /** The parts of `window` that matter. */
@@ -13,9 +15,11 @@ interface Page {
 /** Why this browser cannot show alerts while the console is closed, and what to do; empty: it can. */
 export function whyNoPush(page: Page = window): string {
   if (!page.isSecureContext)
-    return 'Browsers show notifications only of a console that is opened with https, or on the tower’s own machine.';
+    return t('Browsers show notifications only of a console that is opened with https, or on the tower’s own machine.');
   if (!('serviceWorker' in page.navigator) || !('PushManager' in page) || !('Notification' in page))
-    return 'This browser cannot show alerts while the console is closed. On an iPhone or iPad, add the console to the home screen first and open it from there. In a private window it is never possible.';
+    return t(
+      'This browser cannot show alerts while the console is closed. On an iPhone or iPad, add the console to the home screen first and open it from there. In a private window it is never possible.',
+    );
   return '';
 }
 
@@ -29,8 +33,8 @@ export async function subscriptionHere(): Promise<PushSubscription | null> {
 export async function subscribe(publicKey: string): Promise<PushSubscription> {
   const permission = await Notification.requestPermission();
   if (permission === 'denied')
-    throw new Error('This browser blocks notifications of the console. Allow them in its settings for this page.');
-  if (permission !== 'granted') throw new Error('The browser was not allowed to show notifications.');
+    throw new Error(t('This browser blocks notifications of the console. Allow them in its settings for this page.'));
+  if (permission !== 'granted') throw new Error(t('The browser was not allowed to show notifications.'));
   const { pushManager } = await readyWorker();
   const options = { userVisibleOnly: true, applicationServerKey: bytesOf(publicKey) };
   try {
@@ -48,14 +52,14 @@ export async function subscribe(publicKey: string): Promise<PushSubscription> {
 export function keysOf(subscription: PushSubscription): { endpoint: string; p256dh: string; auth: string } {
   const { endpoint, keys } = subscription.toJSON();
   const { p256dh, auth } = keys ?? {};
-  if (!endpoint || !p256dh || !auth) throw new Error('The browser gave a subscription without keys.');
+  if (!endpoint || !p256dh || !auth) throw new Error(t('The browser gave a subscription without keys.'));
   return { endpoint, p256dh, auth };
 }
 
 async function readyWorker(): Promise<ServiceWorkerRegistration> {
   const late = new Promise<never>((_, reject) =>
     setTimeout(
-      () => reject(new Error('The console is not kept in this browser yet. Reload the page and try again.')),
+      () => reject(new Error(t('The console is not kept in this browser yet. Reload the page and try again.'))),
       READY_WITHIN_MS,
     ),
   );
