@@ -28,6 +28,7 @@ from simulator.photographs import Camera, Photo
 from simulator.pilot_input import PilotInput
 from simulator.position_control import Limits, PositionControl, Target
 from simulator.receiver import Receiver
+from simulator.servo_outputs import ServoOutputs
 from simulator.setup_state import VehicleSetup
 from simulator.terrain import Ground
 from simulator.wind import Wind
@@ -102,6 +103,7 @@ class FlightState(ABC):
         self.plans = plans
         self.camera = Camera()
         self.setup = VehicleSetup()
+        self.outputs = ServoOutputs()
         self.attitude = AttitudeControl()
         self.position = PositionControl()
         self.target = Target()

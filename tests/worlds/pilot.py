@@ -46,6 +46,8 @@ class Pilot:
         self.events: list[dict[str, Any]] = []
         self.acks: list[tuple[int, int]] = []
         self.texts: list[str] = []
+        self.servos: Any = None
+        """The newest SERVO_OUTPUT_RAW, which the agent does not ask for."""
 
     async def ask(self, method: str, path: str, body: Any = None) -> Any:
         """Sends a REST request outside the event loop. Returns the Answer."""
@@ -162,6 +164,8 @@ class Pilot:
             self.roll_pitch_rad = (message.roll, message.pitch)
         elif kind == "COMMAND_ACK":
             self.acks.append((message.command, message.result))
+        elif kind == "SERVO_OUTPUT_RAW":
+            self.servos = message
         elif kind == "STATUSTEXT":
             self.texts.append(message.text)
 

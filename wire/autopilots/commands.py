@@ -8,8 +8,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import ClassVar, Final, Generic, TypeVar
+from typing import Final, Generic, TypeVar
 
+from wire.autopilots.payload_commands import MoveGripper, SetServo
+from wire.autopilots.pilot_command import PilotCommand
 from wire.dialect import mavlink
 from wire.transactions import CommandWork
 
@@ -46,14 +48,6 @@ class Sensor(StrEnum):
     GYROSCOPE = "gyroscope"
     COMPASS = "compass"
     BAROMETER = "barometer"
-
-
-@dataclass(frozen=True)
-class PilotCommand:
-    """Units: degrees, metres above home, metres per second."""
-
-    name: ClassVar[str]
-    """The field of `CommandTable`."""
 
 
 @dataclass(frozen=True)
@@ -336,6 +330,8 @@ class CommandTable:
     jump: Said[Jump]
     orbit: Said[Orbit]
     roi: Said[LookAt]
+    servo: Said[SetServo]
+    gripper: Said[MoveGripper]
     calibrate: Said[Calibrate]
     calibration_pose: Said[CalibrationPose]
     calibration_end: Said[EndCalibration]
@@ -345,7 +341,7 @@ class CommandTable:
 
 SETUP: Final = (Calibrate, CalibrationPose, EndCalibration, SpinMotor, Reboot)
 """Only on the ground and disarmed."""
-_BESIDE: Final = (Arm, ChangeSpeed, LookAt, SetHome, Turn, *SETUP)
+_BESIDE: Final = (Arm, ChangeSpeed, LookAt, MoveGripper, SetHome, SetServo, Turn, *SETUP)
 """These commands do not change the flight, unless one of their steps is a command that does."""
 _FLIES: Final = frozenset({int(mavlink.MAV_CMD_DO_REPOSITION), int(mavlink.MAV_CMD_DO_SET_MODE)})
 

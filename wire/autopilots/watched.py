@@ -32,6 +32,8 @@ def watched_only(*, returns: FlightMode | None = None, hold: FlightMode | None =
         jump=unable,
         orbit=unable,
         roi=unable,
+        servo=unable,
+        gripper=unable,
         calibrate=unable,
         calibration_pose=unable,
         calibration_end=unable,

@@ -8,6 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from server.live.operations.person import MAX_M, MIN_M, USUAL_M
 from wire.autopilots.commands import Sensor
+from wire.autopilots.payload_commands import MAX_GRIPPER, MAX_PULSE_US, MAX_SERVO, MIN_PULSE_US
 from wire.following import MAX_OFFSET_M
 from wire.plans import MAX_ITEMS_ANY
 
@@ -150,6 +151,22 @@ class LookAt(_Command):
         return self
 
 
+class SetServo(_Command):
+    """Moves a servo: an output of the autopilot, or a pin of the companion computer that has this number."""
+
+    command: Literal["servo"]
+    servo: Annotated[int, Field(ge=1, le=MAX_SERVO)]
+    pulse_us: Annotated[int, Field(ge=MIN_PULSE_US, le=MAX_PULSE_US, description="Microseconds")]
+
+
+class MoveGripper(_Command):
+    """`release` drops what the gripper holds."""
+
+    command: Literal["gripper"]
+    action: Literal["release", "grab"]
+    gripper: Annotated[int, Field(ge=1, le=MAX_GRIPPER)] = 1
+
+
 class Follow(_Command):
     """Keeps a fixed position relative to another drone until something ends it."""
 
@@ -232,6 +249,8 @@ OneOff = (
     | Jump
     | Orbit
     | LookAt
+    | SetServo
+    | MoveGripper
     | Calibrate
     | CalibrationPose
     | EndCalibration

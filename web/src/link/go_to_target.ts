@@ -8,7 +8,7 @@ import { Store, type Readable } from './store';
 import type { Telemetry } from './telemetry';
 
 /** Commands that do not end a go-to. */
-const BESIDE: ReadonlySet<DroneCommand['command']> = new Set(['speed', 'yaw', 'roi', 'set_home']);
+const BESIDE: ReadonlySet<DroneCommand['command']> = new Set(['speed', 'yaw', 'roi', 'set_home', 'servo', 'gripper']);
 
 export class GoToTarget {
   readonly #target = new Store<Target | null>(null);

@@ -5,6 +5,7 @@ from dataclasses import fields, replace
 
 import pytest
 
+from wire.autopilots import arducopter, px4_multicopter
 from wire.autopilots.commands import (
     Arm,
     Calibrate,
@@ -23,7 +24,6 @@ from wire.autopilots.commands import (
     NotSupported,
     Orbit,
     Pause,
-    PilotCommand,
     Reboot,
     Resume,
     Return,
@@ -34,7 +34,10 @@ from wire.autopilots.commands import (
     TakeOff,
     Turn,
     VehicleState,
+    overrules,
 )
+from wire.autopilots.payload_commands import MoveGripper, SetServo
+from wire.autopilots.pilot_command import PilotCommand
 from wire.autopilots.profile import AutopilotProfile
 from wire.autopilots.registry import PROFILES
 from wire.transactions import CommandWork
@@ -58,6 +61,8 @@ COMMANDS: dict[str, PilotCommand] = {
     "jump": Jump(2),
     "orbit": Orbit(47.1, 8.2, 25, 30, 3),
     "roi": LookAt((47.1, 8.2, 2)),
+    "servo": SetServo(5, 1750),
+    "gripper": MoveGripper(grab=True, gripper=2),
     "calibrate": Calibrate(Sensor.COMPASS),
     "calibration_pose": CalibrationPose(3),
     "calibration_end": EndCalibration(keep=False),
@@ -98,6 +103,8 @@ GOLDEN: dict[str, dict[str, list[CommandWork]]] = {
         "start": [long(224, 3, 1), long(300)],
         "jump": [long(224, 3, 0)],
         "roi": [at(195, 3, 2, 0, 0, 0, 0)],
+        "servo": [long(183, 5, 1750)],
+        "gripper": [long(211, 2, 1)],
         "calibrate": [long(42424, 0, 1)],
         "calibration_pose": [long(42429, 3)],
         "calibration_end": [long(42426)],
@@ -122,6 +129,8 @@ GOLDEN: dict[str, dict[str, list[CommandWork]]] = {
         "jump": [long(300, 2)],
         "orbit": [at(34, 0, 530, 25, 3, 0, NAN)],
         "roi": [at(195, 0, 502, 0, 0, 0, 0)],
+        "servo": [long(187, NAN, NAN, NAN, NAN, 0.5, NAN, 0)],
+        "gripper": [long(211, 2, 1)],
         "calibrate": [long(241, 0, 1)],
         "calibration_end": [long(241)],
         "motor_test": [long(310, 0.05, 1.5, 0, 0, 2)],
@@ -135,6 +144,7 @@ GOLDEN: dict[str, dict[str, list[CommandWork]]] = {
         "disarm": [long(400, 0)],
         "mode": [long(176, 1, 3)],
         "rtl": [long(176, 1, 3)],
+        "servo": [long(183, 5, 1750)],
     },
 }
 """A missing command has a reason."""
@@ -177,3 +187,27 @@ def test_what_is_not_known_is_a_reason_and_no_error(profile: AutopilotProfile, n
         assert profile.steps(VehicleState("hawk", 0), COMMANDS[name])
     except CommandRefused as refused:
         assert "hawk" in str(refused)
+
+
+def test_a_servo_of_the_companion_computer_is_named_by_a_number_that_px4_has_not() -> None:
+    assert [step.work for step in px4_multicopter.PROFILE.steps(FLYING_MISSION, SetServo(15, 600))] == [
+        long(183, 15, 600)
+    ]
+
+
+@pytest.mark.parametrize(("pulse_us", "value"), [(1000, -1), (1500, 0), (2000, 1)])
+def test_px4_moves_an_actuator_between_its_ends(pulse_us: int, value: float) -> None:
+    (step,) = px4_multicopter.PROFILE.steps(FLYING_MISSION, SetServo(1, pulse_us))
+    assert step.work == long(187, value, NAN, NAN, NAN, NAN, NAN, 0)
+
+
+@pytest.mark.parametrize("pulse_us", [999, 2001])
+def test_px4_refuses_a_pulse_beyond_them_with_words(pulse_us: int) -> None:
+    with pytest.raises(NotSupported, match=f"hawk flies PX4, .* 1000 to 2000 .*, not {pulse_us}"):
+        px4_multicopter.PROFILE.steps(FLYING_MISSION, SetServo(1, pulse_us))
+
+
+@pytest.mark.parametrize("command", [SetServo(9, 1100), MoveGripper(grab=False)])
+def test_what_moves_the_payload_does_not_end_the_flight_it_is_on(command: PilotCommand) -> None:
+    for profile in (arducopter.PROFILE, px4_multicopter.PROFILE):
+        assert not overrules(command, profile.steps(FLYING_MISSION, command))

@@ -3488,6 +3488,18 @@ export interface components {
             /** @description As 2026-05 */
             readonly month: string;
         };
+        /** @description `release` drops what the gripper holds. */
+        readonly MoveGripper: {
+            /** @enum {string} */
+            readonly action: "release" | "grab";
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            readonly command: "gripper";
+            /** @default 1 */
+            readonly gripper?: number;
+        };
         readonly NewAlertChannel: {
             /**
              * @description All drones that you may see, or only those you own
@@ -4152,6 +4164,17 @@ export interface components {
             readonly lon?: number | null;
             /** @default false */
             readonly while_flying?: boolean;
+        };
+        /** @description Moves a servo: an output of the autopilot, or a pin of the companion computer that has this number. */
+        readonly SetServo: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            readonly command: "servo";
+            /** @description Microseconds */
+            readonly pulse_us: number;
+            readonly servo: number;
         };
         /** @description One parameter. */
         readonly SetupRowView: {
@@ -5234,7 +5257,7 @@ export interface operations {
         };
         readonly requestBody: {
             readonly content: {
-                readonly "application/json": components["schemas"]["Arm"] | components["schemas"]["Disarm"] | components["schemas"]["ChangeMode"] | components["schemas"]["TakeOff"] | components["schemas"]["GoTo"] | components["schemas"]["Simple"] | components["schemas"]["SetHome"] | components["schemas"]["ChangeSpeed"] | components["schemas"]["Turn"] | components["schemas"]["Start"] | components["schemas"]["Jump"] | components["schemas"]["Orbit"] | components["schemas"]["LookAt"] | components["schemas"]["Calibrate"] | components["schemas"]["CalibrationPose"] | components["schemas"]["EndCalibration"] | components["schemas"]["SpinMotor"] | components["schemas"]["Reboot"] | components["schemas"]["Follow"] | components["schemas"]["FollowMe"];
+                readonly "application/json": components["schemas"]["Arm"] | components["schemas"]["Disarm"] | components["schemas"]["ChangeMode"] | components["schemas"]["TakeOff"] | components["schemas"]["GoTo"] | components["schemas"]["Simple"] | components["schemas"]["SetHome"] | components["schemas"]["ChangeSpeed"] | components["schemas"]["Turn"] | components["schemas"]["Start"] | components["schemas"]["Jump"] | components["schemas"]["Orbit"] | components["schemas"]["LookAt"] | components["schemas"]["SetServo"] | components["schemas"]["MoveGripper"] | components["schemas"]["Calibrate"] | components["schemas"]["CalibrationPose"] | components["schemas"]["EndCalibration"] | components["schemas"]["SpinMotor"] | components["schemas"]["Reboot"] | components["schemas"]["Follow"] | components["schemas"]["FollowMe"];
             };
         };
         readonly responses: {
