@@ -193,6 +193,7 @@ class Flight(FlightState):
         self._read_mode_switch()
         if text := self.outputs.due(now_s):
             self.notify(Severity.INFO, text)
+        self.precision.update(self)
         self.failsafes.update(self)
         self.fence.update(self)
         self._obey_commander()
