@@ -10,15 +10,7 @@ import tempfile
 from pathlib import Path
 from typing import Any, Final
 
-from bench.precision_landing import (
-    CAMERA_HZ,
-    HEIGHT_M,
-    MAX_BESIDE_M,
-    MAX_WIND_MPS,
-    MIN_WIND_MPS,
-    Eyes,
-    Landing,
-)
+from bench.precision_landing import HEIGHT_M, Eyes, Landing
 from bench.real_autopilot import RealAutopilot, Receiver, flying
 from bench.rig import HOME, wait_for
 from simulator.camera.pads import LandingPad
@@ -28,6 +20,9 @@ from wire.dialect import mavlink
 M: Final = mavlink
 GUIDED, LAND = 4, 9
 SIM_STATE: Final = 108
+CAMERA_HZ: Final = 10.0
+MAX_BESIDE_M: Final = 3.0
+MIN_WIND_MPS, MAX_WIND_MPS = 3.0, 8.0
 _EARTH_M: Final = 6_378_137.0
 MAX_LANDING_S: Final = 150.0
 

@@ -34,8 +34,9 @@ MISSION = [
 ]
 ACCEPTED = "accepted"
 MOTOR: Final = {"motor": 1, "throttle_percent": 5, "for_s": 1, "propellers_off": "Kestrel"}
-ELSEWHERE: Final = {"calibration_pose", "reboot"}
-"""They need what the autopilot asked before, and end its flight: tests/e2e/test_vehicle_setup.py."""
+ELSEWHERE: Final = {"calibration_pose", "gimbal", "reboot"}
+"""They need what the autopilot asked before, and end its flight: tests/e2e/test_vehicle_setup.py. The gimbal:
+tests/integration/test_camera_commands.py."""
 
 
 @dataclass(frozen=True)
@@ -83,6 +84,10 @@ Shows = Callable[[Pilot, Flavour], bool]
 
 def long(command: int, *params: float) -> Any:
     return M.MAVLink_command_long_message(1, 1, command, 0, *[*params, *[0.0] * 7][:7])
+
+
+def of_camera(command: int, *params: float) -> Any:
+    return M.MAVLink_command_long_message(1, 100, command, 0, *[*params, *[0.0] * 7][:7])
 
 
 def at(command: int, frame: int, alt_m: float, *params: float) -> Any:
@@ -179,6 +184,9 @@ def cases(flavour: Flavour) -> list[Case]:
         Case({"command": "servo", "servo": 5, "pulse_us": 1750}, _servo, servo_is(moved, 1750)),
         Case({"command": "gripper", "action": "grab"}, _grip(1), servo_is(grip, 1900)),
         Case({"command": "gripper", "action": "release"}, _grip(0), servo_is(grip, 1100)),
+        Case({"command": "zoom", "percent": 30}, lambda f, s: [of_camera(M.MAV_CMD_SET_CAMERA_ZOOM, 2, 30)]),
+        Case({"command": "photo"}, lambda f, s: [of_camera(M.MAV_CMD_IMAGE_START_CAPTURE, 0, 0, 1)]),
+        Case({"command": "record", "on": True}, lambda f, s: [of_camera(M.MAV_CMD_VIDEO_START_CAPTURE)]),
         Case({"command": "set_home", **home}, lambda f, s: [at(M.MAV_CMD_DO_SET_HOME, ABOVE_SEA, 488.0)]),
         Case({"command": "start"}, mode("mission"), is_in("mission"), row="mode"),
         Case({"command": "jump", "item": 3}, lambda f, s: _jump(f), row="start" if flavour.px4 else "jump"),
@@ -338,7 +346,7 @@ async def test_every_command_does_the_same_by_every_way_and_leaves_one_row(world
     assert {case.name for case in cases(flavour)} == flavour.can - ELSEWHERE
     gripper = ("PD_GRIPPER_EN=1",) if flavour.px4 else ("GRIP_ENABLE=1", "SERVO9_FUNCTION=28")
     parameters = [word for one in gripper for word in ("--param", one)]
-    options = ("--boot-s", "1", "--speed", "8", "--flavour", flavour.name, *parameters)
+    options = ("--boot-s", "1", "--speed", "8", "--flavour", flavour.name, *parameters, "--camera-component")
     world.start_simulated("Kestrel", options=options)
     alice, root = world.visitor("alice"), world.visitor("root")
     await asyncio.to_thread(wait_for, "the autopilot to be heard", lambda: alice.drone(1).get("autopilot_heard"))

@@ -151,7 +151,7 @@ PROFILE: Final = AutopilotProfile(
         **dict.fromkeys(
             (
                 *("takeoff", "goto", "hold", "pause", "resume", "land", "speed", "turn", "set_home", "start", "jump"),
-                *("orbit", "roi", "gripper", "motor_test", "reboot"),
+                *("orbit", "roi", "gripper", "gimbal", "zoom", "photo", "record", "motor_test", "reboot"),
                 *("calibrate", "calibration_pose", "calibration_end"),
             ),
             _UNABLE,

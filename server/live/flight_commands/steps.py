@@ -25,6 +25,7 @@ _SIMPLE: Final[dict[str, PilotCommand]] = {
     "resume": commands.Resume(),
     "rtl": commands.Return(),
 }
+_ZOOM: Final = {"in": 1, "out": -1, "stop": 0}
 _STOPS: Final = (commands.Disarm, commands.Hold, commands.Land, commands.Pause, commands.Return)
 
 
@@ -92,6 +93,14 @@ def command_of(body: bodies.OneOff) -> PilotCommand:
             return payload_commands.SetServo(body.servo, body.pulse_us)
         case bodies.MoveGripper():
             return payload_commands.MoveGripper(body.action == "grab", body.gripper)
+        case bodies.PointGimbal():
+            return payload_commands.PointGimbal(body.pitch_deg, body.yaw_deg, body.locked)
+        case bodies.ZoomCamera():
+            return payload_commands.ZoomCamera(body.component, body.percent, _ZOOM[body.direction or "stop"])
+        case bodies.TakePhotos():
+            return payload_commands.TakePhotos(body.component, body.count, body.every_s, body.stop)
+        case bodies.RecordVideo():
+            return payload_commands.RecordVideo(body.component, body.on)
         case bodies.Calibrate():
             return commands.Calibrate(body.sensor)
         case bodies.CalibrationPose():

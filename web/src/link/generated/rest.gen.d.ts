@@ -3883,6 +3883,22 @@ export interface components {
              */
             readonly state: "known" | "unknown";
         };
+        /**
+         * @description Points the gimbal. `pitch_deg` -90 is straight down; `yaw_deg` clockwise from the nose, with `locked` from
+         *     north.
+         */
+        readonly PointGimbal: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            readonly command: "gimbal";
+            /** @default false */
+            readonly locked?: boolean;
+            readonly pitch_deg: number;
+            /** @default 0 */
+            readonly yaw_deg?: number;
+        };
         /** @description A line that the tower fills in. */
         readonly PreflightLineView: {
             readonly key: string;
@@ -4032,6 +4048,20 @@ export interface components {
             readonly width: number | null;
             /** @description Why it ended by itself or failed; for people */
             readonly words: string;
+        };
+        /** @description Video on the camera's own storage. */
+        readonly RecordVideo: {
+            /**
+             * @description From 1; 0: the one that the autopilot drives
+             * @default 1
+             */
+            readonly camera?: number;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            readonly command: "record";
+            readonly on: boolean;
         };
         /** @description Recovery codes. Only this response contains them. */
         readonly RecoveryCodes: {
@@ -4325,6 +4355,28 @@ export interface components {
             /** @description Above home */
             readonly height_m: number;
         };
+        /** @description `count` 0: until `stop`. */
+        readonly TakePhotos: {
+            /**
+             * @description From 1; 0: the one that the autopilot drives
+             * @default 1
+             */
+            readonly camera?: number;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            readonly command: "photo";
+            /** @default 1 */
+            readonly count?: number;
+            /**
+             * @description Between two
+             * @default 0
+             */
+            readonly every_s?: number;
+            /** @default false */
+            readonly stop?: boolean;
+        };
         /**
          * @description The reason, and whether the operator who is shut out may keep watching: everything (`watch`), and the video
          *     (`video`).
@@ -4586,6 +4638,21 @@ export interface components {
             readonly version: number;
             /** @description Of a line; omitted: an area */
             readonly width_m?: number | null;
+        };
+        /** @description To a share of its range, or on and on until stopped. */
+        readonly ZoomCamera: {
+            /**
+             * @description From 1; 0: the one that the autopilot drives
+             * @default 1
+             */
+            readonly camera?: number;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            readonly command: "zoom";
+            readonly direction?: ("in" | "out" | "stop") | null;
+            readonly percent?: number | null;
         };
     };
     responses: never;
@@ -5257,7 +5324,7 @@ export interface operations {
         };
         readonly requestBody: {
             readonly content: {
-                readonly "application/json": components["schemas"]["Arm"] | components["schemas"]["Disarm"] | components["schemas"]["ChangeMode"] | components["schemas"]["TakeOff"] | components["schemas"]["GoTo"] | components["schemas"]["Simple"] | components["schemas"]["SetHome"] | components["schemas"]["ChangeSpeed"] | components["schemas"]["Turn"] | components["schemas"]["Start"] | components["schemas"]["Jump"] | components["schemas"]["Orbit"] | components["schemas"]["LookAt"] | components["schemas"]["SetServo"] | components["schemas"]["MoveGripper"] | components["schemas"]["Calibrate"] | components["schemas"]["CalibrationPose"] | components["schemas"]["EndCalibration"] | components["schemas"]["SpinMotor"] | components["schemas"]["Reboot"] | components["schemas"]["Follow"] | components["schemas"]["FollowMe"];
+                readonly "application/json": components["schemas"]["Arm"] | components["schemas"]["Disarm"] | components["schemas"]["ChangeMode"] | components["schemas"]["TakeOff"] | components["schemas"]["GoTo"] | components["schemas"]["Simple"] | components["schemas"]["SetHome"] | components["schemas"]["ChangeSpeed"] | components["schemas"]["Turn"] | components["schemas"]["Start"] | components["schemas"]["Jump"] | components["schemas"]["Orbit"] | components["schemas"]["LookAt"] | components["schemas"]["SetServo"] | components["schemas"]["MoveGripper"] | components["schemas"]["PointGimbal"] | components["schemas"]["ZoomCamera"] | components["schemas"]["TakePhotos"] | components["schemas"]["RecordVideo"] | components["schemas"]["Calibrate"] | components["schemas"]["CalibrationPose"] | components["schemas"]["EndCalibration"] | components["schemas"]["SpinMotor"] | components["schemas"]["Reboot"] | components["schemas"]["Follow"] | components["schemas"]["FollowMe"];
             };
         };
         readonly responses: {
