@@ -38,6 +38,9 @@ class Truth:
         self._sequence = 0
         self._asked_at = 0.0
         self.motions: list[Motion] = []
+        self.state: Any = None
+        """The newest SIM_STATE, which came at `state_at`."""
+        self.state_at = 0.0
         self.tilts: list[tuple[float, float]] = []
         """(time, degrees from level)."""
         self.modes: list[ModeSeen] = []
@@ -79,6 +82,11 @@ class Truth:
         if self._autopilot is not None:
             self._sequence += 1
             frame = build(message, system_id=system_id, component_id=component_id, sequence=self._sequence)
+            self._sock.sendto(frame, self._autopilot)
+
+    def send_frame(self, frame: bytes) -> None:
+        """Sends what somebody else has made."""
+        if self._autopilot is not None:
             self._sock.sendto(frame, self._autopilot)
 
     def command(self, number: int, *params: float) -> None:
@@ -128,6 +136,7 @@ class Truth:
         if message is None:
             return
         if number == _SIM_STATE:
+            self.state, self.state_at = message, now
             self.motions.append(_motion(message, now))
             level = 1 - 2 * (message.q2**2 + message.q3**2)
             self.tilts.append((now, math.degrees(math.acos(max(-1.0, min(1.0, level))))))

@@ -208,6 +208,18 @@ class Flight:
         """Turns to a heading, clockwise from north; `relative`: by an angle."""
         await self.command("turn", deg=deg, relative=relative)
 
+    async def servo(self, number: int, pulse_us: int) -> None:
+        """Moves a servo output of the autopilot or of its companion computer. `pulse_us`: 500 to 2500."""
+        await self.command("servo", servo=number, pulse_us=pulse_us)
+
+    async def grab(self, gripper: int = 1) -> None:
+        """Closes the gripper."""
+        await self.command("gripper", action="grab", gripper=gripper)
+
+    async def release(self, gripper: int = 1) -> None:
+        """Opens the gripper: what it holds falls."""
+        await self.command("gripper", action="release", gripper=gripper)
+
     async def land(self, *, timeout_s: float = ARRIVE_WITHIN_S) -> None:
         """Lands here, and returns when the drone has disarmed."""
         await self.command("land")

@@ -236,6 +236,15 @@ class Flight:
     def speed(self, m_s: float) -> None:
         self._wait(self._flight.speed(m_s))
 
+    def servo(self, number: int, pulse_us: int) -> None:
+        self._wait(self._flight.servo(number, pulse_us))
+
+    def grab(self, gripper: int = 1) -> None:
+        self._wait(self._flight.grab(gripper))
+
+    def release(self, gripper: int = 1) -> None:
+        self._wait(self._flight.release(gripper))
+
     def turn(self, deg: float, *, relative: bool = False) -> None:
         self._wait(self._flight.turn(deg, relative=relative))
 

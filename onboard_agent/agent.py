@@ -52,6 +52,7 @@ from wire.video import VIDEO, VideoWanted
 
 if TYPE_CHECKING:
     from onboard_agent.autonomy.child import ControllerChild
+    from onboard_agent.landing.child import PadWatch
 
 _log = logging.getLogger(__name__)
 
@@ -84,6 +85,8 @@ class AgentSettings:
     """Who may sign them."""
     controllers: Mapping[str, str] = field(default_factory=dict)
     """FILE:CLASS of controllers, by name (onboard_agent.autonomy.setting)."""
+    landing: tuple[str, str] | None = None
+    """Landing pad and camera (onboard_agent.vision.pad_setting); None: no precision landing."""
     on_trial: int | None = None
     """The tower's transaction that waits for this process (onboard_agent.update.launch)."""
 
@@ -102,6 +105,8 @@ class Agent:
         self._state = settings.state
         self._controllers = settings.controllers
         self._controller: ControllerChild | None = None
+        self._landing = settings.landing
+        self._pad_watch: PadWatch | None = None
         self._switched = asyncio.Event()
         self._installer = TowerUpdateInstaller(
             lambda: self._link.tower,
@@ -170,7 +175,22 @@ class Agent:
             UpdateHandler(self._installer, running=VERSION, installed=installed_version()),
             LogHandler(maker, LogFiles(None if state is None else state / "logs"), self._files),
             ControllerHandler(maker, self._controllers, self._make_controller),
+            *self._landing_handlers(maker),
         ]
+
+    def _landing_handlers(self, maker: FrameMaker) -> list[TransactionHandler]:
+        if self._landing is None:
+            return []
+        from onboard_agent.landing.handler import LandingTargetHandler  # not in the memory of every other agent
+
+        return [LandingTargetHandler(maker, self._make_pad_watch)]
+
+    def _make_pad_watch(self) -> "PadWatch":
+        from onboard_agent.landing.child import PadWatch
+
+        assert self._landing is not None
+        self._pad_watch = PadWatch(*self._landing)
+        return self._pad_watch
 
     def _make_controller(self) -> "ControllerChild":
         from onboard_agent.autonomy.child import ControllerChild  # not in the memory of every other agent
@@ -203,6 +223,8 @@ class Agent:
             self._installer.stop()
             if self._controller is not None:
                 self._controller.stop()
+            if self._pad_watch is not None:
+                self._pad_watch.look(False)
             self._files.stop()
             self._holds.close()
             self._black_box.stop(self._loop.time())

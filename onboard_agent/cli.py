@@ -69,6 +69,7 @@ def run(found: dict[str, Any]) -> None:
         release_keys=parse_release_keys(found["release_keys"] or ()),
         on_trial=transaction_on_trial(os.environ),
         controllers=_controllers(found["controllers"] or ()),
+        landing=_landing(found["landing_pad"], found["landing_camera"]),
         black_box_mb=parse_megabytes(found["black_box"]),
     )
     warning = token_file_warning(token)
@@ -135,6 +136,19 @@ def _controllers(texts: Sequence[str]) -> Mapping[str, str]:
     from onboard_agent.autonomy.setting import parse_controllers  # not in the memory of every other agent
 
     return parse_controllers(texts)
+
+
+def _landing(pad: str | None, camera: str | None) -> tuple[str, str] | None:
+    if not pad and not camera:
+        return None
+    from onboard_agent.vision.pad_setting import parse_pad_setting
+
+    setting = parse_pad_setting(pad or "", camera or "")
+    parse_camera(setting.source)
+    if find_spec("cv2") is None:
+        _log.error("no precision landing: its libraries are not installed. pip install 'control-tower-agent[video]'")
+        return None
+    return pad or "", camera or ""
 
 
 def _path(text: str | None) -> Path | None:

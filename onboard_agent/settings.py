@@ -123,6 +123,20 @@ SETTINGS: Final = (
         many=True,
     ),
     Setting(
+        "landing_pad",
+        ("TOWER_AGENT_LANDING_PAD",),
+        "Markers of the pad for precision landing: FAMILY:NUMBER=SIDE[@RIGHT,UP][;...], in metres.",
+        "aruco-4x4-50:0=1.0@0,0.85;1=0.16",
+        option="landing-pad",
+    ),
+    Setting(
+        "landing_camera",
+        ("TOWER_AGENT_LANDING_CAMERA",),
+        "The camera that looks for the pad, as `camera`; behind # its view: tilt, fov in degrees, forward in metres.",
+        "v4l2:/dev/video1#tilt=90&fov=75",
+        option="landing-camera",
+    ),
+    Setting(
         "log_level",
         ("TOWER_AGENT_LOG_LEVEL",),
         "debug, info, warning or error.",

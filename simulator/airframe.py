@@ -27,6 +27,8 @@ DRAG_LINEAR = 0.25
 DRAG_QUADRATIC = 0.030
 """Measured: 10.2 m/s at full lean; 1.6 m/s of that remain five seconds and 23 m after levelling."""
 ROTATION_DRAG = 0.4
+FRICTION = 0.6
+"""Of the landing gear on grass."""
 HILLSIDE_SLOPE = 0.1
 """Who flies against steeper ground hits it with the whole speed."""
 
@@ -112,7 +114,7 @@ class Airframe:
             return  # parked: nothing can move
         self._rotate(ARM_M * (f2 + f3 - f1 - f4), ARM_M * (f1 + f3 - f2 - f4), f1 + f2 - f3 - f4, dt_s)
         self._translate(total_n, dt_s, wind_mps)
-        self._touch_ground(total_n)
+        self._touch_ground(total_n, dt_s)
         self._roll_pitch_yaw = self._euler()
 
     def _rotate(self, roll_nm: float, pitch_nm: float, yaw_n: float, dt_s: float) -> None:
@@ -147,7 +149,7 @@ class Airframe:
         self.east_m += self.ve_mps * dt_s
         self.down_m += self.vd_mps * dt_s
 
-    def _touch_ground(self, total_n: float) -> None:
+    def _touch_ground(self, total_n: float, dt_s: float) -> None:
         floor_m = 0.0 if self.ground is None else -self.ground(self.north_m, self.east_m)
         if self.down_m < floor_m:
             self.on_ground = False
@@ -160,8 +162,13 @@ class Airframe:
         grip = 0.8 if total_n < WEIGHT_N else 0.95
         self.vn_mps *= grip
         self.ve_mps *= grip
-        if math.hypot(self.vn_mps, self.ve_mps) < 0.01:
+        speed = math.hypot(self.vn_mps, self.ve_mps)
+        friction = FRICTION * max(GRAVITY_MSS - total_n / MASS_KG, 0.0) * dt_s
+        if speed < max(0.01, friction):
             self.vn_mps = self.ve_mps = 0.0
+        else:  # without it the wind would push a landed vehicle along
+            self.vn_mps -= self.vn_mps / speed * friction
+            self.ve_mps -= self.ve_mps / speed * friction
         # The landing gear stands level: only the heading survives the touchdown.
         self.p_rps = self.q_rps = self.r_rps = 0.0
         self.turn_to(self._euler()[2])

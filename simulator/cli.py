@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import sys
-from collections.abc import Coroutine
+from collections.abc import Coroutine, Sequence
 from enum import StrEnum
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -70,6 +70,7 @@ MSP_HELP = (
     "each vehicle that is to have one, in their order."
 )
 SBUS_HELP = "The line of an SBUS receiver, in place of the built-in one: as --msp, and not together with it."
+PAD_HELP = "LAT,LON[,HEADING] of a landing pad with markers, in the pictures of the cameras; repeatable."
 CAMERA_HELP = "[HOST:]PORT of a camera over HTTP; once for each vehicle that is to have one, in their order."
 
 
@@ -109,6 +110,7 @@ def simulate(
         typer.Option(help="Answer COMPONENT_METADATA, or do not; PX4 does by itself, ArduCopter does not."),
     ] = None,
     camera: Annotated[list[str] | None, typer.Option(help=CAMERA_HELP)] = None,
+    landing_pad: Annotated[list[str] | None, typer.Option(help=PAD_HELP)] = None,
     camera_component: Annotated[
         bool, typer.Option("--camera-component", help="Each has a camera as a MAVLink component.")
     ] = False,
@@ -155,7 +157,7 @@ def simulate(
         )
         ports = _port_endpoints(msp, sbus, count, radio)
         vehicles = make_squad(count, settings, hills=hills)
-        cameras = _cameras(camera, vehicles, place, seed) if camera else None
+        cameras = _cameras(camera, vehicles, place, seed, landing_pad or ()) if camera else None
     except (ValueError, KeyError) as error:
         raise typer.BadParameter(str(error.args[0])) from error
     logging.basicConfig(level=logging.INFO, format="tower-sim: %(message)s")
@@ -184,13 +186,13 @@ def _port_endpoints(msp: list[str] | None, sbus: list[str] | None, count: int, r
     return [parse_endpoint(text) for text in texts]
 
 
-def _cameras(texts: list[str], vehicles: list[Vehicle], home: Place, seed: int) -> SquadCameras:
+def _cameras(texts: list[str], vehicles: list[Vehicle], home: Place, seed: int, pads: Sequence[str]) -> SquadCameras:
     # OpenCV takes time and memory, so it is imported only for a camera.
     from simulator.camera.on_board import SquadCameras
     from simulator.camera.server import parse_camera
 
     endpoints = [parse_camera(text) for text in texts]
-    cameras = SquadCameras(endpoints, vehicles, home, seed)
+    cameras = SquadCameras(endpoints, vehicles, home, seed, pads)
     for vehicle, endpoint in zip(vehicles, endpoints, strict=False):
         vehicle.films_at(str(endpoint))
     return cameras

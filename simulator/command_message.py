@@ -29,6 +29,8 @@ class Command:
     frame: int
     raw: tuple[float, ...]
     """The seven parameters of a COMMAND_LONG as received; of a COMMAND_INT only the first four."""
+    given: tuple[float, ...] = ()
+    """`raw` with what is not finite, which some commands read as "unchanged"."""
     alt_is_given: bool = True
     """Not NaN, which some autopilots read as "unchanged"."""
 
@@ -58,14 +60,15 @@ def read_command(message: Message) -> Command:
             _altitude(message.z),
             message.frame,
             four,
+            params,
             math.isfinite(message.z),
         )
     seven = (*four, *(_finite(v) for v in (message.param5, message.param6, message.param7)))
     lat_e7, lon_e7 = (round(v * 1e7) if abs(v) <= 360.0 else 2**31 - 1 for v in seven[4:6])
     relative = int(mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT)
-    return Command(
-        message.command, four, lat_e7, lon_e7, _altitude(seven[6]), relative, seven, math.isfinite(message.param7)
-    )
+    given = (*params, message.param5, message.param6, message.param7)
+    altitude_m, has_altitude = _altitude(seven[6]), math.isfinite(message.param7)
+    return Command(message.command, four, lat_e7, lon_e7, altitude_m, relative, seven, given, has_altitude)
 
 
 def _finite(value: float) -> float:

@@ -12,6 +12,7 @@ from simulator import commands_flight as fly
 from simulator import vehicle_setup as setup
 from simulator.command_message import ACCEPTED, FAILED, Command
 from simulator.commands_camera import CAMERA_HANDLERS
+from simulator.commands_payload import move_gripper, set_servo
 from simulator.dialect import mavlink
 from simulator.fence_rules import enable_fence
 from simulator.flight import Flight
@@ -41,6 +42,8 @@ HANDLERS: dict[int, Handler] = {
     int(mavlink.MAV_CMD_DO_SET_MISSION_CURRENT): fly.set_current_item,
     int(mavlink.MAV_CMD_DO_FLIGHTTERMINATION): fly.terminate,
     int(mavlink.MAV_CMD_DO_FENCE_ENABLE): enable_fence,
+    int(mavlink.MAV_CMD_DO_SET_SERVO): set_servo,
+    int(mavlink.MAV_CMD_DO_GRIPPER): move_gripper,
     int(mavlink.MAV_CMD_RUN_PREARM_CHECKS): fly.run_checks,
     int(mavlink.MAV_CMD_PREFLIGHT_CALIBRATION): setup.calibrate,
     int(mavlink.MAV_CMD_ACCELCAL_VEHICLE_POS): setup.take_pose,

@@ -191,6 +191,9 @@ class Flight(FlightState):
         lost = self.transmitter_lost or Failure.RADIO_LOST in self.failures
         self.sticks.update(now_s, transmitter_lost=lost)
         self._read_mode_switch()
+        if text := self.outputs.due(now_s):
+            self.notify(Severity.INFO, text)
+        self.precision.update(self)
         self.failsafes.update(self)
         self.fence.update(self)
         self._obey_commander()

@@ -27,7 +27,9 @@ from simulator.parameters import Parameters
 from simulator.photographs import Camera, Photo
 from simulator.pilot_input import PilotInput
 from simulator.position_control import Limits, PositionControl, Target
+from simulator.precision_landing import PrecisionLanding
 from simulator.receiver import Receiver
+from simulator.servo_outputs import ServoOutputs
 from simulator.setup_state import VehicleSetup
 from simulator.terrain import Ground
 from simulator.wind import Wind
@@ -102,6 +104,8 @@ class FlightState(ABC):
         self.plans = plans
         self.camera = Camera()
         self.setup = VehicleSetup()
+        self.outputs = ServoOutputs()
+        self.precision = PrecisionLanding()
         self.attitude = AttitudeControl()
         self.position = PositionControl()
         self.target = Target()

@@ -20,8 +20,8 @@ FAILSAFE_LAND_WAIT_S = 4.0
 
 
 def descend(behaviour: Behaviour, *, waiting: bool = False) -> None:
-    """Flies one tick of a landing on the spot, or of the wait before it; without a position, the pilot's sticks lean
-    it."""
+    """Flies one tick of a landing on the spot or on a target, or of the wait before it; without a position, the pilot's
+    sticks lean it."""
     flight = behaviour.flight
     if flight.landed:
         flight.rest()
@@ -31,10 +31,16 @@ def descend(behaviour: Behaviour, *, waiting: bool = False) -> None:
     fast = parameters["LAND_SPEED_HIGH"] / 100.0 or limits.descent_mps
     high_m = flight.alt_over_home_m() - parameters["LAND_ALT_LOW"] / 100.0
     wanted = max(slow, min(fast, slow + max(high_m, 0.0)))
-    flight.target.climb_with(0.0 if waiting else -wanted, limits, TICK_S)
+    target = flight.precision.target_from_here() if flight.estimator.position_ok else None
+    climb_mps = -wanted if target is None else flight.precision.climb_mps(-wanted, flight)
+    flight.target.climb_with(0.0 if waiting else climb_mps, limits, TICK_S)
     if flight.body.on_ground:
         flight.target.alt_m = max(flight.target.alt_m, flight.body.alt_m - 0.5)
-    flight.target.fly_with(0.0, 0.0, limits, TICK_S)
+    if target is None:
+        flight.target.fly_with(0.0, 0.0, limits, TICK_S)
+    else:
+        north_m, east_m = flight.body.north_m + target[0], flight.body.east_m + target[1]
+        flight.target.fly_to(north_m, east_m, limits, flight.body, TICK_S)
     if flight.estimator.position_ok:
         flight.fly()
     else:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from simulator.camera.request import LIMITS
-from simulator.command_message import UNSUPPORTED, Command
+from simulator.command_message import ACCEPTED, DENIED, UNSUPPORTED, Command
 from simulator.commands_camera import CAMERA_HANDLERS
 from simulator.dialect import Message, mavlink
 from simulator.flight import Flight
@@ -19,6 +19,7 @@ PHOTO_MIB = 8.0
 STORAGE_MIB = 32_768.0
 FIRMWARE = 1 | 0 << 8
 """Version 1.0, one byte each."""
+ZOOM_RATE_PERCENT_S = 25.0
 _UNKNOWN = math.nan
 _CAPTURES = frozenset(
     {
@@ -39,6 +40,11 @@ class CameraReports:
     def __init__(self, gimbal_device_id: int) -> None:
         self._gimbal_device_id = gimbal_device_id
         self.video_uri = ""
+        self.zoom_percent = 0.0
+        self._zooms = 0.0
+        """Percent a second."""
+        self.records_since_s: float | None = None
+        self._ticked_s = 0.0
 
     def report(self, message_id: int, flight: Flight) -> Message | None:
         match message_id:
@@ -46,7 +52,7 @@ class CameraReports:
                 return self._information(flight)
             case mavlink.MAVLINK_MSG_ID_CAMERA_SETTINGS:
                 mode = mavlink.CAMERA_MODE_IMAGE
-                return mavlink.MAVLink_camera_settings_message(ms(flight), mode, _UNKNOWN, _UNKNOWN)
+                return mavlink.MAVLink_camera_settings_message(ms(flight), mode, self.zoom_percent, _UNKNOWN)
             case mavlink.MAVLINK_MSG_ID_STORAGE_INFORMATION:
                 return self._storage(flight)
             case mavlink.MAVLINK_MSG_ID_CAMERA_CAPTURE_STATUS:
@@ -59,15 +65,36 @@ class CameraReports:
 
     def carry_out(self, flight: Flight, command: Command) -> int:
         """The flight handles captures: its missions take photographs with the same camera."""
-        if command.number not in _CAPTURES:
-            return UNSUPPORTED
-        return CAMERA_HANDLERS[command.number](flight, command)
+        if command.number in _CAPTURES:
+            return CAMERA_HANDLERS[command.number](flight, command)
+        if command.number == mavlink.MAV_CMD_SET_CAMERA_ZOOM:
+            return self._zoom(command)
+        if command.number == mavlink.MAV_CMD_VIDEO_START_CAPTURE:
+            self.records_since_s = flight.now_s if self.records_since_s is None else self.records_since_s
+            return ACCEPTED
+        if command.number == mavlink.MAV_CMD_VIDEO_STOP_CAPTURE:
+            self.records_since_s = None
+            return ACCEPTED
+        return UNSUPPORTED
+
+    def _zoom(self, command: Command) -> int:
+        kind, value = command.params[0], command.params[1]
+        if kind == mavlink.ZOOM_TYPE_RANGE and 0.0 <= value <= 100.0:
+            self.zoom_percent, self._zooms = value, 0.0
+            return ACCEPTED
+        if kind == mavlink.ZOOM_TYPE_CONTINUOUS and value in (-1.0, 0.0, 1.0):
+            self._zooms = value * ZOOM_RATE_PERCENT_S
+            return ACCEPTED
+        return DENIED
 
     def tick(self, flight: Flight) -> None:
         """The flight takes the photographs."""
+        passed_s, self._ticked_s = max(flight.now_s - self._ticked_s, 0.0), flight.now_s
+        self.zoom_percent = min(max(self.zoom_percent + self._zooms * passed_s, 0.0), 100.0)
 
     def _information(self, flight: Flight) -> Message:
-        flags = mavlink.CAMERA_CAP_FLAGS_CAPTURE_IMAGE
+        flags = mavlink.CAMERA_CAP_FLAGS_CAPTURE_IMAGE | mavlink.CAMERA_CAP_FLAGS_CAPTURE_VIDEO
+        flags |= mavlink.CAMERA_CAP_FLAGS_HAS_BASIC_ZOOM
         if self.video_uri:
             flags |= mavlink.CAMERA_CAP_FLAGS_HAS_VIDEO_STREAM
         focal_mm = SENSOR_WIDTH_MM / 2.0 / math.tan(math.radians(FIELD_OF_VIEW_DEG) / 2.0)
@@ -110,8 +137,10 @@ class CameraReports:
         interval_s = camera.interval_s
         status = 0 if interval_s is None else 2  # idle; idle between the photographs of an interval
         left = STORAGE_MIB - _used_mib(flight)
+        recorded_s = None if self.records_since_s is None else flight.now_s - self.records_since_s
+        recorded_ms = round((recorded_s or 0.0) * 1000)
         return mavlink.MAVLink_camera_capture_status_message(
-            ms(flight), status, 0, interval_s or 0.0, 0, left, camera.taken
+            ms(flight), status, int(recorded_s is not None), interval_s or 0.0, recorded_ms, left, camera.taken
         )
 
     def _stream(self) -> Message:

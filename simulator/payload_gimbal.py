@@ -41,6 +41,8 @@ class Gimbal:
         self.pitch_deg = self.yaw_deg = 0.0
         """Pitch relative to the horizon, yaw relative to the nose."""
         self._wanted = (0.0, 0.0)
+        self._yaw_locked = False
+        """The wanted yaw is from north."""
         self._primary = (0, 0)
         """The component in control: system and component id."""
         self._ticked_s: float | None = None
@@ -70,6 +72,8 @@ class Gimbal:
             return
         most_deg = RATE_DEG_S * max(flight.now_s - last_s, 0.0)
         pitch, yaw = self._wanted
+        if self._yaw_locked:
+            yaw = (yaw - math.degrees(flight.body.attitude()[2]) + 180.0) % 360.0 - 180.0
         self.pitch_deg += min(max(pitch - self.pitch_deg, -most_deg), most_deg)
         self.yaw_deg += min(max(yaw - self.yaw_deg, -most_deg), most_deg)
 
@@ -99,6 +103,8 @@ class Gimbal:
         if sender != self._primary:
             return DENIED
         pitch, yaw = command.params[0], command.params[1]
+        flags = int(command.raw[4]) if command.is_long else 0
+        self._yaw_locked = bool(flags & mavlink.GIMBAL_MANAGER_FLAGS_YAW_LOCK)
         self._wanted = (
             min(max(pitch, PITCH_MIN_DEG), PITCH_MAX_DEG),
             min(max(yaw, -YAW_MAX_DEG), YAW_MAX_DEG),

@@ -249,7 +249,8 @@ def rc_channels(flight: Flight) -> Message:
 
 def servo_outputs(flight: Flight) -> Message:
     motors = [round(1000 + 1000 * command) for command in flight.commands]
-    return mavlink.MAVLink_servo_output_raw_message(us(flight) & 0xFFFFFFFF, 0, *motors, 0, 0, 0, 0)
+    servos = flight.outputs.pulses[len(motors) :]
+    return mavlink.MAVLink_servo_output_raw_message(us(flight) & 0xFFFFFFFF, 0, *motors, *servos)
 
 
 def mission_current(flight: Flight) -> Message:

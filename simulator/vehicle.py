@@ -245,6 +245,8 @@ class Vehicle:
             self._files.receive(message, sender)
         elif name.startswith("SET_POSITION_TARGET_"):
             receive_setpoint(flight, message)
+        elif name == "LANDING_TARGET":
+            flight.precision.receive(message, flight)
         elif name == "SET_MODE":
             if message.base_mode & SET_MODE_FLAG:
                 self.settings.flavour.set_mode_number(flight, message.custom_mode)

@@ -106,6 +106,8 @@ class CommandWork(msgspec.Struct, frozen=True, tag="command", tag_field="work"):
     x: I32 | None = None
     y: I32 | None = None
     frame: U8 | None = None
+    component: U8 = 1
+    """Whom it is for: the autopilot, or a camera of the vehicle."""
 
 
 class LogListWork(msgspec.Struct, frozen=True, tag="log_list", tag_field="work"):

@@ -32,16 +32,17 @@ ONCE: Final = frozenset(
         mavlink.MAV_CMD_DO_PARACHUTE,
         mavlink.MAV_CMD_DO_FLIGHTTERMINATION,
         mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN,
+        mavlink.MAV_CMD_IMAGE_START_CAPTURE,
     }
 )
 """Commands that act again on each copy, whatever its confirmation number."""
 
 _WORDS: Final = {
-    mavlink.MAV_RESULT_ACCEPTED: "The autopilot has accepted it.",
-    mavlink.MAV_RESULT_TEMPORARILY_REJECTED: "The autopilot cannot do it now.",
-    mavlink.MAV_RESULT_DENIED: "The autopilot denies it: a value is wrong.",
-    mavlink.MAV_RESULT_UNSUPPORTED: "The autopilot does not know this command.",
-    mavlink.MAV_RESULT_FAILED: "The autopilot tried and failed.",
+    mavlink.MAV_RESULT_ACCEPTED: "{} has accepted it.",
+    mavlink.MAV_RESULT_TEMPORARILY_REJECTED: "{} cannot do it now.",
+    mavlink.MAV_RESULT_DENIED: "{} denies it: a value is wrong.",
+    mavlink.MAV_RESULT_UNSUPPORTED: "{} does not know this command.",
+    mavlink.MAV_RESULT_FAILED: "{} tried and failed.",
 }
 
 
@@ -57,8 +58,12 @@ class CommandEnd:
 class CommandAnswer:
     """Call `due` at each tick until `end` is set, and `acknowledged` with each COMMAND_ACK addressed to the agent."""
 
-    def __init__(self, command: int, make: Callable[[int], bytes], *, deadline: float) -> None:
-        """`make` builds the frame with the given confirmation, 0..255. `deadline` uses the clock of `now`."""
+    def __init__(
+        self, command: int, make: Callable[[int], bytes], *, deadline: float, who: str = "The autopilot"
+    ) -> None:
+        """`make` builds the frame with the given confirmation, 0..255. `deadline` uses the clock of `now`. `who` is to
+        answer."""
+        self._who = who
         self._command = command
         self._make = make
         self._deadline = deadline
@@ -81,7 +86,7 @@ class CommandAnswer:
         outcome = Outcome.DONE if ack.result == mavlink.MAV_RESULT_ACCEPTED else Outcome.FAILED
         known = mavlink.enums["MAV_RESULT"].get(ack.result)
         code = str(known.name) if known is not None else f"MAV_RESULT {ack.result}"
-        self.end = CommandEnd(outcome, _WORDS.get(ack.result, f"The autopilot answers {code}."), code)
+        self.end = CommandEnd(outcome, _WORDS.get(ack.result, f"{{}} answers {code}.").format(self._who), code)
 
     def due(self, now: float) -> list[bytes]:
         """Frames to send now."""
@@ -117,5 +122,5 @@ class CommandAnswer:
     @property
     def _silence(self) -> str:
         if self._in_progress:
-            return "The autopilot started, but did not report the result."
-        return "The autopilot has not answered. It is not known whether it carries out the command."
+            return f"{self._who} started, but did not report the result."
+        return f"{self._who} has not answered. It is not known whether it carries out the command."

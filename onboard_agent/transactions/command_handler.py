@@ -132,7 +132,8 @@ class CommandHandler:
         def make(confirmation: int) -> bytes:
             return self._maker.make(_message(work, around.system_id, confirmation), sender)
 
-        answer = CommandAnswer(work.command, make, deadline=deadline)
+        who = "The autopilot" if work.component == _AUTOPILOT else "The camera"
+        answer = CommandAnswer(work.command, make, deadline=deadline, who=who)
         modes = _modes_asked(work, around)
         self._waiting.append(_Waiting(transaction, work, component, answer, deadline, modes, what_shows(work, around)))
 
@@ -151,7 +152,10 @@ class CommandHandler:
 
     def receive(self, frame: bytes, now: float) -> bool:
         """Takes a frame of a type in `hears`."""
-        if not self._waiting or source(frame) != (self._system, _AUTOPILOT):
+        system, component = source(frame)
+        if not self._waiting or system != self._system:
+            return False
+        if component != _AUTOPILOT and message_id(frame) != mavlink.MAVLINK_MSG_ID_COMMAND_ACK:
             return False
         message = decode(frame)
         if message is None:
@@ -167,7 +171,7 @@ class CommandHandler:
                 if waiting.wanted is not None and waiting.answer.end is not None:
                     waiting.wanted.receive(message_id(frame), message)
             return False
-        return self._acknowledged(message, now)
+        return self._acknowledged(message, component, now)
 
     def due(self, around: Around, now: float) -> list[bytes]:
         """Frames to send to the autopilot now."""
@@ -198,11 +202,13 @@ class CommandHandler:
 
     # Internals.
 
-    def _acknowledged(self, ack: Any, now: float) -> bool:
+    def _acknowledged(self, ack: Any, component: int, now: float) -> bool:
         """Returns whether the acknowledgement is addressed to one of our component ids alone."""
         ours = ack.target_system == self._system and ack.target_component in COMPONENTS
         for waiting in self._waiting:
             names_nobody = ack.target_component == 0 or ack.target_system == 0
+            if component != waiting.work.component:
+                continue
             if waiting.component == ack.target_component or names_nobody:
                 waiting.answer.acknowledged(ack, now)
                 if ack.command == waiting.work.command:
@@ -269,7 +275,8 @@ class CommandHandler:
             waiting.ended_at = now
         if now - waiting.ended_at >= WORDS_WITHIN_S:
             texts = self._spoken.since(waiting.ended_at - WORDS_BEFORE_S)
-            words = f"The autopilot refuses: {'; '.join(texts)}." if texts else end.words
+            says = bool(texts) and waiting.work.component == _AUTOPILOT
+            words = f"The autopilot refuses: {'; '.join(texts)}." if says else end.words
             self._end(waiting, CommandEnd(end.outcome, words, end.code), around)
         return []
 
@@ -329,7 +336,9 @@ def _fits(work: CommandWork) -> bool:
 def _message(work: CommandWork, system_id: int, confirmation: int) -> Any:
     params = [_NAN if value is None else value for value in work.params]
     if work.x is None and work.y is None and work.frame is None:
-        return mavlink.MAVLink_command_long_message(system_id, _AUTOPILOT, work.command, confirmation & 0xFF, *params)
+        return mavlink.MAVLink_command_long_message(
+            system_id, work.component, work.command, confirmation & 0xFF, *params
+        )
     frame = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT if work.frame is None else work.frame
     x, y = work.x or 0, work.y or 0
     return mavlink.MAVLink_command_int_message(

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 
 from simulator.camera.marks import Mark
+from simulator.camera.pads import LandingPad, parse_pad
 from simulator.camera.process import CameraSettings, Settings
 from simulator.camera.server import CameraEndpoint, listen
 from simulator.camera.shared_poses import make_shared_poses
@@ -31,13 +32,16 @@ log = logging.getLogger("simulator")
 class CameraProcess:
     """The process, its input and its output. `start` opens the ports; nothing else here blocks."""
 
-    def __init__(self, endpoints: Sequence[CameraEndpoint], seed: int, marks: list[Mark]) -> None:
+    def __init__(
+        self, endpoints: Sequence[CameraEndpoint], seed: int, marks: list[Mark], pads: list[LandingPad]
+    ) -> None:
         self.endpoints = endpoints
         self.unplug_requests: list[deque[float]] = [deque(maxlen=8) for _ in endpoints]
         """Requests to unplug a camera, in simulated seconds; the flight takes them from here."""
         self.plugged = [True] * len(endpoints)
         self._seed = seed
         self._marks = marks
+        self._pads = pads
         self._file, self.poses = make_shared_poses(len(endpoints))
         self._process: subprocess.Popen[bytes] | None = None
         self._started_s = 0.0
@@ -115,7 +119,7 @@ class CameraProcess:
             )
             for number, endpoint in enumerate(self.endpoints)
         ]
-        settings = Settings(self._seed, self._marks, cameras, self._file.fileno())
+        settings = Settings(self._seed, self._marks, cameras, self._file.fileno(), self._pads)
         self._started_s = time.monotonic()
         self._heard = b""
         self._process = subprocess.Popen(  # noqa: S603 - ourselves
@@ -157,15 +161,21 @@ class SquadCameras:
     """One for each of the first vehicles, in one world around `home`; the others have none. Raises ValueError."""
 
     def __init__(
-        self, endpoints: Sequence[CameraEndpoint], vehicles: Sequence[Vehicle], home: Place, seed: int
+        self,
+        endpoints: Sequence[CameraEndpoint],
+        vehicles: Sequence[Vehicle],
+        home: Place,
+        seed: int,
+        pads: Sequence[str] = (),
     ) -> None:
+        """`pads`: as `parse_pad` reads them."""
         if len(endpoints) > len(vehicles):
             raise ValueError(f"{len(endpoints)} times --camera for {len(vehicles)} vehicles: give one for each at most")
         frame = LocalFrame(home)
         places = [vehicle.settings.flight.place for vehicle in vehicles]
         stands = [frame.to_local(place.lat_deg, place.lon_deg) for place in places]
         marks = [Mark(north, east, str(number)) for number, (north, east) in enumerate(stands, start=1)]
-        self._darkroom = CameraProcess(endpoints, seed, marks)
+        self._darkroom = CameraProcess(endpoints, seed, marks, [_pad(text, frame) for text in pads])
         self._carried = [VehicleCamera(self._darkroom, number, stands[number]) for number in range(len(endpoints))]
 
     def of(self, number: int) -> VehicleCamera | None:
@@ -182,6 +192,11 @@ class SquadCameras:
 
     def close(self) -> None:
         self._darkroom.close()
+
+
+def _pad(text: str, frame: LocalFrame) -> LandingPad:
+    lat_deg, lon_deg, heading_deg = parse_pad(text)
+    return LandingPad(*frame.to_local(lat_deg, lon_deg), heading_deg)
 
 
 def name_of(number: int) -> str:

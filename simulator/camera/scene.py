@@ -11,6 +11,7 @@ import numpy.typing as npt
 from simulator.camera.ground import draw_ground
 from simulator.camera.ground_map import GroundMap, ground_map
 from simulator.camera.marks import Mark, draw_marks
+from simulator.camera.pads import LandingPad, draw_pads
 from simulator.camera.sky import draw_sky
 from simulator.camera.solids import draw_solids
 from simulator.camera.view import Pose, View
@@ -21,9 +22,10 @@ Picture = npt.NDArray[np.uint8]
 class Scene:
     """The world of one squad: the same land and marks for all of its cameras."""
 
-    def __init__(self, seed: int, marks: list[Mark]) -> None:
+    def __init__(self, seed: int, marks: list[Mark], pads: list[LandingPad] | None = None) -> None:
         self._seed = seed
         self._marks = marks
+        self._pads = pads or []
         self._ground: GroundMap | None = None
         self._making = Lock()
 
@@ -42,5 +44,6 @@ class Scene:
         draw_sky(picture, view, self._seed, now_s)
         draw_ground(picture, view, ground)
         draw_marks(picture, view, self._marks)
+        draw_pads(picture, view, self._pads)
         draw_solids(picture, view, ground.land)
         return picture

@@ -14,6 +14,7 @@ from simulator.dialect import mavlink
 from simulator.flight import Flight
 from simulator.guided import GoTo, Guided
 from simulator.notices import Severity
+from simulator.px4 import payload
 from simulator.px4.calibration import calibrate, spin_motor
 from simulator.px4.modes import STICK_MODES, Orbiting, Px4Mode, TakingOff, custom_mode, mode_of
 
@@ -134,6 +135,8 @@ HANDLERS: dict[int, Callable[[Flight, Command], int]] = {
     **CAMERA_HANDLERS,
     mavlink.MAV_CMD_PREFLIGHT_CALIBRATION: calibrate,
     mavlink.MAV_CMD_ACTUATOR_TEST: spin_motor,
+    mavlink.MAV_CMD_DO_SET_ACTUATOR: payload.set_actuator,
+    mavlink.MAV_CMD_DO_GRIPPER: payload.move_gripper,
     mavlink.MAV_CMD_DO_SET_MODE: set_mode,
     mavlink.MAV_CMD_COMPONENT_ARM_DISARM: arm_or_disarm,
     mavlink.MAV_CMD_NAV_TAKEOFF: take_off,

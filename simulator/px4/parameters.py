@@ -75,6 +75,7 @@ TABLE: list[tuple[str, Kind, float]] = [
     ("CBRK_SUPPLY_CHK", _I32, 0),
     ("EKF2_HGT_REF", _I32, 1),
     ("SDLOG_MODE", _I32, 0),
+    ("PD_GRIPPER_EN", _I32, 0),
     *[
         row
         for channel in range(1, 9)

@@ -34,8 +34,9 @@ MISSION = [
 ]
 ACCEPTED = "accepted"
 MOTOR: Final = {"motor": 1, "throttle_percent": 5, "for_s": 1, "propellers_off": "Kestrel"}
-ELSEWHERE: Final = {"calibration_pose", "reboot"}
-"""They need what the autopilot asked before, and end its flight: tests/e2e/test_vehicle_setup.py."""
+ELSEWHERE: Final = {"calibration_pose", "gimbal", "reboot"}
+"""They need what the autopilot asked before, and end its flight: tests/e2e/test_vehicle_setup.py. The gimbal:
+tests/integration/test_camera_commands.py."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +86,10 @@ def long(command: int, *params: float) -> Any:
     return M.MAVLink_command_long_message(1, 1, command, 0, *[*params, *[0.0] * 7][:7])
 
 
+def of_camera(command: int, *params: float) -> Any:
+    return M.MAVLink_command_long_message(1, 100, command, 0, *[*params, *[0.0] * 7][:7])
+
+
 def at(command: int, frame: int, alt_m: float, *params: float) -> Any:
     p1, p2, p3, p4 = [*params, *[0.0] * 4][:4]
     return M.MAVLink_command_int_message(
@@ -103,6 +108,11 @@ def is_in(role: str) -> Shows:
 
 def any_time(pilot: Pilot, flavour: Flavour) -> bool:
     return True
+
+
+def servo_is(output: int, pulse_us: int) -> Shows:
+    """As SERVO_OUTPUT_RAW has it."""
+    return lambda pilot, flavour: getattr(pilot.servos, f"servo{output}_raw", 0) == pulse_us
 
 
 def is_near(pilot: Pilot, flavour: Flavour) -> bool:
@@ -134,6 +144,7 @@ def cases(flavour: Flavour) -> list[Case]:
     """Returns all that the profile can do, in the order of one flight from take-off to landing."""
     place = {"lat": LAT, "lon": LON, "height_m": HEIGHT_M}
     home = {"lat": LAT, "lon": LON, "altitude_m": 488.0, "while_flying": True}
+    moved, grip = (9, 11) if flavour.px4 else (5, 9)
     ardupilot = [
         Case({"command": "turn", "deg": 90}, lambda f, s: [long(M.MAV_CMD_CONDITION_YAW, 90)]),
         Case({"command": "speed", "m_s": 6}, lambda f, s: [long(M.MAV_CMD_DO_CHANGE_SPEED, 1, 6, -1)]),
@@ -170,6 +181,12 @@ def cases(flavour: Flavour) -> list[Case]:
         *(px4 if flavour.px4 else ardupilot),
         Case({"command": "roi", **place}, lambda f, s: [at(M.MAV_CMD_DO_SET_ROI_LOCATION, *f.place(s))]),
         Case({"command": "roi", "none": True}, lambda f, s: [long(M.MAV_CMD_DO_SET_ROI_NONE)]),
+        Case({"command": "servo", "servo": 5, "pulse_us": 1750}, _servo, servo_is(moved, 1750)),
+        Case({"command": "gripper", "action": "grab"}, _grip(1), servo_is(grip, 1900)),
+        Case({"command": "gripper", "action": "release"}, _grip(0), servo_is(grip, 1100)),
+        Case({"command": "zoom", "percent": 30}, lambda f, s: [of_camera(M.MAV_CMD_SET_CAMERA_ZOOM, 2, 30)]),
+        Case({"command": "photo"}, lambda f, s: [of_camera(M.MAV_CMD_IMAGE_START_CAPTURE, 0, 0, 1)]),
+        Case({"command": "record", "on": True}, lambda f, s: [of_camera(M.MAV_CMD_VIDEO_START_CAPTURE)]),
         Case({"command": "set_home", **home}, lambda f, s: [at(M.MAV_CMD_DO_SET_HOME, ABOVE_SEA, 488.0)]),
         Case({"command": "start"}, mode("mission"), is_in("mission"), row="mode"),
         Case({"command": "jump", "item": 3}, lambda f, s: _jump(f), row="start" if flavour.px4 else "jump"),
@@ -188,6 +205,16 @@ def cases(flavour: Flavour) -> list[Case]:
 
 def _cancel(flavour: Flavour, sea_m: float) -> list[Any]:
     return [long(M.MAV_CMD_PREFLIGHT_CALIBRATION if flavour.px4 else M.MAV_CMD_DO_CANCEL_MAG_CAL)]
+
+
+def _servo(flavour: Flavour, sea_m: float) -> list[Any]:
+    if flavour.px4:
+        return [long(M.MAV_CMD_DO_SET_ACTUATOR, NAN, NAN, NAN, NAN, 0.5, NAN, 0)]
+    return [long(M.MAV_CMD_DO_SET_SERVO, 5, 1750)]
+
+
+def _grip(action: int) -> Frames:
+    return lambda flavour, sea_m: [long(M.MAV_CMD_DO_GRIPPER, 1, action)]
 
 
 def _spin(flavour: Flavour, sea_m: float) -> list[Any]:
@@ -317,7 +344,10 @@ async def fly(pilot: Pilot, flavour: Flavour, give: Give, expected: Callable[[Ca
 @pytest.mark.parametrize("flavour", [ARDUPILOT, PX4], ids=lambda flavour: flavour.name)
 async def test_every_command_does_the_same_by_every_way_and_leaves_one_row(world: World, flavour: Flavour) -> None:
     assert {case.name for case in cases(flavour)} == flavour.can - ELSEWHERE
-    world.start_simulated("Kestrel", options=("--boot-s", "1", "--speed", "8", "--flavour", flavour.name))
+    gripper = ("PD_GRIPPER_EN=1",) if flavour.px4 else ("GRIP_ENABLE=1", "SERVO9_FUNCTION=28")
+    parameters = [word for one in gripper for word in ("--param", one)]
+    options = ("--boot-s", "1", "--speed", "8", "--flavour", flavour.name, *parameters, "--camera-component")
+    world.start_simulated("Kestrel", options=options)
     alice, root = world.visitor("alice"), world.visitor("root")
     await asyncio.to_thread(wait_for, "the autopilot to be heard", lambda: alice.drone(1).get("autopilot_heard"))
     bearer = {"Authorization": f"Bearer {(world.folder / 'token').read_text().strip()}"}
@@ -327,6 +357,7 @@ async def test_every_command_does_the_same_by_every_way_and_leaves_one_row(world
             reason = await refused_arming(pilot)
             assert reason == "/problems/loss-check"
             assert (await pilot.ask("POST", "/loss-check/acknowledge", {"drone": "Kestrel"})).status == 200
+        await pilot.command(M.MAV_CMD_SET_MESSAGE_INTERVAL, M.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW, 100_000)
         put = await pilot.ask("PUT", "/mission", {"items": MISSION})
         assert put.json["state"] == "done", put.body
 

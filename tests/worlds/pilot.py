@@ -46,6 +46,10 @@ class Pilot:
         self.events: list[dict[str, Any]] = []
         self.acks: list[tuple[int, int]] = []
         self.texts: list[str] = []
+        self.heard: set[int] = set()
+        """Ids of all messages so far."""
+        self.servos: Any = None
+        """The newest SERVO_OUTPUT_RAW, which the agent does not ask for."""
 
     async def ask(self, method: str, path: str, body: Any = None) -> Any:
         """Sends a REST request outside the event loop. Returns the Answer."""
@@ -148,6 +152,8 @@ class Pilot:
 
     def _see(self, message: Any) -> None:
         kind = message.get_type() if message is not None else ""
+        if message is not None:
+            self.heard.add(message.get_msgId())
         if kind == "HEARTBEAT" and message.get_srcComponent() == 1:
             self.mode, self.armed = message.custom_mode, bool(message.base_mode & 128)
             if self.mode not in self.modes[-1:]:
@@ -162,6 +168,8 @@ class Pilot:
             self.roll_pitch_rad = (message.roll, message.pitch)
         elif kind == "COMMAND_ACK":
             self.acks.append((message.command, message.result))
+        elif kind == "SERVO_OUTPUT_RAW":
+            self.servos = message
         elif kind == "STATUSTEXT":
             self.texts.append(message.text)
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from wire.autopilots import common, setup_commands
+from wire.autopilots import camera_steps, common, payload_steps, setup_commands
 from wire.autopilots.ardupilot import ARDUPILOT, modes_in
 from wire.autopilots.commands import (
     CommandStep,
@@ -205,6 +205,12 @@ PROFILE: Final = AutopilotProfile(
         jump=_jump,
         orbit=Unable("circles a place in missions only: plan it"),
         roi=_look_at,
+        servo=payload_steps.set_servo,
+        gripper=payload_steps.move_gripper,
+        gimbal=camera_steps.point_gimbal,
+        zoom=camera_steps.zoom,
+        photo=camera_steps.photo,
+        record=camera_steps.record,
         calibrate=setup_commands.ardupilot_calibrate,
         calibration_pose=setup_commands.ardupilot_pose,
         calibration_end=setup_commands.ardupilot_end,

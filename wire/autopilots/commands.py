@@ -8,8 +8,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import ClassVar, Final, Generic, TypeVar
+from typing import Final, Generic, TypeVar
 
+from wire.autopilots.payload_commands import (
+    CameraCommand,
+    MoveGripper,
+    PointGimbal,
+    RecordVideo,
+    SetServo,
+    TakePhotos,
+    ZoomCamera,
+)
+from wire.autopilots.pilot_command import PilotCommand
 from wire.dialect import mavlink
 from wire.transactions import CommandWork
 
@@ -46,14 +56,6 @@ class Sensor(StrEnum):
     GYROSCOPE = "gyroscope"
     COMPASS = "compass"
     BAROMETER = "barometer"
-
-
-@dataclass(frozen=True)
-class PilotCommand:
-    """Units: degrees, metres above home, metres per second."""
-
-    name: ClassVar[str]
-    """The field of `CommandTable`."""
 
 
 @dataclass(frozen=True)
@@ -336,6 +338,12 @@ class CommandTable:
     jump: Said[Jump]
     orbit: Said[Orbit]
     roi: Said[LookAt]
+    servo: Said[SetServo]
+    gripper: Said[MoveGripper]
+    gimbal: Said[PointGimbal]
+    zoom: Said[ZoomCamera]
+    photo: Said[TakePhotos]
+    record: Said[RecordVideo]
     calibrate: Said[Calibrate]
     calibration_pose: Said[CalibrationPose]
     calibration_end: Said[EndCalibration]
@@ -345,7 +353,8 @@ class CommandTable:
 
 SETUP: Final = (Calibrate, CalibrationPose, EndCalibration, SpinMotor, Reboot)
 """Only on the ground and disarmed."""
-_BESIDE: Final = (Arm, ChangeSpeed, LookAt, SetHome, Turn, *SETUP)
+_PAYLOAD: Final = (CameraCommand, LookAt, MoveGripper, PointGimbal, SetServo)
+_BESIDE: Final = (Arm, ChangeSpeed, SetHome, Turn, *_PAYLOAD, *SETUP)
 """These commands do not change the flight, unless one of their steps is a command that does."""
 _FLIES: Final = frozenset({int(mavlink.MAV_CMD_DO_REPOSITION), int(mavlink.MAV_CMD_DO_SET_MODE)})
 

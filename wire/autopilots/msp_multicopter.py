@@ -12,6 +12,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any, Final
 
+from wire.autopilots import payload_steps
 from wire.autopilots.commands import Arm, CommandStep, Disarm, Steps, Unable, VehicleState
 from wire.autopilots.loss_sentence import Sentence, danger
 from wire.autopilots.profile import (
@@ -146,10 +147,12 @@ PROFILE: Final = AutopilotProfile(
         arm=_arm,
         disarm=_arm,
         mode=change_mode(_MODES),
+        servo=payload_steps.set_servo,  # of the companion computer: the controller itself refuses it
         **dict.fromkeys(
             (
                 *("takeoff", "goto", "hold", "pause", "resume", "land", "speed", "turn", "set_home", "start", "jump"),
-                *("orbit", "roi", "calibrate", "calibration_pose", "calibration_end", "motor_test", "reboot"),
+                *("orbit", "roi", "gripper", "gimbal", "zoom", "photo", "record", "motor_test", "reboot"),
+                *("calibrate", "calibration_pose", "calibration_end"),
             ),
             _UNABLE,
         ),

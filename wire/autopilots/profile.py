@@ -13,13 +13,13 @@ from wire.autopilots.commands import (
     CommandStep,
     CommandTable,
     NotSupported,
-    PilotCommand,
     Steps,
     Unable,
     UnknownMode,
     VehicleState,
 )
 from wire.autopilots.loss_sentence import Sentence
+from wire.autopilots.pilot_command import PilotCommand
 from wire.autopilots.wanted_parameter import WantedParameter
 from wire.control_messages import LossParameters, SafetySettings
 from wire.dialect import mavlink

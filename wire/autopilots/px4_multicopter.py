@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
-from wire.autopilots import common, px4_loss, setup_commands
+from wire.autopilots import camera_steps, common, payload_steps, px4_loss, setup_commands
 from wire.autopilots.commands import (
     CommandStep,
     CommandTable,
@@ -292,6 +292,12 @@ PROFILE: Final = AutopilotProfile(
         jump=_jump,
         orbit=_orbit,
         roi=_look_at,
+        servo=payload_steps.px4_set_servo,
+        gripper=payload_steps.move_gripper,
+        gimbal=camera_steps.point_gimbal,
+        zoom=camera_steps.zoom,
+        photo=camera_steps.photo,
+        record=camera_steps.record,
         calibrate=setup_commands.px4_calibrate,
         calibration_pose=Unable("sees by itself how the drone lies"),
         calibration_end=setup_commands.px4_end,

@@ -8,6 +8,15 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from server.live.operations.person import MAX_M, MIN_M, USUAL_M
 from wire.autopilots.commands import Sensor
+from wire.autopilots.payload_commands import (
+    AUTOPILOT,
+    CAMERA,
+    MAX_CAMERAS,
+    MAX_GRIPPER,
+    MAX_PULSE_US,
+    MAX_SERVO,
+    MIN_PULSE_US,
+)
 from wire.following import MAX_OFFSET_M
 from wire.plans import MAX_ITEMS_ANY
 
@@ -150,6 +159,77 @@ class LookAt(_Command):
         return self
 
 
+class SetServo(_Command):
+    """Moves a servo: an output of the autopilot, or a pin of the companion computer that has this number."""
+
+    command: Literal["servo"]
+    servo: Annotated[int, Field(ge=1, le=MAX_SERVO)]
+    pulse_us: Annotated[int, Field(ge=MIN_PULSE_US, le=MAX_PULSE_US, description="Microseconds")]
+
+
+class MoveGripper(_Command):
+    """`release` drops what the gripper holds."""
+
+    command: Literal["gripper"]
+    action: Literal["release", "grab"]
+    gripper: Annotated[int, Field(ge=1, le=MAX_GRIPPER)] = 1
+
+
+class PointGimbal(_Command):
+    """Points the gimbal. `pitch_deg` -90 is straight down; `yaw_deg` clockwise from the nose, with `locked` from
+    north."""
+
+    command: Literal["gimbal"]
+    pitch_deg: Annotated[float, Field(ge=-180, le=180, allow_inf_nan=False)]
+    yaw_deg: Heading = 0.0
+    locked: bool = False
+
+
+class _Camera(_Command):
+    camera: Annotated[int, Field(ge=0, le=MAX_CAMERAS, description="From 1; 0: the one that the autopilot drives")] = 1
+
+    @property
+    def component(self) -> int:
+        """Its MAVLink component id."""
+        return CAMERA + self.camera - 1 if self.camera else AUTOPILOT
+
+
+class ZoomCamera(_Camera):
+    """To a share of its range, or on and on until stopped."""
+
+    command: Literal["zoom"]
+    percent: Annotated[float, Field(ge=0, le=100, allow_inf_nan=False)] | None = None
+    direction: Literal["in", "out", "stop"] | None = None
+
+    @model_validator(mode="after")
+    def _one_or_the_other(self) -> Self:
+        if (self.percent is None) == (self.direction is None):
+            raise ValueError("either percent or direction is needed")
+        return self
+
+
+class TakePhotos(_Camera):
+    """`count` 0: until `stop`."""
+
+    command: Literal["photo"]
+    count: Annotated[int, Field(ge=0, le=10_000)] = 1
+    every_s: Annotated[float, Field(ge=0, le=3600, allow_inf_nan=False, description="Between two")] = 0.0
+    stop: bool = False
+
+    @model_validator(mode="after")
+    def _apart(self) -> Self:
+        if self.count != 1 and not self.stop and self.every_s <= 0:
+            raise ValueError("every_s is needed for more than one")
+        return self
+
+
+class RecordVideo(_Camera):
+    """Video on the camera's own storage."""
+
+    command: Literal["record"]
+    on: bool
+
+
 class Follow(_Command):
     """Keeps a fixed position relative to another drone until something ends it."""
 
@@ -232,6 +312,12 @@ OneOff = (
     | Jump
     | Orbit
     | LookAt
+    | SetServo
+    | MoveGripper
+    | PointGimbal
+    | ZoomCamera
+    | TakePhotos
+    | RecordVideo
     | Calibrate
     | CalibrationPose
     | EndCalibration

@@ -10,8 +10,9 @@ from typing import Final, assert_never
 from server.live.flight_commands import bodies
 from server.live.flight_commands.vehicle import Vehicle
 from server.live.operations.operation import Lane, Order, Step
-from wire.autopilots import commands
-from wire.autopilots.commands import CommandStep, PilotCommand
+from wire.autopilots import commands, payload_commands
+from wire.autopilots.commands import CommandStep
+from wire.autopilots.pilot_command import PilotCommand
 from wire.transactions import Outcome
 
 ANSWER_WITHIN_S: Final = 8.0
@@ -24,6 +25,7 @@ _SIMPLE: Final[dict[str, PilotCommand]] = {
     "resume": commands.Resume(),
     "rtl": commands.Return(),
 }
+_ZOOM: Final = {"in": 1, "out": -1, "stop": 0}
 _STOPS: Final = (commands.Disarm, commands.Hold, commands.Land, commands.Pause, commands.Return)
 
 
@@ -87,6 +89,18 @@ def command_of(body: bodies.OneOff) -> PilotCommand:
             if body.lat is None or body.lon is None or body.height_m is None:
                 return commands.LookAt()
             return commands.LookAt((body.lat, body.lon, body.height_m))
+        case bodies.SetServo():
+            return payload_commands.SetServo(body.servo, body.pulse_us)
+        case bodies.MoveGripper():
+            return payload_commands.MoveGripper(body.action == "grab", body.gripper)
+        case bodies.PointGimbal():
+            return payload_commands.PointGimbal(body.pitch_deg, body.yaw_deg, body.locked)
+        case bodies.ZoomCamera():
+            return payload_commands.ZoomCamera(body.component, body.percent, _ZOOM[body.direction or "stop"])
+        case bodies.TakePhotos():
+            return payload_commands.TakePhotos(body.component, body.count, body.every_s, body.stop)
+        case bodies.RecordVideo():
+            return payload_commands.RecordVideo(body.component, body.on)
         case bodies.Calibrate():
             return commands.Calibrate(body.sensor)
         case bodies.CalibrationPose():

@@ -16,12 +16,12 @@ from wire.autopilots.commands import (
     CommandRefused,
     NotHeardYet,
     NotSupported,
-    PilotCommand,
     Steps,
     UnknownItem,
     UnknownMode,
     VehicleState,
 )
+from wire.autopilots.pilot_command import PilotCommand
 from wire.autopilots.profile import AutopilotProfile
 from wire.frames import payload
 from wire.plans import PlanKind

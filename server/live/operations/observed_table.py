@@ -76,6 +76,15 @@ _NAMES: Final[Mapping[int, str]] = {
     _M.MAV_CMD_DO_ORBIT: "orbit",
     _M.MAV_CMD_DO_SET_ROI_LOCATION: "roi",
     _M.MAV_CMD_DO_SET_ROI_NONE: "roi",
+    _M.MAV_CMD_DO_SET_SERVO: "servo",
+    _M.MAV_CMD_DO_SET_ACTUATOR: "servo",
+    _M.MAV_CMD_DO_GRIPPER: "gripper",
+    _M.MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW: "gimbal",
+    _M.MAV_CMD_SET_CAMERA_ZOOM: "zoom",
+    _M.MAV_CMD_IMAGE_START_CAPTURE: "photo",
+    _M.MAV_CMD_IMAGE_STOP_CAPTURE: "photo",
+    _M.MAV_CMD_VIDEO_START_CAPTURE: "record",
+    _M.MAV_CMD_VIDEO_STOP_CAPTURE: "record",
     _M.MAV_CMD_PREFLIGHT_CALIBRATION: "calibrate",
     _M.MAV_CMD_DO_START_MAG_CAL: "calibrate",
     _M.MAV_CMD_ACCELCAL_VEHICLE_POS: "calibration_pose",
@@ -95,6 +104,9 @@ _DISTINGUISHING_PARAMS: Final[Mapping[int, int]] = {
     _M.MAV_CMD_DO_FLIGHTTERMINATION: 1,
     _M.MAV_CMD_PREFLIGHT_CALIBRATION: 5,
     _M.MAV_CMD_ACCELCAL_VEHICLE_POS: 1,
+    _M.MAV_CMD_DO_SET_SERVO: 2,
+    _M.MAV_CMD_DO_SET_ACTUATOR: 6,
+    _M.MAV_CMD_DO_GRIPPER: 2,
 }
 """How many parameters distinguish commands of one MAV_CMD: arming is not disarming. For all others the newest
 counts."""

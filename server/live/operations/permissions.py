@@ -98,7 +98,7 @@ def message_of(work: CommandWork) -> Any:
     """The COMMAND_INT or COMMAND_LONG that it becomes beside the autopilot."""
     params = [_NAN if value is None else value for value in work.params]
     if work.x is None or work.y is None or work.frame is None:
-        return mavlink.MAVLink_command_long_message(1, 1, work.command, 0, *params)
+        return mavlink.MAVLink_command_long_message(1, work.component, work.command, 0, *params)
     return mavlink.MAVLink_command_int_message(
         1, 1, work.frame, work.command, 0, 0, *params[:4], work.x, work.y, params[6]
     )

@@ -77,6 +77,18 @@ CASES: dict[str, tuple[dict[str, Any], list[CommandWork], list[CommandWork]]] = 
         [at(195, 3, 2.0, 0, 0, 0, 0)],
         [at(195, 0, 502.0, 0, 0, 0, 0)],
     ),
+    "servo": (
+        {"command": "servo", "servo": 6, "pulse_us": 1250},
+        [long(183, 6, 1250)],
+        [long(187, NAN, NAN, NAN, NAN, NAN, -0.5, 0)],
+    ),
+    "release": ({"command": "gripper", "action": "release"}, [long(211, 1, 0)], [long(211, 1, 0)]),
+    "grab": ({"command": "gripper", "action": "grab", "gripper": 2}, [long(211, 2, 1)], [long(211, 2, 1)]),
+    "gimbal": (
+        {"command": "gimbal", "pitch_deg": -45},
+        [long(1001, -2, -2, -1, -1), long(1000, -45, 0, NAN, NAN, 12, 0, 0)],
+        [long(1001, -2, -2, -1, -1), long(1000, -45, 0, NAN, NAN, 12, 0, 0)],
+    ),
     "no roi": ({"command": "roi", "none": True}, [long(197)], [long(197)]),
     "pause": ({"command": "pause"}, [long(193, 0)], [long(176, 1, 4, 3)]),
     "resume": ({"command": "resume"}, [long(176, 1, 3)], [long(176, 1, 4, 4)]),

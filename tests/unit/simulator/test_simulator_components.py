@@ -56,7 +56,8 @@ def test_a_camera_says_what_it_is_and_what_it_has(ground: Callable[..., Any]) ->
     station = ground(camera=True, gimbal=True)
     camera = answer(station, CAMERA, INFORMATION)
     assert bytes(camera.vendor_name).rstrip(b"\0") == b"tower-sim"
-    assert camera.flags == mavlink.CAMERA_CAP_FLAGS_CAPTURE_IMAGE
+    can = mavlink.CAMERA_CAP_FLAGS_CAPTURE_IMAGE | mavlink.CAMERA_CAP_FLAGS_CAPTURE_VIDEO
+    assert camera.flags == can | mavlink.CAMERA_CAP_FLAGS_HAS_BASIC_ZOOM
     assert (camera.resolution_h, camera.resolution_v) == (4000, 3000)
     field_of_view = 2 * math.degrees(math.atan(camera.sensor_size_h / 2 / camera.focal_length))
     assert field_of_view == pytest.approx(75.0, abs=0.01)
@@ -143,3 +144,38 @@ def pitch_and_yaw(attitude: Any) -> tuple[float, float]:
     assert math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)) == pytest.approx(0.0, abs=1e-6)
     pitch, yaw = math.asin(2 * (w * y - z * x)), math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
     return math.degrees(pitch), math.degrees(yaw)
+
+
+def test_the_camera_zooms_records_and_refuses_what_it_cannot(ground):
+    station = ground(camera=True).ready()
+    settings, status = 260, 262
+
+    def report(number, name):
+        station.command(mavlink.MAV_CMD_REQUEST_MESSAGE, number, to=(1, 100))
+        return station.of(name)[-1]
+
+    assert station.command(mavlink.MAV_CMD_SET_CAMERA_ZOOM, 2, 40, to=(1, 100)) == 0
+    assert report(settings, "CAMERA_SETTINGS").zoomLevel == 40
+    assert station.command(mavlink.MAV_CMD_SET_CAMERA_ZOOM, 1, -1, to=(1, 100)) == 0
+    station.run(2)
+    assert report(settings, "CAMERA_SETTINGS").zoomLevel == 0
+    for params in ((2, 101), (0, 1), (1, 7)):
+        assert station.command(mavlink.MAV_CMD_SET_CAMERA_ZOOM, *params, to=(1, 100)) == 2
+    assert station.command(mavlink.MAV_CMD_VIDEO_START_CAPTURE, 0, to=(1, 100)) == 0
+    station.run(1)
+    assert report(status, "CAMERA_CAPTURE_STATUS").video_status == 1
+    assert report(status, "CAMERA_CAPTURE_STATUS").recording_time_ms > 900
+    assert station.command(mavlink.MAV_CMD_VIDEO_STOP_CAPTURE, 0, to=(1, 100)) == 0
+    assert report(status, "CAMERA_CAPTURE_STATUS").video_status == 0
+
+
+def test_a_locked_gimbal_keeps_its_direction_when_the_nose_turns(ground):
+    station = ground(gimbal=True, heading_deg=90).ready()
+    station.command(mavlink.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE, -2, -2, -1, -1)
+    assert station.command(mavlink.MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW, -30, 135, 0, 0, 16) == 0
+    station.run(3)
+    gimbal = station.vehicle.components.gimbal
+    assert (round(gimbal.pitch_deg), round(gimbal.yaw_deg)) == (-30, 45)
+    station.flight.body.turn_to(0.0)
+    station.run(3)
+    assert round(gimbal.yaw_deg) == 135

@@ -8,7 +8,18 @@ import { Store, type Readable } from './store';
 import type { Telemetry } from './telemetry';
 
 /** Commands that do not end a go-to. */
-const BESIDE: ReadonlySet<DroneCommand['command']> = new Set(['speed', 'yaw', 'roi', 'set_home']);
+const BESIDE: ReadonlySet<DroneCommand['command']> = new Set([
+  'speed',
+  'yaw',
+  'roi',
+  'set_home',
+  'servo',
+  'gripper',
+  'gimbal',
+  'zoom',
+  'photo',
+  'record',
+]);
 
 export class GoToTarget {
   readonly #target = new Store<Target | null>(null);

@@ -3,8 +3,10 @@
 import math
 from dataclasses import fields, replace
 
+import msgspec
 import pytest
 
+from wire.autopilots import arducopter, px4_multicopter
 from wire.autopilots.commands import (
     Arm,
     Calibrate,
@@ -23,7 +25,6 @@ from wire.autopilots.commands import (
     NotSupported,
     Orbit,
     Pause,
-    PilotCommand,
     Reboot,
     Resume,
     Return,
@@ -34,7 +35,17 @@ from wire.autopilots.commands import (
     TakeOff,
     Turn,
     VehicleState,
+    overrules,
 )
+from wire.autopilots.payload_commands import (
+    MoveGripper,
+    PointGimbal,
+    RecordVideo,
+    SetServo,
+    TakePhotos,
+    ZoomCamera,
+)
+from wire.autopilots.pilot_command import PilotCommand
 from wire.autopilots.profile import AutopilotProfile
 from wire.autopilots.registry import PROFILES
 from wire.transactions import CommandWork
@@ -58,6 +69,12 @@ COMMANDS: dict[str, PilotCommand] = {
     "jump": Jump(2),
     "orbit": Orbit(47.1, 8.2, 25, 30, 3),
     "roi": LookAt((47.1, 8.2, 2)),
+    "servo": SetServo(5, 1750),
+    "gripper": MoveGripper(grab=True, gripper=2),
+    "gimbal": PointGimbal(-90, 45, locked=True),
+    "zoom": ZoomCamera(percent=30),
+    "photo": TakePhotos(count=3, every_s=2),
+    "record": RecordVideo(101, on=True),
     "calibrate": Calibrate(Sensor.COMPASS),
     "calibration_pose": CalibrationPose(3),
     "calibration_end": EndCalibration(keep=False),
@@ -78,8 +95,18 @@ def at(command: int, frame: int, alt_m: float, *params: float | None) -> Command
     return CommandWork(command, (*params, 0.0, 0.0, alt_m), 471000000, 82000000, frame)  # type: ignore[arg-type]
 
 
+def camera(command: int, component: int, *params: float | None) -> CommandWork:
+    return msgspec.structs.replace(long(command, *params), component=component)
+
+
 HERE_E7 = (473000000, 84000000)
 EAST = math.pi / 2
+CAMERA: dict[str, list[CommandWork]] = {
+    "gimbal": [long(1001, -2, -2, -1, -1), long(1000, -90, 45, NAN, NAN, 28, 0, 0)],
+    "zoom": [camera(531, 100, 2, 30)],
+    "photo": [camera(2000, 100, 0, 2, 3)],
+    "record": [camera(2500, 101)],
+}
 GOLDEN: dict[str, dict[str, list[CommandWork]]] = {
     "arducopter": {
         "arm": [long(400, 1)],
@@ -98,6 +125,9 @@ GOLDEN: dict[str, dict[str, list[CommandWork]]] = {
         "start": [long(224, 3, 1), long(300)],
         "jump": [long(224, 3, 0)],
         "roi": [at(195, 3, 2, 0, 0, 0, 0)],
+        "servo": [long(183, 5, 1750)],
+        "gripper": [long(211, 2, 1)],
+        **CAMERA,
         "calibrate": [long(42424, 0, 1)],
         "calibration_pose": [long(42429, 3)],
         "calibration_end": [long(42426)],
@@ -122,6 +152,9 @@ GOLDEN: dict[str, dict[str, list[CommandWork]]] = {
         "jump": [long(300, 2)],
         "orbit": [at(34, 0, 530, 25, 3, 0, NAN)],
         "roi": [at(195, 0, 502, 0, 0, 0, 0)],
+        "servo": [long(187, NAN, NAN, NAN, NAN, 0.5, NAN, 0)],
+        "gripper": [long(211, 2, 1)],
+        **CAMERA,
         "calibrate": [long(241, 0, 1)],
         "calibration_end": [long(241)],
         "motor_test": [long(310, 0.05, 1.5, 0, 0, 2)],
@@ -135,6 +168,7 @@ GOLDEN: dict[str, dict[str, list[CommandWork]]] = {
         "disarm": [long(400, 0)],
         "mode": [long(176, 1, 3)],
         "rtl": [long(176, 1, 3)],
+        "servo": [long(183, 5, 1750)],
     },
 }
 """A missing command has a reason."""
@@ -177,3 +211,43 @@ def test_what_is_not_known_is_a_reason_and_no_error(profile: AutopilotProfile, n
         assert profile.steps(VehicleState("hawk", 0), COMMANDS[name])
     except CommandRefused as refused:
         assert "hawk" in str(refused)
+
+
+def test_a_servo_of_the_companion_computer_is_named_by_a_number_that_px4_has_not() -> None:
+    assert [step.work for step in px4_multicopter.PROFILE.steps(FLYING_MISSION, SetServo(15, 600))] == [
+        long(183, 15, 600)
+    ]
+
+
+@pytest.mark.parametrize(("pulse_us", "value"), [(1000, -1), (1500, 0), (2000, 1)])
+def test_px4_moves_an_actuator_between_its_ends(pulse_us: int, value: float) -> None:
+    (step,) = px4_multicopter.PROFILE.steps(FLYING_MISSION, SetServo(1, pulse_us))
+    assert step.work == long(187, value, NAN, NAN, NAN, NAN, NAN, 0)
+
+
+@pytest.mark.parametrize("pulse_us", [999, 2001])
+def test_px4_refuses_a_pulse_beyond_them_with_words(pulse_us: int) -> None:
+    with pytest.raises(NotSupported, match=f"hawk flies PX4, .* 1000 to 2000 .*, not {pulse_us}"):
+        px4_multicopter.PROFILE.steps(FLYING_MISSION, SetServo(1, pulse_us))
+
+
+@pytest.mark.parametrize("command", [SetServo(9, 1100), MoveGripper(grab=False), PointGimbal(-90), TakePhotos()])
+def test_what_moves_the_payload_does_not_end_the_flight_it_is_on(command: PilotCommand) -> None:
+    for profile in (arducopter.PROFILE, px4_multicopter.PROFILE):
+        assert not overrules(command, profile.steps(FLYING_MISSION, command))
+
+
+@pytest.mark.parametrize(
+    ("command", "work"),
+    [
+        (ZoomCamera(direction=1), camera(531, 100, 1, 1)),
+        (ZoomCamera(direction=-1), camera(531, 100, 1, -1)),
+        (ZoomCamera(), camera(531, 100, 1, 0)),
+        (TakePhotos(component=1), long(2000, 0, 0, 1)),
+        (TakePhotos(stop=True), camera(2001, 100, 0)),
+        (RecordVideo(on=False), camera(2501, 100, 0)),
+    ],
+)
+def test_a_camera_is_asked_in_its_own_protocol(command: PilotCommand, work: CommandWork) -> None:
+    (step,) = arducopter.PROFILE.steps(FLYING_MISSION, command)
+    assert step.work == work

@@ -3615,6 +3615,18 @@ export interface components {
             /** @description As 2026-05 */
             readonly month: string;
         };
+        /** @description `release` drops what the gripper holds. */
+        readonly MoveGripper: {
+            /** @enum {string} */
+            readonly action: "release" | "grab";
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            readonly command: "gripper";
+            /** @default 1 */
+            readonly gripper?: number;
+        };
         readonly NewAlertChannel: {
             /**
              * @description All drones that you may see, or only those you own
@@ -4022,6 +4034,22 @@ export interface components {
              */
             readonly state: "known" | "unknown";
         };
+        /**
+         * @description Points the gimbal. `pitch_deg` -90 is straight down; `yaw_deg` clockwise from the nose, with `locked` from
+         *     north.
+         */
+        readonly PointGimbal: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            readonly command: "gimbal";
+            /** @default false */
+            readonly locked?: boolean;
+            readonly pitch_deg: number;
+            /** @default 0 */
+            readonly yaw_deg?: number;
+        };
         /** @description A line that the tower fills in. */
         readonly PreflightLineView: {
             readonly key: string;
@@ -4176,6 +4204,20 @@ export interface components {
             /** @description Why it ended by itself or failed; for people */
             readonly words: string;
         };
+        /** @description Video on the camera's own storage. */
+        readonly RecordVideo: {
+            /**
+             * @description From 1; 0: the one that the autopilot drives
+             * @default 1
+             */
+            readonly camera?: number;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            readonly command: "record";
+            readonly on: boolean;
+        };
         /** @description Recovery codes. Only this response contains them. */
         readonly RecoveryCodes: {
             readonly recovery_codes: readonly string[];
@@ -4307,6 +4349,17 @@ export interface components {
             readonly lon?: number | null;
             /** @default false */
             readonly while_flying?: boolean;
+        };
+        /** @description Moves a servo: an output of the autopilot, or a pin of the companion computer that has this number. */
+        readonly SetServo: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            readonly command: "servo";
+            /** @description Microseconds */
+            readonly pulse_us: number;
+            readonly servo: number;
         };
         /** @description One parameter. */
         readonly SetupRowView: {
@@ -4456,6 +4509,28 @@ export interface components {
             readonly command: "takeoff";
             /** @description Above home */
             readonly height_m: number;
+        };
+        /** @description `count` 0: until `stop`. */
+        readonly TakePhotos: {
+            /**
+             * @description From 1; 0: the one that the autopilot drives
+             * @default 1
+             */
+            readonly camera?: number;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            readonly command: "photo";
+            /** @default 1 */
+            readonly count?: number;
+            /**
+             * @description Between two
+             * @default 0
+             */
+            readonly every_s?: number;
+            /** @default false */
+            readonly stop?: boolean;
         };
         /**
          * @description The reason, and whether the operator who is shut out may keep watching: everything (`watch`), and the video
@@ -4718,6 +4793,21 @@ export interface components {
             readonly version: number;
             /** @description Of a line; omitted: an area */
             readonly width_m?: number | null;
+        };
+        /** @description To a share of its range, or on and on until stopped. */
+        readonly ZoomCamera: {
+            /**
+             * @description From 1; 0: the one that the autopilot drives
+             * @default 1
+             */
+            readonly camera?: number;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            readonly command: "zoom";
+            readonly direction?: ("in" | "out" | "stop") | null;
+            readonly percent?: number | null;
         };
     };
     responses: never;
@@ -5389,7 +5479,7 @@ export interface operations {
         };
         readonly requestBody: {
             readonly content: {
-                readonly "application/json": components["schemas"]["Arm"] | components["schemas"]["Disarm"] | components["schemas"]["ChangeMode"] | components["schemas"]["TakeOff"] | components["schemas"]["GoTo"] | components["schemas"]["Simple"] | components["schemas"]["SetHome"] | components["schemas"]["ChangeSpeed"] | components["schemas"]["Turn"] | components["schemas"]["Start"] | components["schemas"]["Jump"] | components["schemas"]["Orbit"] | components["schemas"]["LookAt"] | components["schemas"]["Calibrate"] | components["schemas"]["CalibrationPose"] | components["schemas"]["EndCalibration"] | components["schemas"]["SpinMotor"] | components["schemas"]["Reboot"] | components["schemas"]["Follow"] | components["schemas"]["FollowMe"];
+                readonly "application/json": components["schemas"]["Arm"] | components["schemas"]["Disarm"] | components["schemas"]["ChangeMode"] | components["schemas"]["TakeOff"] | components["schemas"]["GoTo"] | components["schemas"]["Simple"] | components["schemas"]["SetHome"] | components["schemas"]["ChangeSpeed"] | components["schemas"]["Turn"] | components["schemas"]["Start"] | components["schemas"]["Jump"] | components["schemas"]["Orbit"] | components["schemas"]["LookAt"] | components["schemas"]["SetServo"] | components["schemas"]["MoveGripper"] | components["schemas"]["PointGimbal"] | components["schemas"]["ZoomCamera"] | components["schemas"]["TakePhotos"] | components["schemas"]["RecordVideo"] | components["schemas"]["Calibrate"] | components["schemas"]["CalibrationPose"] | components["schemas"]["EndCalibration"] | components["schemas"]["SpinMotor"] | components["schemas"]["Reboot"] | components["schemas"]["Follow"] | components["schemas"]["FollowMe"];
             };
         };
         readonly responses: {
