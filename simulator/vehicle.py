@@ -98,6 +98,8 @@ class Vehicle:
     def _boot(self) -> None:
         self._slow: deque[tuple[float, Command]] = deque(maxlen=SLOW_MAX)
         """(due time, command): delayed by MODE_CHANGE_SLOW."""
+        self._suffered: set[Failure] = set()
+        """What its servers know of."""
         self.flight = Flight(self.settings.flight, self.parameters, self.failures, self.settings.flavour)
         if self.settings.flavour.reports_mode_at_once:
             self.flight.on_mode_change = self._owe_heartbeat
@@ -116,6 +118,7 @@ class Vehicle:
             packs_parameters=settings.flavour.keeps_parameter_file,
             file=self._metadata.file if self._metadata else lambda _name: None,
         )
+        self._sufferers = [one for one in (self._parameter_server, self._files, self._metadata) if one is not None]
         self._traffic = AirTraffic(settings.flight.place) if settings.traffic else None
         self.components = Components(settings.system_id, self._send, camera=settings.camera, gimbal=settings.gimbal)
         if self.components.camera is not None:
@@ -174,13 +177,11 @@ class Vehicle:
             self.settings.flavour.carry_out(flight, self._slow.popleft()[1])
         flight.tick(flight.now_s)
         self._missions.tick()
-        self._parameter_server.suffer(self.failures)
+        if self.failures != self._suffered:
+            self._suffered = set(self.failures)
+            for server in self._sufferers:
+                server.suffer(self.failures)
         self._parameter_server.tick()
-        self._files.refuses = Failure.FILES_REFUSED in self.failures
-        self._files.drop_every_seventh = Failure.FILES_DROPPED in self.failures
-        if self._metadata is not None:
-            self._metadata.missing = Failure.METADATA_MISSING in self.failures
-            self._metadata.damaged = Failure.METADATA_DAMAGED in self.failures
         self._files.tick(flight.now_s)
         self._logs.tick()
         if self.settings.flavour.keeps_dataflash_logs:
@@ -216,9 +217,7 @@ class Vehicle:
         self._reboot_tick = None
         self._boot_tick = self._ticks
         self._boot()
-        body = self.flight.body
-        body.north_m, body.east_m = old.body.north_m, old.body.east_m
-        body.turn_to(old.body.attitude()[2])
+        self.flight.body.stand_where(old.body)
         self.flight.plans = old.plans
         self.flight.restart_controllers()
 
