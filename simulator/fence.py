@@ -70,6 +70,9 @@ class FenceLimits:
         return not self.drawn and self.alt_max_m is None and self.alt_min_m is None and self.radius_m is None
 
 
+NO_LIMITS = FenceLimits()
+
+
 @dataclass(slots=True)
 class Fence:
     limits: Callable[[FlightState], FenceLimits]
