@@ -53,6 +53,8 @@ class SensingAirframe(Airframe):
         self._share = MOTOR_MAX_N / DESIGN.full_thrust_n
         self._now_s = 0.0
         self._align_s = min(MAX_ALIGN_S, ALIGN_SHARE * boot_s)
+        self._no_fix_s = 0.0
+        """The last time without a fix: only later positions can contradict."""
         self._sums: list[Floats] = [np.zeros((3, 1)) for _ in range(3)]
         self._samples = [0, 0]
 
@@ -70,7 +72,8 @@ class SensingAirframe(Airframe):
         if not navigation.aligned or self._now_s < self._align_s + SETTLING_S:
             return ()
         believed_s = self._now_s - DISBELIEVED_S
-        gps = bool(self.board.gps.fix[0] >= Fix.FIX_3D) and bool(navigation.gps_accepted_s[0] < believed_s)
+        heard_s = max(float(navigation.gps_accepted_s[0]), self._no_fix_s)
+        gps = heard_s < believed_s
         found = (
             ("GPS glitch", gps and bool(navigation.position_ok[0])),
             ("Compass inconsistent", bool(navigation.compass_accepted_s[0] < believed_s)),
@@ -117,6 +120,8 @@ class SensingAirframe(Airframe):
         speed = np.sqrt(np.maximum(np.reshape(commands, (4, 1)) * self._share, 0.0))
         truth.step(speed, dt_s, np.reshape(wind_mps, (3, 1)), power)
         self._now_s += dt_s
+        if self.board.gps.fix[0] < Fix.FIX_3D:
+            self._no_fix_s = self._now_s
         readings = self.board.read(truth, self._now_s, dt_s)
         self.monitor.watch(readings, dt_s)
         self.filter.barometer_trusted = self.monitor.barometer_moving
