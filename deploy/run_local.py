@@ -25,6 +25,13 @@ from supervised import Program, ProgramFailed, StepFailed, end_all, run_once
 OPERATORS: Final = ("alice", "bob")
 DRONE_NAMES: Final = ("Kestrel", "Merlin", "Osprey", "Harrier", "Goshawk", "Hobby", "Buzzard", "Falcon")
 HOME: Final = "47.3977,8.5456,488,0"
+SHELL: Final = "simulator.sock"
+"""Of `tower-sim shell --attach`, in the folder of the tower."""
+MAX_SOCKET_PATH: Final = 100
+"""Bytes; no system takes fewer."""
+MAX_SENSING: Final = 4
+"""Drones that fly on sensors and a filter without being asked to: each takes a tenth of a core."""
+MODELS: Final = ("sensing", "exact")
 READY_WITHIN_S: Final = 60.0
 LAND_WITHIN_S: Final = 20.0
 """Waits this long for the land at the first run; later it appears when the console looks for it again."""
@@ -124,7 +131,20 @@ def draw_land(maps: Path, log: Path) -> Program:
     return land
 
 
-def start_squad(address: str, squad: Squad, names: list[str], log: Path) -> list[Program]:
+def flight_model(count: int) -> str:
+    """Reads SQUAD_MODEL, how `tower-sim` models a drone; by default as well as this machine can. Raises CannotRun."""
+    model = os.environ.get("SQUAD_MODEL", "").strip() or MODELS[0 if count <= MAX_SENSING else 1]
+    if model not in MODELS:
+        raise CannotRun(f"SQUAD_MODEL must be one of {', '.join(MODELS)}")
+    return model
+
+
+def shell_words(path: Path) -> tuple[str | Path, ...]:
+    """Returns the options for a terminal at the simulator, and for its commander."""
+    return ("--shell", path) if len(os.fsencode(path)) <= MAX_SOCKET_PATH else ("--commander",)
+
+
+def start_squad(address: str, squad: Squad, names: list[str], model: str, log: Path) -> list[Program]:
     """Starts the agents, then the simulator whose vehicles and cameras they use."""
     ports = free_ports(socket.SOCK_DGRAM, len(names))
     camera_ports = free_ports(socket.SOCK_STREAM, len(names))
@@ -145,7 +165,10 @@ def start_squad(address: str, squad: Squad, names: list[str], log: Path) -> list
     cameras = [word for port in camera_ports for word in ("--camera", str(port))]
     simulator = Program(
         "simulator",
-        [BIN / "tower-sim", "--count", str(len(names)), "--home", HOME, "--hills", *outs, *cameras],
+        [
+            *(BIN / "tower-sim", "--count", str(len(names)), "--home", HOME, "--hills", "--model", model),
+            *(*shell_words(log.parent / SHELL), *outs, *cameras),
+        ],
         log / "simulator.log",
     )
     simulator.start()
@@ -179,6 +202,7 @@ def print_welcome(address: str, squad: Squad, names: list[str], *, first: bool) 
 def run() -> None:
     """Runs from the first check to Ctrl-C."""
     count = whole_number("SQUAD", 3, least=0, most=200)
+    model = flight_model(count)
     port = whole_number("TOWER_PORT", 8000, least=1, most=65535)
     udp_port = whole_number("TOWER_UDP_PORT", 14650, least=1, most=65535)
     host = os.environ.get("TOWER_HOST", "").strip() or "127.0.0.1"
@@ -207,7 +231,7 @@ def run() -> None:
         wait_for_tower(tower, address)
         if names:
             say(f"Starting {len(names)} simulated drone{'s' if len(names) > 1 else ''}, each behind its own agent")
-            programs += start_squad(address, squad, names, log)
+            programs += start_squad(address, squad, names, model, log)
         if land is not None:
             land.ends_within(LAND_WITHIN_S)
         print_welcome(address, squad, names, first=first)

@@ -43,6 +43,17 @@ def drag_of(speed_mps: float) -> float:
     return DRAG_LINEAR + DRAG_QUADRATIC * speed_mps
 
 
+def impact_mps(ground: Ground | None, place_m: tuple[float, float], velocity_mps: tuple[float, float, float]) -> float:
+    """Returns the speed at which a vehicle hits the ground: at `place_m`, north and east, with north, east and down."""
+    north, east, down = velocity_mps
+    speed = math.hypot(north, east)
+    if ground is None or speed < 0.1:
+        return down
+    # One metre farther on.
+    slope = ground(place_m[0] + north / speed, place_m[1] + east / speed) - ground(*place_m)
+    return math.hypot(speed, down) if slope > HILLSIDE_SLOPE else down + slope * speed
+
+
 Commands = tuple[float, float, float, float]
 """Motors 1 to 4 in ArduPilot's numbering (front right, rear left, front left, rear right), 0..1."""
 
@@ -95,6 +106,11 @@ class Airframe:
 
     def ground_speed_mps(self) -> float:
         return math.hypot(self.vn_mps, self.ve_mps)
+
+    def stand_where(self, other: Airframe) -> None:
+        """Stands at rest, at the place and heading of another one that was there before."""
+        self.north_m, self.east_m, self.down_m = other.north_m, other.east_m, other.down_m
+        self.turn_to(other.attitude()[2])
 
     def turn_to(self, yaw_rad: float) -> None:
         """Levels the vehicle with this heading."""
@@ -155,7 +171,9 @@ class Airframe:
             self.on_ground = False
             return
         if not self.on_ground:
-            self.impact_mps = self._impact_mps()
+            self.impact_mps = impact_mps(
+                self.ground, (self.north_m, self.east_m), (self.vn_mps, self.ve_mps, self.vd_mps)
+            )
         self.on_ground = True
         self.down_m = floor_m
         self.vd_mps = min(self.vd_mps, 0.0)
@@ -173,15 +191,6 @@ class Airframe:
         self.p_rps = self.q_rps = self.r_rps = 0.0
         self.turn_to(self._euler()[2])
         self.force_body_mss = (0.0, 0.0, -GRAVITY_MSS)
-
-    def _impact_mps(self) -> float:
-        speed = self.ground_speed_mps()
-        if self.ground is None or speed < 0.1:
-            return self.vd_mps
-        # One metre farther on.
-        north_m, east_m = self.north_m + self.vn_mps / speed, self.east_m + self.ve_mps / speed
-        slope = self.ground(north_m, east_m) - self.ground_m()
-        return math.hypot(speed, self.vd_mps) if slope > HILLSIDE_SLOPE else self.vd_mps + slope * speed
 
     def _euler(self) -> tuple[float, float, float]:
         w, x, y, z = self.qw, self.qx, self.qy, self.qz

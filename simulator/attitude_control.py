@@ -26,12 +26,12 @@ class AttitudeControl:
         self.yaw_target_rad = 0.0
         self._roll_rad = 0.0
         self._pitch_rad = 0.0
-        self._integral = [0.0, 0.0, 0.0]
+        self._integral = (0.0, 0.0, 0.0)
 
     def reset(self, yaw_rad: float) -> None:
         self.yaw_target_rad = yaw_rad
         self._roll_rad = self._pitch_rad = 0.0
-        self._integral = [0.0, 0.0, 0.0]
+        self._integral = (0.0, 0.0, 0.0)
 
     def turn(self, rate_rps: float, dt_s: float) -> None:
         """Moves the wanted heading: a pilot's yaw stick."""
@@ -51,20 +51,19 @@ class AttitudeControl:
         rate_x = clamp(ANGLE_P * error_x, -RATE_MAX_RPS, RATE_MAX_RPS)
         rate_y = clamp(ANGLE_P * error_y, -RATE_MAX_RPS, RATE_MAX_RPS)
         rate_z = clamp(YAW_ANGLE_P * error_z, -YAW_RATE_MAX_RPS, YAW_RATE_MAX_RPS)
-        turn_x = self._wanted_acceleration(0, rate_x - body.p_rps, RATE_P, dt_s)
-        turn_y = self._wanted_acceleration(1, rate_y - body.q_rps, RATE_P, dt_s)
-        turn_z = self._wanted_acceleration(2, rate_z - body.r_rps, YAW_RATE_P, dt_s)
+        off_x, off_y, off_z = rate_x - body.p_rps, rate_y - body.q_rps, rate_z - body.r_rps
+        kept_x, kept_y, kept_z = self._integral
+        kept_x = clamp(kept_x + RATE_I * off_x * dt_s, -RATE_I_MAX, RATE_I_MAX)
+        kept_y = clamp(kept_y + RATE_I * off_y * dt_s, -RATE_I_MAX, RATE_I_MAX)
+        kept_z = clamp(kept_z + RATE_I * off_z * dt_s, -RATE_I_MAX, RATE_I_MAX)
+        self._integral = (kept_x, kept_y, kept_z)
+        turn_x, turn_y, turn_z = RATE_P * off_x + kept_x, RATE_P * off_y + kept_y, YAW_RATE_P * off_z + kept_z
         return mix(thrust_n, turn_x * INERTIA_XY, turn_y * INERTIA_XY, turn_z * INERTIA_Z)
 
     def lean_error_rad(self, body: Airframe) -> float:
         """Returns how wrongly the vehicle leans, whatever its heading."""
         error_x, error_y, _ = self._error(body)
         return math.hypot(error_x, error_y)
-
-    def _wanted_acceleration(self, axis: int, error_rps: float, gain: float, dt_s: float) -> float:
-        integral = clamp(self._integral[axis] + RATE_I * error_rps * dt_s, -RATE_I_MAX, RATE_I_MAX)
-        self._integral[axis] = integral
-        return gain * error_rps + integral
 
     def _error(self, body: Airframe) -> tuple[float, float, float]:
         """Returns the remaining rotation, as an axis in the body frame times an angle."""
@@ -95,9 +94,8 @@ def mix(thrust_n: float, roll_nm: float, pitch_nm: float, yaw_nm: float) -> Comm
     level = clamp(level, min(spread + IDLE_COMMAND * 0.5, 0.5), max(1.0 - spread, 0.5))
     room = max(0.0, min(level - spread, 1.0 - level - spread))
     yaw = clamp(yaw_nm / (YAW_TORQUE_M * full), -room, room)
-    return (
-        clamp(level + tilt[0] + yaw, 0.0, 1.0),
-        clamp(level + tilt[1] + yaw, 0.0, 1.0),
-        clamp(level + tilt[2] - yaw, 0.0, 1.0),
-        clamp(level + tilt[3] - yaw, 0.0, 1.0),
-    )
+    motors = (level + tilt[0] + yaw, level + tilt[1] + yaw, level + tilt[2] - yaw, level + tilt[3] - yaw)
+    if min(motors) >= 0.0 and max(motors) <= 1.0:
+        return motors
+    m1, m2, m3, m4 = motors
+    return clamp(m1, 0.0, 1.0), clamp(m2, 0.0, 1.0), clamp(m3, 0.0, 1.0), clamp(m4, 0.0, 1.0)

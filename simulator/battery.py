@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import bisect
 import itertools
 import math
 
@@ -46,8 +47,11 @@ class Battery:
         self.voltage_v = CELLS * _cell_volts(self.left) - self.current_a * (RESISTANCE_OHM + self.extra_ohm)
 
 
+_SEGMENTS = tuple((x0, v0, x1 - x0, v1 - v0) for (x0, v0), (x1, v1) in itertools.pairwise(_CELL_CURVE))
+_SEGMENT_ENDS = tuple(share for share, _ in _CELL_CURVE[1:])
+
+
 def _cell_volts(left: float) -> float:
-    for (x0, v0), (x1, v1) in itertools.pairwise(_CELL_CURVE):
-        if left <= x1:
-            return v0 + (v1 - v0) * (left - x0) / (x1 - x0)
-    return _CELL_CURVE[-1][1]
+    """`left`: 0..1."""
+    from_share, from_v, over_share, over_v = _SEGMENTS[bisect.bisect_left(_SEGMENT_ENDS, left)]
+    return from_v + over_v * (left - from_share) / over_share

@@ -7,6 +7,7 @@ import logging
 import sys
 from collections.abc import Coroutine, Sequence
 from enum import StrEnum
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -21,6 +22,7 @@ from simulator.links import Endpoint, parse_endpoint
 from simulator.px4.flavour import PX4
 from simulator.receiver import Receiver
 from simulator.shell import fly
+from simulator.shell_socket import ShellSocket
 from simulator.squad import (
     make_squad,
     parse_failure,
@@ -71,6 +73,9 @@ MSP_HELP = (
 )
 SBUS_HELP = "The line of an SBUS receiver, in place of the built-in one: as --msp, and not together with it."
 PAD_HELP = "LAT,LON[,HEADING] of a landing pad with markers, in the pictures of the cameras; repeatable."
+SHELL_HELP = (
+    "A Unix socket to be made for terminals of this user: tower-sim shell --attach PATH. Turns the commander on."
+)
 CAMERA_HELP = "[HOST:]PORT of a camera over HTTP; once for each vehicle that is to have one, in their order."
 
 
@@ -123,6 +128,7 @@ def simulate(
         bool, typer.Option("--commander", help="The flight controller's commander stands above the autopilot.")
     ] = False,
     fault: Annotated[list[str] | None, typer.Option(help=FAULT_HELP)] = None,
+    shell: Annotated[Path | None, typer.Option(help=SHELL_HELP)] = None,
 ) -> None:
     """Fly simulated quadrotors that speak MAVLink 2; or one of shell, fly and plot, as the first word."""
     try:
@@ -140,7 +146,7 @@ def simulate(
                 battery_mah=battery_mah,
                 seed=seed,
                 model=model,
-                commander=commander or bool(fault),
+                commander=commander or bool(fault) or shell is not None,
             ),
             system_id=sysid,
             parameters=tuple(parse_parameter(text) for text in param or ()),
@@ -168,7 +174,8 @@ def simulate(
     try:
         kind = MspPort if msp else SbusPort
         lines = [(kind(vehicle), endpoint) for vehicle, endpoint in zip(vehicles, ports, strict=False)]
-        _run(fly(vehicles, endpoints, speed, cameras, lines))
+        terminals = ShellSocket(shell, vehicles) if shell is not None else None
+        _run(fly(vehicles, endpoints, speed, cameras, lines, terminals))
     except OSError as error:
         typer.echo(f"tower-sim: {error}", err=True)
         raise typer.Exit(1) from error

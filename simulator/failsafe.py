@@ -5,10 +5,13 @@ Each acts once, when it sets in. When its cause ends, the flag clears and the mo
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from simulator.flight import Flight, OwnFailsafes
 from simulator.homing import Land
 from simulator.modes import Mode
 from simulator.notices import Severity
+from simulator.parameters import Parameters
 
 CONTINUE_AUTO_ON_RADIO_LOSS = 1
 CONTINUE_AUTO_ON_GCS_LOSS = 2
@@ -23,6 +26,21 @@ REPORT_ONLY, ALT_HOLD, LAND_EVEN_STABILIZE = 0, 2, 3
 """FS_EKF_ACTION; any other value means LAND in modes that need a position."""
 
 
+class BatteryLevel(NamedTuple):
+    """0 is off."""
+
+    volts: float
+    mah: float
+
+    @classmethod
+    def of(cls, parameters: Parameters, level: str) -> BatteryLevel:
+        return cls(parameters[f"BATT_{level}_VOLT"], parameters[f"BATT_{level}_MAH"])
+
+    def reached(self, voltage_v: float, left_mah: float) -> bool:
+        """Returns whether the battery has fallen below this level."""
+        return (self.volts > 0 and voltage_v < self.volts) or (self.mah > 0 and left_mah < self.mah)
+
+
 class Failsafes(OwnFailsafes):
     def __init__(self) -> None:
         super().__init__()
@@ -30,6 +48,8 @@ class Failsafes(OwnFailsafes):
         """Start of the present contradiction: a position during its failsafe, or no position outside it."""
         self._low_since_s: float | None = None
         self._critical_since_s: float | None = None
+        self._levels_version = -1
+        self._low = self._critical = BatteryLevel(0.0, 0.0)
 
     def update(self, flight: Flight) -> None:
         self._update_radio(flight)
@@ -99,15 +119,17 @@ class Failsafes(OwnFailsafes):
 
     def _update_battery(self, flight: Flight) -> None:
         parameters, battery = flight.parameters, flight.battery
+        if parameters.version != self._levels_version:
+            self._levels_version = parameters.version
+            self._low, self._critical = BatteryLevel.of(parameters, "LOW"), BatteryLevel.of(parameters, "CRT")
         wait_s = parameters["BATT_LOW_TIMER"]
         left_mah = battery.capacity_mah - battery.used_mah
-
-        def below(level: str) -> bool:
-            volts, mah = parameters[f"BATT_{level}_VOLT"], parameters[f"BATT_{level}_MAH"]
-            return (volts > 0 and battery.voltage_v < volts) or (mah > 0 and left_mah < mah)
-
-        self._critical_since_s = _since(self._critical_since_s, below("CRT"), flight.now_s)
-        self._low_since_s = _since(self._low_since_s, below("LOW"), flight.now_s)
+        critical, low = (
+            self._critical.reached(battery.voltage_v, left_mah),
+            self._low.reached(battery.voltage_v, left_mah),
+        )
+        self._critical_since_s = _since(self._critical_since_s, critical, flight.now_s)
+        self._low_since_s = _since(self._low_since_s, low, flight.now_s)
         if not self.battery_critical and _lasted(self._critical_since_s, flight.now_s, wait_s):
             self.battery_critical = True
             self._act_on_battery(flight, "critical", parameters.whole("BATT_FS_CRT_ACT"))

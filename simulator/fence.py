@@ -70,6 +70,9 @@ class FenceLimits:
         return not self.drawn and self.alt_max_m is None and self.alt_min_m is None and self.radius_m is None
 
 
+NO_LIMITS = FenceLimits()
+
+
 @dataclass(slots=True)
 class Fence:
     limits: Callable[[FlightState], FenceLimits]
@@ -129,9 +132,13 @@ class Fence:
         if not flight.armed or flight.landed:
             self.breaches, self.kept_mode, self._above_floor = {}, None, False
             return
-        limits, alt_m = self.limits(flight), flight.alt_over_home_m()
+        limits = self.limits(flight)
+        if limits.none:
+            self.breaches, self.kept_mode = {}, None
+            return
+        alt_m = flight.alt_over_home_m()
         self._above_floor |= limits.alt_min_m is not None and alt_m > limits.alt_min_m
-        if limits.none or not flight.estimator.position_ok:
+        if not flight.estimator.position_ok:
             self.breaches, self.kept_mode = {}, None
             return
         outside = self.outside(flight, (flight.body.north_m, flight.body.east_m), alt_m)

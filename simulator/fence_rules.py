@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import IntEnum
 
 from simulator.command_message import Command
-from simulator.fence import FenceLimits
+from simulator.fence import NO_LIMITS, FenceLimits
 from simulator.flight_state import FlightState
 from simulator.modes import Mode
 
@@ -21,7 +21,7 @@ ACCEPTED, FAILED = 0, 4
 def fence_limits(flight: FlightState) -> FenceLimits:
     parameters = flight.parameters
     if not parameters.whole("FENCE_ENABLE"):
-        return FenceLimits()
+        return NO_LIMITS
     kinds, options = parameters.whole("FENCE_TYPE"), parameters.whole("FENCE_OPTIONS")
     return FenceLimits(
         alt_max_m=parameters["FENCE_ALT_MAX"] if kinds & ALT_MAX else None,

@@ -10,9 +10,10 @@ from __future__ import annotations
 
 import struct
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Set
 
 from simulator.dialect import Message, mavlink
+from simulator.failure_modes import Failure
 from simulator.parameter_pack import pack_parameters
 from simulator.parameters import Parameters
 
@@ -63,6 +64,10 @@ class FileServer:
     def receive(self, message: Message, peer: Peer) -> None:
         if len(self._waiting) < WAITING_MAX:
             self._waiting.append((bytes(message.payload).ljust(PAYLOAD, b"\0"), peer))
+
+    def suffer(self, failures: Set[Failure]) -> None:
+        self.refuses = Failure.FILES_REFUSED in failures
+        self.drop_every_seventh = Failure.FILES_DROPPED in failures
 
     def tick(self, now_s: float) -> None:
         self._now_s = now_s

@@ -94,6 +94,8 @@ class Flight(FlightState):
         self.fence = Fence(autopilot.fence_limits, autopilot.on_fence_breach)
         self._behaviours = autopilot.make_behaviours(self)
         self._contradictions: tuple[str, ...] = ()
+        self._suffers = False
+        """Failures were at work in the last tick."""
         self.commander = FlightCommander() if settings.commander else None
         self._throttle_zero_since_s: float | None = None
         self._switch_seen: int | None = None
@@ -207,7 +209,13 @@ class Flight(FlightState):
         self._notice_ground()
         self._disarm_when_done()
 
+    def _asks_to_fly(self) -> bool:
+        return self.sticks.throttle > 0.0 and not self._autopilot.lands_with_throttle_up
+
     def _apply_failures(self) -> None:
+        if not self.failures and not self._suffers:
+            return
+        self._suffers = bool(self.failures)
         self.body.suffer(self.failures)
         self.body.motor_health[0] = 0.7 if Failure.MOTOR_WEAK in self.failures else 1.0
         if Failure.MOTOR_LOST in self.failures:
@@ -284,8 +292,7 @@ class Flight(FlightState):
         if self.landed and self.disarms_on_landing:
             self.disarm()
             return
-        asks_to_fly = self.sticks.throttle > 0.0 and not self._autopilot.lands_with_throttle_up
-        if not self.landed or asks_to_fly or self.flying.waits_to_take_off:
+        if not self.landed or self._asks_to_fly() or self.flying.waits_to_take_off:
             self._throttle_zero_since_s = None
             return
         if self._throttle_zero_since_s is None:

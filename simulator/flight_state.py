@@ -55,7 +55,7 @@ class FlightSettings:
     commander: bool = False
     """The flight controller's own states and checks stand above the autopilot's."""
     ground: Ground | None = None
-    """None: flat. Only the exact model touches another ground."""
+    """None: flat."""
 
 
 class FailsafeFlags:
@@ -131,6 +131,8 @@ class FlightState(ABC):
         """Target of the nose in the modes that point it: north and east of the origin, metres."""
         self.commands: Commands = STOPPED
         self.thrust_wanted_n = 0.0
+        self._limits = self._read_limits()
+        self._limits_key: tuple[int, float | None] = (parameters.version, None)
         self._last_known: Place | None = None
         self._on_ground_since_s: float | None = None
         self.attitude.reset(self.body.attitude()[2])
@@ -186,6 +188,12 @@ class FlightState(ABC):
 
     def limits(self) -> Limits:
         """Returns the limits of the waypoint controller."""
+        key = (self.parameters.version, self.speed_override_mps)
+        if key != self._limits_key:
+            self._limits_key, self._limits = key, self._read_limits()
+        return self._limits
+
+    def _read_limits(self) -> Limits:
         parameters = self.parameters
         speed = self.speed_override_mps or parameters["WPNAV_SPEED"] / 100.0
         return Limits(

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from enum import Enum, auto
 
 from simulator.behaviours import Behaviour
 from simulator.flight_constants import TICK_S
 from simulator.flight_state import FlightState
-from simulator.geodesy import clamp
 from simulator.notices import Severity
 from simulator.piloted import lean_of_sticks, turn_with_stick
 from simulator.rally import ReturnPoint, nearest_return_point
@@ -116,7 +116,7 @@ class ReturnToLaunch(Behaviour):
             return
         limits = flight.limits()
         if flight.parameters["RTL_SPEED"] > 0:
-            limits.speed_mps = clamp(flight.parameters["RTL_SPEED"] / 100.0, 0.2, 50.0)
+            limits = replace(limits, speed_mps=flight.parameters["RTL_SPEED"] / 100.0)
         target.climb_to(self._alt_m, limits, TICK_S)
         if self.leg is Leg.CLIMB:
             target.fly_with(0.0, 0.0, limits, TICK_S)

@@ -10,9 +10,11 @@ from __future__ import annotations
 import json
 import lzma
 import zlib
+from collections.abc import Set
 from typing import Any
 
 from simulator.dialect import ComponentMetadata
+from simulator.failure_modes import Failure
 from simulator.metadata_facts import facts_of
 from simulator.parameters import Kind, Parameters
 
@@ -37,6 +39,10 @@ class ComponentFiles:
         self._general_crc = 0
         self.missing = False
         self.damaged = False
+
+    def suffer(self, failures: Set[Failure]) -> None:
+        self.missing = Failure.METADATA_MISSING in failures
+        self.damaged = Failure.METADATA_DAMAGED in failures
 
     def named(self, time_boot_ms: int) -> ComponentMetadata:
         self._make()

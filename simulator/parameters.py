@@ -38,6 +38,8 @@ class Parameters:
         rows: list[tuple[str, Kind, float]] = list(self.table)
         rows += _fillers(total_count - len(rows))
         self._ordered = [Parameter(name, kind, value, i) for i, (name, kind, value) in enumerate(rows)]
+        self.version = 0
+        """Grows with each change: what is made of the values can be kept until then."""
         self._by_name = {parameter.name: parameter for parameter in self._ordered}
         for name, value in overrides:
             if self.set(name, value) is None:
@@ -85,6 +87,7 @@ class Parameters:
         else:
             low, high = _RANGES[parameter.kind]
             parameter.value = float(min(max(round(value), low), high))
+        self.version += 1
         return parameter
 
 

@@ -24,7 +24,16 @@ LEASH_M = 4.0
 """A target farther ahead of the vehicle than this waits for it."""
 
 
-@dataclass(slots=True)
+_RANGES = (
+    ("speed_mps", 0.2, 50.0),
+    ("climb_mps", 0.1, 20.0),
+    ("descent_mps", 0.1, 20.0),
+    ("acceleration_mss", 0.5, 15.0),
+    ("climb_acceleration_mss", 0.5, 10.0),
+)
+
+
+@dataclass(frozen=True, slots=True)
 class Limits:
     """How fast a target may travel. Whatever the parameters, no faster than a quadrotor can follow."""
 
@@ -35,11 +44,8 @@ class Limits:
     climb_acceleration_mss: float = 2.0
 
     def __post_init__(self) -> None:
-        self.speed_mps = clamp(self.speed_mps, 0.2, 50.0)
-        self.climb_mps = clamp(self.climb_mps, 0.1, 20.0)
-        self.descent_mps = clamp(self.descent_mps, 0.1, 20.0)
-        self.acceleration_mss = clamp(self.acceleration_mss, 0.5, 15.0)
-        self.climb_acceleration_mss = clamp(self.climb_acceleration_mss, 0.5, 10.0)
+        for name, low, high in _RANGES:
+            object.__setattr__(self, name, clamp(getattr(self, name), low, high))
 
 
 class Target:

@@ -77,7 +77,7 @@ class VehicleSetup:
     def due(self, flight: Machine) -> list[Message]:
         """Texts go to the flight's notices; returns the messages to send now."""
         now_s = flight.now_s
-        for text in [one for one in self.texts if one[0] <= now_s]:
+        for text in self.texts and [one for one in self.texts if one[0] <= now_s]:
             self.texts.remove(text)
             flight.notify(text[1], text[2])
         if self.motor is not None and now_s >= self.motor_until_s:
@@ -88,6 +88,8 @@ class VehicleSetup:
 
     def answers_due(self, now_s: float) -> list[tuple[int, int]]:
         """(command, MAV_RESULT) of the acknowledgements to send now."""
+        if not self.answers:
+            return []
         due = [one for one in self.answers if one[0] <= now_s]
         self.answers = [one for one in self.answers if one[0] > now_s]
         return [(number, result) for _, number, result in due]

@@ -16,6 +16,7 @@ from simulator.vehicle_ports import VehiclePort
 
 if TYPE_CHECKING:
     from simulator.camera.on_board import SquadCameras, VehicleCamera
+    from simulator.shell_socket import ShellSocket
 
 BEHIND_MAX_S = 0.25
 """Wall time by which the simulation may lag before it stops catching up and runs late instead."""
@@ -56,6 +57,7 @@ async def fly(
     speed: float,
     cameras: SquadCameras | None = None,
     ports: Sequence[tuple[VehiclePort, Endpoint]] = (),
+    terminals: ShellSocket | None = None,
 ) -> None:
     """Runs until SIGINT or SIGTERM. `ports`: one each for as many vehicles, in their order."""
     stop = asyncio.Event()
@@ -72,8 +74,12 @@ async def fly(
             berths.append(VehicleSlot(vehicle, await _berth(vehicle, endpoint, clock), camera))
         for slot, (port, endpoint) in zip(berths, ports, strict=False):
             slot.ports.append((port, await open_link(endpoint, port.receive)))
-        await _keep_time(berths, clock, stop)
+        if terminals is not None:
+            await terminals.open()
+        await _keep_time(berths, clock, stop, terminals)
     finally:
+        if terminals is not None:
+            terminals.close()
         for berth in berths:
             berth.link.close()
             for _, link in berth.ports:
@@ -86,7 +92,9 @@ async def _berth(vehicle: Vehicle, endpoint: Endpoint, clock: Clock) -> Link:
     return await open_link(endpoint, lambda data: vehicle.receive(data, clock.now_s()))
 
 
-async def _keep_time(berths: list[VehicleSlot], clock: Clock, stop: asyncio.Event) -> None:
+async def _keep_time(
+    berths: list[VehicleSlot], clock: Clock, stop: asyncio.Event, terminals: ShellSocket | None
+) -> None:
     loop = asyncio.get_running_loop()
     next_s, stepped_s, late_s, report_s = loop.time(), 0.0, 0.0, loop.time() + LATE_REPORT_S
     while not stop.is_set():
@@ -105,6 +113,8 @@ async def _keep_time(berths: list[VehicleSlot], clock: Clock, stop: asyncio.Even
                 berth.link.send(frames)
             if berth.camera is not None:
                 berth.camera.follow(berth.vehicle, stepped_s)
+        if terminals is not None:
+            terminals.step()
         if loop.time() >= report_s:
             if late_s > 0.0:
                 log.warning("this machine is too slow: %.1f simulated seconds lost", late_s)

@@ -29,10 +29,7 @@ def standing_places() -> Iterator[tuple[float, float]]:
 
 
 def make_squad(count: int, settings: VehicleSettings, *, hills: bool = False) -> list[Vehicle]:
-    """Each vehicle has its own position and seed; everything else, including the sysid, is the same. Raises
-    ValueError."""
-    if hills and settings.flight.model is not AirframeModel.EXACT:
-        raise ValueError("--hills needs --model exact: the other model's ground is flat")
+    """Each vehicle has its own position and seed; everything else, including the sysid, is the same."""
     frame = LocalFrame(settings.flight.place)
     vehicles = []
     for index, (north_m, east_m) in zip(range(count), standing_places(), strict=False):

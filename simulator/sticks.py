@@ -9,6 +9,7 @@ while the last sticks are still in force.
 
 from __future__ import annotations
 
+import bisect
 from collections.abc import Sequence
 
 from simulator.geodesy import clamp
@@ -21,6 +22,8 @@ RELEASE_HIGH = 65534
 AXIS_INVALID = 32767
 
 PWM_VALID = range(900, 2201)
+SWITCH_EDGES = (1230, 1360, 1490, 1620, 1749)
+"""Of the six positions of the mode switch."""
 
 
 class Sticks:
@@ -162,7 +165,7 @@ class Sticks:
         pwm = self.pwm[channel - 1] if 1 <= channel <= CHANNELS else 0
         if pwm not in PWM_VALID:
             return None
-        return 1 + sum(pwm > edge for edge in (1230, 1360, 1490, 1620, 1749))
+        return 1 + bisect.bisect_left(SWITCH_EDGES, pwm)
 
     def _channel(self, axis: str) -> int:
         return min(max(self._parameters.whole(f"RCMAP_{axis}"), 1), 16)

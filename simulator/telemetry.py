@@ -5,6 +5,8 @@ Unrequested, the vehicle sends only its flavour's messages (ArduPilot: heartbeat
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from simulator.dialect import Message, mavlink
 from simulator.flavour import Flavour
 from simulator.flight import Flight
@@ -32,6 +34,11 @@ class Telemetry:
         self._interval_s = dict(flavour.intervals_s)
         self._due_s = dict(flavour.intervals_s)
         self._timesync_due_s = TIMESYNC_S
+
+    @property
+    def intervals_s(self) -> Mapping[int, float]:
+        """What is sent by itself now."""
+        return self._interval_s
 
     def knows(self, message_id: int) -> bool:
         return message_id in self._flavour.reports

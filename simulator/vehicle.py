@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from simulator.air_traffic import AirTraffic
@@ -31,6 +31,7 @@ from simulator.notices import Notice, Severity
 from simulator.parameter_protocol import ParameterServer
 from simulator.reports_common import ms
 from simulator.setpoints import receive_setpoint
+from simulator.status_texts import StatusTexts
 from simulator.telemetry import Telemetry
 from simulator.vehicle_setup import IN_PROGRESS, LATER
 
@@ -38,7 +39,7 @@ INBOX_MAX = 512
 """Datagrams queued for the next tick; in a flood the newest are lost, as in a full serial buffer."""
 OUTBOX_MAX = 4096
 """Frames not yet fetched; the oldest are evicted first."""
-TEXT_MAX = 50
+TEXTS_KEPT = 64
 REBOOT_AFTER_S = 0.2
 SET_MODE_FLAG = 1
 SLOW_MODE_CHANGE_S = 1.5
@@ -85,23 +86,27 @@ class Vehicle:
         self._boot_tick = 0
         self._reboot_tick: int | None = None
         self._sent = 0
-        self._text_id = 0
+        self._texts = StatusTexts()
         self._owed: list[int] = []
         self._setup_peer = (0, 0)
         self.overflowed = 0
+        self.said: deque[str] = deque(maxlen=TEXTS_KEPT)
+        """The latest texts, for a terminal."""
         self.video_uri = ""
         self._boot()
 
     def _boot(self) -> None:
         self._slow: deque[tuple[float, Command]] = deque(maxlen=SLOW_MAX)
         """(due time, command): delayed by MODE_CHANGE_SLOW."""
+        self._suffered: set[Failure] = set()
+        """What its servers know of."""
         self.flight = Flight(self.settings.flight, self.parameters, self.failures, self.settings.flavour)
         if self.settings.flavour.reports_mode_at_once:
             self.flight.on_mode_change = self._owe_heartbeat
         self.flight.on_item_reached = lambda seq: self._send(mavlink.MAVLink_mission_item_reached_message(seq))
         self.flight.on_photo = lambda photo: self._send(self.settings.flavour.photo_message(self.flight, photo))
         self._telemetry = Telemetry(self.settings.flavour)
-        self._missions = MissionServer(self.flight, self.settings.flavour, self._send, self._restart_soon)
+        self._missions = MissionServer(self.flight, self.settings.flavour, self._send, self.restart_soon)
         self._logs = LogServer(self.flight, self._logbook, self._send)
         self._parameter_server = ParameterServer(self.parameters, self._send, self._notify)
         settings = self.settings
@@ -113,6 +118,7 @@ class Vehicle:
             packs_parameters=settings.flavour.keeps_parameter_file,
             file=self._metadata.file if self._metadata else lambda _name: None,
         )
+        self._sufferers = [one for one in (self._parameter_server, self._files, self._metadata) if one is not None]
         self._traffic = AirTraffic(settings.flight.place) if settings.traffic else None
         self.components = Components(settings.system_id, self._send, camera=settings.camera, gimbal=settings.gimbal)
         if self.components.camera is not None:
@@ -147,6 +153,11 @@ class Vehicle:
         self._outbox.clear()
         return datagrams
 
+    @property
+    def intervals_s(self) -> Mapping[int, float]:
+        """Of each message that is sent by itself."""
+        return self._telemetry.intervals_s
+
     # One tick.
 
     def _tick(self, now_s: float) -> None:
@@ -166,13 +177,11 @@ class Vehicle:
             self.settings.flavour.carry_out(flight, self._slow.popleft()[1])
         flight.tick(flight.now_s)
         self._missions.tick()
-        self._parameter_server.suffer(self.failures)
+        if self.failures != self._suffered:
+            self._suffered = set(self.failures)
+            for server in self._sufferers:
+                server.suffer(self.failures)
         self._parameter_server.tick()
-        self._files.refuses = Failure.FILES_REFUSED in self.failures
-        self._files.drop_every_seventh = Failure.FILES_DROPPED in self.failures
-        if self._metadata is not None:
-            self._metadata.missing = Failure.METADATA_MISSING in self.failures
-            self._metadata.damaged = Failure.METADATA_DAMAGED in self.failures
         self._files.tick(flight.now_s)
         self._logs.tick()
         if self.settings.flavour.keeps_dataflash_logs:
@@ -199,7 +208,7 @@ class Vehicle:
         """Reports a mode change at the end of this tick, after the acknowledgement."""
         self._owed.append(mavlink.MAVLINK_MSG_ID_HEARTBEAT)
 
-    def _restart_soon(self) -> None:
+    def restart_soon(self) -> None:
         """Reboots without a request: at the next tick."""
         self._reboot_tick = self._ticks + 1
 
@@ -208,9 +217,7 @@ class Vehicle:
         self._reboot_tick = None
         self._boot_tick = self._ticks
         self._boot()
-        body = self.flight.body
-        body.north_m, body.east_m = old.body.north_m, old.body.east_m
-        body.turn_to(old.body.attitude()[2])
+        self.flight.body.stand_where(old.body)
         self.flight.plans = old.plans
         self.flight.restart_controllers()
 
@@ -372,15 +379,9 @@ class Vehicle:
         self._send_text(Notice(severity, text))
 
     def _send_text(self, notice: Notice) -> None:
-        """Sends long texts in numbered pieces of one text."""
-        text = notice.text.encode("ascii", "replace")
-        pieces = [text[i : i + TEXT_MAX] for i in range(0, len(text), TEXT_MAX)]
-        number = 0
-        if len(pieces) > 1:
-            self._text_id = self._text_id % 65535 + 1
-            number = self._text_id
-        for sequence, piece in enumerate(pieces):
-            self._send(mavlink.MAVLink_statustext_message(int(notice.severity), piece, number, sequence))
+        self.said.append(notice.text)
+        for message in self._texts.of(notice):
+            self._send(message)
 
     def films_at(self, uri: str) -> None:
         """Sets the URI of the pictures, which its camera component, if it has one, reports."""

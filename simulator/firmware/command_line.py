@@ -11,6 +11,7 @@ from typing import Annotated
 
 import typer
 
+from simulator import attached_terminal
 from simulator.control.trajectory import Trajectory
 from simulator.firmware.controller import Fleet, FleetSettings
 from simulator.firmware.fault_plan import FaultPlan
@@ -33,8 +34,22 @@ Wind = Annotated[float, typer.Option(min=0.0, max=30.0, help="m/s, with gusts of
 
 
 @app.command()
-def shell(seed: Seed = 1, wind: Wind = 0.0, fault: Faults = None) -> None:
-    """Commands for one flight controller, in real time. `help` lists them; the end of the input ends it."""
+def shell(
+    seed: Seed = 1,
+    wind: Wind = 0.0,
+    fault: Faults = None,
+    attach: Annotated[Path | None, typer.Option(help="The socket that a running tower-sim --shell made.")] = None,
+) -> None:
+    """Commands for one flight controller, in real time; with --attach, for the vehicles of a running tower-sim.
+
+    `help` lists them; the end of the input ends it."""
+    if attach is not None:
+        try:
+            attached_terminal.attach(attach)
+        except OSError as error:
+            typer.echo(f"tower-sim: {attach}: {error.strerror or error}", err=True)
+            raise typer.Exit(1) from error
+        return
 
     def make_fleet() -> Fleet:
         return Fleet(FleetSettings(seed=seed, wind_mps=wind, warm_start=False))

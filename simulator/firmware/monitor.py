@@ -55,6 +55,8 @@ class Monitor:
         self._leans_wrong_s = np.zeros(count)
         self._away_s = np.zeros(count)
         self._dt_s = 0.0
+        self._no_fix_s = np.full(count, -math.inf)
+        """The last time without a fix: only later positions can contradict."""
 
     @property
     def barometer_moving(self) -> Flags:
@@ -84,6 +86,8 @@ class Monitor:
         flying = machine.armed & ~machine.landed
         aligned = np.full(machine.count, navigation.aligned)
         fix = board.gps.fix >= Fix.FIX_3D
+        self._no_fix_s = np.where(fix, self._no_fix_s, now_s)
+        gps_heard_s = np.maximum(navigation.gps_accepted_s, self._no_fix_s)
         self._flags = {
             "radio": self.radio,
             "mavlink_in": self.mavlink_in,
@@ -92,7 +96,7 @@ class Monitor:
             "attitude_known": aligned & (navigation.state.spread(ATTITUDE)[:2].max(axis=0) < MAX_TILT_DOUBT_RAD),
             "position_known": aligned & navigation.position_ok,
             "gps_fix": fix,
-            "gps_believed": ~aligned | (now_s - navigation.gps_accepted_s < DISBELIEVED_S) | ~navigation.position_ok,
+            "gps_believed": ~aligned | (now_s - gps_heard_s < DISBELIEVED_S) | ~navigation.position_ok,
             "compass_believed": ~aligned | (now_s - navigation.compass_accepted_s < DISBELIEVED_S),
             "barometer_moving": self.barometer_moving,
             "vibration_low": self.vibration_mss < MAX_VIBRATION_MSS,

@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from simulator.airframe import MOTOR_MAX_N, Airframe, Commands
+from simulator.airframe import MOTOR_MAX_N, Airframe, Commands, impact_mps
 from simulator.estimation.error_state import FirstDoubts
 from simulator.estimation.fusion import GATE_SIGMAS
 from simulator.estimation.navigation_filter import NavigationFilter
@@ -21,7 +21,7 @@ from simulator.firmware.faults import JUMP_GAUSS, JUMP_M, NOISE_FACTOR
 from simulator.firmware.monitor import DISBELIEVED_S, MAX_VIBRATION_MSS, Monitor
 from simulator.physics.quadrotor import Quadrotors
 from simulator.physics.quadrotor_design import QuadrotorDesign
-from simulator.physics.rotation import Floats
+from simulator.physics.rotation import Floats, level, matrix, to_euler
 from simulator.sensors.board import Readings, SensorBoard
 from simulator.sensors.magnetometer_calibration import MagnetometerCalibration
 from simulator.sensors.satellites import Fix
@@ -53,6 +53,8 @@ class SensingAirframe(Airframe):
         self._share = MOTOR_MAX_N / DESIGN.full_thrust_n
         self._now_s = 0.0
         self._align_s = min(MAX_ALIGN_S, ALIGN_SHARE * boot_s)
+        self._no_fix_s = 0.0
+        """The last time without a fix: only later positions can contradict."""
         self._sums: list[Floats] = [np.zeros((3, 1)) for _ in range(3)]
         self._samples = [0, 0]
 
@@ -70,7 +72,8 @@ class SensingAirframe(Airframe):
         if not navigation.aligned or self._now_s < self._align_s + SETTLING_S:
             return ()
         believed_s = self._now_s - DISBELIEVED_S
-        gps = bool(self.board.gps.fix[0] >= Fix.FIX_3D) and bool(navigation.gps_accepted_s[0] < believed_s)
+        heard_s = max(float(navigation.gps_accepted_s[0]), self._no_fix_s)
+        gps = heard_s < believed_s
         found = (
             ("GPS glitch", gps and bool(navigation.position_ok[0])),
             ("Compass inconsistent", bool(navigation.compass_accepted_s[0] < believed_s)),
@@ -93,13 +96,32 @@ class SensingAirframe(Airframe):
         quaternion = (float(q[0]), float(q[1]), float(q[2]), float(q[3]))
         return float(position[0]), float(position[1]), float(-position[2]), quaternion
 
+    def ground_m(self) -> float:
+        """In truth, as what a camera sees."""
+        return float(-self.truth.floor_m[0])
+
+    def stand_where(self, other: Airframe) -> None:
+        super().stand_where(other)
+        if not isinstance(other, SensingAirframe):
+            raise TypeError("an airframe with sensors stands where one with sensors was")
+        truth = self.truth
+        truth.position_m[:] = other.truth.position_m
+        truth.floor_m[:] = other.truth.floor_m
+        truth.attitude = level(1, float(to_euler(other.truth.attitude)[2, 0]))
+        truth.rotation = matrix(truth.attitude)
+        self.filter.state.position_m = truth.position_m.copy()
+
     def step(self, commands: Commands, dt_s: float, wind_mps: tuple[float, float, float], power: float) -> None:
         """Commands are shares of full thrust; speed controllers take the share of full speed, its root."""
         truth = self.truth
+        if self.ground is not None:
+            truth.floor_m[0] = -self.ground(float(truth.position_m[0, 0]), float(truth.position_m[1, 0]))
         truth.motor_health[:, 0] = np.sqrt(self.motor_health)
         speed = np.sqrt(np.maximum(np.reshape(commands, (4, 1)) * self._share, 0.0))
         truth.step(speed, dt_s, np.reshape(wind_mps, (3, 1)), power)
         self._now_s += dt_s
+        if self.board.gps.fix[0] < Fix.FIX_3D:
+            self._no_fix_s = self._now_s
         readings = self.board.read(truth, self._now_s, dt_s)
         self.monitor.watch(readings, dt_s)
         self.filter.barometer_trusted = self.monitor.barometer_moving
@@ -131,7 +153,11 @@ class SensingAirframe(Airframe):
         truth, state = self.truth, self.filter.state
         self.thrust_n = truth.thrust_n[:, 0].tolist()
         self.on_ground = bool(truth.on_ground[0])
-        self.impact_mps = max(self.impact_mps, float(truth.impact_mps[0]))
+        if truth.impact_mps[0]:
+            north_m, east_m, _ = truth.position_m[:, 0].tolist()
+            north, east, _ = truth.velocity_mps[:, 0].tolist()
+            hit = impact_mps(self.ground, (north_m, east_m), (north, east, float(truth.impact_mps[0])))
+            self.impact_mps = max(self.impact_mps, hit)
         x, y, z = readings.acceleration_mss[:, 0].tolist()
         self.force_body_mss = (x, y, z)
         if not self.filter.aligned:

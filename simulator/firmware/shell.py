@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from simulator.control.reference import Reference
 from simulator.control.trajectory import PlanLimits, Trajectory, WayPoint, plan
 from simulator.firmware import faults
 from simulator.firmware.calibration_flight import calibrate
+from simulator.firmware.command_set import MAX_DISPLAY_LINES, ShellCommand, ShellRefused, carry_out, help_of, whole
 from simulator.firmware.commander import RequestRefused
 from simulator.firmware.controller import COMMANDER_S, Fleet
 from simulator.firmware.fault_plan import FaultPlan
@@ -25,20 +25,6 @@ from simulator.sensors import barometer, magnetometer, satellites
 from simulator.sensors.magnetometer_calibration import CalibrationRefused
 
 UP_M = 10.0
-MAX_DISPLAY_LINES = 100
-MAX_LINE = 200
-"""Of input; a longer one is refused."""
-
-
-class ShellRefused(ValueError):
-    """The command is not carried out; the text says why."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Command:
-    run: Callable[[Shell, list[str]], str]
-    help: str
-    safe_only: bool = False
 
 
 class Shell:
@@ -88,23 +74,13 @@ class Shell:
 
     def execute(self, line: str) -> str:
         """Returns the answer; a refusal begins with `refused:`."""
-        words = line.split()
-        if len(line) > MAX_LINE:
-            return "refused: too long"
-        if not words:
-            return ""
-        command = _COMMANDS.get(words[0])
-        if command is None:
-            return f"refused: no command {words[0]!r}; try help"
         try:
-            if command.safe_only and self.state is not SystemState.SAFE:
-                raise ShellRefused(f"in {SystemState.SAFE} only; this is {self.state}")
-            return command.run(self, words[1:])
+            return carry_out(self, _COMMANDS, self.state, line)
         except (ShellRefused, RequestRefused, CalibrationRefused) as error:
             return f"refused: {error}"
 
     def _help(self, _words: list[str]) -> str:
-        return "\n".join(f"{name:10} {command.help}" for name, command in _COMMANDS.items())
+        return help_of(_COMMANDS)
 
     def _info(self, _words: list[str]) -> str:
         design, health = self.fleet.design, self.fleet.commanders[0].health
@@ -135,7 +111,7 @@ class Shell:
 
     def _display(self, words: list[str]) -> str:
         """Once, or so many times, a second apart."""
-        times = _whole(words[0], 1, MAX_DISPLAY_LINES) if words else 1
+        times = whole(words[0], 1, MAX_DISPLAY_LINES) if words else 1
         self._displays, self._display_due_s = times - 1, self.fleet.now_s + 1.0
         return self._display_line()
 
@@ -208,12 +184,6 @@ class Shell:
         return f"{name}: {TABLE[name].alert or 'no fault in automatic flight'}"
 
 
-def _whole(word: str, low: int, high: int) -> int:
-    if not word.isascii() or not word.isdigit() or not low <= int(word) <= high:
-        raise ShellRefused(f"a number from {low} to {high}")
-    return int(word)
-
-
 def _square() -> Trajectory:
     corners = [WayPoint(10, 0, UP_M), WayPoint(10, 10, UP_M), WayPoint(0, 10, UP_M), WayPoint(0, 0, UP_M)]
     return plan(corners, take_off_m=UP_M, pause_s=1.0)
@@ -225,17 +195,17 @@ WAYS: Mapping[str, Callable[[], Trajectory]] = {
     "land": lambda: plan([], take_off_m=UP_M),
 }
 
-_COMMANDS: Mapping[str, _Command] = {
-    "help": _Command(Shell._help, "this"),
-    "info": _Command(Shell._info, "frame, mass, state, sensors"),
-    "top": _Command(Shell._top, "time since the start, and what it costs"),
-    "tasks": _Command(Shell._tasks, "what runs how often"),
-    "display": _Command(Shell._display, "display [N]: the state once, or N times a second apart"),
-    "arm": _Command(Shell._arm, "arm for automatic flight", safe_only=True),
-    "auto": _Command(Shell._auto, f"auto [{'|'.join(WAYS)}]: arm and fly"),
-    "manual": _Command(Shell._manual, "arm for flight by hand, or change to it"),
-    "stop": _Command(Shell._stop, "disarm on the ground"),
-    "calibrate": _Command(Shell._calibrate, "fly the calibration of the compass", safe_only=True),
-    "reset": _Command(Shell._reset, "switch off and on", safe_only=True),
-    "fault": _Command(Shell._fault, "fault NAME [off]"),
+_COMMANDS: Mapping[str, ShellCommand[Shell]] = {
+    "help": ShellCommand(Shell._help, "this"),
+    "info": ShellCommand(Shell._info, "frame, mass, state, sensors"),
+    "top": ShellCommand(Shell._top, "time since the start, and what it costs"),
+    "tasks": ShellCommand(Shell._tasks, "what runs how often"),
+    "display": ShellCommand(Shell._display, "display [N]: the state once, or N times a second apart"),
+    "arm": ShellCommand(Shell._arm, "arm for automatic flight", safe_only=True),
+    "auto": ShellCommand(Shell._auto, f"auto [{'|'.join(WAYS)}]: arm and fly"),
+    "manual": ShellCommand(Shell._manual, "arm for flight by hand, or change to it"),
+    "stop": ShellCommand(Shell._stop, "disarm on the ground"),
+    "calibrate": ShellCommand(Shell._calibrate, "fly the calibration of the compass", safe_only=True),
+    "reset": ShellCommand(Shell._reset, "switch off and on", safe_only=True),
+    "fault": ShellCommand(Shell._fault, "fault NAME [off]"),
 }

@@ -57,6 +57,6 @@ class Quadrotors(RigidBodies):
 
     def _ground_effect(self) -> Floats:
         """Returns the gain in thrust near the ground, after Cheeseman and Bennett."""
-        height = self.alt_m + ROTOR_HEIGHT_M
+        height = self.over_ground_m + ROTOR_HEIGHT_M
         ratio = self.design.propeller_m / 2.0 / (4.0 * np.maximum(height, 1e-3))
         return np.asarray(np.minimum(1.0 / (1.0 - np.minimum(ratio, 0.9) ** 2), MAX_GROUND_EFFECT))

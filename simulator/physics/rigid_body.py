@@ -1,4 +1,4 @@
-"""Rigid bodies under forces and torques, above flat ground at down = 0. Knows no propeller and no wind."""
+"""Rigid bodies under forces and torques, above ground that is level under each. Knows no propeller and no wind."""
 
 from __future__ import annotations
 
@@ -38,6 +38,8 @@ class RigidBodies:
         self.inertia_kgm2 = np.broadcast_to(np.reshape(inertia_kgm2, (3, -1)), (3, count)).copy()
         self.position_m = np.zeros((3, count))
         self.velocity_mps = np.zeros((3, count))
+        self.floor_m = np.zeros(count)
+        """The ground under each, down of the origin. Whoever flies over hills moves it along."""
         self.attitude = level(count, yaw_rad)
         self.rotation = matrix(self.attitude)
         self.rates_rps = np.zeros((3, count))
@@ -51,6 +53,10 @@ class RigidBodies:
     @property
     def alt_m(self) -> Floats:
         return np.asarray(0.0 - self.position_m[2])
+
+    @property
+    def over_ground_m(self) -> Floats:
+        return np.asarray(self.floor_m - self.position_m[2])
 
     def energy_j(self) -> Floats:
         """Kinetic (straight and turning) and potential energy."""
@@ -90,7 +96,7 @@ class RigidBodies:
 
     def _gear_n(self) -> Floats:
         """Notices what is on the ground, and returns the upward force of its gear: a spring with a damper."""
-        squeezed = self.position_m[2] + GEAR_SAG_M
+        squeezed = self.position_m[2] - self.floor_m + GEAR_SAG_M
         touching = squeezed > 0.0
         self.impact_mps = np.where(touching & ~self.on_ground, self.velocity_mps[2], 0.0)
         self.on_ground = touching

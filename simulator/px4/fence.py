@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-from simulator.fence import FenceLimits
+from simulator.fence import NO_LIMITS, FenceLimits
 from simulator.flight_state import FlightState
 from simulator.mission_plan import PlanKind
 from simulator.notices import Severity
@@ -17,7 +17,7 @@ _MODES = {2: Px4Mode.LOITER, 3: Px4Mode.RTL, 5: Px4Mode.LAND}
 def fence_limits(flight: FlightState) -> FenceLimits:
     parameters = flight.parameters
     if parameters.whole("GF_ACTION") == NOTHING:
-        return FenceLimits()
+        return NO_LIMITS
     return FenceLimits(
         alt_max_m=parameters["GF_MAX_VER_DIST"] or None,
         radius_m=parameters["GF_MAX_HOR_DIST"] or None,

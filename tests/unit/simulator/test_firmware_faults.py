@@ -124,3 +124,22 @@ def test_the_same_seed_flies_the_same_flight_and_another_seed_another() -> None:
     np.testing.assert_array_equal(end_of(1), end_of(1))
     assert np.abs(end_of(1) - end_of(2)).max() > 1e-3
     assert level(end_of(1)[np.newaxis])[0].max() < 5.0
+
+
+def test_a_gps_that_comes_back_is_no_glitch() -> None:
+    fleet = Fleet(FleetSettings(dt_s=0.01))
+    fleet.boot()
+    fleet.arm()
+    up = plan([], take_off_m=10.0, land=False)
+    began_s = fleet.now_s
+    while fleet.now_s < began_s + up.duration_s + 1.0:
+        fleet.step(up.at(fleet.now_s - began_s))
+    begin(fleet, FaultName.GPS_LOSS)
+    for _ in range(300):
+        fleet.step(HOVER)
+    end(fleet, FaultName.GPS_LOSS)
+    for _ in range(500):
+        fleet.step(HOVER)
+    assert "GPS lost" in texts(fleet, 0)
+    assert "Recovered" in texts(fleet, 0)
+    assert "GPS glitch" not in texts(fleet, 0)

@@ -8,10 +8,11 @@ from hypothesis import strategies as st
 
 from simulator.cli import FLIGHT_COMMANDS
 from simulator.firmware.command_line import app
+from simulator.firmware.command_set import MAX_LINE
 from simulator.firmware.controller import Fleet, FleetSettings
 from simulator.firmware.fault_plan import FaultPlan
 from simulator.firmware.fault_table import FaultName
-from simulator.firmware.shell import _COMMANDS, MAX_LINE, Shell
+from simulator.firmware.shell import _COMMANDS, Shell
 from simulator.firmware.states import SystemState
 
 

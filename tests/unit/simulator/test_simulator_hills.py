@@ -50,8 +50,6 @@ def test_each_vehicle_of_a_squad_stands_on_the_same_land() -> None:
         north_m, east_m = frame.to_local(place.lat_deg, place.lon_deg)
         assert vehicle.flight.body.ground_m() == 0.0
         assert place.alt_amsl_m == pytest.approx(488.0 + hills_m(north_m, east_m))
-    with pytest.raises(ValueError, match="exact"):
-        make_squad(1, VehicleSettings(FlightSettings(HOME, model=AirframeModel.SENSING)), hills=True)
 
 
 def on_hills(station, north_m: float, east_m: float) -> None:
@@ -102,3 +100,39 @@ def test_a_drone_lands_on_a_hillside(ground) -> None:
     station.until(lambda: not station.flight.armed, 120)
     assert station.body.alt_m == pytest.approx(station.body.ground(station.body.north_m, station.body.east_m))
     assert station.body.alt_m > 10.0
+
+
+def ramp_m(north_m: float, _east_m: float) -> float:
+    return 0.3 * max(north_m - 6.0, 0.0)
+
+
+@pytest.mark.parametrize("model", AirframeModel)
+def test_a_drone_that_restarts_on_a_slope_is_where_it_was(ground, model: AirframeModel) -> None:
+    station = ground(model=model, boot_s=2.0).ready()
+    station.body.ground = ramp_m
+    fly(station, (0.0, 1.0, 5.0), (18.0, 0.0, 6.0))
+    station.until(lambda: station.body.north_m > 17.0)
+    station.set_mode(Mode.LAND)
+    station.until(lambda: not station.flight.armed)
+    north_m, east_m, height_m, _ = station.body.true_pose
+    assert height_m == pytest.approx(ramp_m(north_m, east_m), abs=0.03)
+    assert height_m == pytest.approx(station.body.ground_m(), abs=0.03)
+    assert height_m > 2.0
+    station.command(mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, 1)
+    station.run(0.5)
+    station.body.ground = ramp_m
+    station.ready()
+    assert station.body.true_pose[:3] == pytest.approx((north_m, east_m, height_m), abs=0.05)
+    believed_m = (station.body.north_m, station.body.east_m, station.body.alt_m)
+    assert believed_m == pytest.approx((north_m, east_m, height_m), abs=2.0)
+    assert station.tilt_deg() < 2.0
+
+
+@pytest.mark.parametrize("model", AirframeModel)
+def test_a_drone_that_flies_level_into_a_slope_crashes(ground, model: AirframeModel) -> None:
+    station = ground(model=model, boot_s=2.0).ready()
+    station.body.ground = ramp_m
+    fly(station, (0.0, 1.0, 4.0), (60.0, 0.0, 4.0))
+    station.until(lambda: not station.flight.armed)
+    assert "Crash: Disarming" in station.texts()
+    assert station.body.true_pose[0] == pytest.approx(6.0 + 4.0 / 0.3, abs=3.0)

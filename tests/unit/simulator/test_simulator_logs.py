@@ -73,6 +73,24 @@ def test_a_flight_is_a_log_that_others_can_read(ground, tmp_path):
     assert "Arming motors" in [r.Message for r in records if r.get_type() == "MSG"]
 
 
+@pytest.mark.parametrize(("bitmask", "a_second"), [(176126, 5), (176127, 200)])
+def test_attitude_fast_logs_every_tick(ground, tmp_path, bitmask, a_second):
+    station = ground(parameters={"LOG_BITMASK": bitmask})
+    station.ready()
+    assert station.command(ARM, 1) == mavlink.MAV_RESULT_ACCEPTED
+    station.run(4)
+    path = tmp_path / "flight.bin"
+    path.write_bytes(station.vehicle._logbook.logs[0].data)
+    log, times_s = DFReader_binary(str(path)), []
+    try:
+        while (record := log.recv_match(type="ATT")) is not None:
+            times_s.append(record.TimeUS * 1e-6)
+    finally:
+        log.close()
+    assert (len(times_s) - 1) / (times_s[-1] - times_s[0]) == pytest.approx(a_second, rel=0.02)
+    assert times_s[-1] - times_s[0] > 3.0
+
+
 def test_a_part_and_what_is_not_there(ground):
     station = flown(ground)
     size = listed(station)[0].size

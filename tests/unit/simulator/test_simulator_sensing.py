@@ -15,6 +15,7 @@ from simulator.airframe_model import AirframeModel
 from simulator.dialect import mavlink
 from simulator.failure_modes import Failure
 from simulator.modes import Mode
+from simulator.sensors.satellites import Fix
 
 MakeGround = Callable[..., Any]
 
@@ -44,6 +45,17 @@ def test_without_gps_its_position_drifts_and_it_lands_as_measured(ground: MakeGr
     assert "EKF Failsafe: changed to LAND Mode" in station.texts()
     assert bool(station.body.board.gps.lost[0])
     assert station.now_s - station.body.filter.gps_accepted_s[0] > 5.0
+
+
+def test_a_gps_that_comes_back_is_no_glitch(ground: MakeGround) -> None:
+    station = ground(model=AirframeModel.SENSING, boot_s=2.0).take_off(4.0)
+    station.flight.failures.add(Failure.GPS_LOST)
+    station.run(3.0)
+    station.flight.failures.discard(Failure.GPS_LOST)
+    station.until(lambda: station.body.board.gps.fix[0] >= Fix.FIX_3D)
+    station.run(2.0)
+    assert "GPS glitch" not in station.texts()
+    assert station.body.filter.gps_accepted_s[0] > station.now_s - 0.5
 
 
 def test_each_failure_of_a_sensor_is_told_once_and_flown_with(ground: MakeGround) -> None:
