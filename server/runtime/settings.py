@@ -147,6 +147,13 @@ def _contact(text: str) -> str:
     return text
 
 
+def _collector_url(text: str) -> str:
+    parts = urlsplit(text)
+    if parts.scheme not in {"http", "https"} or not parts.hostname:
+        raise ValueError("must look like http://127.0.0.1:4318")
+    return text.rstrip("/")
+
+
 def _log_format(text: str) -> str:
     if text not in {"auto", "human", "json"}:
         raise ValueError("must be auto, human or json")
@@ -287,6 +294,8 @@ class Settings:
     security_contact: str = _setting("", "TOWER_SECURITY_CONTACT", _contact)
     """Contact for reports of vulnerabilities, published in `/.well-known/security.txt`. Empty: no such page."""
     log_format: str = _setting("auto", "TOWER_LOG_FORMAT", _log_format)
+    telemetry_endpoint: str = _setting("", "OTEL_EXPORTER_OTLP_ENDPOINT", _collector_url)
+    """A collector that takes traces by OTLP over HTTP. Empty: none, and no exporter is imported."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "var", self.var.absolute())
