@@ -199,6 +199,8 @@ class Settings:
     """Maximum time to wait for one response of the database."""
     bus_url: str = field(default="", repr=False, metadata=_from("TOWER_BUS_URL", _bus_url))
     """NATS, through which several towers share one PostgreSQL. Empty: one tower on one database."""
+    bus_authority: Path | None = field(default=None, metadata=_from("TOWER_BUS_AUTHORITY", Path))
+    """Certificates in PEM to believe for a bus over TLS. None: the system's."""
     own_url: str = _setting("", "TOWER_OWN_URL", _own_url)
     """Where agents reach this tower and no other one. Empty: through a proxy only."""
     web: Path = field(default=CONSOLE, metadata=_from("TOWER_WEB", Path))
@@ -351,6 +353,8 @@ def read_settings(environment: Mapping[str, str]) -> Settings:
         raise SettingsError("TOWER_SESSION_IDLE_S", "must not be longer than TOWER_SESSION_LIFETIME_S")
     if settings.bus_url and settings.is_sqlite:
         raise SettingsError("TOWER_BUS_URL", "needs PostgreSQL: set DATABASE_URL")
+    if settings.bus_authority and not settings.bus_url.startswith("tls:"):
+        raise SettingsError("TOWER_BUS_AUTHORITY", "is for a bus over TLS: set TOWER_BUS_URL to tls://...")
     if settings.own_url and not settings.bus_url:
         raise SettingsError("TOWER_OWN_URL", "is for one of several towers: set TOWER_BUS_URL")
     if settings.mail.host and not settings.mail_from:
