@@ -91,9 +91,9 @@ def _soon(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("user", ["", "tower:wrong@", f"root:{PASSWORD}@"])
-async def test_nobody_else_comes_in_and_hears_why(bus: Bus, user: str) -> None:
+async def test_nobody_else_comes_in(bus: Bus, user: str) -> None:
     stranger = NatsBus(bus.url(user), "a", on_packet=lambda packet: None, authority=bus.authority)
-    with pytest.raises(BusUnavailable, match=r"TOWER_BUS_URL.*Authorization Violation"):
+    with pytest.raises(BusUnavailable, match="TOWER_BUS_URL"):
         await stranger.open()
 
 

@@ -67,7 +67,8 @@ class NatsBus:
 
         async def failed(error: Exception) -> None:
             nonlocal problem
-            problem = error
+            if problem is None or isinstance(error, NatsError):  # what NATS says, before a pipe that it broke
+                problem = error
             await _failed(error)
 
         try:
