@@ -42,6 +42,7 @@ from server.app.new_hub import new_hub
 from server.app.openapi_tags import TAGS
 from server.app.routers import ROUTERS
 from server.app.sharing import new_lock, share_bus, share_requests
+from server.app.telemetry_parts import new_tracing, trace_requests
 from server.app.tower import Tower, TowerApp
 from server.domain.clock import Clock, utc_now
 from server.live.accounts.challenges import Challenges
@@ -122,6 +123,8 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> TowerApp:
     serve_console(app, settings.web, {SECURITY_TXT: lambda: security_contact_text(clock())})
     # The last middleware added is the outermost.
     app.add_middleware(BoundedDatabaseWait, database=tower.database)
+    if tower.tracing is not None:
+        trace_requests(app, tower.tracing, registry)
     if tower.several is not None:
         share_requests(app, tower.hub, tower.several, tower.authenticator, registry)
     app.add_middleware(OnlyTheTower, may_act=tower.lock.may_act)
@@ -227,6 +230,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         stay_service=StayService(hub=hub, database=database, clock=clock),
         event_handler=event_handler,
         several=share_bus(settings, lock, hub, leases, control, database, clock, loss_checks, event_handler),
+        tracing=new_tracing(settings, hub),
         enrolment_notifier=enrolment_notifier,
         sign_in_rules=SignInRules(
             identity=identity,
@@ -272,6 +276,9 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         stack.push_async_callback(tower.database.close)
         stack.push_async_callback(tower.passwords.close)
         stack.callback(tower.password_policy.close)
+        if tower.tracing is not None:
+            tower.tracing.open()
+            stack.push_async_callback(tower.tracing.close)
         await asyncio.to_thread(make_private_folder, settings.var)
         await check_schema(tower.database)
         if tower.several is not None:

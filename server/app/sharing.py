@@ -51,7 +51,7 @@ def share_bus(
     from server.store.towers.claims import Claims
     from server.store.towers.drone_homes import DroneHomes
 
-    several = SeveralTowers(settings.bus_url, lock, hub)
+    several = SeveralTowers(settings.bus_url, lock, hub, authority=settings.bus_authority)
     homes = DroneHomes(database, clock, lock.tower)
     leases.refuse_elsewhere = homes.refuse_elsewhere
     several.claims = Claims(

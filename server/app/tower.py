@@ -17,6 +17,7 @@ from server.store.operations.audit_writer import OperationAuditWriter
 
 if TYPE_CHECKING:
     from server.api.bus.several_towers import SeveralTowers
+    from server.api.telemetry.tracing import Tracing
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,6 +28,8 @@ class Tower(Parts):
     announcer: Announcer
     several: SeveralTowers | None = None
     """None without a bus."""
+    tracing: Tracing | None = None
+    """None without a collector for traces."""
     before_shutdown: list[Callable[[], Awaitable[None]]] = field(default_factory=list)
     """Run in order while connections are still open, to send close messages."""
 

@@ -147,6 +147,13 @@ def _contact(text: str) -> str:
     return text
 
 
+def _collector_url(text: str) -> str:
+    parts = urlsplit(text)
+    if parts.scheme not in {"http", "https"} or not parts.hostname:
+        raise ValueError("must look like http://127.0.0.1:4318")
+    return text.rstrip("/")
+
+
 def _log_format(text: str) -> str:
     if text not in {"auto", "human", "json"}:
         raise ValueError("must be auto, human or json")
@@ -192,6 +199,8 @@ class Settings:
     """Maximum time to wait for one response of the database."""
     bus_url: str = field(default="", repr=False, metadata=_from("TOWER_BUS_URL", _bus_url))
     """NATS, through which several towers share one PostgreSQL. Empty: one tower on one database."""
+    bus_authority: Path | None = field(default=None, metadata=_from("TOWER_BUS_AUTHORITY", Path))
+    """Certificates in PEM to believe for a bus over TLS. None: the system's."""
     own_url: str = _setting("", "TOWER_OWN_URL", _own_url)
     """Where agents reach this tower and no other one. Empty: through a proxy only."""
     web: Path = field(default=CONSOLE, metadata=_from("TOWER_WEB", Path))
@@ -287,6 +296,8 @@ class Settings:
     security_contact: str = _setting("", "TOWER_SECURITY_CONTACT", _contact)
     """Contact for reports of vulnerabilities, published in `/.well-known/security.txt`. Empty: no such page."""
     log_format: str = _setting("auto", "TOWER_LOG_FORMAT", _log_format)
+    telemetry_endpoint: str = _setting("", "OTEL_EXPORTER_OTLP_ENDPOINT", _collector_url)
+    """A collector that takes traces by OTLP over HTTP. Empty: none, and no exporter is imported."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "var", self.var.absolute())
@@ -342,6 +353,8 @@ def read_settings(environment: Mapping[str, str]) -> Settings:
         raise SettingsError("TOWER_SESSION_IDLE_S", "must not be longer than TOWER_SESSION_LIFETIME_S")
     if settings.bus_url and settings.is_sqlite:
         raise SettingsError("TOWER_BUS_URL", "needs PostgreSQL: set DATABASE_URL")
+    if settings.bus_authority and not settings.bus_url.startswith("tls:"):
+        raise SettingsError("TOWER_BUS_AUTHORITY", "is for a bus over TLS: set TOWER_BUS_URL to tls://...")
     if settings.own_url and not settings.bus_url:
         raise SettingsError("TOWER_OWN_URL", "is for one of several towers: set TOWER_BUS_URL")
     if settings.mail.host and not settings.mail_from:

@@ -54,7 +54,6 @@ def proxied(tmp_path: Path, missing: Callable[[str], None], monkeypatch: pytest.
     text = CADDYFILE.read_text()
     for before, after in (
         ("{\n\tservers {", f"{{\n\tadmin off\n\tskip_install_trust\n\thttp_port {plain_port}\n\tservers {{"),
-        ("reverse_proxy tower:8000", f"reverse_proxy 127.0.0.1:{tower_port}"),
     ):
         assert text.count(before) == 1
         text = text.replace(before, after)
@@ -69,6 +68,7 @@ def proxied(tmp_path: Path, missing: Callable[[str], None], monkeypatch: pytest.
         "XDG_DATA_HOME": str(state),
         "XDG_CONFIG_HOME": str(state),
         "TOWER_DOMAIN": f"localhost:{port}",
+        "TOWER_ADDRESSES": f"127.0.0.1:{tower_port}",
     }
     world = World(tmp_path / "world", port=tower_port, udp_port=free_udp_ports(1)[0])
     with world, (tmp_path / "caddy.log").open("wb") as log:

@@ -1,17 +1,14 @@
 """Alerts with two towers: pairs across them, alerts of a tower that has ended, and every delivery exactly once."""
 
 import asyncio
-import json
-import re
 import time
 from collections import Counter
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
 from math import cos, radians
 
 import httpx
 import pytest
 import shared_bus_world
+from alert_inbox import CHANNELS, Inbox
 from control_world import DEADLINE_S, ObedientAgent, ask, live, until
 from shared_bus_world import AUTOPILOT, Two, frame_of
 from tower_world import TowerWorld, assert_problem
@@ -26,39 +23,9 @@ from wire.ids import DroneId, Epoch
 cluster, nats = shared_bus_world.cluster, shared_bus_world.nats
 postgres, two = shared_bus_world.postgres, shared_bus_world.two
 
-CHANNELS = "/api/v1/me/alert-channels"
-
-
-class Inbox:
-    """A webhook that keeps what it is told."""
-
-    def __init__(self) -> None:
-        self.told: list[str] = []
-        self.port = 0
-
-    async def call(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        head = (await reader.readuntil(b"\r\n\r\n")).decode()
-        length = re.search(r"(?im)^content-length: (\d+)\r$", head)
-        assert length is not None
-        body = json.loads(await reader.readexactly(int(length[1])))
-        self.told.append(f"{body['happening']} {body['rule']} {body['id']}")
-        writer.write(b"HTTP/1.1 204 kept\r\nContent-Length: 0\r\nConnection: close\r\n\r\n")
-        writer.close()
-
-    def of(self, rule: str) -> list[str]:
-        """What happened to alerts by this rule, in order."""
-        return [one.split()[0] for one in self.told if one.split()[1] == rule]
-
-    @asynccontextmanager
-    async def listening(self) -> AsyncIterator["Inbox"]:
-        async with await asyncio.start_server(self.call, "127.0.0.1", 0) as server:
-            self.port = server.sockets[0].getsockname()[1]
-            yield self
-
 
 async def add_hook(inbox: Inbox, client: httpx.AsyncClient) -> None:
-    body = {"kind": "webhook", "target": f"http://127.0.0.1:{inbox.port}/", "severity": "notice"}
-    answer = await client.post(CHANNELS, json=body)
+    answer = await client.post(CHANNELS, json=inbox.channel)
     assert answer.status_code == 201, answer.text
 
 

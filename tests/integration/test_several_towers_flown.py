@@ -1,14 +1,17 @@
-"""Two tower processes, a simulated drone at one of them, its pilot at the other: flown, killed, taken."""
+"""Tower processes, a simulated drone at one of them, its pilot at another: flown, killed, taken; its alerts go on."""
 
 import asyncio
 import re
 import signal
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import pytest
+from alert_inbox import CHANNELS, Inbox
 from own_postgres import own_postgres
 from tcp_switch import TcpSwitch
 from worlds.frame_tap import frame_tap
@@ -67,7 +70,11 @@ def world(tmp_path: Path, missing: Callable[[str], None]) -> Iterator[SharedWorl
     with own_postgres(missing) as postgres, temporary_nats(program) as nats:
         folder = tmp_path / "world"
         folder.mkdir(mode=0o700)
-        shared = {"DATABASE_URL": postgres.url, "TOWER_BUS_URL": nats.url}
+        shared = {
+            "DATABASE_URL": postgres.url,
+            "TOWER_BUS_URL": nats.url,
+            "TOWER_WEBHOOKS_MAY_BE_PRIVATE": "yes",
+        }
         with SharedWorld(folder, prepared=True, shared=shared) as made:
             made.tower_command("migrate")
             made.add_user("alice")
@@ -187,3 +194,63 @@ async def test_a_tower_drains_under_a_pilot_and_the_next_one_freezes(world: Shar
             assert moved_s < BACK_WITHIN_S
             assert (await asyncio.to_thread(alice.drone, 1))["holder"]["name"] == "alice"
             second.send_signal(signal.SIGCONT)
+
+
+async def test_an_open_alert_goes_on_when_its_tower_is_killed(world: SharedWorld) -> None:
+    rule = "unattended"
+    first = await asyncio.to_thread(world.start_one)
+    await asyncio.to_thread(world.start_one)
+    switch = TcpSwitch(world.ports[0])
+
+    def alert_at(visitor: Visitor) -> dict[str, Any]:
+        answer = visitor.ask("GET", f"/alerts?rule={rule}")
+        assert answer.status == 200, answer.body
+        (alert,) = answer.json
+        return dict(alert)
+
+    def acknowledged_at(visitor: Visitor) -> dict[str, Any] | None:
+        alert = alert_at(visitor)
+        return alert if alert["acknowledged_at"] else None
+
+    try:
+        world.port = switch.port
+        await asyncio.to_thread(world.start_simulated, "Kestrel", options=SIMULATOR)
+        alice = await asyncio.to_thread(world.at, 1, "alice")
+        await asyncio.to_thread(world.wait_until_online, alice, 1)
+        async with Inbox().listening() as inbox, at_the_controls(alice, 1) as pilot:
+            added = await asyncio.to_thread(alice.ask, "POST", CHANNELS.removeprefix("/api/v1"), inbox.channel)
+            assert added.status == 201, added.body
+            await fly_by_hand(pilot)
+            pilot.let_go()
+            assert (await pilot.ask("POST", "/control/release")).status == 200
+            await pilot.until(lambda: inbox.of(rule) == ["opened"], "its beginning at the webhook")
+            opened = await asyncio.to_thread(alert_at, alice)
+            said = await asyncio.to_thread(alice.ask, "POST", f"/alerts/{opened['id']}/acknowledge")
+            assert said.status == 200, said.body
+            # Its tower writes the row later.
+            before = await asyncio.to_thread(wait_for, "the stored alert", lambda: acknowledged_at(alice))
+            assert "alerts_taken_over" not in world.log_of("tower-2")
+
+            switch.turn_to(world.ports[1])
+            await asyncio.to_thread(kill_9, first)
+            killed_at = time.monotonic()
+            await asyncio.to_thread(
+                wait_for, "its alerts at the other tower", lambda: "alerts_taken_over" in world.log_of("tower-2")
+            )
+            print(f"its alerts went on {time.monotonic() - killed_at:.2f} s after the kill")
+            after = await asyncio.to_thread(alert_at, alice)
+            assert after == before, "the same alert goes on"
+            assert after["acknowledged_by"]["name"] == "alice"
+
+            # The killed tower starts again. The alert is not its own any more.
+            await asyncio.to_thread(world.start_one, world.ports[0])
+            await asyncio.to_thread(world.wait_until_online, await asyncio.to_thread(world.at, 2, "alice"), 1)
+            assert (await pilot.ask("POST", "/control/acquire")).status == 200
+            pilot.hold_sticks()
+            await pilot.until(lambda: inbox.of(rule) == ["opened", "closed"], "its end at the webhook")
+            await pilot.until(lambda: inbox.of("on-hold")[-1:] == ["closed"], "the end of the hold at the webhook")
+            over = await asyncio.to_thread(alert_at, alice)
+            assert (over["id"], bool(over["closed_at"])) == (before["id"], True)
+            assert max(Counter(inbox.told).values()) == 1, f"each exactly once: {inbox.told}"
+    finally:
+        switch.close()

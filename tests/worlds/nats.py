@@ -1,11 +1,12 @@
 """A NATS server for the tests, on a loopback port."""
 
+import os
 import shutil
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from socket import create_connection
@@ -24,8 +25,13 @@ def nats_program() -> str | None:
 class TemporaryNats:
     """One server, which a test may stop, continue, kill and start again on its port."""
 
-    def __init__(self, program: str) -> None:
+    def __init__(
+        self, program: str, *options: str, folder: Path | None = None, environment: Mapping[str, str] | None = None
+    ) -> None:
         self._program = program
+        self._options = options
+        self._folder = folder
+        self._environment = {**os.environ, **(environment or {})}
         self._port = free_tcp_port()
         self.url = f"nats://127.0.0.1:{self._port}"
         self._process: subprocess.Popen[bytes] | None = None
@@ -33,7 +39,9 @@ class TemporaryNats:
 
     def start(self) -> None:
         self._process = subprocess.Popen(
-            [self._program, "-a", "127.0.0.1", "-p", str(self._port)],
+            [self._program, "-a", "127.0.0.1", "-p", str(self._port), *self._options],
+            cwd=self._folder,
+            env=self._environment,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
         )
@@ -55,8 +63,11 @@ class TemporaryNats:
 
 
 @contextmanager
-def temporary_nats(program: str) -> Iterator[TemporaryNats]:
-    server = TemporaryNats(program)
+def temporary_nats(
+    program: str, *options: str, folder: Path | None = None, environment: Mapping[str, str] | None = None
+) -> Iterator[TemporaryNats]:
+    """`options`: of the program; it runs in `folder`, with `environment` besides ours."""
+    server = TemporaryNats(program, *options, folder=folder, environment=environment)
     try:
         yield server
     finally:

@@ -6,8 +6,10 @@ Nothing waits for a connection: what cannot go now is dropped, and the streams a
 from __future__ import annotations
 
 import asyncio
+import ssl
 from collections import deque
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, Final
 
 import structlog
@@ -18,6 +20,8 @@ from nats.errors import Error as NatsError
 from server.runtime.bus_unavailable import BusUnavailable
 
 CONNECT_WITHIN_S: Final = 2.0
+OPEN_WITHIN_S: Final = 5.0
+"""At the start of the tower."""
 PING_EVERY_S: Final = 1
 MAX_WAITING_BYTES: Final = 1_000_000
 """Beyond it packets are dropped, which breaks the stream: a bus that takes nothing must not look alive."""
@@ -28,10 +32,12 @@ _log = structlog.get_logger(__name__)
 
 
 class NatsBus:
-    """One connection of one tower. `on_packet` is called for each packet to `me`."""
+    """One connection of one tower. `on_packet` is called for each packet to `me`. `authority`: certificates in PEM to
+    believe instead of the system's."""
 
-    def __init__(self, url: str, me: str, *, on_packet: Callable[[bytes], None]) -> None:
+    def __init__(self, url: str, me: str, *, on_packet: Callable[[bytes], None], authority: Path | None = None) -> None:
         self._url = url
+        self._authority = authority
         self._me = me
         self._on_packet = on_packet
         self._client: Client | None = None
@@ -51,29 +57,44 @@ class NatsBus:
 
     async def open(self) -> None:
         """Raises BusUnavailable."""
+        try:
+            trust = ssl.create_default_context(cafile=self._authority) if self._authority else None
+        except OSError as error:
+            raise BusUnavailable(f"TOWER_BUS_AUTHORITY cannot be read: {error}") from error
         client = Client()
         pause_s: Any = 0.2  # the library waits for fractions too
+        problem: Exception | None = None
+
+        async def failed(error: Exception) -> None:
+            nonlocal problem
+            if problem is None or isinstance(error, NatsError):  # what NATS says, before a pipe that it broke
+                problem = error
+            await _failed(error)
+
         try:
-            await client.connect(
-                self._url,
-                connect_timeout=round(CONNECT_WITHIN_S),
-                allow_reconnect=True,
-                max_reconnect_attempts=-1,
-                reconnect_time_wait=pause_s,
-                ping_interval=PING_EVERY_S,
-                max_outstanding_pings=2,
-                pending_size=MAX_WAITING_BYTES,
-                disconnected_cb=self._disconnected,
-                reconnected_cb=self._reconnected,
-                error_cb=_failed,
-                no_echo=True,
-                name=f"control-tower {self._me[:8]}",
-            )
-            await client.subscribe(f"{PREFIX}.{self._me}", cb=self._received)
-            await client.flush(timeout=round(CONNECT_WITHIN_S))
+            # The library tries for ever, also with a wrong password or certificate.
+            async with asyncio.timeout(OPEN_WITHIN_S):
+                await client.connect(
+                    self._url,
+                    tls=trust,
+                    connect_timeout=round(CONNECT_WITHIN_S),
+                    allow_reconnect=True,
+                    max_reconnect_attempts=-1,
+                    reconnect_time_wait=pause_s,
+                    ping_interval=PING_EVERY_S,
+                    max_outstanding_pings=2,
+                    pending_size=MAX_WAITING_BYTES,
+                    disconnected_cb=self._disconnected,
+                    reconnected_cb=self._reconnected,
+                    error_cb=failed,
+                    no_echo=True,
+                    name=f"control-tower {self._me[:8]}",
+                )
+                await client.subscribe(f"{PREFIX}.{self._me}", cb=self._received)
+                await client.flush(timeout=round(CONNECT_WITHIN_S))
         except (NatsError, OSError, TimeoutError) as error:
             await client.close()
-            raise BusUnavailable(f"the bus (TOWER_BUS_URL) does not answer: {error}") from error
+            raise BusUnavailable(f"the bus (TOWER_BUS_URL) does not let this tower in: {problem or error}") from error
         self._client = client
         self._sending = asyncio.create_task(self._send())
 

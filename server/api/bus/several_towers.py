@@ -6,6 +6,7 @@ import asyncio
 import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
+from pathlib import Path
 from typing import Final
 
 import structlog
@@ -53,13 +54,13 @@ class SeveralTowers:
 
     claims: Claims
 
-    def __init__(self, url: str, membership: TowerMembership, hub: Hub) -> None:
+    def __init__(self, url: str, membership: TowerMembership, hub: Hub, *, authority: Path | None = None) -> None:
         self._membership = membership
         self._hub = hub
         self._was_full = False
         self._writers: set[_VisitorWriter] = set()
         self._round = WriteRound()
-        self.bus = NatsBus(url, membership.tower, on_packet=self._received)
+        self.bus = NatsBus(url, membership.tower, on_packet=self._received, authority=authority)
         self.towers = Towers(
             membership.tower, hub, publish=self.bus.publish, begin_writing=self._begin_writing, wake=self._flush_soon
         )

@@ -1,14 +1,16 @@
-"""`tower towers` and `tower drain`: several towers of one database."""
+"""`tower towers`, `tower drain`, `tower bus-certificate`: several towers of one database."""
 
 from __future__ import annotations
 
 import asyncio
 import time
+from pathlib import Path
 from typing import Annotated, Final
 
 import typer
 
 from server.app.commands.session import CommandError, action_now, as_table, with_database
+from server.domain.clock import utc_now
 from server.runtime.settings import Settings
 from server.store.database import Database
 from server.store.towers.draining import RunningTower, ask_to_drain, running_towers
@@ -19,6 +21,7 @@ LOOK_EVERY_S: Final = 0.3
 def add_to(app: typer.Typer) -> None:
     app.command("towers")(list_towers)
     app.command("drain")(drain)
+    app.command("bus-certificate")(bus_certificate)
 
 
 def list_towers() -> None:
@@ -65,3 +68,21 @@ def drain(
         typer.echo(f"{asked.name} has ended")
 
     with_database(work)
+
+
+def bus_certificate(
+    folder: Annotated[Path, typer.Argument(help="Where NATS finds it.", metavar="FOLDER")],
+    names: Annotated[list[str], typer.Argument(help="Host names and addresses of the NATS server.", metavar="NAME...")],
+) -> None:
+    """Make a certificate for the NATS server of several towers, for ten years: see docs/how-to/several-towers.md.
+
+    Leaves one of the same names that is valid for another year.
+    """
+    from server.runtime.bus_certificate import AUTHORITY, is_valid, write_certificate
+
+    now = utc_now()
+    if is_valid(folder, names, now):
+        typer.echo(f"{folder} has a certificate already")
+        return
+    write_certificate(folder, names, now)
+    typer.echo(f"NATS needs bus.pem and bus.key of {folder}, each tower TOWER_BUS_AUTHORITY={folder / AUTHORITY}")

@@ -76,6 +76,9 @@ class OperationService:
         self._now = 0.0
         self.on_began: Callable[[Operation], None] = lambda operation: None
         self.on_ended: Callable[[Operation], None] = lambda operation: None
+        self.on_ordered: Callable[[Operation], None] = lambda operation: None
+        self.on_answered: Callable[[Operation, TransactionResult], None] = lambda operation, result: None
+        """Each step: sent to the agent, answered by it."""
 
     # -- what people ask -------------------------------------------------------------------------------------
 
@@ -238,6 +241,7 @@ class OperationService:
                     trace=operation.request_id,
                 )
             )
+            self.on_ordered(operation)
             self._notify(operation)
             return True
         return False
@@ -263,6 +267,7 @@ class OperationService:
         operation = self._of(drone, report.id, link) if late is None else late
         if operation is None or operation.drone_id != drone.drone_id:
             return
+        self.on_answered(operation, report)
         work = operation.step.work
         if report.plan is not None and isinstance(work, PlanDownloadWork):
             checked_plan(work.kind, report.plan)

@@ -6,13 +6,17 @@ import shlex
 import subprocess
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 import pytest
 import yaml
 
+from server.runtime.settings import read_settings
+
 CHECKOUT = Path(__file__).parents[3]
 COMPOSE: dict[str, Any] = yaml.safe_load((CHECKOUT / "docker-compose.yml").read_text())
 DOCKERFILES = sorted((CHECKOUT / "deploy").glob("Dockerfile.*"))
+NATS = CHECKOUT / "deploy" / "nats.conf"
 BUILT = {"web/dist"}
 
 
@@ -39,6 +43,7 @@ def test_a_container_is_locked_in(name: str) -> None:
 def test_what_must_outlast_a_container_is_in_a_volume() -> None:
     for name, place in (
         ("tower", "/var/lib/control-tower"),
+        ("second-tower", "/var/lib/control-tower"),
         ("agent", "/var/lib/tower-agent"),
         ("proxy", "/state"),
         ("database", "/var/lib/postgresql/data"),
@@ -62,12 +67,53 @@ def test_secrets_must_be_given() -> None:
     text = (CHECKOUT / "docker-compose.yml").read_text()
     assert not re.findall(r"POSTGRES_PASSWORD(?!:\?)[:-]-?[a-z]", text)
     assert text.count("${POSTGRES_PASSWORD:?") == 2
+    assert text.count("${BUS_PASSWORD:?") == 2
+    assert "BUS_PASSWORD:-" not in text
+    assert "password: $BUS_PASSWORD\n" in NATS.read_text()
+    assert COMPOSE["services"]["bus"]["environment"]["BUS_PASSWORD"].startswith('"$'), "a number otherwise"
+
+
+def test_the_settings_of_the_towers_are_accepted() -> None:
+    for name in ("tower", "second-tower"):
+        service = COMPOSE["services"][name]
+        given = {
+            key: re.sub(r"\$\{\w+:[?-][^}]*\}", "1e9", str(value)) for key, value in service["environment"].items()
+        }
+        settings = read_settings(given)
+        bus = urlsplit(settings.bus_url)
+        assert bus.hostname in COMPOSE["services"]
+        assert bus.username == "tower"
+        assert settings.bus_authority is not None
+        mounted = {one.split(":")[1] for one in service["volumes"]}
+        assert str(settings.bus_authority.parent) in mounted
+        assert str(settings.secret_key_file.parent) in mounted | {str(settings.var)}
+        assert service["ports"] == [f"{settings.udp_port}:{settings.udp_port}/udp"]
+
+
+def test_the_bus_is_for_the_towers_alone_and_its_certificate_has_its_name() -> None:
+    bus, maker = COMPOSE["services"]["bus"], COMPOSE["services"]["bus-certificate"]
+    assert bus["networks"] == ["inside"]
+    assert "ports" not in bus
+    assert {"mem_limit", "pids_limit", "healthcheck"} <= set(bus)
+    assert all(one.endswith(":ro") for one in bus["volumes"]), "it keeps no state"
+    _, command, folder, *names = maker["command"]
+    assert (command, names) == ("bus-certificate", ["bus"])
+    assert bus["working_dir"] == folder
+    assert maker["network_mode"] == "none"
+    assert "./deploy/nats.conf:/etc/nats/control-tower.conf:ro" in bus["volumes"]
+    assert bus["command"] == ["--config", "/etc/nats/control-tower.conf"]
+    assert f"install --directory --owner=tower --group=tower {folder}" in [
+        text for step, text in steps(CHECKOUT / "deploy" / "Dockerfile.tower") if step == "RUN"
+    ]
+    uid = next(text for step, text in steps(CHECKOUT / "deploy" / "Dockerfile.tower") if "useradd" in text)
+    assert f"--uid {bus['user'].split(':')[0]} " in uid, "or it could not read the key"
 
 
 def test_the_simulated_drone_starts_only_when_asked_for() -> None:
     profiles = {name: one.get("profiles") for name, one in COMPOSE["services"].items()}
     assert {name for name, one in profiles.items() if one == ["sim"]} == {"simulator", "agent"}
-    assert all(profiles[name] is None for name in ("tower", "database", "proxy"))
+    assert all(profiles[name] is None for name in ("tower", "database", "bus", "bus-certificate", "proxy"))
+    assert profiles["second-tower"] == ["several"]
 
 
 def test_the_agent_may_open_serial_ports_and_cameras() -> None:

@@ -64,6 +64,8 @@ def test_the_database_url_gets_its_driver(given: str, used: str) -> None:
         ("TOWER_ARGON2_CONCURRENCY", "0"),
         ("TOWER_ARGON2_MEMORY_KIB", "64"),
         ("TOWER_LOG_FORMAT", "xml"),
+        ("OTEL_EXPORTER_OTLP_ENDPOINT", "127.0.0.1:4318"),
+        ("OTEL_EXPORTER_OTLP_ENDPOINT", "grpc://secret@127.0.0.1:4317"),
     ],
 )
 def test_a_bad_value_names_its_variable_and_is_not_repeated(variable: str, value: str) -> None:
