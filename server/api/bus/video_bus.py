@@ -28,7 +28,7 @@ from server.live.towers.video_messages import (
 )
 from wire.lateness import Lateness
 
-PREFIX: Final = "control-tower-video"
+PREFIX: Final = "control-tower.video"
 CONFIRMED_WITHIN_S: Final = 0.02
 """Units that arrive within this time are confirmed together. A viewer may take three times as long (pacing.py)."""
 FIRST_VERSION: Final = 3
