@@ -282,8 +282,8 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         await asyncio.to_thread(make_private_folder, settings.var)
         await check_schema(tower.database)
         if tower.several is not None:
-            await tower.several.bus.open()
-            stack.push_async_callback(tower.several.bus.close)
+            stack.push_async_callback(tower.several.close)
+            await tower.several.open()
         stack.push_async_callback(tower.lock.release)
         if not tower.lock.is_taken:
             await tower.lock.take(waits=False)

@@ -27,6 +27,7 @@ LONGEST_FIRST: Final = (
     "test_plans_round_trip.py",
     "test_server_cli.py",
     "test_video_chain.py",
+    "test_several_towers_filmed.py",
     "test_follow_me_flown.py",
     "test_every_command.py",
     "test_backup.py",

@@ -26,19 +26,32 @@ PING_EVERY_S: Final = 1
 MAX_WAITING_BYTES: Final = 1_000_000
 """Beyond it packets are dropped, which breaks the stream: a bus that takes nothing must not look alive."""
 HIGH_WATER_BYTES: Final = 200_000
-"""From here on state waits in the outboxes of visitors, where a newer frame takes the place of an older one."""
+"""From here on state waits in the outboxes of visitors, where a newer frame takes the place of an older one.
+Pictures are left out."""
 PREFIX: Final = "control-tower"
 _log = structlog.get_logger(__name__)
 
 
 class NatsBus:
-    """One connection of one tower. `on_packet` is called for each packet to `me`. `authority`: certificates in PEM to
-    believe instead of the system's."""
+    """One connection of one tower. `on_packet` is called for each packet to `me`. `prefix`: of the subjects.
+    `gives_way`: lets everything else have its turn after each packet. `authority`: certificates in PEM to believe
+    instead of the system's."""
 
-    def __init__(self, url: str, me: str, *, on_packet: Callable[[bytes], None], authority: Path | None = None) -> None:
+    def __init__(
+        self,
+        url: str,
+        me: str,
+        *,
+        on_packet: Callable[[bytes], None],
+        prefix: str = PREFIX,
+        gives_way: bool = False,
+        authority: Path | None = None,
+    ) -> None:
         self._url = url
         self._authority = authority
         self._me = me
+        self._prefix = prefix
+        self._gives_way = gives_way
         self._on_packet = on_packet
         self._client: Client | None = None
         self._waiting: deque[tuple[str, bytes]] = deque()
@@ -88,9 +101,9 @@ class NatsBus:
                     reconnected_cb=self._reconnected,
                     error_cb=failed,
                     no_echo=True,
-                    name=f"control-tower {self._me[:8]}",
+                    name=f"{self._prefix} {self._me[:8]}",
                 )
-                await client.subscribe(f"{PREFIX}.{self._me}", cb=self._received)
+                await client.subscribe(f"{self._prefix}.{self._me}", cb=self._received)
                 await client.flush(timeout=round(CONNECT_WITHIN_S))
         except (NatsError, OSError, TimeoutError) as error:
             await client.close()
@@ -103,7 +116,7 @@ class NatsBus:
         if not self.is_connected or self._waiting_bytes + len(packet) > MAX_WAITING_BYTES:
             self.dropped += 1
             return
-        self._waiting.append((f"{PREFIX}.{tower}", packet))
+        self._waiting.append((f"{self._prefix}.{tower}", packet))
         self._waiting_bytes += len(packet)
         self._something.set()
 
@@ -130,14 +143,16 @@ class NatsBus:
 
     async def _received(self, message: Msg) -> None:
         self._on_packet(message.data)
+        if self._gives_way:
+            await asyncio.sleep(0)
 
     async def _disconnected(self) -> None:
-        _log.error("bus_lost")
+        _log.error("bus_lost", connection=self._prefix)
         self._waiting.clear()
         self._waiting_bytes = 0
 
     async def _reconnected(self) -> None:
-        _log.info("bus_back")
+        _log.info("bus_back", connection=self._prefix)
 
 
 async def _failed(error: Exception) -> None:

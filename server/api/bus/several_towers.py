@@ -14,6 +14,7 @@ import structlog
 from server.api.bus.asking import Asking
 from server.api.bus.draining import Draining
 from server.api.bus.nats_bus import NatsBus
+from server.api.bus.video_bus import VideoBus
 from server.api.relay.live_writer import LiveWriter
 from server.api.relay.write_round import WriteRound
 from server.live.hub import Hub
@@ -64,6 +65,7 @@ class SeveralTowers:
         self.towers = Towers(
             membership.tower, hub, publish=self.bus.publish, begin_writing=self._begin_writing, wake=self._flush_soon
         )
+        self.video = VideoBus(url, membership.tower, hub, self.towers, may_act=membership.may_act, authority=authority)
         self.towers.reaches_database = lambda: membership.is_renewed
         self.asking = Asking(self.towers)
         membership.others_decide = self.towers.others_decide
@@ -73,9 +75,19 @@ class SeveralTowers:
         """Nobody is left here: the process may end."""
         self._roster: Roster | None = None
 
+    async def open(self) -> None:
+        """Both connections to the bus. Raises BusUnavailable."""
+        await self.bus.open()
+        await self.video.open()
+
+    async def close(self) -> None:
+        """Idempotent."""
+        await self.video.close()
+        await self.bus.close()
+
     @asynccontextmanager
     async def running(self, roster: Roster) -> AsyncIterator[None]:
-        """Joins the others. Raises BusUnavailable. The bus is open on entry (`bus.open`)."""
+        """Joins the others. Raises BusUnavailable. The bus is open on entry (`open`)."""
         self._roster = roster
         membership = self._membership
         membership.on_members = lambda members: self.towers.set_members(members, time.monotonic())
@@ -142,6 +154,7 @@ class SeveralTowers:
             if not self._membership.may_act():
                 continue
             self.towers.tick(time.monotonic())
+            self.video.tick(time.monotonic())
             full = not self.bus.has_room()
             if self._was_full and not full:
                 for writer in list(self._writers):

@@ -104,11 +104,11 @@ class RelayCollector(Collector):
         yield CounterMetricFamily(
             "tower_frames_lost", "Transactional frames browsers were too slow for", value=traffic.frames_lost
         )
-        yield _histogram(
+        yield histogram_family(
             "tower_up_latency_seconds", "Agent's socket to browser's socket, frames due at once", traffic.up
         )
-        yield _histogram("tower_down_latency_seconds", "Browser's socket to agent's socket", traffic.down)
-        yield _histogram("tower_loop_late_seconds", "How late the hub's clock beats", traffic.loop_late)
+        yield histogram_family("tower_down_latency_seconds", "Browser's socket to agent's socket", traffic.down)
+        yield histogram_family("tower_loop_late_seconds", "How late the hub's clock beats", traffic.loop_late)
         yield from self._video()
         yield from self._present()
         yield from self._database()
@@ -128,8 +128,8 @@ class RelayCollector(Collector):
         )
         yield _by("tower_video_dropped", "Units of agents that went to nobody", "why", traffic.dropped)
         yield _by("tower_video_closes", "Viewers' connections closed by the tower", "code", traffic.closes)
-        yield _histogram("tower_video_age_seconds", "From capture to the tower, clocks known", traffic.age)
-        yield _histogram("tower_video_wait_seconds", "From arrival to being written to a viewer", traffic.wait)
+        yield histogram_family("tower_video_age_seconds", "From capture to the tower, clocks known", traffic.age)
+        yield histogram_family("tower_video_wait_seconds", "From arrival to being written to a viewer", traffic.wait)
         viewers, streams = self._hub.video.count()
         yield GaugeMetricFamily("tower_video_viewers", "Viewers of video", value=viewers)
         yield GaugeMetricFamily("tower_video_streams", "Streams that agents are asked for", value=streams)
@@ -189,7 +189,8 @@ def _by(name: str, words: str, label: str, counts: Mapping[Any, int]) -> Counter
     return family
 
 
-def _histogram(name: str, words: str, histogram: Histogram) -> HistogramMetricFamily:
+def histogram_family(name: str, words: str, histogram: Histogram) -> HistogramMetricFamily:
+    """The buckets of `histogram`, as Prometheus has them."""
     family = HistogramMetricFamily(name, words)
     family.add_metric((), list(_added_up(histogram.counts)), histogram.total_s)
     return family

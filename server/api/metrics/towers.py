@@ -9,6 +9,7 @@ from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metri
 from prometheus_client.registry import Collector
 
 from server.api.bus.several_towers import SeveralTowers
+from server.api.metrics.collector import histogram_family
 from server.live.hub import Hub
 from server.live.towers.place import Place
 
@@ -41,3 +42,31 @@ class TowersCollector(Collector):
         for place in Place:
             homes.add_metric((place.value,), places[place])
         yield homes
+        yield from self._video()
+
+    def _video(self) -> Iterator[Metric]:
+        video = self._several.video
+        sent, taken = video.exports.traffic, video.imports.traffic
+        connected = "1: the connection for video to the bus stands"
+        yield GaugeMetricFamily("tower_bus_video_connected", connected, value=video.bus.is_connected)
+        streams = GaugeMetricFamily("tower_bus_video_streams", "Streams of video on the bus", labels=("direction",))
+        streams.add_metric(("in",), video.imports.streams())
+        streams.add_metric(("out",), video.exports.streams())
+        yield streams
+        for name, words, units_in, units_out in (
+            ("tower_bus_video_units", "Units of video from and to other towers", taken.units_in, sent.units_out),
+            ("tower_bus_video_bytes", "Bytes of them", taken.bytes_in, sent.bytes_out),
+        ):
+            family = CounterMetricFamily(name, words, labels=("direction",))
+            family.add_metric(("in",), units_in)
+            family.add_metric(("out",), units_out)
+            yield family
+        skipped = "Units of video that the way to another tower was too slow for"
+        yield CounterMetricFamily("tower_bus_video_skipped", skipped, value=sent.skipped)
+        dropped = CounterMetricFamily("tower_bus_video_dropped", "Packets of video, by why", labels=("why",))
+        dropped.add_metric(("not sent",), video.bus.dropped)
+        for why, count in (video.imports.dropped + taken.dropped).items():
+            dropped.add_metric((why,), count)
+        yield dropped
+        age = "From capture to the arrival from another tower, clocks known"
+        yield histogram_family("tower_bus_video_age_seconds", age, taken.age)

@@ -25,7 +25,7 @@ async def running_relay(
     agent. Raises OSError if the port is in use."""
     endpoint = await open_data_endpoint(hub, host, port, anonymous)
     endpoint.may_act = may_act
-    hub.video.later = _soon
+    hub.video.fan_out.later = _soon
     beating = asyncio.create_task(_beat(hub, endpoint))
     try:
         yield endpoint

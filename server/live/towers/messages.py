@@ -19,9 +19,9 @@ from wire.ids import UserId
 TOWER_ID_BYTES: Final = 16
 MAX_PACKET_BYTES: Final = 900_000
 """NATS takes a million bytes by default."""
-BUS_VERSION: Final = 2
+BUS_VERSION: Final = 3
 """A tower tells it in its row. 0: knows no HandOver, and would break the stream; 1: no InAir, and it does not take over
-the alerts of drones that come to it."""
+the alerts of drones that come to it; 2: sends no video (video_messages.py)."""
 _HEADER: Final = Struct("<16sIIQ")
 
 

@@ -171,12 +171,13 @@ class Towers:
             self._put(other, Beat(other.incoming.heard, reaches, self._hub.fleet.revision))
         self.flush(now)
 
-    def _understands(self, tower: str, version: int) -> bool:
+    def understands(self, tower: str, version: int) -> bool:
+        """Whether that tower knows the messages of this version of the bus."""
         return self._bus_versions.get(tower, 0) >= version
 
     def _tell_in_air(self, now: float) -> None:
         """Also while nothing is in the air: what is not named has landed."""
-        towers = [tower for tower in self.ready() if self._understands(tower, 2)]
+        towers = [tower for tower in self.ready() if self.understands(tower, 2)]
         if not towers or now - self._in_air_at < IN_AIR_EVERY_S:
             return
         self._in_air_at = now
@@ -187,7 +188,7 @@ class Towers:
     def _takes_over_alerts(self, drone_id: DroneId) -> bool:
         """Whether the drone's home, another tower, goes on with the alerts that it had here."""
         home = self.directory.home_of(drone_id)
-        return home is not None and home != self.me and self._understands(home, 2)
+        return home is not None and home != self.me and self.understands(home, 2)
 
     # -- places ----------------------------------------------------------------------------------------------
 
@@ -215,7 +216,7 @@ class Towers:
         """This tower's drone is about to link to another one, and all is well with it."""
         claim = self.directory.claim_of(drone_id)
         for tower in self.ready():
-            if self._understands(tower, 1):
+            if self.understands(tower, 1):
                 self.send(tower, HandOver(drone_id, claim, epoch))
 
     def was_handed_over(self, drone_id: DroneId, claim: int, epoch: int, now: float) -> bool:

@@ -14,6 +14,10 @@ MAX_OPEN: Final = 16
 ANSWERED_WITHIN_S: Final = 2.0
 """A later answer is ignored."""
 MAX_KEPT: Final = 24
+PROBES_AT_ONCE: Final = 6
+PROBE_FAST_S: Final = 0.2
+PROBE_EVERY_S: Final = 5.0
+PROBE_UNKNOWN_S: Final = 1.0
 _NO_TIME_US: Final = 1 << 63
 """Bounds what an agent can report: 292 000 years."""
 
@@ -34,6 +38,16 @@ class ClockOffset:
         self._asked: OrderedDict[int, float] = OrderedDict()
         self._answers: list[_Answer] = []
         self._number = 0
+        self._due_at = float("-inf")
+
+    def probe(self, now: float) -> int | None:
+        """The number of a probe, if one is due: a few in a row, then one from time to time."""
+        if now < self._due_at:
+            return None
+        number = self.ask(now)
+        hurried = PROBE_FAST_S if number < PROBES_AT_ONCE else PROBE_UNKNOWN_S
+        self._due_at = now + (PROBE_EVERY_S if self.known and number >= PROBES_AT_ONCE else hurried)
+        return number
 
     def ask(self, now: float) -> int:
         """The number of a probe that is sent now."""

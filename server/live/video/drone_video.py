@@ -1,25 +1,24 @@
 """The video of one drone: viewers of its streams, and the messages to and from its agent. Pure."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final, Protocol
 
 from server.live.relay.agent_link import AgentLink
 from server.live.relay.token_bucket import TokenBucket
 from server.live.video.clock_offset import ClockOffset
+from server.live.video.elsewhere import VideoElsewhere
 from server.live.video.situation import Known, VideoSituation, situation_of
-from server.live.video.streams import Stream, StreamKey, StreamSink
-from server.live.video.viewer import LockstepGroup, VideoViewer
-from wire.video import VIDEO, ClockProbe, StreamRequest, VideoState, VideoWanted
+from server.live.video.streams import Relayed, Stream, StreamKey, StreamSink
+from server.live.video.viewer import LockstepGroup, Recipient
+from wire.ids import UserId
+from wire.video import VIDEO, ClockProbe, Codec, StreamRequest, VideoState, VideoWanted
 
 LINGER_S: Final = 3.0
 """A stream continues this long after its last viewer leaves, so that a viewer who returns does not restart it."""
 SILENT_AFTER_S: Final = 2.0
 """Without a picture for this long (or for four intervals of a slow stream) the stream is not live."""
-PROBES_AT_ONCE: Final = 6
-PROBE_FAST_S: Final = 0.2
-PROBE_EVERY_S: Final = 5.0
-PROBE_UNKNOWN_S: Final = 1.0
+ASK_KEY_EVERY_S: Final = 1.0
 BYTES_PER_S: Final = 4_000_000.0
 BYTES_BURST: Final = 12_000_000.0
 UNITS_PER_S: Final = 400.0
@@ -28,7 +27,7 @@ UNITS_BURST: Final = 1_200.0
 
 
 class AgentVideoChannel(Protocol):
-    """The WebSocket on which an agent sends its units."""
+    """The WebSocket on which an agent sends its units; or the bus, for a drone of another tower."""
 
     def ask_key(self, key: StreamKey) -> None:
         """Asks for a key picture of this stream."""
@@ -42,10 +41,10 @@ class Flow:
     """One stream, and who takes it. `sinks`: whether each has had its first key picture."""
 
     stream: Stream = field(default_factory=Stream)
-    viewers: dict[int, VideoViewer] = field(default_factory=dict)
+    viewers: dict[int, Recipient] = field(default_factory=dict)
     """All of them."""
     lockstep_groups: list[LockstepGroup] = field(default_factory=list)
-    alone: dict[int, VideoViewer] = field(default_factory=dict)
+    alone: dict[int, Recipient] = field(default_factory=dict)
     """Viewers in no lockstep group."""
     sinks: dict[StreamSink, bool] = field(default_factory=dict)
     lingers_until: float = float("-inf")
@@ -66,21 +65,28 @@ class Flow:
         """Whether it has viewers now."""
         return bool(self.viewers or self.sinks)
 
-    def leave_lockstep(self, viewer: VideoViewer) -> None:
+    def record(self, unit: Relayed, now: float) -> None:
+        """To those who take everything, from a key picture on."""
+        for sink, has_key in list(self.sinks.items()):
+            if has_key or unit.head.key:
+                self.sinks[sink] = True
+                sink.unit(unit.message, unit.head, now)
+
+    def leave_lockstep(self, viewer: Recipient) -> None:
         """Out of its lockstep group, if it is in one: what it was sent is on its account from here on."""
         lockstep = viewer.lockstep
         if lockstep is not None:
             lockstep.leave(viewer)
             self.left_lockstep(viewer)
 
-    def left_lockstep(self, viewer: VideoViewer) -> None:
+    def left_lockstep(self, viewer: Recipient) -> None:
         """It has left its lockstep group."""
         lockstep, viewer.lockstep = viewer.lockstep, None
         self.alone[viewer.number] = viewer
         if lockstep is not None and not len(lockstep) and not lockstep.is_due:
             self.lockstep_groups.remove(lockstep)
 
-    def join_lockstep(self, viewer: VideoViewer, now: float) -> None:
+    def join_lockstep(self, viewer: Recipient, now: float) -> None:
         """Into a lockstep group, if it is in step and there is a place."""
         if viewer.lockstep is not None or not viewer.is_in_step(now):
             return
@@ -108,13 +114,14 @@ class DroneVideo:
         self.state: VideoState | None = None
         self.channel: AgentVideoChannel | None = None
         self.clock = ClockOffset()
+        """Of whoever sends the units."""
+        self.elsewhere: VideoElsewhere | None = None
+        """Another tower has the drone: what that one says. None: this one asks the agent itself."""
         # Of the drone, and not of its channel: a flood that is cut off does not go on by coming again.
         self._bytes = TokenBucket(BYTES_PER_S, BYTES_BURST, float("-inf"))
         self._units = TokenBucket(UNITS_PER_S, UNITS_BURST, float("-inf"))
         self._new_ticket = new_ticket
         self._wanted: tuple[StreamKey, ...] = ()
-        self._probes = 0
-        self._probe_at = float("-inf")
 
     @property
     def takes_video(self) -> bool:
@@ -132,14 +139,22 @@ class DroneVideo:
 
     def linked(self, link: AgentLink | None, now: float) -> None:
         """Another link, or none: what was known of the last one's clock, camera and channel is over."""
-        self.link, self.state, self.clock = link, None, ClockOffset()
-        self._probes, self._probe_at = 0, float("-inf")
-        self.end_channel("the agent's link has ended")
+        self.link = link
+        self._begin_again("the agent's link has ended", now)
         self.ticket = self._new_ticket() if self.takes_video else ""
+        self.send_wanted()
+
+    def moved(self, elsewhere: VideoElsewhere | None, now: float) -> None:
+        """Another tower has the drone, or none has it any more. Not for one with a link."""
+        self._begin_again("the drone is at another tower", now)
+        self.elsewhere = elsewhere
+
+    def _begin_again(self, why: str, now: float) -> None:
+        self.state, self.clock, self.elsewhere = None, ClockOffset(), None
+        self.end_channel(why)
         for flow in self.flows.values():
             flow.unit_at, flow.wanted_since = float("-inf"), now
             flow.stream.broken()
-        self.send_wanted()
 
     def end_channel(self, why: str, code: int = 4401) -> None:
         """The video channel that there is, if any."""
@@ -159,10 +174,39 @@ class DroneVideo:
             self._check_wanted()
         return flow
 
-    def viewers(self) -> Iterator[VideoViewer]:
-        """Over all streams."""
+    @property
+    def codecs(self) -> tuple[Codec, ...]:
+        """Those that can be requested, as far as is known."""
+        if self.elsewhere is not None:
+            return self.elsewhere.codecs
+        return () if self.state is None else self.state.codecs
+
+    def bars(self, user_id: UserId) -> bool:
+        """Whether the tower that has the drone does not let them watch."""
+        return self.elsewhere is not None and self.elsewhere.barred == user_id
+
+    def ask_key(self, key: StreamKey, now: float) -> None:
+        """Asks for a key picture, not too often."""
+        flow = self.flows[key]
+        if self.channel is not None and now - flow.key_asked_at >= ASK_KEY_EVERY_S:
+            flow.key_asked_at = now
+            self.channel.ask_key(key)
+
+    def attach(self, sink: StreamSink, now: float) -> None:
+        """From the newest key picture on, every unit of its stream."""
+        key = StreamKey(sink.quality, sink.codec)
+        flow = self.flow(key, now)
+        flow.sinks[sink] = bool(flow.stream.group)
+        sink.state(self.situation(key, now))
+        for unit in flow.stream.group:
+            sink.unit(unit.message, unit.head, unit.at)
+
+    def end_sinks(self, why: str) -> None:
+        """Nothing comes any more."""
         for flow in self.flows.values():
-            yield from flow.viewers.values()
+            sinks, flow.sinks = list(flow.sinks), {}
+            for sink in sinks:
+                sink.ended(why)
 
     def send_wanted(self) -> None:
         """Sends the wanted streams to the agent, whatever was sent before."""
@@ -189,24 +233,24 @@ class DroneVideo:
             self._probe(now)
 
     def _probe(self, now: float) -> None:
-        if self.link is None or now < self._probe_at:
-            return
-        self._probes += 1
-        hurried = PROBE_FAST_S if self._probes < PROBES_AT_ONCE else PROBE_UNKNOWN_S
-        known = self.clock.known and self._probes >= PROBES_AT_ONCE
-        self._probe_at = now + (PROBE_EVERY_S if known else hurried)
-        self.link.send_newest(ClockProbe(number=self.clock.ask(now)), now)
+        number = self.clock.probe(now) if self.link is not None else None
+        if self.link is not None and number is not None:
+            self.link.send_newest(ClockProbe(number=number), now)
 
     def situation(self, key: StreamKey, now: float) -> VideoSituation:
         """How it is with one stream."""
         flow = self.flows.get(key)
+        live = flow is not None and flow.is_live(now)
+        asked_for_s = 0.0 if flow is None else now - max(flow.wanted_since, flow.unit_at)
+        if self.elsewhere is not None:
+            return self.elsewhere.situation(self.name, key, live=live, asked_for_s=asked_for_s)
         known = Known(
             name=self.name,
             linked=self.link is not None,
             takes_video=self.takes_video,
             state=self.state,
-            live=flow is not None and flow.is_live(now),
-            asked_for_s=0.0 if flow is None else now - max(flow.wanted_since, flow.unit_at),
+            live=live,
+            asked_for_s=asked_for_s,
         )
         return situation_of(known, key.codec)
 

@@ -8,8 +8,7 @@ Rules, besides the hub's:
 """
 
 import secrets
-from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Final
 
 from server.domain.people import Principal, SignInId
@@ -18,11 +17,12 @@ from server.live.relay.live_drone import LiveDrone
 from server.live.relay.live_state import LiveState
 from server.live.relay.socket_bounds import SocketBounds
 from server.live.video.drone_video import AgentVideoChannel, DroneVideo, Flow
+from server.live.video.fan_out import FanOut
 from server.live.video.streams import Relayed, StreamKey, StreamSink
 from server.live.video.traffic import VideoTraffic
-from server.live.video.viewer import LockstepGroup, VideoViewer
+from server.live.video.viewer import Recipient, VideoViewer
 from server.live.video.viewer_messages import Drawn
-from server.live.video.watching import NO_SUCH_DRONE, why_not_watch
+from server.live.video.watching import NO_SUCH_DRONE, video_taken, why_not_watch
 from server.live.video.websocket_bytes import BINARY, whole_message
 from wire.ids import DroneId, UserId
 from wire.video import ClockAnswer, UnitHead, VideoState, decode_head, with_capture_time
@@ -31,13 +31,7 @@ SESSION_ENDED: Final = 4401
 GOING_DOWN: Final = 1001
 CHANNEL_REPLACED: Final = 4409
 
-AT_ONCE: Final = 32
-"""Viewers written to before anything else has its turn: some tenths of a millisecond."""
-ASK_KEY_EVERY_S: Final = 1.0
 CHECK_VIEWERS_EVERY_S: Final = 0.4
-
-Later = Callable[[Callable[[float], None]], object]
-"""Calls back soon, with the time that it is then."""
 
 
 class VideoService:
@@ -50,14 +44,17 @@ class VideoService:
         self._drones: dict[DroneId, DroneVideo] = {}
         self._viewers: dict[int, VideoViewer] = {}
         self._tickets: dict[str, DroneVideo] = {}
-        self._due: deque[VideoViewer | LockstepGroup] = deque()
         self._last_number = 0
         self._check_viewers_at = float("-inf")
         self._now = 0.0
         """The last time it was given, for calls without a time."""
         self.traffic = VideoTraffic()
-        self.later: Later = lambda call: None
-        """How viewers beyond AT_ONCE are reached; the hub's owner sets it."""
+        self.fan_out = FanOut(self.traffic)
+        """The hub's owner sets how it reaches everybody."""
+        self.on_watched: Callable[[DroneId, DroneVideo, float], None] = lambda drone_id, video, now: None
+        """A viewer takes a stream of this drone, which may be at another tower."""
+        self.on_rights: Callable[[DroneId | None], None] = lambda drone_id: None
+        """Who may watch this drone, or any, may have changed."""
 
     # -- viewers -------------------------------------------------------------------------------------------------
 
@@ -78,16 +75,16 @@ class VideoService:
     def leave(self, viewer: VideoViewer) -> None:
         """Removes a viewer. Idempotent."""
         if self._viewers.pop(viewer.number, None) is not None:
-            self._take_off(viewer)
+            self.release(viewer)
 
     def want(self, viewer: VideoViewer, key: StreamKey, now: float) -> None:
         """Another stream of the same drone."""
         if viewer.number in self._viewers and key != viewer.key:
-            self._take_off(viewer)
+            self.release(viewer)
             viewer.key = key
             self._watch(viewer, now)
 
-    def got(self, viewer: VideoViewer, drawn: Drawn, now: float) -> None:
+    def got(self, viewer: Recipient, drawn: Drawn, now: float) -> None:
         """The viewer has drawn a unit: there may be room for more."""
         flow = self._flow_of(viewer)
         if flow is not None:
@@ -110,10 +107,19 @@ class VideoService:
             flow.leave_lockstep(viewer)
 
     def _watch(self, viewer: VideoViewer, now: float) -> None:
+        video = self._drones.get(viewer.drone_id)
+        if video is not None and video.bars(viewer.viewer.user_id):
+            self.end(viewer, *video_taken(video.name))
+        elif (video := self.serve(viewer, now)) is not None:
+            self.on_watched(viewer.drone_id, video, now)
+        else:
+            self.end(viewer, NO_SUCH_DRONE, "there is no such drone")
+
+    def serve(self, viewer: Recipient, now: float) -> DroneVideo | None:
+        """From the newest key picture on; for those who are judged elsewhere. None if there is no such drone."""
         video = self._of(viewer.drone_id, now)
         if video is None:
-            self.end(viewer, NO_SUCH_DRONE, "there is no such drone")
-            return
+            return None
         flow = video.flow(viewer.key, now)
         flow.viewers[viewer.number] = flow.alone[viewer.number] = viewer
         situation = video.situation(viewer.key, now)
@@ -124,15 +130,17 @@ class VideoService:
         viewer.pace.watch(flow.stream, now)
         viewer.pump(self.traffic, now)
         video.send_situation(now)
+        return video
 
-    def _take_off(self, viewer: VideoViewer) -> None:
+    def release(self, viewer: Recipient) -> None:
+        """Idempotent."""
         flow = self._flow_of(viewer)
         if flow is not None:
             flow.leave_lockstep(viewer)
             flow.viewers.pop(viewer.number, None)
             flow.alone.pop(viewer.number, None)
 
-    def _flow_of(self, viewer: VideoViewer) -> Flow | None:
+    def _flow_of(self, viewer: Recipient) -> Flow | None:
         video = self._drones.get(viewer.drone_id)
         flow = video.flows.get(viewer.key) if video is not None else None
         return flow if flow is not None and viewer.number in flow.viewers else None
@@ -153,6 +161,7 @@ class VideoService:
                     self.end(viewer, refusal.code, refusal.words)
         for one in [drone_id] if drone_id is not None else list(self._drones):
             self._check_drone(one)
+        self.on_rights(drone_id)
 
     def end_where(self, why_signed_out: Callable[[Principal], str]) -> None:
         """Removes the viewers with a reason to end: accounts changed."""
@@ -178,9 +187,9 @@ class VideoService:
         """The tower is going down."""
         for viewer in list(self._viewers.values()):
             self.end(viewer, GOING_DOWN, "the tower is shutting down")
-        for drone_id, video in list(self._drones.items()):
+        for video in list(self._drones.values()):
             video.end_channel("the tower is shutting down", GOING_DOWN)
-            self._end_sinks(drone_id, "the tower is shutting down")
+            video.end_sinks("the tower is shutting down")
 
     # -- sinks that take everything ------------------------------------------------------------------------------
 
@@ -189,12 +198,7 @@ class VideoService:
         video = self._of(drone_id, now)
         if video is None:
             return False
-        key = StreamKey(sink.quality, sink.codec)
-        flow = video.flow(key, now)
-        flow.sinks[sink] = bool(flow.stream.group)
-        sink.state(video.situation(key, now))
-        for unit in flow.stream.group:
-            sink.unit(unit.message, unit.head, unit.at)
+        video.attach(sink, now)
         return True
 
     def detach(self, drone_id: DroneId, sink: StreamSink) -> None:
@@ -203,12 +207,6 @@ class VideoService:
         flow = video.flows.get(StreamKey(sink.quality, sink.codec)) if video is not None else None
         if flow is not None:
             flow.sinks.pop(sink, None)
-
-    def _end_sinks(self, drone_id: DroneId, why: str) -> None:
-        for flow in self._drones[drone_id].flows.values():
-            sinks, flow.sinks = list(flow.sinks), {}
-            for sink in sinks:
-                sink.ended(why)
 
     # -- agents --------------------------------------------------------------------------------------------------
 
@@ -262,11 +260,19 @@ class VideoService:
             for flow in video.flows.values():
                 flow.stream.broken()
 
-    def unit(self, video: DroneVideo, channel: AgentVideoChannel, message: bytes, now: float) -> UnitHead:
-        """A unit came from an agent; `now`: when. Raises MalformedUnit."""
+    def unit(
+        self,
+        video: DroneVideo,
+        channel: AgentVideoChannel,
+        message: bytes,
+        now: float,
+        traffic: VideoTraffic | None = None,
+    ) -> UnitHead:
+        """A unit came from an agent; `now`: when. `traffic`: where it counts, if it came from a tower. Raises
+        MalformedUnit."""
         head = decode_head(message)
         self._now = now
-        traffic = self.traffic
+        traffic = traffic or self.traffic
         traffic.units_in += 1
         traffic.bytes_in += len(message)
         key = StreamKey(head.quality, head.codec)
@@ -276,9 +282,7 @@ class VideoService:
             return head
         if not flow.stream.follows(head):
             traffic.dropped["no-key"] += 1
-            if now - flow.key_asked_at >= ASK_KEY_EVERY_S:
-                flow.key_asked_at = now
-                channel.ask_key(key)
+            video.ask_key(key, now)
             return head
         captured_us = video.clock.tower_us(head.capture_us, now)
         if captured_us:
@@ -288,7 +292,9 @@ class VideoService:
         unit = Relayed(message, whole_message(BINARY, message), head, now)
         flow.stream.put(unit)
         self._note(video, flow, head, now)
-        self._fan_out(flow, unit, now)
+        self.fan_out.send(flow, unit, now)
+        if video.elsewhere is None:  # else it is recorded there
+            flow.record(unit, now)
         return head
 
     @staticmethod
@@ -298,36 +304,6 @@ class VideoService:
         flow.size, flow.rate_hz, flow.bits_per_s = (head.width, head.height), head.rate_hz, head.bits_per_s
         if not was_live:
             video.send_situation(now)
-
-    def _fan_out(self, flow: Flow, unit: Relayed, now: float) -> None:
-        due = self._due
-        waited = bool(due)
-        for lockstep in flow.lockstep_groups:
-            lockstep.comes(unit)
-            if not lockstep.is_due:
-                lockstep.is_due = True
-                due.append(lockstep)
-        for viewer in flow.alone.values():
-            if not viewer.is_due:
-                viewer.is_due = True
-                due.append(viewer)
-        if not waited:
-            self._pump_some(now)
-        for sink, has_key in list(flow.sinks.items()):
-            if has_key or unit.head.key:
-                flow.sinks[sink] = True
-                sink.unit(unit.message, unit.head, now)
-
-    def _pump_some(self, now: float) -> None:
-        due, traffic, room = self._due, self.traffic, AT_ONCE
-        while due and room > 0:
-            one = due.popleft()
-            one.is_due = False
-            room -= one.weight
-            if isinstance(one, LockstepGroup) or one.lockstep is None:
-                one.pump(traffic, now)
-        if due:
-            self.later(self._pump_some)
 
     # -- time ----------------------------------------------------------------------------------------------------
 
@@ -353,7 +329,7 @@ class VideoService:
         if video is None:
             return
         if drone is None:
-            self._end_sinks(drone_id, "the drone was removed")
+            video.end_sinks("the drone was removed")
             self._forget(drone_id)
             video.linked(None, self._now)
             return
@@ -385,12 +361,27 @@ class VideoService:
         """The first one that the agent can produce; the last one if it can produce none or is not known yet. `keys`: at
         least one."""
         video = self._drones.get(drone_id)
-        offered = () if video is None or video.state is None else video.state.codecs
+        offered = () if video is None else video.codecs
         return next((key for key in keys if key.codec in offered), keys[-1])
+
+    def told_elsewhere(self, video: DroneVideo, now: float) -> None:
+        """The tower that has the drone has told how it is."""
+        for flow in list(video.flows.values()):
+            for viewer in list(flow.viewers.values()):
+                if isinstance(viewer, VideoViewer) and video.bars(viewer.viewer.user_id):
+                    self.end(viewer, *video_taken(video.name))
+        video.send_situation(now)
+
+    def watched(self) -> Iterator[tuple[DroneId, DroneVideo]]:
+        """The drones whose video somebody is sent."""
+        for drone_id, video in self._drones.items():
+            if any(flow.viewers for flow in video.flows.values()):
+                yield drone_id, video
 
     def count(self) -> tuple[int, int]:
         """(viewers, streams requested from agents)."""
-        return len(self._viewers), sum(len(video.flows) for video in self._drones.values())
+        streams = sum(len(video.flows) for video in self._drones.values() if video.elsewhere is None)
+        return len(self._viewers), streams
 
 
 def _random_ticket() -> str:

@@ -1,4 +1,4 @@
-"""Viewers of a drone's video: identity, stream, and how to write to them. Pure.
+"""Those who are sent a drone's video: their stream, and how to write to them. Pure.
 
 Viewers of one stream that are in step (calm and fully served) form a lockstep group: each unit goes to all of them.
 Nearly always that is nearly everybody, and the tower touches none of them per picture: for fifty viewers, their state
@@ -8,6 +8,7 @@ member's account (pacing.py) when the member leaves: with each `got`, and before
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable
 from typing import Final
@@ -34,50 +35,42 @@ DEAF_AFTER_S: Final = 20.0
 """A viewer without a report for this long is gone, whatever its connection's state."""
 
 
-class VideoViewer:
-    """`write`: sends a whole WebSocket message, as bytes; `send_text`: sends a text message; `has_room`: whether the
-    other side reads; `close`: ends it with code and words; `held_up`: called when pictures wait behind overdue ones
-    (server.live.video.pacing)."""
+class Recipient(ABC):
+    """Whoever is sent one stream at a pace of their own: a viewer, or another tower.
+
+    `write`: sends a whole WebSocket message, as bytes; `has_room`: whether the other side reads; `held_up`: called when
+    pictures wait behind overdue ones (server.live.video.pacing).
+    """
 
     weight: Final = 1
 
     def __init__(
         self,
         number: int,
-        principal: Principal,
         drone_id: DroneId,
         key: StreamKey,
-        now: float,
         *,
         write: Callable[[bytes], None],
-        send_text: Callable[[bytes], None],
         has_room: Callable[[], bool],
-        close: Callable[[int, str], None],
         held_up: Callable[[], None] = lambda: None,
-        address: str = "",
     ) -> None:
         self.number = number
-        self.viewer = principal
         self.drone_id = drone_id
         self.key = key
-        self.address = address
+        self.people = 1
+        """Who see it."""
         self.pace = ViewerPace()
         self.stream: Stream | None = None
         """That it watches, as the pace has it."""
         self.lockstep: LockstepGroup | None = None
         """The one that it is in."""
-        self.requests = TokenBucket(REQUESTS_PER_S, REQUESTS_BURST, now)
         self.is_due = False
         """The service is about to pump it."""
         self.ended = False
         self.write = write
-        self._send_text = send_text
         self._has_room = has_room
-        self._close = close
         self._held_up = held_up
         self._pending_state: VideoSituation | None = None
-        self._skipped_reported = 0
-        self._skipped_reported_at = float("-inf")
 
     def pump(self, traffic: VideoTraffic, now: float) -> None:
         """Writes what is due. Not for one who is in a lockstep group."""
@@ -110,9 +103,44 @@ class VideoViewer:
         """Tells it; the newest only, if it does not read."""
         if self._has_room():
             self._pending_state = None
-            self.notify(state_message(situation, self.key))
+            self._tell(situation)
         else:
             self._pending_state = situation
+
+    @abstractmethod
+    def _tell(self, situation: VideoSituation) -> None:
+        """It reads."""
+
+
+class VideoViewer(Recipient):
+    """A person's window or program. `send_text`: sends a text message; `close`: ends it with code and words."""
+
+    def __init__(
+        self,
+        number: int,
+        principal: Principal,
+        drone_id: DroneId,
+        key: StreamKey,
+        now: float,
+        *,
+        write: Callable[[bytes], None],
+        send_text: Callable[[bytes], None],
+        has_room: Callable[[], bool],
+        close: Callable[[int, str], None],
+        held_up: Callable[[], None] = lambda: None,
+        address: str = "",
+    ) -> None:
+        super().__init__(number, drone_id, key, write=write, has_room=has_room, held_up=held_up)
+        self.viewer = principal
+        self.address = address
+        self.requests = TokenBucket(REQUESTS_PER_S, REQUESTS_BURST, now)
+        self._send_text = send_text
+        self._close = close
+        self._skipped_reported = 0
+        self._skipped_reported_at = float("-inf")
+
+    def _tell(self, situation: VideoSituation) -> None:
+        self.notify(state_message(situation, self.key))
 
     def notify(self, message: ToViewer) -> None:
         """A text message, if it reads what it is sent."""
@@ -141,12 +169,12 @@ class LockstepGroup:
 
     weight: Final = MAX_MEMBERS
 
-    def __init__(self, stream: Stream, left: Callable[[VideoViewer], None]) -> None:
+    def __init__(self, stream: Stream, left: Callable[[Recipient], None]) -> None:
         self.is_due = False
         """The service is about to pump it."""
         self._stream = stream
         self._left = left
-        self._members: dict[VideoViewer, int] = {}
+        self._members: dict[Recipient, int] = {}
         """And how many units had been sent when they joined."""
         self._writes: tuple[Callable[[bytes], None], ...] = ()
         self._unsent: list[Relayed] = []
@@ -163,7 +191,7 @@ class LockstepGroup:
         """For one who has been sent all that has come."""
         return len(self._members) < MAX_MEMBERS and not self._unsent
 
-    def join(self, viewer: VideoViewer) -> None:
+    def join(self, viewer: Recipient) -> None:
         """Whoever is in step (ViewerPace.is_in_step), where there `has_place`."""
         if not self._members:
             self._log.clear()
@@ -172,7 +200,7 @@ class LockstepGroup:
         self._trusted_until = min(self._trusted_until, viewer.pace.trusted_until)
         self._writes = tuple(member.write for member in self._members)
 
-    def leave(self, viewer: VideoViewer) -> None:
+    def leave(self, viewer: Recipient) -> None:
         """What it was sent since it joined goes to its account."""
         since = self._members.pop(viewer)
         self._writes = tuple(member.write for member in self._members)

@@ -64,7 +64,7 @@ def _stream(video: DroneVideo, key: StreamKey, flow: Flow, now: float) -> VideoS
         codec=codec_name(key.codec),
         state=situation.condition,
         words=situation.words,
-        viewers=len(flow.viewers),
+        viewers=sum(one.people for one in flow.viewers.values()),
         recorded=bool(flow.sinks),
         width=flow.size[0],
         height=flow.size[1],

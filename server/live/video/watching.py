@@ -29,5 +29,10 @@ def why_not_watch(drone: LiveDrone | None, principal: Principal) -> NotToWatch |
         code = NO_SUCH_DRONE if isinstance(refusal, UnknownDrone) else NOT_FOR_WATCHING
         return NotToWatch(code, refusal.message)
     if drone is not None and drone.no_video_user_id == principal.user_id:
-        return NotToWatch(VIEW_TAKEN, f"an admin has taken the video of {drone.record.name} with the controls")
+        return video_taken(drone.record.name)
     return None
+
+
+def video_taken(name: str) -> NotToWatch:
+    """An admin has taken the video with the controls."""
+    return NotToWatch(VIEW_TAKEN, f"an admin has taken the video of {name} with the controls")

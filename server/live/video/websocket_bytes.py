@@ -24,3 +24,8 @@ def whole_message(first: int, payload: bytes) -> bytes:
     else:
         head = bytes((first, 127)) + size.to_bytes(8, "big")
     return head + payload
+
+
+def payload_of(message: bytes) -> bytes:
+    """Of a message that `whole_message` has made."""
+    return message[{126: 4, 127: 10}.get(message[1], 2) :]

@@ -9,7 +9,7 @@ from video_relay_scene import MEDIUM, ONE, TWO, FakeViewer, Scene, streams_of, u
 from server.domain.people import UserRef
 from server.live.relay.live_drone import LeaseView
 from server.live.video.drone_video import LINGER_S
-from server.live.video.service import AT_ONCE
+from server.live.video.fan_out import AT_ONCE
 from server.live.video.situation import VideoCondition, VideoSituation
 from server.live.video.streams import StreamKey
 from server.live.video.viewer import DEAF_AFTER_S

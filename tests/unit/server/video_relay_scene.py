@@ -93,7 +93,7 @@ class Scene:
         self.now = 100.0
         self.drawn: list[tuple[VideoViewer, int]] = []
         self.later: list[Callable[[float], None]] = []
-        self.video.later = self.later.append
+        self.video.fan_out.later = self.later.append
         self.channel = FakeChannel()
         self.link_up(11)
 
