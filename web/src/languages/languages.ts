@@ -8,7 +8,7 @@ export type LanguageChoice = 'system' | Language;
 export const LANGUAGE_NAMES: Readonly<Record<Language, string>> = { en: 'English', pt: 'Português' };
 
 /** A language is offered when its catalogue is complete; `npm run texts:check` says what is lacking. */
-export const OFFERED: readonly Language[] = ['en'];
+export const OFFERED: readonly Language[] = ['en', 'pt'];
 
 export const isLanguageChoice = (value: unknown): value is LanguageChoice =>
   value === 'system' || OFFERED.some((one) => one === value);
