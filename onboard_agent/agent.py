@@ -4,7 +4,7 @@ import asyncio
 import logging
 import secrets
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -84,6 +84,10 @@ class AgentSettings:
     """Who may sign them."""
     controllers: Mapping[str, str] = field(default_factory=dict)
     """FILE:CLASS of controllers, by name (onboard_agent.autonomy.setting)."""
+    controller_cameras: Sequence[str] = ()
+    """Cameras for controllers (onboard_agent.autonomy.setting)."""
+    payload_release: str = ""
+    """How a controller lets the payload go (onboard_agent.autonomy.core.payload_release)."""
     on_trial: int | None = None
     """The tower's transaction that waits for this process (onboard_agent.update.launch)."""
 
@@ -101,6 +105,8 @@ class Agent:
         self._port.on_open = self._port_opened
         self._state = settings.state
         self._controllers = settings.controllers
+        self._controller_cameras = settings.controller_cameras
+        self._payload_release = settings.payload_release
         self._controller: ControllerChild | None = None
         self._switched = asyncio.Event()
         self._installer = TowerUpdateInstaller(
@@ -169,8 +175,19 @@ class Agent:
             parameters,
             UpdateHandler(self._installer, running=VERSION, installed=installed_version()),
             LogHandler(maker, LogFiles(None if state is None else state / "logs"), self._files),
-            ControllerHandler(maker, self._controllers, self._make_controller),
+            ControllerHandler(
+                maker,
+                self._controllers,
+                self._make_controller,
+                cameras=self._controller_cameras,
+                release=self._payload_release,
+                share=self._share_frames,
+            ),
         ]
+
+    def _share_frames(self, path: str) -> None:
+        self._video.share(path, self._loop.time())
+        self._video_child.wake()
 
     def _make_controller(self) -> "ControllerChild":
         from onboard_agent.autonomy.child import ControllerChild  # not in the memory of every other agent

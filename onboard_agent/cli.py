@@ -25,7 +25,7 @@ from onboard_agent.link.enrolment import NotReached, check_can_keep
 from onboard_agent.link.enrolment import enrol as enrol_here
 from onboard_agent.link.identity_file import enrolment_token, read_identity, token_file_warning
 from onboard_agent.link.tower_url import TowerUrl, parse_tower_url
-from onboard_agent.settings import read_settings
+from onboard_agent.settings import KEYS, read_settings
 from onboard_agent.sockets.uplinks import parse_uplinks
 from onboard_agent.state_directory import state_directory
 from onboard_agent.unusable import Unusable
@@ -69,6 +69,8 @@ def run(found: dict[str, Any]) -> None:
         release_keys=parse_release_keys(found["release_keys"] or ()),
         on_trial=transaction_on_trial(os.environ),
         controllers=_controllers(found["controllers"] or ()),
+        controller_cameras=_controller_cameras(found["controller_cameras"] or ()),
+        payload_release=_payload_release(found["payload_release"]),
         black_box_mb=parse_megabytes(found["black_box"]),
     )
     warning = token_file_warning(token)
@@ -135,6 +137,22 @@ def _controllers(texts: Sequence[str]) -> Mapping[str, str]:
     from onboard_agent.autonomy.setting import parse_controllers  # not in the memory of every other agent
 
     return parse_controllers(texts)
+
+
+def _controller_cameras(texts: Sequence[str]) -> Sequence[str]:
+    if texts:
+        from onboard_agent.autonomy.setting import parse_cameras
+
+        parse_cameras(texts)
+    return texts
+
+
+def _payload_release(text: str) -> str:
+    if text != KEYS["payload_release"].default:
+        from onboard_agent.autonomy.core.payload_release import parse_release
+
+        parse_release(text)
+    return text
 
 
 def _path(text: str | None) -> Path | None:

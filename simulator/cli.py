@@ -70,6 +70,7 @@ MSP_HELP = (
     "each vehicle that is to have one, in their order."
 )
 SBUS_HELP = "The line of an SBUS receiver, in place of the built-in one: as --msp, and not together with it."
+TARGET_HELP = "LETTER@LAT,LON[,HEADING[,SIDE]]: a landing target on the ground, in the pictures of --camera."
 CAMERA_HELP = "[HOST:]PORT of a camera over HTTP; once for each vehicle that is to have one, in their order."
 
 
@@ -109,6 +110,8 @@ def simulate(
         typer.Option(help="Answer COMPONENT_METADATA, or do not; PX4 does by itself, ArduCopter does not."),
     ] = None,
     camera: Annotated[list[str] | None, typer.Option(help=CAMERA_HELP)] = None,
+    target: Annotated[list[str] | None, typer.Option(help=TARGET_HELP)] = None,
+    light: Annotated[float, typer.Option(min=0.1, max=2.0, help="Of the pictures of --camera; 1: a clear day.")] = 1.0,
     camera_component: Annotated[
         bool, typer.Option("--camera-component", help="Each has a camera as a MAVLink component.")
     ] = False,
@@ -155,7 +158,7 @@ def simulate(
         )
         ports = _port_endpoints(msp, sbus, count, radio)
         vehicles = make_squad(count, settings, hills=hills)
-        cameras = _cameras(camera, vehicles, place, seed) if camera else None
+        cameras = _cameras(camera, vehicles, place, seed, target or [], light) if camera else None
     except (ValueError, KeyError) as error:
         raise typer.BadParameter(str(error.args[0])) from error
     logging.basicConfig(level=logging.INFO, format="tower-sim: %(message)s")
@@ -184,13 +187,15 @@ def _port_endpoints(msp: list[str] | None, sbus: list[str] | None, count: int, r
     return [parse_endpoint(text) for text in texts]
 
 
-def _cameras(texts: list[str], vehicles: list[Vehicle], home: Place, seed: int) -> SquadCameras:
+def _cameras(
+    texts: list[str], vehicles: list[Vehicle], home: Place, seed: int, targets: list[str], light: float
+) -> SquadCameras:
     # OpenCV takes time and memory, so it is imported only for a camera.
     from simulator.camera.on_board import SquadCameras
     from simulator.camera.server import parse_camera
 
     endpoints = [parse_camera(text) for text in texts]
-    cameras = SquadCameras(endpoints, vehicles, home, seed)
+    cameras = SquadCameras(endpoints, vehicles, home, seed, targets=targets, light=light)
     for vehicle, endpoint in zip(vehicles, endpoints, strict=False):
         vehicle.films_at(str(endpoint))
     return cameras

@@ -16,6 +16,7 @@ from simulator.dialect import mavlink
 from simulator.fence_rules import enable_fence
 from simulator.flight import Flight
 from simulator.modes import Mode
+from simulator.payload_drop import PAYLOAD_HANDLERS
 
 Handler = Callable[[Flight, Command], int]
 
@@ -26,6 +27,7 @@ def result(done: bool) -> int:
 
 HANDLERS: dict[int, Handler] = {
     **CAMERA_HANDLERS,
+    **PAYLOAD_HANDLERS,
     int(mavlink.MAV_CMD_DO_SET_MODE): fly.set_mode,
     int(mavlink.MAV_CMD_COMPONENT_ARM_DISARM): fly.arm_or_disarm,
     int(mavlink.MAV_CMD_NAV_TAKEOFF): fly.take_off,

@@ -17,6 +17,7 @@ from simulator.camera.marks import Mark
 from simulator.camera.process import CameraSettings, Settings
 from simulator.camera.server import CameraEndpoint, listen
 from simulator.camera.shared_poses import make_shared_poses
+from simulator.camera.targets import GroundTarget, parse_target
 from simulator.camera.view import Pose
 from simulator.failure_modes import Failure, PlannedFailure
 from simulator.geodesy import LocalFrame, Place
@@ -31,13 +32,22 @@ log = logging.getLogger("simulator")
 class CameraProcess:
     """The process, its input and its output. `start` opens the ports; nothing else here blocks."""
 
-    def __init__(self, endpoints: Sequence[CameraEndpoint], seed: int, marks: list[Mark]) -> None:
+    def __init__(
+        self,
+        endpoints: Sequence[CameraEndpoint],
+        seed: int,
+        marks: list[Mark],
+        targets: list[GroundTarget],
+        light: float,
+    ) -> None:
         self.endpoints = endpoints
         self.unplug_requests: list[deque[float]] = [deque(maxlen=8) for _ in endpoints]
         """Requests to unplug a camera, in simulated seconds; the flight takes them from here."""
         self.plugged = [True] * len(endpoints)
         self._seed = seed
         self._marks = marks
+        self._targets = targets
+        self._light = light
         self._file, self.poses = make_shared_poses(len(endpoints))
         self._process: subprocess.Popen[bytes] | None = None
         self._started_s = 0.0
@@ -115,7 +125,7 @@ class CameraProcess:
             )
             for number, endpoint in enumerate(self.endpoints)
         ]
-        settings = Settings(self._seed, self._marks, cameras, self._file.fileno())
+        settings = Settings(self._seed, self._marks, cameras, self._file.fileno(), self._targets, self._light)
         self._started_s = time.monotonic()
         self._heard = b""
         self._process = subprocess.Popen(  # noqa: S603 - ourselves
@@ -157,15 +167,27 @@ class SquadCameras:
     """One for each of the first vehicles, in one world around `home`; the others have none. Raises ValueError."""
 
     def __init__(
-        self, endpoints: Sequence[CameraEndpoint], vehicles: Sequence[Vehicle], home: Place, seed: int
+        self,
+        endpoints: Sequence[CameraEndpoint],
+        vehicles: Sequence[Vehicle],
+        home: Place,
+        seed: int,
+        *,
+        targets: Sequence[str] = (),
+        light: float = 1.0,
     ) -> None:
+        """`targets`: as `parse_target` takes them."""
         if len(endpoints) > len(vehicles):
             raise ValueError(f"{len(endpoints)} times --camera for {len(vehicles)} vehicles: give one for each at most")
         frame = LocalFrame(home)
         places = [vehicle.settings.flight.place for vehicle in vehicles]
         stands = [frame.to_local(place.lat_deg, place.lon_deg) for place in places]
         marks = [Mark(north, east, str(number)) for number, (north, east) in enumerate(stands, start=1)]
-        self._darkroom = CameraProcess(endpoints, seed, marks)
+        on_ground = []
+        for number, text in enumerate(targets, start=seed):
+            letter, lat_deg, lon_deg, heading_deg, side_m = parse_target(text)
+            on_ground.append(GroundTarget(letter, *frame.to_local(lat_deg, lon_deg), heading_deg, side_m, number))
+        self._darkroom = CameraProcess(endpoints, seed, marks, on_ground, light)
         self._carried = [VehicleCamera(self._darkroom, number, stands[number]) for number in range(len(endpoints))]
 
     def of(self, number: int) -> VehicleCamera | None:

@@ -21,6 +21,7 @@ from simulator.camera.marks import Mark
 from simulator.camera.scene import Scene
 from simulator.camera.server import Camera, CameraEndpoint
 from simulator.camera.shared_poses import SharedPoses
+from simulator.camera.targets import GroundTarget
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +40,8 @@ class Settings:
     marks: list[Mark]
     cameras: list[CameraSettings]
     poses_fd: int
+    targets: list[GroundTarget]
+    light: float
 
     def to_json(self) -> str:
         return json.dumps(asdict(self))
@@ -47,7 +50,9 @@ class Settings:
     def from_json(cls, text: str) -> Settings:
         read = json.loads(text)
         marks = [Mark(**mark) for mark in read["marks"]]
-        return cls(read["seed"], marks, [CameraSettings(**one) for one in read["cameras"]], read["poses_fd"])
+        cameras = [CameraSettings(**one) for one in read["cameras"]]
+        targets = [GroundTarget(**one) for one in read["targets"]]
+        return cls(read["seed"], marks, cameras, read["poses_fd"], targets, read["light"])
 
 
 def say_unplug(number: int, seconds: float) -> None:
@@ -74,7 +79,7 @@ def main() -> None:
     logging.basicConfig(level=logging.INFO, format="tower-sim: %(message)s")
     settings = Settings.from_json(sys.argv[1])
     poses = SharedPoses(settings.poses_fd, len(settings.cameras))
-    scene = Scene(settings.seed, settings.marks)
+    scene = Scene(settings.seed, settings.marks, settings.targets, light=settings.light)
     cameras = [make_camera(settings, number, scene, poses) for number in range(len(settings.cameras))]
     # So that the first viewer does not have to wait for it.
     threading.Thread(target=scene.prepare, name="land", daemon=True).start()

@@ -14,6 +14,7 @@ from simulator.dialect import mavlink
 from simulator.flight import Flight
 from simulator.guided import GoTo, Guided
 from simulator.notices import Severity
+from simulator.payload_drop import PAYLOAD_HANDLERS
 from simulator.px4.calibration import calibrate, spin_motor
 from simulator.px4.modes import STICK_MODES, Orbiting, Px4Mode, TakingOff, custom_mode, mode_of
 
@@ -132,6 +133,7 @@ _KEPT = (
 HANDLERS: dict[int, Callable[[Flight, Command], int]] = {
     **{number: COMMON[number] for number in _KEPT},
     **CAMERA_HANDLERS,
+    **PAYLOAD_HANDLERS,
     mavlink.MAV_CMD_PREFLIGHT_CALIBRATION: calibrate,
     mavlink.MAV_CMD_ACTUATOR_TEST: spin_motor,
     mavlink.MAV_CMD_DO_SET_MODE: set_mode,
