@@ -2,101 +2,38 @@
 place and light on the simulator's land, another one with another letter, wind. How far the reported place and the
 payload are from the truth, and how long it takes.
 
-`--rounds N` flies so many (20), `--seed N` others; `--keep FOLDER` keeps the logs.
+All in one process and on one clock, with the pictures that the simulator's camera draws; `--flown`: with tower, agent
+and simulator as programs, in real time. `--rounds N` flies so many (20), `--seed N` others; `--keep FOLDER` keeps logs.
 """
 
 from __future__ import annotations
 
 import argparse
 import asyncio
-import math
-import random
+import json
 import re
 import tempfile
 import time
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 import httpx
 
+from bench.challenge_one_clock import fly_on_one_clock
+from bench.challenge_task import ALPHABET, Flown, Task, apart_m, mission, on_map
 from bench.person import Person
 from bench.rig import HOME, Kind, Rig, free_udp_port, wait_for
 from bench.rows import Report
 from bench.video.video_rig import free_tcp_port
+from wire.plans import plan_to_json
 
 FLIGHTS: Final = 20
 SPEED: Final = 1.0
 """Of the simulator's clock."""
-ALPHABET: Final = "ABDEFGJKLPRTUVY"
-NORTH_M: Final = (8.0, 44.0)
-EAST_M: Final = (-18.0, 18.0)
-LEGS_EAST_M: Final = (-15.0, -5.0, 5.0, 15.0)
-"""The search: from south to north and back, 10 m apart."""
-APART_M: Final = 12.0
-SIDE_M: Final = 1.2
 FOUND_WITHIN_M: Final = 1.0
 DROPPED_WITHIN_M: Final = 1.5
 FLIES_WITHIN_S: Final = 400.0
-_METRES: Final = 111_319.5
 _LANDED: Final = re.compile(r"Payload landed at (-?[\d.]+),(-?[\d.]+)")
-
-
-def on_map(north_m: float, east_m: float) -> tuple[float, float]:
-    return HOME[0] + north_m / _METRES, HOME[1] + east_m / (_METRES * math.cos(math.radians(HOME[0])))
-
-
-def apart_m(one: tuple[float, float], other: tuple[float, float]) -> float:
-    """Of two places on the map."""
-    east = (one[1] - other[1]) * math.cos(math.radians(HOME[0]))
-    return math.hypot(one[0] - other[0], east) * _METRES
-
-
-@dataclass(frozen=True, slots=True)
-class Task:
-    """What one flight is about. Places north and east of home."""
-
-    letter: str
-    place_m: tuple[float, float]
-    other: str
-    other_m: tuple[float, float]
-    headings_deg: tuple[float, float]
-    light: float
-    wind: tuple[float, float]
-
-    @classmethod
-    def drawn(cls, seed: int, number: int) -> Task:
-        draw = random.Random(seed * 1000 + number)
-        letter, other = draw.sample(ALPHABET, 2)
-        place = (draw.uniform(*NORTH_M), draw.uniform(*EAST_M))
-        while math.dist(place, there := (draw.uniform(*NORTH_M), draw.uniform(*EAST_M))) < APART_M:
-            continue
-        headings = (draw.uniform(0, 360), draw.uniform(0, 360))
-        wind = (draw.uniform(0, 4), draw.uniform(0, 360))
-        return cls(letter, place, other, there, headings, draw.uniform(0.4, 1.2), wind)
-
-    def options(self) -> list[str]:
-        words = []
-        both = ((self.letter, self.place_m), (self.other, self.other_m))
-        for (letter, place_m), heading in zip(both, self.headings_deg, strict=True):
-            lat, lon = on_map(*place_m)
-            words += ["--target", f"{letter}@{lat:.7f},{lon:.7f},{heading:.1f},{SIDE_M}"]
-        return [*words, "--light", f"{self.light:.2f}", "--wind", f"{self.wind[0]:.1f},{self.wind[1]:.0f}"]
-
-
-def mission() -> list[list[Any]]:
-    """As the console writes it: take-off, way-points, return."""
-    items = [_item(22, 0.0, 0.0, 10.0)]
-    for number, east_m in enumerate(LEGS_EAST_M):
-        ends = (NORTH_M[0] - 2.0, NORTH_M[1] + 2.0)
-        norths = ends if number % 2 == 0 else tuple(reversed(ends))
-        items += [_item(16, *on_map(north_m, east_m), 10.0) for north_m in norths]
-    return [*items, _item(20, 0.0, 0.0, 0.0)]
-
-
-def _item(command: int, lat_deg: float, lon_deg: float, height_m: float) -> list[Any]:
-    frame = 2 if command == 20 else 3
-    return [command, frame, [0.0, 0.0, 0.0, 0.0], round(lat_deg * 1e7), round(lon_deg * 1e7), height_m, 1]
 
 
 class ChallengeRig(Rig):
@@ -138,23 +75,11 @@ class ChallengeRig(Rig):
         return None if landed is None else (float(landed[1]), float(landed[2]))
 
 
-@dataclass(frozen=True, slots=True)
-class Flown:
-    """The results of a flight; None: it did not come to that."""
-
-    words: str
-    target_m: float | None
-    payload_m: float | None
-    letter: str
-    took_s: float
-    phases: tuple[str, ...]
-
-
 async def fly(rig: ChallengeRig, task: Task) -> Flown:
     """Flies one task. Raises TimeoutError."""
     await rig.prepare(task)
     pilot = rig.operator
-    await _done(pilot, "PUT", "/drones/1/mission", {"items": mission()}, ("done",))
+    await _done(pilot, "PUT", "/drones/1/mission", {"items": json.loads(plan_to_json(mission()))}, ("done",))
     settings = {"letter": task.letter, "alphabet": ALPHABET}
     body = {"controller": "challenge", "may_take_off": True, "for_s": 600, "settings": settings}
     began_at, heard = time.monotonic(), len(pilot.events)
@@ -162,13 +87,14 @@ async def fly(rig: ChallengeRig, task: Task) -> Flown:
     took_s = time.monotonic() - began_at
     events = [event for _, event in pilot.events[heard:]]
     found = [event["finding"] for event in events if event["type"] == "finding"]
-    phases = [one["operation"]["phase"] for one in events if one["type"] == "operation" and one["operation"]["phase"]]
+    phases = [one["operation"]["phase"] for one in events if one["type"] == "operation"]
+    phase = next((one for one in reversed(phases) if "searching" in one), "")
     truth = on_map(*task.place_m)
     target_m = apart_m((found[-1]["lat_deg"], found[-1]["lon_deg"]), truth) if found else None
     payload = rig.payload()
     payload_m = None if payload is None else apart_m(payload, truth)
     letter = found[-1]["letter"] if found else ""
-    return Flown(end["words"], target_m, payload_m, letter, took_s, tuple(phases))
+    return Flown(end["words"], target_m, payload_m, letter, took_s, phase)
 
 
 async def _done(
@@ -200,28 +126,42 @@ async def _end(pilot: Person, identity: str, within_s: float) -> dict[str, Any]:
 
 async def run(report: Report, options: argparse.Namespace) -> None:
     count = options.rounds or (2 if options.quick else FLIGHTS)
+    flights: list[Flown] = []
+    try:
+        if options.flown:
+            await _with_programs(report, options, count, flights)
+        else:
+            for number in range(1, count + 1):
+                task = Task.drawn(options.seed, number)
+                flights.append(fly_on_one_clock(task, number))
+                _say(report, number, task, flights[-1])
+    finally:
+        _rows(report, f"{len(flights)} flights of seed {options.seed}", flights)
+
+
+async def _with_programs(report: Report, options: argparse.Namespace, count: int, flights: list[Flown]) -> None:
     folder = (options.keep or Path(tempfile.mkdtemp(prefix="challenge-"))) / f"flights-{options.seed}"
     folder.mkdir(parents=True)
     rig = ChallengeRig(folder)
-    flights: list[Flown] = []
     try:
         await rig.start()
         await rig.operator.control("acquire")
         for number in range(1, count + 1):
             task = Task.drawn(options.seed, number)
-            flown = await fly(rig, task)
-            flights.append(flown)
-            errors = " ".join("none" if one is None else f"{one:.2f} m" for one in (flown.target_m, flown.payload_m))
-            report.say(f"{number}: {task.letter} read as {flown.letter or '-'}, {errors}, {flown.took_s:.0f} s")
-            report.say(f"   light {task.light:.2f}, wind {task.wind[0]:.1f} m/s. {flown.words}")
-            report.say(f"   {next((one for one in reversed(flown.phases) if 'pictures' in one), '')}")
+            flights.append(await fly(rig, task))
+            _say(report, number, task, flights[-1])
     finally:
         await asyncio.shield(rig.stop())
-        _rows(report, options.seed, flights)
 
 
-def _rows(report: Report, seed: int, flights: list[Flown]) -> None:
-    case = f"{len(flights)} flights of seed {seed}, at {SPEED:g} times the clock"
+def _say(report: Report, number: int, task: Task, flown: Flown) -> None:
+    errors = " ".join("none" if one is None else f"{one:.2f} m" for one in (flown.target_m, flown.payload_m))
+    report.say(f"{number}: {task.letter} read as {flown.letter or '-'}, {errors}, {flown.took_s:.0f} s")
+    report.say(f"   light {task.light:.2f}, wind {task.wind[0]:.1f} m/s. {flown.words}")
+    report.say(f"   {flown.phase}")
+
+
+def _rows(report: Report, case: str, flights: list[Flown]) -> None:
     found = [one.target_m for one in flights if one.target_m is not None]
     dropped = [one.payload_m for one in flights if one.payload_m is not None]
     report.add(case, "flights", len(flights), "count")

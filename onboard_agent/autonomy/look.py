@@ -57,7 +57,8 @@ class Looked(msgspec.Struct, frozen=True):
     words: str = ""
 
 
-def _finder(alphabet: str) -> TargetFinder:
+def finder_of(alphabet: str) -> TargetFinder:
+    """Returns what finds targets with these letters. Loads the picture libraries."""
     from onboard_agent.vision.concentric_squares import ConcentricSquareDetector
     from onboard_agent.vision.target_finder import TargetFinder, letter_readers
     from onboard_agent.vision.target_tracker import TargetTracker
@@ -69,7 +70,7 @@ def look_for_ever(set_up: LookSetUp, out: int) -> None:
     """Runs until the reader is gone."""
     from onboard_agent.autonomy.cameras import ControllerCameras
 
-    finder = _finder(set_up.alphabet)
+    finder = finder_of(set_up.alphabet)
     cameras = ControllerCameras((set_up.camera,), frames_path=set_up.frames_path)
     words = ""
     while True:
@@ -81,13 +82,14 @@ def look_for_ever(set_up: LookSetUp, out: int) -> None:
                 _say(out, Looked(cameras.taken, 0.0, 0, 0, words=words))
             continue
         words = ""
-        target = _target(finder, frame)
+        target = target_in(finder, frame)
         if target is not None or cameras.taken % TELL_EVERY == 0:
             height_px, width_px = frame.pixels.shape[:2]
             _say(out, Looked(cameras.taken, frame.taken_s, width_px, height_px, target))
 
 
-def _target(finder: TargetFinder, frame: Frame) -> InPicture | None:
+def target_in(finder: TargetFinder, frame: Frame) -> InPicture | None:
+    """Returns the confirmed target that the picture shows, None without one."""
     from onboard_agent.vision.target_tracker import TrackState
 
     sighting = finder.look(frame.pixels, frame.taken_s)  # type: ignore[arg-type]
