@@ -42,5 +42,5 @@ class SharedCamera:
 
     def _watch(self, reader: FrameReader) -> None:
         while not self._ending.wait(LOOK_EVERY_S):
-            if reader.has_news:
+            if reader.has_news():
                 self._on_change()

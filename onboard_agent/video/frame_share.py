@@ -71,7 +71,6 @@ class FrameReader:
         sequence: int = _SEQUENCE.unpack_from(self._memory)[0]
         return sequence
 
-    @property
     def has_news(self) -> bool:
         """Whether there is a picture that was not read yet."""
         return self._now() != self._read

@@ -186,7 +186,7 @@ def phase(world: ControllerWorld, number: int) -> str:
     return phases[-1] if phases else ""
 
 
-@pytest.mark.parametrize("stage", ["taking off", "searching", "centring", "descending", "returning"])
+@pytest.mark.parametrize("stage", ["taking off", "searching", "descending"])
 def test_a_take_ends_it_in_every_stage(stage: str) -> None:
     world, number = flown(Eyes([("K", 20.0, 10.0)]), letter="K")
     world.until(lambda: stage in phase(world, number), 200.0, stage)
