@@ -17,6 +17,7 @@ import numpy as np
 
 from bench.challenge_task import ALPHABET, Flown, Task, apart_m, mission, on_map
 from bench.rig import HOME
+from onboard_agent.autonomy.camera_settings import parse_cameras
 from onboard_agent.autonomy.cameras import ControllerCameras, Frame
 from onboard_agent.autonomy.challenge import Challenge
 from onboard_agent.autonomy.core.lines import Beat, Directed, Note, Raised, Ready, Report, Seen, SetUp
@@ -171,11 +172,12 @@ class World:
             targets.append(GroundTarget(letter, *frame.to_local(lat, lon), heading, side, number))
         self._scene = Scene(seed, [], targets, light=task.light)
         self._steps = self._ids = 0
+        cameras = parse_cameras([CAMERA])
         self._onboard = Onboard(
             now=self.now,
             speaks_first=True,
             journal=MemoryJournal(),
-            make_handlers=lambda maker: [ControllerHandler(maker, {}, lambda: StepPort(self), cameras=[CAMERA])],
+            make_handlers=lambda maker: [ControllerHandler(maker, {}, lambda: StepPort(self), cameras=cameras)],
         )
         self._onboard.welcomed(
             Welcome(

@@ -52,6 +52,7 @@ from wire.video import VIDEO, VideoWanted
 
 if TYPE_CHECKING:
     from onboard_agent.autonomy.child import ControllerChild
+    from onboard_agent.autonomy.core.lines import CameraSetting
 
 _log = logging.getLogger(__name__)
 
@@ -84,7 +85,7 @@ class AgentSettings:
     """Who may sign them."""
     controllers: Mapping[str, str] = field(default_factory=dict)
     """FILE:CLASS of controllers, by name (onboard_agent.autonomy.setting)."""
-    controller_cameras: Sequence[str] = ()
+    controller_cameras: "Sequence[CameraSetting]" = ()
     """Cameras for controllers (onboard_agent.autonomy.setting)."""
     payload_release: str = ""
     """How a controller lets the payload go (onboard_agent.autonomy.core.payload_release)."""

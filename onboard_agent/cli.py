@@ -15,7 +15,7 @@ import time
 from collections.abc import Coroutine, Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from onboard_agent import VERSION
 from onboard_agent.agent import Agent, AgentSettings, StartAgain
@@ -33,6 +33,9 @@ from onboard_agent.update.launch import launch, start_again, transaction_on_tria
 from onboard_agent.update.release_keys import parse_release_keys
 from onboard_agent.update.releases import Releases
 from onboard_agent.video.camera_setting import NO_CAMERA, parse_camera
+
+if TYPE_CHECKING:
+    from onboard_agent.autonomy.core.lines import CameraSetting
 
 _log = logging.getLogger("onboard_agent")
 
@@ -139,12 +142,12 @@ def _controllers(texts: Sequence[str]) -> Mapping[str, str]:
     return parse_controllers(texts)
 
 
-def _controller_cameras(texts: Sequence[str]) -> Sequence[str]:
-    if texts:
-        from onboard_agent.autonomy.setting import parse_cameras
+def _controller_cameras(texts: Sequence[str]) -> Sequence[CameraSetting]:
+    if not texts:
+        return ()
+    from onboard_agent.autonomy.camera_settings import parse_cameras
 
-        parse_cameras(texts)
-    return texts
+    return parse_cameras(texts)
 
 
 def _payload_release(text: str) -> str:

@@ -43,11 +43,11 @@ class ControllerHandler:
         sources: Mapping[str, str],
         make_port: Callable[[], ControllerPort],
         *,
-        cameras: Sequence[str] = (),
+        cameras: Sequence[CameraSetting] = (),
         release: str = "",
         share: Callable[[str], None] | None = None,
     ) -> None:
-        """`cameras`, `release`: as the agent's settings `controller_cameras` and `payload_release`, checked.
+        """`cameras`, `release`: as the agent's settings `controller_cameras` and `payload_release`.
         `share`: tells the video process where to put its pictures."""
         self._maker = maker
         self._cameras = cameras
@@ -88,7 +88,6 @@ class ControllerHandler:
         from onboard_agent.autonomy.core.lines import SetUp
         from onboard_agent.autonomy.core.mission import waypoints
         from onboard_agent.autonomy.core.payload_release import USUAL, parse_release
-        from onboard_agent.autonomy.setting import parse_cameras
 
         why_not = self._why_not(work, around)
         if why_not is None and around is not None and profile_of(around) is None:
@@ -99,7 +98,7 @@ class ControllerHandler:
             return
         self._system = around.system_id
         self._port = port = self._port or self._make_port()
-        cameras = parse_cameras(self._cameras)
+        cameras = tuple(self._cameras)
         limits = (work.max_speed_m_s, work.min_height_m, work.max_height_m, work.max_distance_m)
         port.start(
             SetUp(

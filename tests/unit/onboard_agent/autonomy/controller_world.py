@@ -10,6 +10,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).parent.parent / "transactions"))
 from drone_world import DroneWorld
 
+from onboard_agent.autonomy.camera_settings import parse_cameras
 from onboard_agent.autonomy.cameras import ControllerCameras
 from onboard_agent.autonomy.controller import Controller, Direction
 from onboard_agent.autonomy.core.lines import Beat, Directed, Note, Raised, Ready, Report, Seen, SetUp
@@ -100,7 +101,7 @@ class ControllerWorld(DroneWorld):
         self.sent_at: list[float] = []
         super().__init__(
             make_handlers=lambda maker: [
-                ControllerHandler(maker, {"survey": "/x.py:X"}, lambda: self.port, cameras=cameras)
+                ControllerHandler(maker, {"survey": "/x.py:X"}, lambda: self.port, cameras=parse_cameras(cameras))
             ],
             **options,
         )

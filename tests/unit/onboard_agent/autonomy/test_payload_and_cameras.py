@@ -2,10 +2,10 @@
 
 import pytest
 
+from onboard_agent.autonomy.camera_settings import parse_cameras
 from onboard_agent.autonomy.core.lines import VIDEO, CameraKind, Waypoint
 from onboard_agent.autonomy.core.mission import waypoints
 from onboard_agent.autonomy.core.payload_release import parse_release
-from onboard_agent.autonomy.setting import parse_cameras
 from onboard_agent.unusable import Unusable
 from wire.dialect import mavlink
 from wire.plans import PlanItem
