@@ -70,7 +70,7 @@ class Eyes:
     """Camera, detector and sender: what the agent has on board."""
 
     def __init__(self, pad: LandingPad, seed: int) -> None:
-        self._scene = Scene(1, [], [pad])
+        self._scene = Scene(1, [], pads=[pad])
         self._scene.prepare()
         cv2.setRNGSeed(seed)
         # Pictures are drawn from straight above the vehicle's place however it leans, so the lens is that place.

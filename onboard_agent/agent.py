@@ -4,7 +4,7 @@ import asyncio
 import logging
 import secrets
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -52,6 +52,7 @@ from wire.video import VIDEO, VideoWanted
 
 if TYPE_CHECKING:
     from onboard_agent.autonomy.child import ControllerChild
+    from onboard_agent.autonomy.core.lines import CameraSetting
     from onboard_agent.landing.child import PadWatch
 
 _log = logging.getLogger(__name__)
@@ -87,6 +88,10 @@ class AgentSettings:
     """FILE:CLASS of controllers, by name (onboard_agent.autonomy.setting)."""
     landing: tuple[str, str] | None = None
     """Landing pad and camera (onboard_agent.vision.pad_setting); None: no precision landing."""
+    controller_cameras: "Sequence[CameraSetting]" = ()
+    """Cameras for controllers (onboard_agent.autonomy.setting)."""
+    payload_release: str = ""
+    """How a controller lets the payload go (onboard_agent.autonomy.core.payload_release)."""
     on_trial: int | None = None
     """The tower's transaction that waits for this process (onboard_agent.update.launch)."""
 
@@ -104,6 +109,8 @@ class Agent:
         self._port.on_open = self._port_opened
         self._state = settings.state
         self._controllers = settings.controllers
+        self._controller_cameras = settings.controller_cameras
+        self._payload_release = settings.payload_release
         self._controller: ControllerChild | None = None
         self._landing = settings.landing
         self._pad_watch: PadWatch | None = None
@@ -174,9 +181,20 @@ class Agent:
             parameters,
             UpdateHandler(self._installer, running=VERSION, installed=installed_version()),
             LogHandler(maker, LogFiles(None if state is None else state / "logs"), self._files),
-            ControllerHandler(maker, self._controllers, self._make_controller),
+            ControllerHandler(
+                maker,
+                self._controllers,
+                self._make_controller,
+                cameras=self._controller_cameras,
+                release=self._payload_release,
+                share=self._share_frames,
+            ),
             *self._landing_handlers(maker),
         ]
+
+    def _share_frames(self, path: str) -> None:
+        self._video.share(path, self._loop.time())
+        self._video_child.wake()
 
     def _landing_handlers(self, maker: FrameMaker) -> list[TransactionHandler]:
         if self._landing is None:

@@ -15,7 +15,7 @@ import time
 from collections.abc import Coroutine, Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from onboard_agent import VERSION
 from onboard_agent.agent import Agent, AgentSettings, StartAgain
@@ -25,7 +25,7 @@ from onboard_agent.link.enrolment import NotReached, check_can_keep
 from onboard_agent.link.enrolment import enrol as enrol_here
 from onboard_agent.link.identity_file import enrolment_token, read_identity, token_file_warning
 from onboard_agent.link.tower_url import TowerUrl, parse_tower_url
-from onboard_agent.settings import read_settings
+from onboard_agent.settings import KEYS, read_settings
 from onboard_agent.sockets.uplinks import parse_uplinks
 from onboard_agent.state_directory import state_directory
 from onboard_agent.unusable import Unusable
@@ -33,6 +33,9 @@ from onboard_agent.update.launch import launch, start_again, transaction_on_tria
 from onboard_agent.update.release_keys import parse_release_keys
 from onboard_agent.update.releases import Releases
 from onboard_agent.video.camera_setting import NO_CAMERA, parse_camera
+
+if TYPE_CHECKING:
+    from onboard_agent.autonomy.core.lines import CameraSetting
 
 _log = logging.getLogger("onboard_agent")
 
@@ -70,6 +73,8 @@ def run(found: dict[str, Any]) -> None:
         on_trial=transaction_on_trial(os.environ),
         controllers=_controllers(found["controllers"] or ()),
         landing=_landing(found["landing_pad"], found["landing_camera"]),
+        controller_cameras=_controller_cameras(found["controller_cameras"] or ()),
+        payload_release=_payload_release(found["payload_release"]),
         black_box_mb=parse_megabytes(found["black_box"]),
     )
     warning = token_file_warning(token)
@@ -149,6 +154,22 @@ def _landing(pad: str | None, camera: str | None) -> tuple[str, str] | None:
         _log.error("no precision landing: its libraries are not installed. pip install 'control-tower-agent[video]'")
         return None
     return pad or "", camera or ""
+
+
+def _controller_cameras(texts: Sequence[str]) -> Sequence[CameraSetting]:
+    if not texts:
+        return ()
+    from onboard_agent.autonomy.camera_settings import parse_cameras
+
+    return parse_cameras(texts)
+
+
+def _payload_release(text: str) -> str:
+    if text != KEYS["payload_release"].default:
+        from onboard_agent.autonomy.core.payload_release import parse_release
+
+        parse_release(text)
+    return text
 
 
 def _path(text: str | None) -> Path | None:

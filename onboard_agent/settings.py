@@ -137,6 +137,21 @@ SETTINGS: Final = (
         option="landing-camera",
     ),
     Setting(
+        "controller_cameras",
+        ("TOWER_AGENT_CONTROLLER_CAMERAS",),
+        "Cameras for controllers: NAME[,kind=...][,tilt=DEG][,fov=DEG][,up=M] and where, as camera; or video.",
+        ["down,tilt=90,fov=75 video"],
+        option="controller-camera",
+        many=True,
+    ),
+    Setting(
+        "payload_release",
+        ("TOWER_AGENT_PAYLOAD_RELEASE",),
+        "How a controller lets the payload go: gripper:NUMBER or servo:OUTPUT=MICROSECONDS.",
+        "servo:9=1900",
+        default="gripper:1",
+    ),
+    Setting(
         "log_level",
         ("TOWER_AGENT_LOG_LEVEL",),
         "debug, info, warning or error.",

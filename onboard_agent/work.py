@@ -76,7 +76,10 @@ class WorkAtDrone:
         self._controllers = next((one for one in more if isinstance(one, ControllerHandler)), None)
         if self._controllers is not None:
             self._controllers.connect(
-                send=self._why_not_command, commanded=lambda: holder.commanded, moved=lambda: holder.moved
+                send=self._why_not_command,
+                commanded=lambda: holder.commanded,
+                moved=lambda: holder.moved,
+                mission=lambda: self._plans.mission,
             )
         self._transactions = Transactions([self._plans, commands, self._follow, *more])
         self._gate = StartGate(maker)

@@ -76,6 +76,7 @@ PAD_HELP = "LAT,LON[,HEADING] of a landing pad with markers, in the pictures of 
 SHELL_HELP = (
     "A Unix socket to be made for terminals of this user: tower-sim shell --attach PATH. Turns the commander on."
 )
+TARGET_HELP = "LETTER@LAT,LON[,HEADING[,SIDE]]: a landing target on the ground, in the pictures of --camera."
 CAMERA_HELP = "[HOST:]PORT of a camera over HTTP; once for each vehicle that is to have one, in their order."
 
 
@@ -116,6 +117,8 @@ def simulate(
     ] = None,
     camera: Annotated[list[str] | None, typer.Option(help=CAMERA_HELP)] = None,
     landing_pad: Annotated[list[str] | None, typer.Option(help=PAD_HELP)] = None,
+    target: Annotated[list[str] | None, typer.Option(help=TARGET_HELP)] = None,
+    light: Annotated[float, typer.Option(min=0.1, max=2.0, help="Of the pictures of --camera; 1: a clear day.")] = 1.0,
     camera_component: Annotated[
         bool, typer.Option("--camera-component", help="Each has a camera as a MAVLink component.")
     ] = False,
@@ -163,7 +166,8 @@ def simulate(
         )
         ports = _port_endpoints(msp, sbus, count, radio)
         vehicles = make_squad(count, settings, hills=hills)
-        cameras = _cameras(camera, vehicles, place, seed, landing_pad or ()) if camera else None
+        shown = (landing_pad or (), target or (), light)
+        cameras = _cameras(camera, vehicles, place, seed, *shown) if camera else None
     except (ValueError, KeyError) as error:
         raise typer.BadParameter(str(error.args[0])) from error
     logging.basicConfig(level=logging.INFO, format="tower-sim: %(message)s")
@@ -193,13 +197,21 @@ def _port_endpoints(msp: list[str] | None, sbus: list[str] | None, count: int, r
     return [parse_endpoint(text) for text in texts]
 
 
-def _cameras(texts: list[str], vehicles: list[Vehicle], home: Place, seed: int, pads: Sequence[str]) -> SquadCameras:
+def _cameras(
+    texts: list[str],
+    vehicles: list[Vehicle],
+    home: Place,
+    seed: int,
+    pads: Sequence[str],
+    targets: Sequence[str],
+    light: float,
+) -> SquadCameras:
     # OpenCV takes time and memory, so it is imported only for a camera.
-    from simulator.camera.on_board import SquadCameras
+    from simulator.camera.on_board import Pictured, SquadCameras
     from simulator.camera.server import parse_camera
 
     endpoints = [parse_camera(text) for text in texts]
-    cameras = SquadCameras(endpoints, vehicles, home, seed, pads)
+    cameras = SquadCameras(endpoints, vehicles, home, seed, Pictured(pads, targets, light))
     for vehicle, endpoint in zip(vehicles, endpoints, strict=False):
         vehicle.films_at(str(endpoint))
     return cameras

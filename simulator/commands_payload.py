@@ -6,6 +6,7 @@ from simulator.command_message import ACCEPTED, FAILED, Command
 from simulator.dialect import mavlink
 from simulator.flight import Flight
 from simulator.notices import Severity
+from simulator.payload_drop import drop
 from simulator.servo_outputs import OUTPUTS
 
 GRIPPER_FUNCTION = 28
@@ -34,7 +35,10 @@ def move_gripper(flight: Flight, command: Command) -> int:
     if action not in (mavlink.GRIPPER_ACTION_RELEASE, mavlink.GRIPPER_ACTION_GRAB):
         return FAILED
     outputs = (n for n in range(1, OUTPUTS + 1) if flight.parameters[f"SERVO{n}_FUNCTION"] == GRIPPER_FUNCTION)
-    text = flight.outputs.grip(action == mavlink.GRIPPER_ACTION_GRAB, flight.now_s, output=next(outputs, None))
+    grabs = action == mavlink.GRIPPER_ACTION_GRAB
+    if not grabs and flight.outputs.grips is not False:
+        drop(flight)
+    text = flight.outputs.grip(grabs, flight.now_s, output=next(outputs, None))
     if text:
         flight.notify(Severity.INFO, text)
     return ACCEPTED

@@ -19,6 +19,13 @@ MIN_DISTANCE_M: Final = 5.0
 MAX_DISTANCE_M: Final = 2000.0
 MIN_FOR_S: Final = 5.0
 MAX_FOR_S: Final = 600.0
+MAX_SETTINGS: Final = 32
+
+SETTING_PATTERN: Final = r"^[a-z][a-z0-9_]{0,39}$"
+
+SettingName = Annotated[str, msgspec.Meta(pattern=SETTING_PATTERN)]
+SettingValue = Annotated[str, msgspec.Meta(max_length=400)] | float
+"""A setting of a controller: it is the controller that knows what it means, and refuses what it does not know."""
 
 
 class ControllerWork(msgspec.Struct, frozen=True, tag="controller", tag_field="work"):
@@ -34,3 +41,4 @@ class ControllerWork(msgspec.Struct, frozen=True, tag="controller", tag_field="w
     max_height_m: Annotated[float, msgspec.Meta(ge=MIN_HEIGHT_M, le=MAX_HEIGHT_M)] = 30.0
     max_distance_m: Annotated[float, msgspec.Meta(ge=MIN_DISTANCE_M, le=MAX_DISTANCE_M)] = 100.0
     may_take_off: bool = False
+    settings: Annotated[dict[SettingName, SettingValue], msgspec.Meta(max_length=MAX_SETTINGS)] = {}

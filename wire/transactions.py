@@ -13,6 +13,7 @@ import msgspec
 
 from wire.agent_update import AgentUpdateWork
 from wire.controllers import ControllerWork
+from wire.findings import TargetFound
 from wire.following import FollowWork, LeaderPosition
 from wire.parameter_metadata import MetadataToTower, MetadataWanted
 from wire.plans import I32, MAX_ITEMS_ANY, U8, U16, BoundedPlan, PlanKind
@@ -264,4 +265,5 @@ TransactionToTower = (
     | ParameterTable
     | ParameterChanged
     | MetadataToTower
+    | TargetFound
 )

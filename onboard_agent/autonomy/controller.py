@@ -2,9 +2,11 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from onboard_agent.autonomy.core.directions import (
     Direction,
+    Drop,
     Finish,
     GoBy,
     GoTo,
@@ -17,13 +19,18 @@ from onboard_agent.autonomy.core.directions import (
     left,
     up,
 )
-from onboard_agent.autonomy.core.lines import DirectionState, Seen, SetUp
+from onboard_agent.autonomy.core.lines import DirectionState, Found, Seen, SetUp, Waypoint
+
+if TYPE_CHECKING:
+    from onboard_agent.autonomy.cameras import ControllerCameras
 
 __all__ = [
     "Controller",
     "Direction",
     "DirectionState",
+    "Drop",
     "Finish",
+    "Found",
     "GoBy",
     "GoTo",
     "Hold",
@@ -33,6 +40,7 @@ __all__ = [
     "SetUp",
     "TakeOff",
     "Turn",
+    "Waypoint",
     "forward",
     "left",
     "up",
@@ -45,6 +53,15 @@ class Controller(ABC):
     beat: Callable[[], None]
     """Call it at least every 0.3 s in a step that takes longer: a controller without a sign of life for 0.4 s is
     ended, and the drone holds."""
+
+    cameras: "ControllerCameras"
+    """The cameras of the agent's setting `controller_cameras`. They open at the first use."""
+
+    report: Callable[[Found], None]
+    """Tells the tower, and everybody who watches the drone, what was found."""
+
+    note: Callable[[str, bool], None]
+    """Shows words as the controller's status; with True everybody who watches the drone gets them as STATUSTEXT too."""
 
     def begin(self, limits: SetUp) -> None:  # noqa: B027 (most controllers need none)
         """Called once, before the first step. Load models and open devices here: it may take 15 s with the import."""

@@ -9,7 +9,10 @@ from typing import Any, Final
 from onboard_agent.autonomy.controller import Controller
 
 GROUP: Final = "control_tower.controllers"
-BUILT_IN: Final = {"scripted": ("onboard_agent.autonomy.scripted", "Scripted")}
+BUILT_IN: Final = {
+    "challenge": ("onboard_agent.autonomy.challenge", "Challenge"),
+    "scripted": ("onboard_agent.autonomy.scripted", "Scripted"),
+}
 
 
 class NoController(Exception):

@@ -10,12 +10,14 @@ import sys
 import traceback
 from typing import Final
 
+from onboard_agent.autonomy.cameras import ControllerCameras
 from onboard_agent.autonomy.controller import Controller
 from onboard_agent.autonomy.core.lines import (
     MAX_LINE_BYTES,
     Beat,
     Directed,
     FromController,
+    Note,
     Raised,
     Ready,
     Seen,
@@ -24,6 +26,7 @@ from onboard_agent.autonomy.core.lines import (
     encode_line,
 )
 from onboard_agent.autonomy.loading import load
+from onboard_agent.autonomy.pose_history import PoseHistory
 
 BEAT_EVERY_S: Final = 0.1
 _INPUT: Final = 0
@@ -54,6 +57,8 @@ class Runner:
         self._out = out
         self._lines = Lines()
         self._number = 0
+        self._poses = PoseHistory()
+        self._cameras = ControllerCameras((), self._poses)
 
     def run(self) -> None:
         """Returns when the flight process closes the input, or the controller fails."""
@@ -74,21 +79,32 @@ class Runner:
 
     def _loaded(self, set_up: SetUp) -> Controller:
         controller = load(set_up.name, set_up.source)
-        controller.beat = lambda: self._say(Beat())
+        self._cameras = ControllerCameras(set_up.cameras, self._poses, frames_path=set_up.frames_path)
+        controller.cameras = self._cameras
+        controller.beat = self._beat
+        controller.report = self._say
+        controller.note = lambda words, aloud: self._say(Note(words[:400], aloud))
         controller.begin(set_up)
         return controller
 
     def _step(self, controller: Controller, lines: list[bytes]) -> None:
         direction = None
-        if lines:  # only the newest telemetry counts
-            seen = decode_to_controller(lines[-1])
-            assert isinstance(seen, Seen)
+        seen: Seen | None = None
+        for line in lines:
+            told = decode_to_controller(line)
+            assert isinstance(told, Seen)
+            self._poses.add(told)
+            seen = told
+        if seen is not None:  # only the newest telemetry counts
             direction = controller.step(seen)
         if direction is None:
-            self._say(Beat())
+            self._beat()
             return
         self._number += 1
         self._say(Directed(self._number, direction))
+
+    def _beat(self) -> None:
+        self._say(Beat(self._cameras.taken))
 
     def _say(self, line: FromController) -> None:
         os.write(self._out, encode_line(line))

@@ -3,7 +3,7 @@ never run a controller, and must not pay for it in memory. No I/O."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Final
 
 from onboard_agent.autopilot.own_frames import FrameMaker
@@ -11,11 +11,14 @@ from onboard_agent.transactions.handler import Around
 from wire.controllers import ControllerWork
 from wire.dialect import mavlink
 from wire.frames import source
+from wire.plans import Plan
 from wire.transactions import Outcome, Transaction, TransactionResult, TransactionToTower
 
 if TYPE_CHECKING:
     from onboard_agent.autonomy.core.controller_port import ControllerPort
     from onboard_agent.autonomy.core.flight import ControllerFlight
+    from onboard_agent.autonomy.core.lines import CameraSetting
+    from onboard_agent.autonomy.frame_sharing import FrameSharing
 
 _AUTOPILOT: Final = 1
 
@@ -28,13 +31,29 @@ class ControllerHandler:
     hears = frozenset(
         {
             mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT,
+            mavlink.MAVLINK_MSG_ID_ATTITUDE,
             mavlink.MAVLINK_MSG_ID_HEARTBEAT,
             mavlink.MAVLINK_MSG_ID_COMMAND_ACK,
         }
     )
 
-    def __init__(self, maker: FrameMaker, sources: Mapping[str, str], make_port: Callable[[], ControllerPort]) -> None:
+    def __init__(
+        self,
+        maker: FrameMaker,
+        sources: Mapping[str, str],
+        make_port: Callable[[], ControllerPort],
+        *,
+        cameras: Sequence[CameraSetting] = (),
+        release: str = "",
+        share: Callable[[str], None] | None = None,
+    ) -> None:
+        """`cameras`, `release`: as the agent's settings `controller_cameras` and `payload_release`.
+        `share`: tells the video process where to put its pictures."""
         self._maker = maker
+        self._cameras = cameras
+        self._release = release
+        self._share = share
+        self._frames: FrameSharing | None = None
         self._sources = sources
         self._make_port = make_port
         self._port: ControllerPort | None = None
@@ -44,11 +63,16 @@ class ControllerHandler:
         self._warnings: list[str] = []
 
     def connect(
-        self, *, send: Callable[[bytes, float], str | None], commanded: Callable[[], int], moved: Callable[[], int]
+        self,
+        *,
+        send: Callable[[bytes, float], str | None],
+        commanded: Callable[[], int],
+        moved: Callable[[], int],
+        mission: Callable[[], Plan] = tuple,
     ) -> None:
         """`send`: returns why a command must not pass. `commanded`, `moved`: counts of the holder's commands and
-        moved sticks."""
-        self._send, self._commanded, self._moved = send, commanded, moved
+        moved sticks. `mission`: that on board, as far as it is known."""
+        self._send, self._commanded, self._moved, self._mission = send, commanded, moved, mission
 
     def autopilot_came(self, around: Around, now: float) -> None:
         """The autopilot has lost what it was sent before it rebooted: ends the flight."""
@@ -62,6 +86,8 @@ class ControllerHandler:
         from onboard_agent.autonomy.core.flight import ControllerFlight
         from onboard_agent.autonomy.core.flight_phase import profile_of
         from onboard_agent.autonomy.core.lines import SetUp
+        from onboard_agent.autonomy.core.mission import waypoints
+        from onboard_agent.autonomy.core.payload_release import USUAL, parse_release
 
         why_not = self._why_not(work, around)
         if why_not is None and around is not None and profile_of(around) is None:
@@ -72,8 +98,20 @@ class ControllerHandler:
             return
         self._system = around.system_id
         self._port = port = self._port or self._make_port()
+        cameras = tuple(self._cameras)
         limits = (work.max_speed_m_s, work.min_height_m, work.max_height_m, work.max_distance_m)
-        port.start(SetUp(work.name, self._sources.get(work.name, ""), *limits, work.may_take_off))
+        port.start(
+            SetUp(
+                work.name,
+                self._sources.get(work.name, ""),
+                *limits,
+                work.may_take_off,
+                settings=work.settings,
+                cameras=cameras,
+                mission=waypoints(self._mission()),
+                frames_path=self._shared(cameras),
+            )
+        )
         self._flight = ControllerFlight(
             self._maker,
             transaction,
@@ -83,6 +121,7 @@ class ControllerHandler:
             send=self._send,
             commanded=self._commanded,
             moved=self._moved,
+            release=parse_release(self._release or USUAL),
         )
 
     def _why_not(self, work: ControllerWork, around: Around | None) -> str | None:
@@ -124,13 +163,23 @@ class ControllerHandler:
         return out
 
     def _take(self, flight: ControllerFlight) -> None:
-        self._reports += flight.reports
-        self._warnings += flight.warnings
-        flight.reports, flight.warnings = [], []
+        self._reports += flight.told.pop()
+        self._warnings += flight.told.pop_warnings()
         if flight.result is not None:
             outcome, words = flight.result
             self._reports.append(TransactionResult(id=flight.id, outcome=outcome, words=words))
             self._flight = None
+            if self._frames is not None:
+                self._frames.end()
+
+    def _shared(self, cameras: Sequence[CameraSetting]) -> str:
+        """Returns the path of the video process's pictures if one of the cameras is that."""
+        if self._share is None or not any(one.source == "video" for one in cameras):
+            return ""
+        from onboard_agent.autonomy.frame_sharing import FrameSharing
+
+        self._frames = self._frames or FrameSharing(self._share)
+        return self._frames.begin()
 
     def pop_warnings(self) -> list[str]:
         """Returns the texts for STATUSTEXT, once."""

@@ -29,7 +29,7 @@ from wire.autopilots.registry import FAMILIES
 from wire.dialect import decode, mavlink
 from wire.frames import message_id, source
 from wire.plan_keeping import keeping_of
-from wire.plans import PlanKind
+from wire.plans import Plan, PlanKind, unpack_plan
 from wire.transactions import (
     Outcome,
     PlanClearWork,
@@ -107,6 +107,12 @@ class PlanWatch:
     def busy(self) -> bool:
         """Whether a plan is being read or written."""
         return self._pause is not None or self._handler.busy or bool(self._handler.is_reading)
+
+    @property
+    def mission(self) -> Plan:
+        """The mission on board; empty if it is not known."""
+        known = self._known.get(PlanKind.MISSION)
+        return () if known is None or known.plan is None else unpack_plan(known.plan)[1]
 
     def pop_warnings(self) -> list[str]:
         """Returns warnings for all viewers of the drone, once."""

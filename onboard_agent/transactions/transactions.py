@@ -17,6 +17,7 @@ from typing import Final
 
 from onboard_agent.transactions.handler import Around, TransactionHandler
 from wire.controllers import ControllerWork
+from wire.findings import FINDINGS, TargetFound
 from wire.following import FollowWork
 from wire.frames import message_id
 from wire.parameter_metadata import PARAMETER_METADATA, MetadataToTower
@@ -179,6 +180,8 @@ class Transactions:
         for one in [one for one in self._waiting if _says_more(reports, one)]:
             self._waiting.remove(one)
         if isinstance(reports, MetadataToTower) and PARAMETER_METADATA not in self._takes:
+            return
+        if isinstance(reports, TargetFound) and FINDINGS not in self._takes:
             return
         if self._taken or isinstance(reports, TransactionResult):
             self._waiting.append(reports)

@@ -20,6 +20,7 @@ from onboard_agent.video.channel import VideoChannel
 from onboard_agent.video.core.lines import REPORT_EVERY_S, Report, Watched
 from onboard_agent.video.core.link_memory import LinkMemory, Remembered
 from onboard_agent.video.core.streaming import Encoded, Order, Streaming
+from onboard_agent.video.frame_share import FrameWriter
 from onboard_agent.video.sources.source import Picture, PictureRequest
 from onboard_agent.video.stream_encoders import MakeEncoder, StreamEncoders
 from wire.video import LIMITS, CameraState, Codec, StreamRequest
@@ -95,6 +96,7 @@ class VideoProcess:
         self._encodes_since: float | None = None
         self._encoder_hangs = False
         self._watched = Watched()
+        self._share: FrameWriter | None = None
         self._camera: CameraThread | None = None
         self._camera_waits = False
         """Waits until the previous camera is released: a device cannot be opened twice."""
@@ -132,13 +134,17 @@ class VideoProcess:
             self._close_channel()
         if another_link and self._watched.ticket:
             self._memory.forget()
+        if watched.frames != self._watched.frames:
+            self._share = _writer(watched.frames)
         self._watched = watched
         self._streaming.watch(watched.streams, now)
         self._worker.submit(self._workbench.keep, watched.streams)
-        if not watched.streams:
+        if not watched.streams and not watched.frames:
             self._idle_since = now
             return
         self._open_camera()
+        if not watched.streams:
+            return
         if self._channel is None and self._tower is not None:
             self._channel = VideoChannel(
                 parse_tower_url(watched.tower) if watched.tower else self._tower,
@@ -169,6 +175,10 @@ class VideoProcess:
         if not self._camera_waits:
             self._camera.start()
 
+    @property
+    def _in_use(self) -> bool:
+        return bool(self._watched.streams or self._watched.frames)
+
     def _let_camera_go(self) -> None:
         camera, self._camera = self._camera, None
         if camera is not None and not self._camera_waits:
@@ -195,12 +205,22 @@ class VideoProcess:
         if camera is None or self._busy_until is not None:
             return  # the newest picture will still be available when the encoders are ready
         picture = camera.newest()
-        if picture is None or channel is None or not channel.is_open:
+        if picture is None:
             return
-        orders = self._streaming.orders(picture.capture_us, time.monotonic(), is_break=picture.is_break)
+        orders = []
+        if channel is not None and channel.is_open:
+            orders = self._streaming.orders(picture.capture_us, time.monotonic(), is_break=picture.is_break)
         if orders:
             self._encodes_since = time.monotonic()
-            self._work(HANGS_S, self._workbench.encode, picture, orders)
+        if orders or self._share is not None:
+            self._work(HANGS_S, self._use, picture, orders, self._share)
+
+    def _use(self, picture: Picture, orders: list[Order], share: FrameWriter | None) -> None:
+        """In the encoders' thread. A controller gets its picture first: it flies by it."""
+        if share is not None:
+            share.write(picture)
+        if orders:
+            self._workbench.encode(picture, orders)
 
     # -- the encoders ----------------------------------------------------------------------------------------------
 
@@ -253,7 +273,7 @@ class VideoProcess:
         self._streaming.tick(now)
         if self._channel is not None:
             self._channel.tick()
-        if self._camera is not None and not self._watched.streams and now - self._idle_since > CAMERA_KEPT_S:
+        if self._camera is not None and not self._in_use and now - self._idle_since > CAMERA_KEPT_S:
             self._let_camera_go()
         self._report_changes()
         if now >= self._report_due:
@@ -292,3 +312,13 @@ class VideoProcess:
         self._reported = self._state()
         self._report_due = time.monotonic() + REPORT_EVERY_S
         self._say(msgspec.structs.replace(self._reported, link=self._memory.remembered))
+
+
+def _writer(path: str) -> FrameWriter | None:
+    if not path:
+        return None
+    try:
+        return FrameWriter(path)
+    except (OSError, ValueError) as error:
+        _log.error("video: no pictures for a controller: %s", error)
+        return None

@@ -12,12 +12,15 @@ import time
 from collections import deque
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import dataclass
+from typing import Final
 
 from simulator.camera.marks import Mark
 from simulator.camera.pads import LandingPad, parse_pad
 from simulator.camera.process import CameraSettings, Settings
 from simulator.camera.server import CameraEndpoint, listen
 from simulator.camera.shared_poses import make_shared_poses
+from simulator.camera.targets import GroundTarget, parse_target
 from simulator.camera.view import Pose
 from simulator.failure_modes import Failure, PlannedFailure
 from simulator.geodesy import LocalFrame, Place
@@ -29,11 +32,31 @@ END_WITHIN_S = 3.0
 log = logging.getLogger("simulator")
 
 
+@dataclass(frozen=True, slots=True)
+class Pictured:
+    """What else is in the pictures. `pads`: as `parse_pad` reads them; `targets`: as `parse_target` does; `light`: 1 is
+    a clear day."""
+
+    pads: Sequence[str] = ()
+    targets: Sequence[str] = ()
+    light: float = 1.0
+
+
+NOTHING_MORE: Final = Pictured()
+
+
 class CameraProcess:
     """The process, its input and its output. `start` opens the ports; nothing else here blocks."""
 
     def __init__(
-        self, endpoints: Sequence[CameraEndpoint], seed: int, marks: list[Mark], pads: list[LandingPad]
+        self,
+        endpoints: Sequence[CameraEndpoint],
+        seed: int,
+        marks: list[Mark],
+        *,
+        pads: list[LandingPad],
+        targets: list[GroundTarget],
+        light: float,
     ) -> None:
         self.endpoints = endpoints
         self.unplug_requests: list[deque[float]] = [deque(maxlen=8) for _ in endpoints]
@@ -42,6 +65,8 @@ class CameraProcess:
         self._seed = seed
         self._marks = marks
         self._pads = pads
+        self._targets = targets
+        self._light = light
         self._file, self.poses = make_shared_poses(len(endpoints))
         self._process: subprocess.Popen[bytes] | None = None
         self._started_s = 0.0
@@ -119,7 +144,9 @@ class CameraProcess:
             )
             for number, endpoint in enumerate(self.endpoints)
         ]
-        settings = Settings(self._seed, self._marks, cameras, self._file.fileno(), self._pads)
+        settings = Settings(
+            self._seed, self._marks, cameras, self._file.fileno(), self._pads, self._targets, self._light
+        )
         self._started_s = time.monotonic()
         self._heard = b""
         self._process = subprocess.Popen(  # noqa: S603 - ourselves
@@ -166,16 +193,20 @@ class SquadCameras:
         vehicles: Sequence[Vehicle],
         home: Place,
         seed: int,
-        pads: Sequence[str] = (),
+        pictured: Pictured = NOTHING_MORE,
     ) -> None:
-        """`pads`: as `parse_pad` reads them."""
         if len(endpoints) > len(vehicles):
             raise ValueError(f"{len(endpoints)} times --camera for {len(vehicles)} vehicles: give one for each at most")
         frame = LocalFrame(home)
         places = [vehicle.settings.flight.place for vehicle in vehicles]
         stands = [frame.to_local(place.lat_deg, place.lon_deg) for place in places]
         marks = [Mark(north, east, str(number)) for number, (north, east) in enumerate(stands, start=1)]
-        self._darkroom = CameraProcess(endpoints, seed, marks, [_pad(text, frame) for text in pads])
+        on_ground = []
+        for number, text in enumerate(pictured.targets, start=seed):
+            letter, lat_deg, lon_deg, heading_deg, side_m = parse_target(text)
+            on_ground.append(GroundTarget(letter, *frame.to_local(lat_deg, lon_deg), heading_deg, side_m, number))
+        pads = [_pad(text, frame) for text in pictured.pads]
+        self._darkroom = CameraProcess(endpoints, seed, marks, pads=pads, targets=on_ground, light=pictured.light)
         self._carried = [VehicleCamera(self._darkroom, number, stands[number]) for number in range(len(endpoints))]
 
     def of(self, number: int) -> VehicleCamera | None:

@@ -14,7 +14,7 @@ import signal
 import socket
 import sys
 import threading
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from functools import partial
 
 from simulator.camera.marks import Mark
@@ -22,6 +22,7 @@ from simulator.camera.pads import LandingPad, PadMarker
 from simulator.camera.scene import Scene
 from simulator.camera.server import Camera, CameraEndpoint
 from simulator.camera.shared_poses import SharedPoses
+from simulator.camera.targets import GroundTarget
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +41,9 @@ class Settings:
     marks: list[Mark]
     cameras: list[CameraSettings]
     poses_fd: int
-    pads: list[LandingPad] = field(default_factory=list)
+    pads: list[LandingPad]
+    targets: list[GroundTarget]
+    light: float
 
     def to_json(self) -> str:
         return json.dumps(asdict(self))
@@ -49,10 +52,12 @@ class Settings:
     def from_json(cls, text: str) -> Settings:
         read = json.loads(text)
         marks = [Mark(**mark) for mark in read["marks"]]
+        cameras = [CameraSettings(**one) for one in read["cameras"]]
         pads = [
             LandingPad(**{**pad, "markers": tuple(PadMarker(**one) for one in pad["markers"])}) for pad in read["pads"]
         ]
-        return cls(read["seed"], marks, [CameraSettings(**one) for one in read["cameras"]], read["poses_fd"], pads)
+        targets = [GroundTarget(**one) for one in read["targets"]]
+        return cls(read["seed"], marks, cameras, read["poses_fd"], pads, targets, read["light"])
 
 
 def say_unplug(number: int, seconds: float) -> None:
@@ -79,7 +84,7 @@ def main() -> None:
     logging.basicConfig(level=logging.INFO, format="tower-sim: %(message)s")
     settings = Settings.from_json(sys.argv[1])
     poses = SharedPoses(settings.poses_fd, len(settings.cameras))
-    scene = Scene(settings.seed, settings.marks, settings.pads)
+    scene = Scene(settings.seed, settings.marks, pads=settings.pads, targets=settings.targets, light=settings.light)
     cameras = [make_camera(settings, number, scene, poses) for number in range(len(settings.cameras))]
     # So that the first viewer does not have to wait for it.
     threading.Thread(target=scene.prepare, name="land", daemon=True).start()

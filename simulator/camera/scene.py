@@ -3,8 +3,10 @@ and the time; only the land is kept between pictures."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from threading import Lock
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -14,18 +16,29 @@ from simulator.camera.marks import Mark, draw_marks
 from simulator.camera.pads import LandingPad, draw_pads
 from simulator.camera.sky import draw_sky
 from simulator.camera.solids import draw_solids
+from simulator.camera.targets import GroundTarget, draw_targets
 from simulator.camera.view import Pose, View
 
 Picture = npt.NDArray[np.uint8]
 
 
 class Scene:
-    """The world of one squad: the same land and marks for all of its cameras."""
+    """The world of one squad: the same land and marks for all of its cameras. `light`: 1 is a clear day."""
 
-    def __init__(self, seed: int, marks: list[Mark], pads: list[LandingPad] | None = None) -> None:
+    def __init__(
+        self,
+        seed: int,
+        marks: list[Mark],
+        *,
+        pads: Sequence[LandingPad] = (),
+        targets: Sequence[GroundTarget] = (),
+        light: float = 1.0,
+    ) -> None:
         self._seed = seed
         self._marks = marks
-        self._pads = pads or []
+        self._pads = list(pads)
+        self._targets = list(targets)
+        self._light = light
         self._ground: GroundMap | None = None
         self._making = Lock()
 
@@ -45,5 +58,8 @@ class Scene:
         draw_ground(picture, view, ground)
         draw_marks(picture, view, self._marks)
         draw_pads(picture, view, self._pads)
+        draw_targets(picture, view, self._targets)
         draw_solids(picture, view, ground.land)
+        if self._light != 1.0:
+            picture = np.asarray(cv2.convertScaleAbs(picture, alpha=self._light), np.uint8)
         return picture

@@ -7,6 +7,7 @@ import math
 from simulator.command_message import ACCEPTED, UNSUPPORTED, Command
 from simulator.dialect import mavlink
 from simulator.flight import Flight
+from simulator.payload_drop import drop
 from simulator.servo_outputs import MOTORS
 from simulator.vehicle_setup import LATER
 
@@ -34,6 +35,9 @@ def move_gripper(flight: Flight, command: Command) -> int:
     known = action in (mavlink.GRIPPER_ACTION_RELEASE, mavlink.GRIPPER_ACTION_GRAB)
     if flight.parameters["PD_GRIPPER_EN"] == 0.0 or not known:
         return NO_ANSWER
-    flight.outputs.grip(action == mavlink.GRIPPER_ACTION_GRAB, flight.now_s, output=MOTORS + ACTUATORS + 1)
+    grabs = action == mavlink.GRIPPER_ACTION_GRAB
+    if not grabs and flight.outputs.grips is not False:
+        drop(flight)
+    flight.outputs.grip(grabs, flight.now_s, output=MOTORS + ACTUATORS + 1)
     flight.setup.answers.append((flight.now_s + GRIPPER_TIMEOUT_S, command.number, ACCEPTED))
     return LATER

@@ -59,11 +59,15 @@ class Land(msgspec.Struct, frozen=True, tag="land", tag_field="do"):
     """Land here. The autopilot does it alone, and the controller ends when the motors stop."""
 
 
+class Drop(msgspec.Struct, frozen=True, tag="drop", tag_field="do"):
+    """Let the payload go here, while the drone keeps its place. How is a setting of the agent (`payload_release`)."""
+
+
 class Finish(msgspec.Struct, frozen=True, tag="finish", tag_field="do"):
     """The controller's work is done: the drone holds."""
 
 
-Direction = Move | Turn | GoBy | GoTo | Hold | TakeOff | Land | Finish
+Direction = Move | Turn | GoBy | GoTo | Hold | TakeOff | Land | Drop | Finish
 
 
 def forward(m_s: float, for_s: float = 1.0) -> Move:

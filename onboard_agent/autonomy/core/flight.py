@@ -19,34 +19,42 @@ from onboard_agent.autonomy.core.acknowledgement import Acknowledgement
 from onboard_agent.autonomy.core.command_sequence import CommandSequence, SendFrame
 from onboard_agent.autonomy.core.controller_port import ControllerPort
 from onboard_agent.autonomy.core.course import EVERY_S, Course, Setpoint, Velocity
-from onboard_agent.autonomy.core.directions import Direction, Finish, Hold, Land, TakeOff
+from onboard_agent.autonomy.core.directions import Direction, Drop, Finish, Hold, Land, TakeOff
 from onboard_agent.autonomy.core.flight_end import FlightEnd
 from onboard_agent.autonomy.core.flight_phase import STREAMS, Phase, profile_of, why_ended
-from onboard_agent.autonomy.core.lines import Beat, Directed, DirectionState, Gone, Raised, Ready, Report, Seen
+from onboard_agent.autonomy.core.flight_reports import FlightReports
+from onboard_agent.autonomy.core.lines import (
+    Beat,
+    Directed,
+    DirectionState,
+    Found,
+    Gone,
+    Note,
+    Raised,
+    Ready,
+    Report,
+    Seen,
+)
 from onboard_agent.autonomy.core.mode_entry import ModeEntry
+from onboard_agent.autonomy.core.payload_release import USUAL, PayloadRelease, parse_release
 from onboard_agent.autonomy.core.position import PositionTrack
-from onboard_agent.autonomy.core.rates import RateMeter
 from onboard_agent.autonomy.core.safe_commands import HoldGoal, Limits, judge
 from onboard_agent.autonomy.core.setpoint_frames import setpoint_message
+from onboard_agent.autonomy.core.take_off import AT_HEIGHT_M, CLIMBS_WITHIN_S, take_off_steps
 from onboard_agent.autopilot.own_frames import FrameMaker, agent_sender
 from onboard_agent.transactions.command_handler import state_words
 from onboard_agent.transactions.handler import Around
-from wire.autopilots.commands import CommandRefused
-from wire.autopilots.commands import TakeOff as PilotTakeOff
 from wire.autopilots.profile import mode_step
 from wire.controllers import ControllerWork
 from wire.dialect import decode, mavlink
 from wire.frames import message_id
-from wire.transactions import Outcome, Transaction, TransactionProgress, TransactionToTower
+from wire.transactions import CommandWork, Outcome, Transaction
 
 HANGS_S: Final = 0.4
 STARTS_WITHIN_S: Final = 15.0
 """For a small computer that loads a controller's libraries from a memory card."""
 POSITION_WITHIN_S: Final = 2.0
 TELL_EVERY_S: Final = 0.1
-REPORT_EVERY_S: Final = 1.0
-CLIMBS_WITHIN_S: Final = 60.0
-AT_HEIGHT_M: Final = 0.7
 LANDS_WITHIN_S: Final = 180.0
 PAUSED_S: Final = 0.2
 """A longer time between two calls is a pause of this process, and no silence of the controller."""
@@ -69,6 +77,7 @@ class ControllerFlight:
         send: SendFrame,
         commanded: Callable[[], int],
         moved: Callable[[], int],
+        release: CommandWork | None = None,
     ) -> None:
         """`send`, `commanded`, `moved`: as for FollowHandler. The controller was started at `port`."""
         work = transaction.work
@@ -76,16 +85,13 @@ class ControllerFlight:
         self.id = transaction.id
         self.epoch = transaction.epoch
         self.result: tuple[Outcome, str] | None = None
-        self.reports: list[TransactionToTower] = []
-        self.warnings: list[str] = []
-        """For STATUSTEXT."""
+        self._deadline = now + transaction.deadline_s
+        self.told = FlightReports(self.id, work.name, now, self._deadline)
         self._maker = maker
         self._work = work
         self._limits = Limits(work.max_speed_m_s, work.min_height_m, work.max_height_m, work.max_distance_m)
-        self._port = port
-        self._send_frame = send
-        self._commanded_now = commanded
-        self._moved_now = moved
+        self._port, self._send_frame = port, send
+        self._commanded_now, self._moved_now = commanded, moved
         self._commanded, self._moved = commanded(), moved()
         self._began_at = self._due_at = self._heard_at = self._phase_at = now
         self._deadline = now + transaction.deadline_s
@@ -94,11 +100,12 @@ class ControllerFlight:
         self._position = PositionTrack()
         self._course: Course | None = None
         self._sequence: CommandSequence | None = None
+        self._release_work = release or parse_release(USUAL)
+        self._release: PayloadRelease | None = None
         self._has_commanded = False
         self._climbs_to_m = 0.0
-        self._next_at = self._tell_at = self._report_at = now
+        self._next_at = self._tell_at = now
         self._ack = Acknowledgement()
-        self._meter = RateMeter(now)
         self._end: FlightEnd | None = None
 
     # What comes in.
@@ -125,8 +132,9 @@ class ControllerFlight:
         if msgid == _ACK:
             if self._end is not None:
                 self._end.acknowledged(message, around_id, now)
-            elif self._sequence is not None:
-                self._sequence.acknowledged(message, around_id, now)
+            for sequence in (self._sequence, self._release):
+                if sequence is not None and self._end is None:
+                    sequence.acknowledged(message, around_id, now)
         elif msgid == _BEAT:
             if self._end is not None:
                 self._end.heartbeat(message.custom_mode)
@@ -144,7 +152,7 @@ class ControllerFlight:
             why = self._why_leave_alone(around)
             if why is not None:
                 words = f"The controller {self._work.name} flies no more: {why}. {state_words(around)}"
-                self.warnings.append(words)
+                self.told.warnings.append(words)
                 self._over(Outcome.FAILED, words)
                 return []
             self._hear(around, now)
@@ -153,7 +161,7 @@ class ControllerFlight:
         if self._end is not None:
             return self._holding(self._end, around, now)
         self._tell(around, now)
-        self._report(now)
+        self.told.tick(self._phase, now)
         return self._fly(around, now)
 
     def _hear(self, around: Around, now: float) -> None:
@@ -172,8 +180,8 @@ class ControllerFlight:
         match report:
             case Ready():
                 self._ready(around, now)
-            case Beat():
-                pass
+            case Beat() | Note() | Found():
+                self.told.said(report)
             case Raised(words=words):
                 self._fault(f"The controller {name} failed: {words}")
             case Gone(words=words):
@@ -182,7 +190,7 @@ class ControllerFlight:
                 if self._phase is Phase.STARTING:
                     self._fault(f"The controller {name} gave a direction before it was ready")
                     return
-                self._meter.directed += 1
+                self.told.meter.directed += 1
                 self._ack.came(number)
                 self._direct(direction, around, now)
 
@@ -201,6 +209,10 @@ class ControllerFlight:
             self._ack.judged(DirectionState.FLYING)
         elif self._phase is not Phase.FLYING or self._course is None or motion is None or plane is None:
             self._ack.judged(DirectionState.REFUSED, f"not while {self._phase}")
+        elif isinstance(direction, Drop):
+            self._course.fly(HoldGoal())
+            self._release = PayloadRelease(self._maker, self._release_work, self._send)
+            self._ack.judged(DirectionState.FLYING)
         elif isinstance(direction, Land):
             land = None if self._profile is None else self._profile.roles.land
             if land is None:
@@ -219,23 +231,17 @@ class ControllerFlight:
             self._ack.judged(DirectionState.FLYING, judged.words, bounded=judged.bounded)
 
     def _take_off(self, direction: TakeOff, around: Around, now: float) -> None:
-        height = direction.height_m
         if self._phase is not Phase.ON_GROUND or self._profile is None:
             self._ack.judged(DirectionState.REFUSED, f"not while {self._phase}")
-        elif not self._work.may_take_off:
-            self._ack.judged(DirectionState.REFUSED, "it was not permitted to take off")
-        elif not self._limits.min_height_m <= height <= self._limits.max_height_m:
-            self._ack.judged(DirectionState.REFUSED, f"{height:g} m is not within the limits")
-        else:
-            try:
-                state = self._position.vehicle_state(around)
-                steps = self._profile.steps(state, PilotTakeOff(height))
-            except CommandRefused as error:
-                self._ack.judged(DirectionState.REFUSED, str(error))
-                return
-            self._sequence, self._climbs_to_m = CommandSequence(self._maker, steps, self._send), height
-            self._ack.judged(DirectionState.FLYING)
-            self._enter(Phase.TAKING_OFF, now)
+            return
+        state = self._position.vehicle_state(around)
+        steps = take_off_steps(direction.height_m, self._work, self._limits, self._profile, state)
+        if isinstance(steps, str):
+            self._ack.judged(DirectionState.REFUSED, steps)
+            return
+        self._sequence, self._climbs_to_m = CommandSequence(self._maker, steps, self._send), direction.height_m
+        self._ack.judged(DirectionState.FLYING)
+        self._enter(Phase.TAKING_OFF, now)
 
     # Conditions.
 
@@ -251,7 +257,7 @@ class ControllerFlight:
             if self._sequence is not None and self._sequence.why_not:
                 self._stop(Outcome.FAILED, f"The controller {name} could not land it: {self._sequence.why_not}")
             elif not around.armed:
-                self._over(Outcome.DONE, f"The controller {name} has landed it. {self._meter.words(now)}")
+                self._over(Outcome.DONE, f"The controller {name} has landed it. {self.told.meter.words(now)}")
             elif now - self._phase_at > LANDS_WITHIN_S:
                 self._over(Outcome.TIMED_OUT, f"It did not land in time. {state_words(around)}")
         elif self._phase is Phase.STARTING:
@@ -285,6 +291,10 @@ class ControllerFlight:
             out.append(self._setpoint(self._course, around, now))
         if self._phase is Phase.ENTERING:
             out += self._entering(around, now)
+        if self._release is not None:
+            out += self._release.due(around.system_id, now)
+            if self._release.settle(self._ack):
+                self._release = None
         return out
 
     def _setpoint(self, course: Course, around: Around, now: float) -> bytes:
@@ -299,7 +309,7 @@ class ControllerFlight:
                 course.fly(HoldGoal())
                 self._ack.ended(DirectionState.EXPIRED, "its time is over")
             setpoint = course.setpoint(motion, now)
-        self._meter.sent += 1
+        self.told.meter.sent += 1
         message = setpoint_message(around.system_id, setpoint, plane, home_alt_m=self._position.home_alt_m)
         return self._maker.make(message, agent_sender(around.system_id))
 
@@ -351,21 +361,14 @@ class ControllerFlight:
         ):
             return
         self._tell_at = max(self._tell_at + TELL_EVERY_S, now)
-        self._port.say(Seen(now, *self._position.told(), around.armed, around.airborne, *self._ack.told()))
-
-    def _report(self, now: float) -> None:
-        if now - self._report_at < REPORT_EVERY_S:
-            return
-        self._report_at = now
-        done, total = round(now - self._began_at), round(self._deadline - self._began_at)
-        phase = f"{self._work.name}, {self._phase}: {self._meter.recent(now)}"
-        self.reports.append(TransactionProgress(id=self.id, phase=phase, done=done, total=total))
+        drone = (*self._position.told(), around.armed, around.airborne)
+        self._port.say(Seen(now, *drone, *self._ack.told(), *self._position.pose()))
 
     # The end.
 
     def _fault(self, why: str) -> None:
         if self._end is None and self.result is None:
-            self.warnings.append(why)
+            self.told.warnings.append(why)
             self._stop(Outcome.FAILED, why)
 
     def _stop(self, outcome: Outcome, why: str, *, stands: bool = True) -> None:
@@ -387,8 +390,8 @@ class ControllerFlight:
         out = end.due(around, now)
         words = end.words(around)
         if words:
-            self._over(end.outcome, f"{words} {self._meter.words(now)}")
-            self.warnings.append(words)
+            self._over(end.outcome, f"{words} {self.told.meter.words(now)}")
+            self.told.warnings.append(words)
         return out
 
     def _over(self, outcome: Outcome, words: str) -> None:

@@ -8,6 +8,10 @@ import msgspec
 from onboard_agent.autonomy.core.directions import Direction
 
 MAX_LINE_BYTES: Final = 16_384
+MAX_THUMBNAIL_BYTES: Final = 8_000
+MAX_WAYPOINTS: Final = 80
+VIDEO: Final = "video"
+"""The source of a camera that is the video process's own."""
 _Words = Annotated[str, msgspec.Meta(max_length=400)]
 
 
@@ -21,6 +25,34 @@ class DirectionState(StrEnum):
     """It was not done within its time; the drone holds."""
 
 
+class CameraKind(StrEnum):
+    """What a camera's pixels mean."""
+
+    COLOUR = "colour"
+    INFRARED = "infrared"
+    DEPTH = "depth"
+
+
+class CameraSetting(msgspec.Struct, frozen=True):
+    """One camera for controllers. `source`: as `camera` in agent.toml, or VIDEO. `tilt_deg`: of its axis, down from
+    forward; `up_m`: the lens above the place that the autopilot calls its own."""
+
+    name: str
+    source: str
+    kind: CameraKind = CameraKind.COLOUR
+    tilt_deg: float = 90.0
+    field_of_view_deg: float = 75.0
+    up_m: float = 0.0
+
+
+class Waypoint(msgspec.Struct, frozen=True):
+    """Of the mission on board. `height_m`: above home; None where the mission says it in another way."""
+
+    lat_deg: float
+    lon_deg: float
+    height_m: float | None = None
+
+
 class SetUp(msgspec.Struct, frozen=True, tag="set_up", tag_field="line"):
     """The first line to the process. `source`: FILE:CLASS; empty for one that is built in or installed."""
 
@@ -31,6 +63,13 @@ class SetUp(msgspec.Struct, frozen=True, tag="set_up", tag_field="line"):
     max_height_m: float = 30.0
     max_distance_m: float = 100.0
     may_take_off: bool = False
+    settings: dict[str, str | float] = {}
+    """Of the request that starts it."""
+    cameras: tuple[CameraSetting, ...] = ()
+    mission: tuple[Waypoint, ...] = ()
+    """The mission on board when it starts, its first MAX_WAYPOINTS places."""
+    frames_path: str = ""
+    """Shared memory with the newest picture of the video process; empty: there is none."""
 
 
 class Seen(msgspec.Struct, frozen=True, tag="seen", tag_field="line"):
@@ -54,6 +93,13 @@ class Seen(msgspec.Struct, frozen=True, tag="seen", tag_field="line"):
     state: DirectionState = DirectionState.DONE
     words: str = ""
     bounded: bool = False
+    position_at_s: float = 0.0
+    """When the position came, on the clock of `at_s`."""
+    roll_deg: float = 0.0
+    pitch_deg: float = 0.0
+    yaw_deg: float = 0.0
+    attitude_at_s: float = 0.0
+    """0: the autopilot reports no attitude."""
 
 
 class Ready(msgspec.Struct, frozen=True, tag="ready", tag_field="line"):
@@ -61,7 +107,26 @@ class Ready(msgspec.Struct, frozen=True, tag="ready", tag_field="line"):
 
 
 class Beat(msgspec.Struct, frozen=True, tag="beat", tag_field="line"):
-    """The controller lives, and has no new direction."""
+    """The controller lives, and has no new direction. `pictures`: how many it has taken so far."""
+
+    pictures: int = 0
+
+
+class Note(msgspec.Struct, frozen=True, tag="note", tag_field="line"):
+    """What the controller does, for people. `aloud`: as STATUSTEXT too."""
+
+    words: _Words
+    aloud: bool = False
+
+
+class Found(msgspec.Struct, frozen=True, tag="found", tag_field="line"):
+    """A target and its place on the map. `confidence`: 0 to 1. `thumbnail`: a JPEG, or empty."""
+
+    letter: Annotated[str, msgspec.Meta(max_length=8)]
+    confidence: float
+    lat_deg: float
+    lon_deg: float
+    thumbnail: Annotated[bytes, msgspec.Meta(max_length=MAX_THUMBNAIL_BYTES)] = b""
 
 
 class Directed(msgspec.Struct, frozen=True, tag="directed", tag_field="line"):
@@ -83,7 +148,7 @@ class Gone(msgspec.Struct, frozen=True, tag="gone", tag_field="line"):
     words: _Words
 
 
-FromController = Ready | Beat | Directed | Raised
+FromController = Ready | Beat | Note | Found | Directed | Raised
 Report = FromController | Gone
 ToController = SetUp | Seen
 

@@ -1,5 +1,7 @@
-"""Where the drone is, from GLOBAL_POSITION_INT, relative to where the controller began. No I/O; takes `now`."""
+"""Where the drone is, from GLOBAL_POSITION_INT, relative to where the controller began, and its attitude. No I/O; takes
+`now`."""
 
+from math import degrees
 from typing import Any, Final
 
 from onboard_agent.autonomy.core.local_plane import LocalPlane
@@ -11,7 +13,7 @@ _NO_HEADING: Final = 65535
 
 
 class PositionTrack:
-    """Feed it each GLOBAL_POSITION_INT of the autopilot."""
+    """Feed it each GLOBAL_POSITION_INT and ATTITUDE of the autopilot."""
 
     def __init__(self) -> None:
         self.plane: LocalPlane | None = None
@@ -21,6 +23,8 @@ class PositionTrack:
         """Above sea level."""
         self.at = float("-inf")
         self._lat_deg = self._lon_deg = 0.0
+        self._attitude = (0.0, 0.0, 0.0, 0.0)
+        """Roll, pitch and yaw in degrees, and when they came."""
 
     @property
     def known(self) -> bool:
@@ -28,7 +32,10 @@ class PositionTrack:
         return self.motion is not None
 
     def receive(self, message: Any, now: float) -> None:
-        """Takes GLOBAL_POSITION_INT. Zeros mean that the autopilot has no position."""
+        """Takes ATTITUDE or GLOBAL_POSITION_INT. A position of zeros means that the autopilot has none."""
+        if message.get_type() == "ATTITUDE":
+            self._attitude = (degrees(message.roll), degrees(message.pitch), degrees(message.yaw), now)
+            return
         if message.lat == 0 and message.lon == 0:
             return
         self._lat_deg, self._lon_deg = message.lat / 1e7, message.lon / 1e7
@@ -53,6 +60,10 @@ class PositionTrack:
         assert one is not None
         speed = (one.north_m_s, one.east_m_s, one.up_m_s)
         return (self._lat_deg, self._lon_deg, one.height_m, *speed, one.heading_deg)
+
+    def pose(self) -> tuple[float, float, float, float, float]:
+        """Returns when the position came, the angles and when those came, as in `lines.Seen`."""
+        return (self.at, *self._attitude)
 
     def vehicle_state(self, around: Around) -> VehicleState:
         """Returns the state for a command of the profile."""

@@ -37,6 +37,8 @@ class Watched(msgspec.Struct, frozen=True, tag="watched", tag_field="type", kw_o
     ticket: str = ""
     tower: str = ""
     streams: tuple[StreamRequest, ...] = ()
+    frames: str = ""
+    """Path of the shared memory for the newest picture (`video.frame_share`); empty: nobody looks."""
 
 
 class Report(msgspec.Struct, frozen=True, tag="report", tag_field="type", kw_only=True):

@@ -7,6 +7,8 @@ ticket is valid for one link: when that is down, nothing is watched.
 
 from typing import Final
 
+import msgspec
+
 from onboard_agent.video.core.lines import Report, Watched
 from onboard_agent.video.core.link_memory import Remembered
 from wire.video import VIDEO, CameraState, Codec, VideoState, VideoWanted
@@ -28,6 +30,7 @@ class VideoService:
         self._has_camera = has_camera
         self._linked = False
         self._wanted = Watched()
+        self._frames = ""
         self._watched_until: float | None = None
         self._report: Report | None = None
         self._lost_words = ""
@@ -64,16 +67,25 @@ class VideoService:
             self._watched_until = now
         self._wanted = wanted
 
+    # -- from a controller on board --------------------------------------------------------------------------------
+
+    def share(self, frames: str, now: float) -> None:
+        """`frames`: path of the memory for the newest picture, whoever watches; empty: no controller looks any more.
+        Does nothing without a camera."""
+        if self._frames and not frames:
+            self._watched_until = now
+        self._frames = frames if self._has_camera else ""
+
     # -- the video process -----------------------------------------------------------------------------------------
 
     @property
     def watched(self) -> Watched:
         """The current demand, for the video process."""
-        return self._wanted
+        return msgspec.structs.replace(self._wanted, frames=self._frames)
 
     def should_run(self, now: float) -> bool:
         """Whether the video process should run."""
-        if self._wanted.streams:
+        if self._wanted.streams or self._frames:
             return True
         return self._watched_until is not None and now - self._watched_until < KEEP_S
 

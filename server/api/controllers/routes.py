@@ -16,6 +16,7 @@ from server.domain.access import UnknownDrone
 from server.domain.relations import Right
 from server.live.flight_commands.vehicle import NotKnownHow, NotKnownYet, Vehicle
 from server.live.hub import Hub
+from server.live.operations.findings import FindingView
 from server.live.operations.operation import Lane, Operation, Order, Step
 from server.live.operations.permissions import refuse_commands, refuse_others
 from server.live.operations.refusals import (
@@ -59,6 +60,10 @@ class ControllerStart(BaseModel):
     ] = 100.0
     may_take_off: Annotated[bool, Field(description="Whether it may arm the motors and take off")] = False
     for_s: Annotated[float, Field(ge=wire.MIN_FOR_S, le=wire.MAX_FOR_S, description="Then the drone holds")] = 300.0
+    settings: Annotated[
+        dict[Annotated[str, Field(pattern=wire.SETTING_PATTERN)], Annotated[str, Field(max_length=400)] | float],
+        Field(max_length=wire.MAX_SETTINGS, description="The controller's own; it refuses those that it does not know"),
+    ] = {}
 
 
 @router.post(
@@ -105,6 +110,12 @@ async def get_controller(principal: Viewer, hub: HubDep, drone_id: DronePath) ->
     """Returns the operation of the controller that runs; 404 `unknown-operation` without one. Its `phase` has the
     measured rates of set-points and directions."""
     return OperationView.of(_running(hub, watched_drone(hub, principal, drone_id)))
+
+
+@router.get("/findings")
+async def get_findings(principal: Viewer, hub: HubDep, drone_id: DronePath) -> list[FindingView]:
+    """Returns what controllers on board have found since the tower started, newest first, at most 20."""
+    return watched_drone(hub, principal, drone_id).onboard.findings.newest
 
 
 @router.delete("", status_code=202, responses=answers(UnknownOperation, NotInControl))

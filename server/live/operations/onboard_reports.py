@@ -3,12 +3,14 @@
 from collections.abc import Callable
 
 from server.domain.clock import Clock
+from server.live.operations.findings import FindingReported
 from server.live.operations.table_fetching import TableFetching
 from server.live.relay import live_messages as live
 from server.live.relay.live_drone import LiveDrone
+from wire.findings import TargetFound
 from wire.transactions import ParameterCache, ParameterChanged, ParameterTable, PlanOnBoard
 
-OnboardReport = PlanOnBoard | ParameterCache | ParameterChanged | ParameterTable
+OnboardReport = TargetFound | PlanOnBoard | ParameterCache | ParameterChanged | ParameterTable
 
 
 class OnboardReports:
@@ -29,6 +31,10 @@ class OnboardReports:
                 if drone.onboard.update_plan(message, self._clock()):
                     view, _ = drone.onboard.plan(message.kind)
                     drone.notify_frame_watchers(live.PlanOnBoardChanged.of(drone.drone_id, view))
+            case TargetFound():
+                added = drone.onboard.findings.add(message, self._clock(), now)
+                if added is not None:
+                    drone.notify_frame_watchers(FindingReported(drone.drone_id, added))
             case ParameterCache():
                 self._parameters(drone, drone.onboard.parameters.update_cache(message), now)
             case ParameterChanged():

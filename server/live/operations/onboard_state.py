@@ -10,6 +10,7 @@ from hashlib import sha256
 
 import msgspec
 
+from server.live.operations.findings import Findings
 from server.live.operations.metadata_store import MetadataStore
 from server.live.operations.onboard_views import (
     NO_PARAMETERS,
@@ -54,6 +55,7 @@ class OnboardState:
         self.plans: PlansView = NO_PLANS
         self.parameters = ReportedParameters()
         self.metadata = MetadataStore()
+        self.findings = Findings()
         self.logs: tuple[LogEntry, ...] | None = None
         """On board, when the list was read last."""
         self.logs_read_at: datetime | None = None

@@ -8,6 +8,7 @@ from server.domain.people import UserRef
 from server.live.aircraft.messages import AircraftHeard
 from server.live.alerts.views import AlertView
 from server.live.fleet.views import DroneView
+from server.live.operations.findings import FindingReported
 from server.live.operations.onboard_views import OnboardPlanView
 from server.live.operations.operation import Operation
 from server.live.operations.views import OperationView
@@ -332,6 +333,7 @@ ToBrowser = (
     | OperationChanged
     | PlanOnBoardChanged
     | ParametersChanged
+    | FindingReported
     | Recording
     | Relayed
     | LeaveTower
@@ -345,7 +347,7 @@ class MalformedRequest(ValueError):
 
 def _view(value: Any) -> Any:
     """Views are pydantic's, because REST answers them too."""
-    return value.model_dump() if isinstance(value, DroneView | OperationView | RecordingView | AlertView) else value
+    return value.model_dump() if hasattr(value, "model_dump") else value
 
 
 _encoder: Final = msgspec.json.Encoder(enc_hook=_view)

@@ -10,8 +10,11 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).parent.parent / "transactions"))
 from drone_world import DroneWorld
 
+from onboard_agent.autonomy.camera_settings import parse_cameras
+from onboard_agent.autonomy.cameras import ControllerCameras
 from onboard_agent.autonomy.controller import Controller, Direction
-from onboard_agent.autonomy.core.lines import Beat, Directed, Raised, Ready, Report, Seen, SetUp
+from onboard_agent.autonomy.core.lines import Beat, Directed, Note, Raised, Ready, Report, Seen, SetUp
+from onboard_agent.autonomy.pose_history import PoseHistory
 from onboard_agent.autonomy.service import ControllerHandler
 from wire.controllers import ControllerWork
 from wire.dialect import decode
@@ -47,6 +50,15 @@ class FakePort:
 
     def start(self, set_up: SetUp) -> None:
         self.set_up, self.running, self._number = set_up, True, 0
+        self.poses = PoseHistory()
+        self.controller.cameras = ControllerCameras(set_up.cameras, self.poses)
+        self.controller.report = self.report
+        self.controller.note = lambda words, aloud: self.report(Note(words, aloud))
+        try:
+            self.controller.begin(set_up)
+        except Exception as error:
+            self.report(Raised(f"{type(error).__name__}: {error}"))
+            return
         if self.loads:
             self.report(Ready())
 
@@ -56,6 +68,7 @@ class FakePort:
     def say(self, seen: Seen) -> None:
         if self.silent or not self.running:
             return
+        self.poses.add(seen)
         try:
             direction = self.controller.step(seen)
         except Exception as error:
@@ -82,12 +95,15 @@ class FakePort:
 class ControllerWorld(DroneWorld):
     """`script`: the controller, unless another is given."""
 
-    def __init__(self, controller: Controller | None = None, **options: Any) -> None:
+    def __init__(self, controller: Controller | None = None, *, cameras: Sequence[str] = (), **options: Any) -> None:
         self.script = Script()
         self.port = FakePort(controller or self.script, lambda: self.now)
         self.sent_at: list[float] = []
         super().__init__(
-            make_handlers=lambda maker: [ControllerHandler(maker, {"survey": "/x.py:X"}, lambda: self.port)], **options
+            make_handlers=lambda maker: [
+                ControllerHandler(maker, {"survey": "/x.py:X"}, lambda: self.port, cameras=parse_cameras(cameras))
+            ],
+            **options,
         )
 
     def _collect(self) -> None:

@@ -433,6 +433,22 @@ export interface paths {
         readonly patch?: never;
         readonly trace?: never;
     };
+    readonly "/drones/{drone_id}/controller/findings": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["get_findings"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
     readonly "/drones/{drone_id}/enrolments": {
         readonly parameters: {
             readonly query?: never;
@@ -2593,6 +2609,13 @@ export interface components {
              * @default 2
              */
             readonly min_height_m?: number;
+            /**
+             * @description The controller's own; it refuses those that it does not know
+             * @default {}
+             */
+            readonly settings?: {
+                readonly [key: string]: string | number;
+            };
         };
         /** @description The reason. Everybody concerned sees it, and the audit trail stores it. */
         readonly ControlRequest: {
@@ -2892,6 +2915,21 @@ export interface components {
             /** @description Why it cannot be drawn; empty if it can */
             readonly problem: string;
             readonly role: string | null;
+        };
+        /** @description A target that a controller on board reported. */
+        readonly FindingView: {
+            /** Format: date-time */
+            readonly at: string;
+            /** @description 0 to 1: a rank, no probability */
+            readonly confidence: number;
+            readonly lat_deg: number;
+            /** @description Empty: none was read */
+            readonly letter: string;
+            readonly lon_deg: number;
+            /** @description Counts the drone's findings since the tower started */
+            readonly number: number;
+            /** @description A JPEG in base64; empty: none */
+            readonly thumbnail: string;
         };
         /** @description First order plus delay: `gain / (1 + tau s) * exp(-delay s)`. */
         readonly FirstOrderView: {
@@ -5799,6 +5837,28 @@ export interface operations {
                 };
                 content: {
                     readonly "application/json": components["schemas"]["OperationView"];
+                };
+            };
+        };
+    };
+    readonly get_findings: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly drone_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": readonly components["schemas"]["FindingView"][];
                 };
             };
         };
