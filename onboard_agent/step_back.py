@@ -15,7 +15,8 @@ _PR_SET_PDEATHSIG = 1
 
 
 def step_back(nice: int = NICE) -> None:
-    """`nice`: the lowest value that the process may have; a higher one stays. Whatever a systemd unit forbids is left as it is."""
+    """`nice`: the lowest value that the process may have; a higher one stays. What a systemd unit forbids stays as it
+    is."""
     with contextlib.suppress(OSError):
         os.setpriority(os.PRIO_PROCESS, 0, max(nice, os.getpriority(os.PRIO_PROCESS, 0)))
     with contextlib.suppress(OSError), open("/proc/self/oom_score_adj", "w") as file:  # noqa: PTH123 (no pathlib yet)
