@@ -35,6 +35,9 @@ export function wayOf(asked: Asked, scope: string, files: ReadonlySet<string>): 
 /** A hash in the name: the same name is the same file for ever. */
 export const isHashed = (path: string): boolean => path.startsWith('assets/');
 
+/** A catalogue of a language: not for everybody, so it is kept when the first page asks for it. */
+export const isCatalogue = (path: string): boolean => /^assets\/portuguese-[^/]*\.js$/.test(path);
+
 export const cacheOf = (version: string): string => PREFIX + version;
 
 /** `names`: of all caches, the oldest first, as the browser gives them. Says which of ours have had their day. */

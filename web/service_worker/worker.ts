@@ -3,7 +3,7 @@
  * keeping at once and reloads nobody: pages are told of it and say so; when to load it is their people's decision.
  */
 
-import { cacheOf, isDown, isHashed, outdated, wayOf } from './rules';
+import { cacheOf, isCatalogue, isDown, isHashed, outdated, wayOf } from './rules';
 
 /** Put in by scripts/build_service_worker.mjs. */
 declare const __VERSION__: string;
@@ -16,6 +16,7 @@ const PAGE = 'index.html';
 /** A tower that does not answer the question for the page in this time is as good as none. */
 const PAGE_LIMIT_MS = 6_000;
 const files = new Set(__FILES__);
+const pathOf = (request: Request): string => request.url.slice(self.registration.scope.length);
 const addressOf = (path: string): string => new URL(path, self.registration.scope).href;
 const NEWS = { type: 'console-version', entry: __ENTRY__ };
 
@@ -59,13 +60,18 @@ async function page(request: Request): Promise<Response> {
 
 async function part(request: Request): Promise<Response> {
   const known = (await fromKept(request)) ?? (await olderPart(request));
-  return known ?? fetch(request);
+  if (known) return known;
+  const answer = await fetch(request);
+  if (answer.ok && isCatalogue(pathOf(request))) {
+    const kept = await caches.open(cacheOf(__VERSION__));
+    await kept.put(request, answer.clone());
+  }
+  return answer;
 }
 
 /** Only what is the same for ever may come from the version before. */
 async function olderPart(request: Request): Promise<Response | undefined> {
-  const path = request.url.slice(self.registration.scope.length);
-  return isHashed(path) ? caches.match(request, { ignoreVary: true }) : undefined;
+  return isHashed(pathOf(request)) ? caches.match(request, { ignoreVary: true }) : undefined;
 }
 
 self.addEventListener('install', (event) => {

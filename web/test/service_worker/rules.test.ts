@@ -1,6 +1,6 @@
 import { describe, expect, it } from 'vitest';
 
-import { cacheOf, isDown, outdated, wayOf, type Way } from '../../service_worker/rules';
+import { cacheOf, isCatalogue, isDown, outdated, wayOf, type Way } from '../../service_worker/rules';
 
 const SCOPE = 'https://tower.example.org/';
 const FILES = new Set(['index.html', 'assets/index-1.js', 'basemap/land.json', 'icon.svg']);
@@ -56,4 +56,9 @@ describe('what has had its day', () => {
 it('takes a proxy without a tower for no tower, and an error of the tower for an answer', () => {
   expect([502, 503, 504].every(isDown)).toBe(true);
   expect([200, 304, 401, 404, 500].some(isDown)).toBe(false);
+});
+
+it('knows the catalogues of languages, which are kept only when they were used', () => {
+  expect(isCatalogue('assets/portuguese-DbBB99ic.js')).toBe(true);
+  expect(['assets/Console-DMOmoEbD.js', 'assets/portuguese-a/b.js', 'portuguese-a.js'].some(isCatalogue)).toBe(false);
 });
