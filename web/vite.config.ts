@@ -25,6 +25,13 @@ function fetchConsoleEarly(): Plugin {
         const start = chunkOf(({ name }) => name === 'start_console');
         const part = chunkOf(({ name }) => name === 'Console');
         if (start?.type !== 'chunk' || part?.type !== 'chunk') return [];
+        for (const entry of files) {
+          if (entry.type !== 'chunk' || !entry.isEntry) continue;
+          const early = [entry.fileName, ...entry.imports].map((name) => chunkOf(({ fileName }) => fileName === name));
+          const modules = early.flatMap((one) => (one?.type === 'chunk' ? one.moduleIds : []));
+          const withTexts = modules.find((id) => /\/src\/(?!main\.ts|languages\/|styles\/)/.test(id));
+          if (withTexts) throw new Error(`${withTexts} runs before the catalogue of the language is there`);
+        }
         const tags: HtmlTagDescriptor[] = [];
         const add = (attrs: Record<string, string | boolean>): void => {
           tags.push({ tag: 'link', attrs: { crossorigin: true, ...attrs }, injectTo: 'head' });
@@ -60,6 +67,20 @@ export default defineConfig({
     assetsInlineLimit: 0,
     modulePreload: { polyfill: false },
     chunkSizeWarningLimit: 1200,
+    rolldownOptions: {
+      output: {
+        // What every page needs, in one file: each file of its own costs a kilobyte of headers.
+        codeSplitting: {
+          groups: [
+            { name: 'language', test: /src\/languages\/(?!pt\/)/, priority: 1 },
+            {
+              name: 'common',
+              test: /src\/(tower\.svelte|preferences\.svelte|kept_document\.svelte|words\/(units|format|squad_words)|video\/unit|link\/(geometry|unattended))\.ts$/,
+            },
+          ],
+        },
+      },
+    },
   },
   server: {
     host: '127.0.0.1',
