@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import pytest
+from command_answers import end_of, is_on_the_ground
 from worlds.pilot import Pilot, at_the_controls
 from worlds.processes import Visitor, World, free_udp_ports, wait_for
 
@@ -280,23 +281,6 @@ def rows_of(root: Visitor) -> list[Row]:
     given = sorted((one for one in events if one["action"] == "command.given"), key=lambda one: one["at"])
     assert {(one["actor_name"], one["drone_id"]) for one in given} <= {("alice", 1)}
     return [(one["detail"]["command"], one["detail"]["result"], one["detail"]["way"]) for one in given]
-
-
-def is_on_the_ground(alice: Visitor) -> bool:
-    """As the tower knows it, which is later than the frames."""
-    drone = alice.drone(1)
-    return drone["armed"] is False and drone["airborne"] is False
-
-
-async def end_of(pilot: Pilot, operation: str) -> Any:
-    """Waits for the end of the operation on the live channel."""
-
-    def ended() -> list[Any]:
-        reported = [one["operation"] for one in pilot.events if one["type"] == "operation"]
-        return [one for one in reported if one["id"] == operation and one["state"] != "running"]
-
-    await pilot.until(lambda: bool(ended()), f"operation {operation}")
-    return ended()[0]
 
 
 async def refused_arming(pilot: Pilot) -> str:
