@@ -7,7 +7,7 @@ import { reloadPage } from './reload_page';
 import { chooseLanguage } from './user_choices.svelte';
 
 export async function changeLanguage(choice: LanguageChoice, user: User): Promise<void> {
-  chooseLanguage(choice);
+  await chooseLanguage(choice);
   await reloadPage(user, {
     title: t('Load the page in another language while you have controls?'),
     reason: t('If you wait, the next page that you load has the new language.'),

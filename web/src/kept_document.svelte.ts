@@ -44,9 +44,19 @@ export class KeptDocument<T extends { readonly [K in keyof T]: unknown }> {
       // It then lasts as long as the page.
     }
     clearTimeout(this.#pendingSave);
-    this.#pendingSave = setTimeout(() => {
-      void tower.rest.keepPreference(this.#name, { ...this.#now }).catch(() => undefined); // this browser has it
-    }, SAVE_AFTER_MS);
+    this.#pendingSave = setTimeout(() => void this.save(), SAVE_AFTER_MS);
+  }
+
+  /** Sends changes that wait, for a page that is about to go. */
+  async save(): Promise<void> {
+    if (this.#pendingSave === undefined) return;
+    clearTimeout(this.#pendingSave);
+    this.#pendingSave = undefined;
+    try {
+      await tower.rest.keepPreference(this.#name, { ...this.#now });
+    } catch {
+      // This browser has it.
+    }
   }
 
   get #key(): string {

@@ -46,10 +46,11 @@ export function chooseTheme(theme: ThemeChoice): void {
   kept.change({ theme });
 }
 
-/** Takes effect when the page is loaded again. */
-export function chooseLanguage(language: LanguageChoice): void {
+/** Takes effect when the page is loaded again: after the answer, else the tower's old choice would come back. */
+export async function chooseLanguage(language: LanguageChoice): Promise<void> {
   prefer({ language });
   kept.change({ language });
+  await kept.save();
 }
 
 export const tourIsOver = (): void => kept.change({ hasToured: true });

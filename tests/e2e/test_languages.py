@@ -1,0 +1,115 @@
+"""The console in Portuguese: chosen in the menu, kept with the user, fetched by nobody who reads English."""
+
+import os
+import re
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from axe_look import Axe
+from console_page import SIMULATOR, ConsolePage, Somebody, visitors
+from playwright.sync_api import Browser, Request, expect
+from worlds.processes import World
+
+CATALOGUE = re.compile(r"/portuguese-[^/]+\.js$")
+PAGES = {
+    "/": "Esquadrilha",
+    "/#/missions": "Missões",
+    "/#/squad-mission": "Missão da esquadrilha",
+    "/#/flights": "Voos importados",
+    "/#/statistics": "Estatísticas",
+    "/#/zones": "Zonas",
+    "/#/account": "Palavra-passe",
+    "/#/admin": "Utilizadores",
+}
+"""Address and a word that its page must show."""
+
+
+@pytest.fixture(scope="module")
+def office(prepared_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[World]:
+    folder = tmp_path_factory.mktemp("office")
+    shutil.copytree(prepared_folder, folder, dirs_exist_ok=True)
+    with World(folder, prepared=True) as world:
+        world.start_tower()
+        world.start_simulated("Kestrel", options=SIMULATOR)
+        world.wait_until_online(world.visitor("admin"), 1)
+        yield world
+
+
+@pytest.fixture
+def come(chromium: Browser, office: World) -> Iterator[Somebody]:
+    with visitors(chromium, office.address) as somebody:
+        yield somebody
+
+
+def catalogues(console: ConsolePage) -> list[str]:
+    """Returns a list that fills with the requests for the Portuguese catalogue."""
+    fetched: list[str] = []
+
+    def noted(request: Request) -> None:
+        if CATALOGUE.search(request.url):
+            fetched.append(request.url)
+
+    console.page.on("request", noted)
+    return fetched
+
+
+def choose(console: ConsolePage, language: str, shown: str = "squad-row") -> None:
+    console.part("user-menu").click()
+    console.part(f"language-{language}").click()
+    expect(console.page.locator(f"html[lang={language}]")).to_have_count(1)
+    expect(console.part(shown).first).to_be_visible()
+
+
+def test_all_pages_are_in_the_language_that_a_person_chooses(come: Somebody, axe: Axe) -> None:
+    admin = come()
+    fetched = catalogues(admin)
+    admin.sign_in("admin")
+    expect(admin.part("squad-row").first).to_be_visible()
+    assert fetched == []
+    choose(admin, "pt")
+    assert fetched
+    pictures = os.environ.get("LANGUAGE_PICTURES")
+    for address, word in PAGES.items():
+        admin.page.goto(admin.page.url.split("/#")[0].rstrip("/") + address)
+        expect(admin.page.get_by_text(word).first).to_be_visible()
+        if pictures:
+            for width in (1440, 1024, 390):
+                admin.page.set_viewport_size({"width": width, "height": 900})
+                name = address.strip("/#") or "monitor"
+                admin.page.screenshot(path=f"{pictures}/{name.replace('/', '-')}-{width}.png")
+    axe.look(admin, "administration in Portuguese")
+
+    # It follows the person to another browser, and back to English.
+    there = come()
+    there.sign_in("admin")
+    expect(there.part("squad-row").first).to_be_visible()
+    with there.page.expect_response(lambda one: one.url.endswith("/me/preferences")):
+        there.page.reload()
+    expect(there.page.locator("html[lang=pt]")).to_have_count(1)
+    expect(there.part("squad-row").first).to_be_visible()
+    choose(there, "en")
+    expect(there.page.get_by_text("Squad").first).to_be_visible()
+
+
+def test_the_bar_and_the_questions_name_the_drone_in_portuguese(come: Somebody) -> None:
+    alice = come()
+    alice.sign_in("alice")
+    expect(alice.part("squad-row").first).to_be_visible()
+    alice.open_drone("Kestrel")
+    choose(alice, "pt", "control-acquire")
+    alice.part("control-acquire").click()
+    expect(alice.part("bar-own")).to_contain_text("Kestrel")
+    expect(alice.part("bar-own")).to_contain_text("Os comandos são seus")
+    alice.page.keyboard.press("h")
+    expect(alice.part("bar-answer")).to_contain_text("Parar")
+
+    # Another language loads the page anew: who has controls is asked first.
+    alice.part("user-menu").click()
+    alice.part("language-en").click()
+    question = alice.page.get_by_role("alertdialog").or_(alice.page.get_by_role("dialog"))
+    expect(question).to_contain_text("Kestrel")
+    alice.page.keyboard.press("Escape")
+    expect(alice.page.locator("html[lang=pt]")).to_have_count(1)
+    expect(alice.part("bar-own")).to_contain_text("Kestrel")
