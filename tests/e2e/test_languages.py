@@ -83,10 +83,13 @@ def test_all_pages_are_in_the_language_that_a_person_chooses(come: Somebody, axe
 
     # It follows the person to another browser, and back to English.
     there = come()
-    there.sign_in("admin")
+    with there.page.expect_response(lambda one: one.url.endswith("/me/preferences")) as recalled:
+        there.sign_in("admin")
+    assert recalled.value.json()["console"]["language"] == "pt"
     expect(there.part("squad-row").first).to_be_visible()
-    with there.page.expect_response(lambda one: one.url.endswith("/me/preferences")):
-        there.page.reload()
+    # Storage shows that the page has read the answer.
+    there.page.wait_for_function('Object.values(localStorage).some((one) => one.includes(\'"language":"pt"\'))')
+    there.page.reload()
     expect(there.page.locator("html[lang=pt]")).to_have_count(1)
     expect(there.part("squad-row").first).to_be_visible()
     choose(there, "en")
