@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from simulator.auto import Auto
 from simulator.dialect import Message, mavlink
+from simulator.failure_modes import Failure
 from simulator.firmware.states import SystemState
 from simulator.flight import Flight
 from simulator.geodesy import e7
@@ -158,8 +159,16 @@ def battery_status(flight: Flight) -> Message:
         round(battery.used_mah * 3.6 * battery.voltage_v / 100.0),
         round(battery.left * 100),
         round(left_s),
-        mavlink.MAV_BATTERY_CHARGE_STATE_LOW if flight.failsafes.battery_low else mavlink.MAV_BATTERY_CHARGE_STATE_OK,
+        _charge_state(flight),
     )
+
+
+def _charge_state(flight: Flight) -> int:
+    if flight.failsafes.battery_critical:
+        return int(mavlink.MAV_BATTERY_CHARGE_STATE_CRITICAL)
+    if flight.failsafes.battery_low:
+        return int(mavlink.MAV_BATTERY_CHARGE_STATE_LOW)
+    return int(mavlink.MAV_BATTERY_CHARGE_STATE_OK)
 
 
 _EKF_LEVEL = mavlink.EKF_ATTITUDE | mavlink.EKF_VELOCITY_VERT | mavlink.EKF_POS_VERT_ABS
@@ -284,8 +293,13 @@ def system_time(flight: Flight) -> Message:
     return mavlink.MAVLink_system_time_message(unix, ms(flight))
 
 
+SHAKEN_M_S2 = 75.0
+"""By a propeller out of balance."""
+
+
 def vibration(flight: Flight) -> Message:
-    size = 3.0 if flight.armed else 0.02
+    shaken = SHAKEN_M_S2 if Failure.IMU_NOISE in flight.failures else 3.0
+    size = shaken if flight.armed else 0.02
     return mavlink.MAVLink_vibration_message(us(flight), size, size, size, 0, 0, 0)
 
 

@@ -143,8 +143,8 @@ class FakeBrowser:
 class HubWorld:
     """alice owns drone 1, bob owns drone 2, the admin owns none; every drone is sysid 1."""
 
-    def __init__(self) -> None:
-        self.hub = Hub(clock=lambda: NOW)
+    def __init__(self, *, height_limit_m: float = 0.0) -> None:
+        self.hub = Hub(clock=lambda: NOW, height_limit_m=height_limit_m)
         self.revision = 0
         self.disabled: set[int] = set()
         self.apply(record(1, (1,)), record(2, (2,)))
