@@ -40,6 +40,7 @@ from wire.findings import FINDINGS, TargetFound
 from wire.plans import PlanKind
 from wire.transactions import PlanUploadWork, Transaction, TransactionProgress, TransactionResult
 
+GRIPS: Final = (("GRIP_ENABLE", 1.0), ("SERVO9_FUNCTION", 28.0))
 STEP_S: Final = 0.005
 TICK_EVERY: Final = 5
 """Steps."""
@@ -165,7 +166,7 @@ class World:
         home = Place(*HOME)
         wind, wind_from = task.wind
         flight = FlightSettings(place=home, boot_s=0.5, wind_mps=wind, wind_from_deg=wind_from, seed=seed)
-        self.vehicle = Vehicle(VehicleSettings(flight, flavour=ARDUPILOT), ())
+        self.vehicle = Vehicle(VehicleSettings(flight, flavour=ARDUPILOT, parameters=GRIPS), ())
         frame, targets = LocalFrame(home), []
         for number, text in enumerate(task.targets, start=seed):
             letter, lat, lon, heading, side = parse_target(text)

@@ -66,7 +66,8 @@ def flown(eyes: Eyes, *, mission: bool = True, **settings: str | float) -> tuple
     """In a world where a mission of three way-points is on board, at the start of the controller."""
     challenge = Challenge()
     challenge.make_watch = eyes  # type: ignore[assignment]
-    world = ControllerWorld(challenge, cameras=CAMERA, takes=("transactions", FINDINGS))
+    grips = (("GRIP_ENABLE", 1.0), ("SERVO9_FUNCTION", 28.0))
+    world = ControllerWorld(challenge, cameras=CAMERA, takes=("transactions", FINDINGS), parameters=grips)
     eyes.world = world
     world.ready()
     if mission:

@@ -41,6 +41,7 @@ class DroneWorld:
         journal: MemoryJournal | None = None,
         make_handlers: Any = lambda maker: (),
         metadata: bool | None = None,
+        parameters: tuple[tuple[str, float], ...] = (),
     ) -> None:
         self.make_handlers = make_handlers
         self.now = 1000.0
@@ -48,7 +49,9 @@ class DroneWorld:
         self.takes = takes
         self.narrow_line = narrow_line
         self.journal = MemoryJournal() if journal is None else journal
-        settings = VehicleSettings(FlightSettings(HOME, boot_s=0.5), flavour=flavour, metadata=metadata)
+        settings = VehicleSettings(
+            FlightSettings(HOME, boot_s=0.5), flavour=flavour, metadata=metadata, parameters=parameters
+        )
         self.vehicle = Vehicle(settings, failures)
         self.reported: list[Any] = []
         self.seen: list[Any] = []
