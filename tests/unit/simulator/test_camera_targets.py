@@ -27,7 +27,7 @@ CAMERA = CameraModel(640, 480, 75.0, Mounting(tilt_deg=90.0, down_m=-EYE_HEIGHT_
 def test_a_target_is_found_where_it_is(
     letter: str, north_m: float, east_m: float, heading_deg: float, angles: tuple[float, float, float], light: float
 ) -> None:
-    scene = Scene(3, [], [GroundTarget(letter, north_m, east_m, heading_deg, 1.2, 1)], light=light)
+    scene = Scene(3, [], targets=[GroundTarget(letter, north_m, east_m, heading_deg, 1.2, 1)], light=light)
     picture = scene.draw(pose_of(0.0, 0.0, 8.0, *angles), 640, 480, tilt_deg=90, now_s=0.0)
     (target,) = ConcentricSquareDetector().find(picture)
     attitude = Attitude(*(math.radians(angle) for angle in angles))
