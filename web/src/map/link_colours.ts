@@ -4,7 +4,7 @@ import type { LinkGrade } from '../link/link_quality';
 
 /** Blue to red, and darker from grade to grade: who sees no hues tells them by lightness. */
 export const GRADE_COLOURS: Readonly<Record<LinkGrade, string>> = {
-  good: '#d3e9f5',
+  good: '#bfe0f2',
   fair: '#6aaed6',
   poor: '#d95f0e',
   bad: '#67001f',

@@ -1,8 +1,9 @@
 /** The quality of links by place in words. */
 
 import { t } from '../languages/text';
-import type { GradeRange, LinkMeasure, LinkPlace } from '../link/link_places';
+import { gradeOf, type GradeRange, type LinkMeasure, type LinkPlace } from '../link/link_places';
 import { fixed, UNKNOWN } from './format';
+import { GRADE_WORDS } from './link_words';
 
 export const MEASURE_WORDS: Record<LinkMeasure, string> = { loss: t('Loss'), latency: t('Round trip') };
 
@@ -26,4 +27,11 @@ export function cellWords(measure: LinkMeasure, place: LinkPlace): string {
   const value = measure === 'loss' ? place.lossPercent : place.rttMs;
   if (value === null) return '';
   return measure === 'loss' ? `${fixed(value)} %` : `${fixed(value)} ms`;
+}
+
+/** Where the link was only lost, there is nothing to grade. */
+export function placeGradeWords(measure: LinkMeasure, place: LinkPlace): string {
+  const grade = gradeOf(place, measure);
+  if (grade) return GRADE_WORDS[grade];
+  return place.losses > 0 ? t('Link lost') : UNKNOWN;
 }

@@ -1,7 +1,7 @@
 import { expect, it } from 'vitest';
 
 import { gradeRanges, type LinkPlace } from '../../src/link/link_places';
-import { cellWords, measureWords, rangeWords } from '../../src/words/link_place_words';
+import { cellWords, measureWords, placeGradeWords, rangeWords } from '../../src/words/link_place_words';
 
 it('says the figures with their units', () => {
   expect(measureWords('loss', 4.25)).toBe('4.3 %');
@@ -27,4 +27,13 @@ it('says the range of each grade', () => {
 it('writes whole numbers into a cell, and nothing where nothing was measured', () => {
   const place = { lossPercent: 12.6, rttMs: null } as LinkPlace;
   expect([cellWords('loss', place), cellWords('latency', place)]).toEqual(['13 %', '']);
+});
+
+it('grades a place by what the map shows, and says where the link was only lost', () => {
+  const place = { lossPercent: 30, rttMs: 60, losses: 0 } as LinkPlace;
+  expect(placeGradeWords('loss', place)).toBe('Bad');
+  expect(placeGradeWords('latency', place)).toBe('Good');
+  const unknown = { ...place, lossPercent: null };
+  expect(placeGradeWords('loss', unknown)).toBe('–');
+  expect(placeGradeWords('loss', { ...unknown, losses: 1 })).toBe('Link lost');
 });
