@@ -110,6 +110,10 @@ def index(
     def line(at_s: float, kind: str, **about: Any) -> dict[str, Any]:
         return {"at_us": round((begun_s + at_s) * 1e6), "kind": kind, **about}
 
+    def place(at_s: float) -> dict[str, float]:
+        lat, lon, *_ = position(at_s)
+        return {"lat": round(lat, 5), "lon": round(lon, 5)}
+
     at = EVENTS_S
     took = {"about": "take-off to 40 m", "by": alice, "way": "operation", "operation": "op-1"}
     hold = {"epoch": 5, "cause": "order"}
@@ -135,11 +139,12 @@ def index(
             state="closed",
             words="Battery low",
         ),
-        line(at["alert"] + 8, "link_lost"),
+        line(at["alert"] + 8, "link_lost", **place(at["alert"] + 8)),
         line(at["alert"] + 11, "link_back"),
     ]
     lines += [
-        line(one, "link", rtt_ms=48.0, loss=0.01, transport="udp", uplinks=1) for one in range(5, int(lasts_s), 5)
+        line(one, "link", rtt_ms=48.0, loss=0.01, transport="udp", uplinks=1, **place(one))
+        for one in range(5, int(lasts_s), 5)
     ]
     lines = [one for one in lines if one["at_us"] < (begun_s + lasts_s - 2) * 1e6]
     lines.sort(key=lambda one: int(one["at_us"]))

@@ -25,7 +25,7 @@ export interface LinkReading {
 const UNKNOWN: QualityOver = { rttMs: null, jitterMs: null, lossUpPercent: null, lossDownPercent: null };
 
 /** The worse of the two decides. Above 500 ms the tower makes a drone that is flown by hand hold. */
-const GRADES: readonly { readonly grade: LinkGrade; readonly rttMs: number; readonly lossPercent: number }[] = [
+export const GRADES: readonly { readonly grade: LinkGrade; readonly rttMs: number; readonly lossPercent: number }[] = [
   { grade: 'good', rttMs: 150, lossPercent: 2 },
   { grade: 'fair', rttMs: 300, lossPercent: 8 },
   { grade: 'poor', rttMs: 500, lossPercent: 20 },
