@@ -1,7 +1,32 @@
 """A controller on board, started and watched on the Control page, and ended by a hold."""
 
+from typing import Any, Final
+
 from console_page import Somebody, signed_in
 from playwright.sync_api import expect
+
+IS_DRAWN_ON: Final = """(canvas) =>
+  canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data.some((byte) => byte > 0)"""
+
+
+def finding(number: int, letter: str) -> dict[str, Any]:
+    """As the tower reports it, near the home of the simulator."""
+    place = {"lat_deg": 47.3977 + number * 2e-4, "lon_deg": 8.5456}
+    at = f"2026-01-01T12:00:0{number}Z"
+    return {"number": number, "at": at, "letter": letter, "confidence": 0.9, "thumbnail": "", **place}
+
+
+def test_what_was_found_is_listed_and_on_the_map(somebody: Somebody) -> None:
+    alice = signed_in(somebody, "alice", "Kestrel")
+    expect(alice.part("findings-canvas")).to_have_count(0)
+    found = [finding(2, "K"), finding(1, "")]
+    alice.page.route("**/controller/findings", lambda route: route.fulfill(json=found))
+    alice.page.reload()
+    canvas = alice.part("findings-canvas")
+    alice.wait("a position", lambda: alice.word("gps") != "" and alice.number("latitude") > 40)
+    alice.wait("the letters on the map", lambda: canvas.evaluate(IS_DRAWN_ON) is True)
+    alice.part("controllers").locator("summary").click()
+    expect(alice.part("finding")).to_contain_text(["Target K, confidence 90 %", "Target without a letter"])
 
 
 def test_the_holder_starts_a_controller_and_a_hold_ends_it(somebody: Somebody) -> None:
