@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 from onboard_agent import VERSION
 from onboard_agent.autonomy.service import ControllerHandler
+from onboard_agent.autonomy.setting import names_on_board
 from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.autopilot_port.port import AutopilotPort
 from onboard_agent.black_box.service import BlackBox
@@ -46,7 +47,7 @@ from wire.agent_update import AGENT_UPDATE
 from wire.black_box import BlackBoxWanted
 from wire.content import Frames
 from wire.control_messages import ToAgent, Welcome
-from wire.controllers import CONTROLLERS
+from wire.controllers import CONTROLLERS, offers
 from wire.frame_stream import FrameStream
 from wire.video import VIDEO, VideoWanted
 
@@ -139,7 +140,8 @@ class Agent:
         # Two agents of one drone would complete and remove each other's flights.
         box = None if settings.state is None or isinstance(journal, NoJournal) else settings.state / "black-box"
         self._black_box = BlackBox(box, settings.black_box_mb, self._loop.time())
-        takes = (AGENT_UPDATE, CONTROLLERS, *((VIDEO,) if has_camera else ()), *self._black_box.takes)
+        controllers = (CONTROLLERS, *offers(names_on_board(settings.controllers)))
+        takes = (AGENT_UPDATE, *controllers, *((VIDEO,) if has_camera else ()), *self._black_box.takes)
         self._link = TowerLink(
             settings.tower, settings.identity, self, settings.uplinks, takes, TowerFile(settings.state)
         )

@@ -3,12 +3,19 @@
 Only for an agent that has sent CONTROLLERS in its hello: any other would not know the work, and close the channel.
 """
 
+import re
+from collections.abc import Iterable
 from typing import Annotated, Final
 
 import msgspec
 
 CONTROLLERS: Final = "controllers"
 """The entry in `takes` of a hello for this work."""
+
+_OFFER: Final = "controller:"
+_MAX_TAKE: Final = 40
+"""Characters of an entry in `takes`."""
+MAX_OFFERED: Final = 16
 
 NAME_PATTERN: Final = r"^[a-z][a-z0-9_-]{0,39}$"
 MIN_SPEED_M_S: Final = 0.5
@@ -42,3 +49,16 @@ class ControllerWork(msgspec.Struct, frozen=True, tag="controller", tag_field="w
     max_distance_m: Annotated[float, msgspec.Meta(ge=MIN_DISTANCE_M, le=MAX_DISTANCE_M)] = 100.0
     may_take_off: bool = False
     settings: Annotated[dict[SettingName, SettingValue], msgspec.Meta(max_length=MAX_SETTINGS)] = {}
+
+
+def offers(names: Iterable[str]) -> tuple[str, ...]:
+    """Returns the entries in `takes` of a hello that name the agent's controllers. A name that is none, or too long for
+    an entry, is left out, as are those above MAX_OFFERED: they can be started, but are in no list."""
+    entries = [_OFFER + name for name in names if re.fullmatch(NAME_PATTERN, name)]
+    return tuple([entry for entry in entries if len(entry) <= _MAX_TAKE][:MAX_OFFERED])
+
+
+def offered(takes: Iterable[str]) -> list[str]:
+    """Returns the names that the entries of `offers` have, in order; empty for an agent that told none."""
+    names = (entry.removeprefix(_OFFER) for entry in takes if entry.startswith(_OFFER))
+    return sorted(name for name in names if re.fullmatch(NAME_PATTERN, name))

@@ -4,15 +4,10 @@ import importlib
 import importlib.util
 from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from onboard_agent.autonomy.controller import Controller
-
-GROUP: Final = "control_tower.controllers"
-BUILT_IN: Final = {
-    "challenge": ("onboard_agent.autonomy.challenge", "Challenge"),
-    "scripted": ("onboard_agent.autonomy.scripted", "Scripted"),
-}
+from onboard_agent.autonomy.setting import BUILT_IN, GROUP
 
 
 class NoController(Exception):

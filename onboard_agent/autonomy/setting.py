@@ -1,11 +1,17 @@
-"""The agent's setting `controllers`: names and files of controllers. Pure."""
+"""The names of the controllers that an agent has, and its setting `controllers`. Loads none of them."""
 
 import re
 from collections.abc import Mapping, Sequence
+from importlib.metadata import entry_points
 from typing import Final
 
 from onboard_agent.unusable import Unusable
 
+GROUP: Final = "control_tower.controllers"
+BUILT_IN: Final = {
+    "challenge": ("onboard_agent.autonomy.challenge", "Challenge"),
+    "scripted": ("onboard_agent.autonomy.scripted", "Scripted"),
+}
 FORM: Final = "NAME=/FILE.py:CLASS"
 _FORM: Final = re.compile(r"([a-z][a-z0-9_-]{0,39})=(/[^:]+\.py:[A-Za-z_]\w*)")
 
@@ -22,3 +28,8 @@ def parse_controllers(texts: Sequence[str]) -> Mapping[str, str]:
             raise Unusable(f"controllers: {name} is there twice")
         found[name] = source
     return found
+
+
+def names_on_board(sources: Mapping[str, str]) -> list[str]:
+    """Returns the names of all controllers that the tower may start, in order. `sources`: as `parse_controllers`."""
+    return sorted({*BUILT_IN, *sources, *(entry.name for entry in entry_points(group=GROUP))})

@@ -9,7 +9,7 @@ from flying_scene import Scene
 from tower_world import assert_problem, start_tower
 
 from server.live.relay.agent_link import AgentLink
-from wire.controllers import CONTROLLERS, ControllerWork
+from wire.controllers import CONTROLLERS, ControllerWork, offers
 from wire.transactions import TransactionProgress
 
 
@@ -61,6 +61,20 @@ async def test_an_agent_that_does_not_know_controllers_is_sent_none(scene: Scene
     link.takes = link.takes - {CONTROLLERS}
     assert_problem(await start(scene), 409, "agent-too-old")
     assert scene.agent.asked == []
+
+
+async def test_whoever_watches_sees_what_the_agent_has_and_what_runs(scene: Scene) -> None:
+    path = f"{scene.path}/controller/choices"
+    link: Any = scene.agent.link
+    link.takes = frozenset({*link.takes, *offers(["survey", "scripted"])})
+    assert (await scene.watcher.get(path)).json() == {"offered": True, "names": ["scripted", "survey"], "running": None}
+    begun = (await start(scene)).json()
+    assert (await scene.watcher.get(path)).json()["running"]["id"] == begun["id"]
+    link.takes = frozenset()
+    shown = (await scene.watcher.get(path)).json()
+    assert (shown["offered"], shown["names"]) == (False, [])
+    stranger = await scene.world.signed_in(await scene.world.add_user("carol"))
+    assert_problem(await stranger.get(path), 404, "unknown-drone")
 
 
 @pytest.mark.parametrize(

@@ -66,6 +66,16 @@ class ControllerStart(BaseModel):
     ] = {}
 
 
+class ControllerChoices(BaseModel):
+    """What a person can choose from."""
+
+    model_config = ConfigDict(frozen=True)
+
+    offered: Annotated[bool, Field(description="Whether the agent, as it is connected now, runs controllers")]
+    names: Annotated[list[str], Field(description="Those that it told of; an older agent tells none")]
+    running: OperationView | None
+
+
 @router.post(
     "",
     status_code=202,
@@ -110,6 +120,19 @@ async def get_controller(principal: Viewer, hub: HubDep, drone_id: DronePath) ->
     """Returns the operation of the controller that runs; 404 `unknown-operation` without one. Its `phase` has the
     measured rates of set-points and directions."""
     return OperationView.of(_running(hub, watched_drone(hub, principal, drone_id)))
+
+
+@router.get("/choices")
+async def get_choices(principal: Viewer, hub: HubDep, drone_id: DronePath) -> ControllerChoices:
+    """Returns which controllers the drone's agent has, and the one that runs."""
+    drone = watched_drone(hub, principal, drone_id)
+    takes = drone.link.takes if drone.link is not None else frozenset[str]()
+    running = hub.operations.running_at(drone.drone_id, Lane.CONTROLLER)
+    return ControllerChoices(
+        offered=wire.CONTROLLERS in takes,
+        names=wire.offered(takes),
+        running=OperationView.of(running[0]) if running else None,
+    )
 
 
 @router.get("/findings")

@@ -1,5 +1,6 @@
-/** What is around the drones and none of theirs: zones, and other aircraft. */
+/** What is around the drones: zones, other aircraft, and what controllers on board have found. */
 
+import { Findings } from './findings';
 import type { Rest } from './rest';
 import { Store, type Readable } from './store';
 import type { Aircraft, TowerEvent, User } from './wire_types';
@@ -7,14 +8,17 @@ import { Zones } from './zones';
 
 export class Surroundings {
   readonly zones: Zones;
+  readonly findings: Findings;
   readonly #aircraft = new Store<readonly Aircraft[]>([]);
 
   /** Forgets everything when `user` signs out. */
   constructor(rest: Pick<Rest, 'call'>, user: Readable<User | null>) {
     this.zones = new Zones(rest);
+    this.findings = new Findings(rest);
     user.subscribe((present) => {
       if (present) return;
       this.zones.forget();
+      this.findings.forget();
       this.#aircraft.set([]);
     });
   }
@@ -27,6 +31,7 @@ export class Surroundings {
   /** Every event of the tower. */
   take(event: TowerEvent): void {
     if (event.type === 'aircraft') this.#aircraft.set(event.aircraft);
+    else if (event.type === 'finding') this.findings.take(event);
     else if (event.type === 'zones' || event.type === 'welcome') void this.zones.read();
   }
 }

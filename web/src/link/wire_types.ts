@@ -2,6 +2,7 @@
 
 import type { Enrolment } from './admin_types';
 import type { AlertEvent } from './alerts';
+import type { FindingEvent } from './findings';
 import type {
   OperationEvent,
   ParametersEvent,
@@ -204,6 +205,7 @@ export type TowerEvent =
   | AlertEvent
   | ControlEvent
   | EnrolmentEvent
+  | FindingEvent
   | HoldEvent
   | LinksEvent
   | LossCheckEvent
@@ -228,6 +230,7 @@ const KNOWN_TYPES: ReadonlySet<string> = new Set<TowerEvent['type']>([
   'alert',
   'control',
   'enrolment',
+  'finding',
   'hold',
   'links',
   'loss_check',

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from onboard_agent.autonomy.setting import parse_controllers
+from onboard_agent.autonomy.setting import names_on_board, parse_controllers
 from onboard_agent.unusable import Unusable
 
 
@@ -23,10 +23,18 @@ def test_what_is_none(texts: list[str]) -> None:
         parse_controllers(texts)
 
 
+def test_the_names_that_the_tower_is_told() -> None:
+    assert names_on_board({"survey": "/opt/c/survey.py:Survey", "scripted": "/a.py:B"}) == [
+        "challenge",
+        "scripted",
+        "survey",
+    ]
+
+
 def test_an_idle_agent_has_loaded_no_more_than_the_handler() -> None:
     said = (
         "import sys, onboard_agent.cli; print(*[one for one in sys.modules if one.startswith('onboard_agent.auton')])"
     )
     done = subprocess.run([sys.executable, "-c", said], capture_output=True, text=True, check=True, timeout=60)
     loaded = {name for name in done.stdout.split() if not name.startswith("onboard_agent.autopilot")}
-    assert loaded == {"onboard_agent.autonomy", "onboard_agent.autonomy.service"}
+    assert loaded == {"onboard_agent.autonomy", "onboard_agent.autonomy.service", "onboard_agent.autonomy.setting"}

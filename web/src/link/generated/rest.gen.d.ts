@@ -433,6 +433,22 @@ export interface paths {
         readonly patch?: never;
         readonly trace?: never;
     };
+    readonly "/drones/{drone_id}/controller/choices": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["get_choices"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
     readonly "/drones/{drone_id}/controller/findings": {
         readonly parameters: {
             readonly query?: never;
@@ -2577,6 +2593,14 @@ export interface components {
         readonly CodeProof: {
             /** @description From the authenticator, or a recovery code */
             readonly code: string;
+        };
+        /** @description What a person can choose from. */
+        readonly ControllerChoices: {
+            /** @description Those that it told of; an older agent tells none */
+            readonly names: readonly string[];
+            /** @description Whether the agent, as it is connected now, runs controllers */
+            readonly offered: boolean;
+            readonly running: components["schemas"]["OperationView"] | null;
         };
         /** @description What to start, and the limits that the agent keeps it within. */
         readonly ControllerStart: {
@@ -5837,6 +5861,28 @@ export interface operations {
                 };
                 content: {
                     readonly "application/json": components["schemas"]["OperationView"];
+                };
+            };
+        };
+    };
+    readonly get_choices: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly drone_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["ControllerChoices"];
                 };
             };
         };
