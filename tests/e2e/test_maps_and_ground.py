@@ -173,7 +173,7 @@ def test_a_survey_above_the_ground_has_more_waypoints_and_no_fault(come: Somebod
     expect(console.page.get_by_text("below the ground")).to_have_count(0)
 
 
-def drawn_at(console: ConsolePage, box: FloatRect) -> tuple[float, float]:
+def drawn_at(console: ConsolePage, box: FloatRect, step: int = 5) -> tuple[float, float]:
     """The pixel in the middle of where the map says that a drone can be pressed."""
     canvas = console.page.locator(".maplibregl-canvas")
 
@@ -183,7 +183,7 @@ def drawn_at(console: ConsolePage, box: FloatRect) -> tuple[float, float]:
 
     left, top = int(box["x"] + box["width"] / 2) - 240, int(box["y"] + box["height"] / 2) - 180
     x, y = next((x, y) for y in range(top, top + 200, 24) for x in range(left, left + 240, 24) if is_drone(x, y))
-    inside = [(x + i, y + j) for i in range(-45, 50, 5) for j in range(-5, 50, 5) if is_drone(x + i, y + j)]
+    inside = [(x + i, y + j) for i in range(-45, 50, step) for j in range(-5, 50, step) if is_drone(x + i, y + j)]
     return sum(x for x, _ in inside) / len(inside), sum(y for _, y in inside) / len(inside)
 
 
@@ -237,8 +237,10 @@ def eye_past_m(console: ConsolePage, box: FloatRect, pixel: tuple[float, float],
     return math.dist(to_place, [along * a for a in ray])
 
 
-def test_a_replay_stands_over_the_shape_of_the_ground(come: Somebody) -> None:
+def test_a_replay_stands_over_the_shape_of_the_ground(come: Somebody, hills: World) -> None:
     console = come()
+    asked: list[str] = []
+    console.page.context.on("request", lambda request: asked.append(request.url))
     console.sign_in("alice")
     expect(console.part("squad-row").first).to_be_visible()
     console.open("/#/flights")
@@ -264,7 +266,7 @@ def test_a_replay_stands_over_the_shape_of_the_ground(come: Somebody) -> None:
 
     def is_where_it_is() -> bool:
         nonlocal pixel
-        pixel = drawn_at(console, box)
+        pixel = drawn_at(console, box, step=10)
         return eye_past_m(console, box, pixel, drone) < 15
 
     console.wait("the drone where it is", is_where_it_is, timeout_s=30)
@@ -274,3 +276,6 @@ def test_a_replay_stands_over_the_shape_of_the_ground(come: Somebody) -> None:
     console.part("map-tilt").click()
     console.wait("the view as before", lambda: math.dist(place_at(console, middle), before) < 4)
     expect(console.page.locator("[data-shaped=false]")).to_be_visible()
+    ours = (hills.address + "/", "data:", f"blob:{hills.address}/")
+    assert asked
+    assert [url for url in asked if not url.startswith(ours)] == []
