@@ -1,15 +1,18 @@
 """Maps that an admin chooses, and plans over the hills, in a real browser. No request leaves the tower."""
 
 import json
+import math
 import re
 import shutil
 from collections.abc import Iterator
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
 import pytest
 from console_page import ConsolePage, Somebody, visitors
 from playwright.sync_api import Browser, FilePayload, FloatRect, expect
+from worlds.flight_files import position, write_flight
 from worlds.processes import World
 from worlds.tile_server import TileServer, tile_server
 
@@ -33,7 +36,7 @@ def server() -> Iterator[TileServer]:
 
 @pytest.fixture(scope="module")
 def hills(prepared_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[World]:
-    """Kestrel (alice's) among the hills, whose heights the tower has."""
+    """Kestrel (alice's) among the hills, whose heights the tower has, with a recorded flight."""
     folder = tmp_path_factory.mktemp("hills")
     shutil.copytree(prepared_folder, folder, dirs_exist_ok=True)
     with World(folder, prepared=True) as world:
@@ -43,6 +46,8 @@ def hills(prepared_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> It
         tiles = {tile: elevation.encoded(elevation.heights(grid, tile)) for tile in grid.around_home(14, 2)}
         bounds, about = elevation.bounds(grid), elevation.METADATA
         write_pmtiles(maps / "hills.pmtiles", tiles, TileType.PNG, bounds, about)
+        people = {"pilot": "alice", "admin": "admin", "drone": "Kestrel"}
+        write_flight(folder / "files" / "flights", drone_id=1, began_at=datetime.now(UTC), lasts_s=60.0, **people)
         world.start_tower()
         world.start_simulated("Kestrel", options=FAST)
         world.wait_until_online(world.visitor("admin"), 1)
@@ -168,7 +173,7 @@ def test_a_survey_above_the_ground_has_more_waypoints_and_no_fault(come: Somebod
     expect(console.page.get_by_text("below the ground")).to_have_count(0)
 
 
-def drawn_at(console: ConsolePage, box: FloatRect) -> tuple[float, float]:
+def drawn_at(console: ConsolePage, box: FloatRect, step: int = 5) -> tuple[float, float]:
     """The pixel in the middle of where the map says that a drone can be pressed."""
     canvas = console.page.locator(".maplibregl-canvas")
 
@@ -178,7 +183,7 @@ def drawn_at(console: ConsolePage, box: FloatRect) -> tuple[float, float]:
 
     left, top = int(box["x"] + box["width"] / 2) - 240, int(box["y"] + box["height"] / 2) - 180
     x, y = next((x, y) for y in range(top, top + 200, 24) for x in range(left, left + 240, 24) if is_drone(x, y))
-    inside = [(x + i, y + j) for i in range(-45, 50, 5) for j in range(-5, 50, 5) if is_drone(x + i, y + j)]
+    inside = [(x + i, y + j) for i in range(-45, 50, step) for j in range(-5, 50, step) if is_drone(x + i, y + j)]
     return sum(x for x, _ in inside) / len(inside), sum(y for _, y in inside) / len(inside)
 
 
@@ -214,3 +219,63 @@ def test_a_tilted_map_shows_a_drone_where_it_is(come: Somebody) -> None:
     tilt.click()
     again = drawn_at(console, box)
     assert abs(again[1] - flat[1]) < 4
+
+
+def eye_past_m(console: ConsolePage, box: FloatRect, pixel: tuple[float, float], place: tuple[float, ...]) -> float:
+    """How far the ray of sight through a pixel passes the place (metres north, east, above home) on the tilted map. The
+    ray ends where MapLibre says that the pixel is on the ground; the eye is where its documents put it."""
+    zoom = float(console.part("map").get_attribute("data-zoom") or 0)
+    px_m = 40_075_016.7 * math.cos(math.radians(HOME.lat_deg)) / (512 * 2**zoom)
+    away_m = box["height"] / 2 / math.tan(math.radians(36.87 / 2)) * px_m
+    north, east = place_at(console, (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2))
+    tilt = math.radians(55)
+    eye = (north - away_m * math.sin(tilt), east, float(hills_m(north, east)) + away_m * math.cos(tilt))
+    seen = place_at(console, pixel)
+    ray = [end - begin for end, begin in zip((*seen, float(hills_m(*seen))), eye, strict=True)]
+    to_place = [end - begin for end, begin in zip(place, eye, strict=True)]
+    along = sum(a * b for a, b in zip(ray, to_place, strict=True)) / sum(a * a for a in ray)
+    return math.dist(to_place, [along * a for a in ray])
+
+
+def test_a_replay_stands_over_the_shape_of_the_ground(come: Somebody, hills: World) -> None:
+    console = come()
+    asked: list[str] = []
+    console.page.context.on("request", lambda request: asked.append(request.url))
+    console.sign_in("alice")
+    expect(console.part("squad-row").first).to_be_visible()
+    console.open("/#/flights")
+    console.part("flight-replay").click()
+    expect(console.part("replay")).to_have_attribute("data-whole", "true")
+    console.part("scrub").fill("35000")
+    console.wait("the way", lambda: float(console.part("map").get_attribute("data-zoom") or 0) > 13)
+    console.page.get_by_role("button", name="Whole way").click()
+    box = console.part("map").bounding_box()
+    assert box is not None
+    # A hill in the middle: what is in the plain must not be drawn as high as it.
+    middle = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    console.page.mouse.move(*middle)
+    console.page.mouse.down()
+    console.page.mouse.move(middle[0] - 180, middle[1] - 40, steps=8)
+    console.page.mouse.up()
+    before = place_at(console, middle)
+    console.part("map-tilt").click()
+    expect(console.page.locator("[data-shaped=true]")).to_be_visible()
+    lat, lon, height_m, _ = position(35.0)
+    drone = (*FRAME.to_local(lat, lon), height_m)
+    pixel = (0.0, 0.0)
+
+    def is_where_it_is() -> bool:
+        nonlocal pixel
+        pixel = drawn_at(console, box, step=10)
+        return eye_past_m(console, box, pixel, drone) < 15
+
+    console.wait("the drone where it is", is_where_it_is, timeout_s=30)
+    assert float(hills_m(*place_at(console, middle))) > 12, "on a hill"
+    under_it = (*drone[:2], float(hills_m(*drone[:2])))
+    assert eye_past_m(console, box, pixel, under_it) > 20
+    console.part("map-tilt").click()
+    console.wait("the view as before", lambda: math.dist(place_at(console, middle), before) < 4)
+    expect(console.page.locator("[data-shaped=false]")).to_be_visible()
+    ours = (hills.address + "/", "data:", f"blob:{hills.address}/")
+    assert asked
+    assert [url for url in asked if not url.startswith(ours)] == []

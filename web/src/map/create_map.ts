@@ -16,6 +16,7 @@ import 'maplibre-gl/dist/maplibre-gl.css';
 import { t } from '../languages/text';
 import { faultOf } from './map_errors';
 import type { Shown } from './map_layers';
+import { withRelief } from './relief';
 import { readTheme, type MapTheme } from './theme';
 import { tileLayers, tileSources } from './tile_layers';
 
@@ -78,5 +79,5 @@ export function createMap(container: HTMLElement, shown: Shown): MapLibreMap {
 
 /** Draws with other layers or another theme; the view stays. */
 export function restyle(map: MapLibreMap, shown: Shown): void {
-  map.setStyle(basemap(readTheme(), shown), { diff: true });
+  map.setStyle(basemap(readTheme(), shown), { diff: true, transformStyle: withRelief });
 }

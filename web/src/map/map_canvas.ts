@@ -6,6 +6,7 @@
 import type { Map as MapLibreMap } from 'maplibre-gl';
 
 import { Projection } from './projection';
+import { drawnGround } from './relief';
 
 export type Pen = CanvasRenderingContext2D;
 
@@ -64,6 +65,7 @@ export class MapCanvas {
       widthPx,
       heightPx,
       tiltDeg: this.#map.getPitch(),
+      ground: drawnGround(this.#map),
     });
   }
 

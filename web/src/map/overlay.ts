@@ -10,6 +10,7 @@ import type { Place } from '../link/messages';
 import type { NearLine } from '../link/separation';
 import { CLUSTER_DISC_PX, drawCluster } from './cluster_marker';
 import { CLUSTER_BELOW_ZOOM, CLUSTER_RADIUS_PX, gather, type Cluster } from './clusters';
+import { drawCurtain, trackPoint, type TrackPlace } from './curtain';
 import { drawLabels } from './drone_labels';
 import { drawMarker, MARKER_RADIUS_PX } from './drone_marker';
 import { drawGraticule } from './graticule';
@@ -36,9 +37,10 @@ export interface SceneDrone {
   readonly upM?: number;
   readonly headingDeg: number;
   readonly state: DroneState;
-  readonly track: readonly Place[];
+  /** With heights above home, or on the ground. */
+  readonly track: readonly TrackPlace[];
   /** Of a recorded flight: the way that follows. */
-  readonly ahead?: readonly Place[];
+  readonly ahead?: readonly TrackPlace[];
   /** Of the other flight of a replay of two: its way is dashed. */
   readonly isBeside?: boolean;
   /** In the air without a holder. */
@@ -162,8 +164,11 @@ export class Overlay {
     if (showsAim) drawAim(pen, theme, width / 2, height / 2);
   }
 
-  #drawTrack(projection: Projection, { track, ahead = [], place, state, isStale, isBeside }: SceneDrone): void {
+  #drawTrack(projection: Projection, drone: SceneDrone): void {
+    const { track, ahead = [], state, isStale, isBeside } = drone;
     const { pen } = this.#canvas;
+    const hasHeights = (track[0] ?? ahead[0])?.upM !== undefined;
+    const place = hasHeights ? { ...drone.place, upM: drone.upM ?? 0 } : drone.place;
     if (isBeside) pen.setLineDash(BESIDE_DASH_PX);
     if (ahead.length > 0) this.#drawWay(projection, [place, ...ahead], this.#theme.states.idle, 0.35);
     if (track.length > 0) {
@@ -172,10 +177,11 @@ export class Overlay {
     pen.setLineDash([]);
   }
 
-  #drawWay(projection: Projection, way: readonly Place[], colour: string, alpha: number): void {
+  #drawWay(projection: Projection, way: readonly TrackPlace[], colour: string, alpha: number): void {
     const { pen } = this.#canvas;
+    if (projection.isTilted && way[0]?.upM !== undefined) drawCurtain(pen, projection, way, colour, alpha);
     pen.beginPath();
-    for (const { x, y } of thinned(way.map((point) => projection.at(point)))) pen.lineTo(x, y);
+    for (const { x, y } of thinned(way.map((point) => trackPoint(projection, point)))) pen.lineTo(x, y);
     pen.strokeStyle = colour;
     pen.globalAlpha = alpha;
     pen.lineWidth = 2;

@@ -18,6 +18,14 @@ export interface Point {
   readonly y: number;
 }
 
+/** The shape of the ground that the map draws. Metres above the sea. */
+export interface DrawnGround {
+  readonly homeM: number;
+  /** What the map turns about. */
+  readonly centreM: number;
+  readonly heightM: (place: Place) => number;
+}
+
 export interface Camera {
   readonly centre: Place;
   readonly zoom: number;
@@ -25,6 +33,8 @@ export interface Camera {
   readonly heightPx: number;
   /** 0 (default): straight down; below 90. */
   readonly tiltDeg?: number;
+  /** Null (default): flat. A map that looks straight down is always flat. */
+  readonly ground?: DrawnGround | null;
 }
 
 /** Web Mercator, 0..1 from west to east and from north to south. */
@@ -41,8 +51,9 @@ export class Projection {
   readonly #sin: number;
   readonly #cos: number;
   readonly #eyePx: number;
+  readonly #ground: DrawnGround | null;
 
-  constructor({ centre, zoom, widthPx, heightPx, tiltDeg = 0 }: Camera) {
+  constructor({ centre, zoom, widthPx, heightPx, tiltDeg = 0, ground = null }: Camera) {
     this.#worldPx = TILE_PX * 2 ** zoom;
     this.#x = mercatorX(centre.lonDeg);
     this.#y = mercatorY(centre.latDeg);
@@ -50,6 +61,7 @@ export class Projection {
     this.#halfHeight = heightPx / 2;
     this.#sin = Math.sin(tiltDeg * RADIANS);
     this.#cos = Math.cos(tiltDeg * RADIANS);
+    this.#ground = tiltDeg > 0 ? ground : null;
     this.#eyePx = heightPx / 2 / Math.tan((FIELD_OF_VIEW_DEG / 2) * RADIANS);
   }
 
@@ -58,10 +70,23 @@ export class Projection {
   }
 
   /**
-   * Uses the copy of the world nearest to the middle of the map. `upM`: height above the ground, which a tilted map
-   * shows. A map that looks straight down leaves it out: a drone stays over its place, however high it is.
+   * Uses the copy of the world nearest to the middle of the map. `upM`: height above home, which a tilted map shows;
+   * 0: on the ground. A map that looks straight down leaves it out: a drone stays over its place, however high it is.
    */
-  at({ latDeg, lonDeg }: Place, upM = 0): Point {
+  at(place: Place, upM = 0): Point {
+    if (upM !== 0) return this.aboveHome(place, upM);
+    const ground = this.#ground;
+    return this.#raised(place, ground ? ground.heightM(place) - ground.centreM : 0);
+  }
+
+  /** As `at`, also for the height of home itself, which over a valley is not the ground. */
+  aboveHome(place: Place, heightM: number): Point {
+    const ground = this.#ground;
+    return this.#raised(place, ground ? ground.homeM + heightM - ground.centreM : heightM);
+  }
+
+  /** `upM`: above the middle of the map. */
+  #raised({ latDeg, lonDeg }: Place, upM: number): Point {
     const across = mercatorX(lonDeg) - this.#x;
     const east = (across - Math.round(across)) * this.#worldPx;
     const south = (mercatorY(latDeg) - this.#y) * this.#worldPx;

@@ -3,11 +3,11 @@
 import { untrack } from 'svelte';
 
 import { t } from '../languages/text';
-import type { Place } from '../link/messages';
 import type { Schemas } from '../link/rest_types';
 import type { Rest } from '../link/rest';
 import { flightFileHref, flightIdOf } from '../link/flights';
 import { importIdOf, importFileHref, type FlightKey, type ImportedFlight } from '../link/flight_imports';
+import type { TrackPlace } from '../map/curtain';
 import type { SceneDrone } from '../map/overlay';
 import { sceneDrone } from '../scene';
 import type { UnitSystem } from '../words/units';
@@ -47,7 +47,11 @@ export class ReplaySession {
   readonly holders = $derived(holderSpans(this.index, this.fromMs, this.wholeToMs));
   readonly silences = $derived(silentSpans(this.index, this.wholeToMs));
   readonly track = $derived<readonly TrackPoint[]>(this.overview?.track ?? []);
-  readonly ways = $derived<readonly Place[]>(this.track.map(({ latDeg, lonDeg }) => ({ latDeg, lonDeg })));
+  /** How much higher its home is than that of the flight on whose map it is: heights there are above one home. */
+  homeUpM = $state(0);
+  readonly ways = $derived<readonly TrackPlace[]>(
+    this.track.map(({ latDeg, lonDeg, altRelM }) => ({ latDeg, lonDeg, upM: altRelM + this.homeUpM })),
+  );
   #readAt = -Infinity;
 
   constructor(droneId: number, name: string) {
@@ -97,10 +101,13 @@ export class ReplaySession {
   /** The vehicle at the moment on view with its way, behind and ahead; null while it has no position. */
   onMap(units: UnitSystem, place: 'alone' | 'beside' = 'alone'): SceneDrone | null {
     const { vehicle, atMs } = this.shown;
-    const here = sceneDrone(vehicle, vehicle.values(this.player.vehicleMs), 0, units);
+    const values = vehicle.values(this.player.vehicleMs);
+    const here = sceneDrone(vehicle, values, 0, units);
+    // Exact, also below home: its track is beside it.
+    const upM = values.airborne && values.altRelM !== null ? values.altRelM + this.homeUpM : 0;
     const passed = this.passedPoints(atMs);
     const ways = { track: this.ways.slice(0, passed), ahead: this.ways.slice(passed) };
-    return here && { ...here, ...ways, isBeside: place === 'beside' };
+    return here && { ...here, ...ways, upM, isBeside: place === 'beside' };
   }
 
   /** The mark before or after the moment on view. */

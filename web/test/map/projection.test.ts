@@ -45,6 +45,33 @@ describe('the projection', () => {
     expect(flat.at(CENTRE, 100)).toEqual({ x: 400, y: 300 });
   });
 
+  it('follows the ground that the map draws: places on it, and heights above home', () => {
+    // The middle of the map is on a hill of 530 m, home in the plain at 490 m.
+    const ground = {
+      homeM: 490,
+      centreM: 530,
+      heightM: ({ latDeg }: { latDeg: number }) => (latDeg > 47.4005 ? 490 : 530),
+    };
+    const shaped = new Projection({ ...camera, tiltDeg: 55, ground });
+    const [sin, cos] = [Math.sin((55 * Math.PI) / 180), Math.cos((55 * Math.PI) / 180)];
+    // By hand, as above: `upM` above the middle.
+    const y = (upM: number): number => {
+      const up = upM / METRES_PER_PX;
+      return 300 - (up * sin * 900) / (900 - up * cos);
+    };
+    expect(shaped.at(CENTRE).y).toBeCloseTo(300, 6);
+    expect(shaped.at(CENTRE, 100).y).toBeCloseTo(y(490 + 100 - 530), 3);
+    expect(shaped.aboveHome(CENTRE, 0).y).toBeCloseTo(y(490 - 530), 3);
+    const plain = { latDeg: 47.401, lonDeg: 8.501 };
+    expect(shaped.at(plain)).toEqual(shaped.aboveHome(plain, 0));
+    // Lower ground is farther from the eye: nearer to the middle across, and lower on the screen.
+    const flat = new Projection({ ...camera, tiltDeg: 55 }).at(plain);
+    expect(shaped.at(plain).x).toBeLessThan(flat.x);
+    expect(shaped.at(plain).y).toBeGreaterThan(flat.y);
+    // From above nothing of it counts.
+    expect(new Projection({ ...camera, ground }).at(plain, 100)).toEqual(new Projection(camera).at(plain));
+  });
+
   it('keeps what is behind the eye off the screen', () => {
     const tilted = new Projection({ ...camera, tiltDeg: 55 });
     expect(tilted.at({ latDeg: 47.3, lonDeg: 8.5 }).y).toBeGreaterThan(600);
