@@ -37,6 +37,8 @@ _FORMATS: Final = {
 _WIDTH, _HEIGHT, _BITS, _COMPRESSION, _PHOTOMETRIC = 256, 257, 258, 259, 262
 _STRIP_OFFSETS, _SAMPLES, _STRIP_ROWS, _STRIP_BYTES = 273, 277, 278, 279
 _PREDICTOR, _TILE_WIDTH, _TILE_HEIGHT, _TILE_OFFSETS, _TILE_BYTES, _SAMPLE_FORMAT = 317, 322, 323, 324, 325, 339
+_WANTED: Final = frozenset({*range(256, 280), *range(317, 340), 33550, 33922, 34264, 34735, 42113})
+"""Others, which may be as large as the file, are not read: GeoTIFF's tags beside those of the image."""
 _MIN_IS_BLACK: Final = (0, 1)
 _TYPES: Final = {
     (1, 16): "u2", (2, 16): "i2", (1, 32): "u4", (2, 32): "i4", (3, 32): "f4", (3, 64): "f8"
@@ -159,7 +161,7 @@ class TiffFile:
         for place in range(at, at + entries * step, step):
             tag, kind, count = self._unpacked(f"HH{number}", place)
             form = _FORMATS.get(kind)
-            if form is None:
+            if form is None or tag not in _WANTED:
                 continue
             size = struct.calcsize(form) * count
             if size > MAX_VALUE_BYTES:
