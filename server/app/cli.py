@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from server import VERSION
-from server.app.commands import audit, drones, identify, moving, teams, tokens, towers, users
+from server.app.commands import audit, drones, elevation, identify, moving, teams, tokens, towers, users
 from server.app.commands.session import CommandError, settings_now, with_database
 from server.domain.refusal import Refusal
 from server.runtime.bus_unavailable import BusUnavailable
@@ -83,6 +83,7 @@ def serve(
 moving.add_to(app)
 towers.add_to(app)
 identify.add_to(app)
+elevation.add_to(app)
 
 
 @app.command("new-key")

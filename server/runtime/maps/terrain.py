@@ -19,7 +19,7 @@ import structlog
 
 from server.runtime.map_files import MapFile
 from server.runtime.maps.pmtiles_file import BrokenArchive, PmtilesFile
-from server.runtime.maps.terrarium import BadTile, HeightTile, decode_terrarium
+from server.runtime.maps.terrarium import UNKNOWN_M, BadTile, HeightTile, decode_terrarium
 
 MAX_TILES: Final = 64
 """Kept decoded; each has 200 kB, or 800 kB at 512 pixels."""
@@ -154,8 +154,11 @@ class Terrain:
             last = own.side - 1
             return own.at(min(max(column - base_x, 0), last), min(max(row - base_y, 0), last))
 
-        upper = point(left, top) * (1 - share_x) + point(left + 1, top) * share_x
-        lower = point(left, top + 1) * (1 - share_x) + point(left + 1, top + 1) * share_x
+        corners = [point(left + right, top + down) for down in (0, 1) for right in (0, 1)]
+        if UNKNOWN_M in corners:
+            return None
+        upper = corners[0] * (1 - share_x) + corners[1] * share_x
+        lower = corners[2] * (1 - share_x) + corners[3] * share_x
         return upper * (1 - share_y) + lower * share_y
 
     def _tile(self, source: ElevationSource, x: int, y: int) -> HeightTile | None:

@@ -7,6 +7,8 @@ from typing import Final
 
 SIDES: Final = (256, 512)
 _OFFSET_M: Final = 32_768.0
+UNKNOWN_M: Final = -_OFFSET_M
+"""Black: the tile has no height there."""
 _CODECS: Final = ((b"\x89PNG\r\n\x1a\n", "png"), (b"RIFF", "webp"))
 
 

@@ -6,6 +6,8 @@
 import type { Place } from '../link/messages';
 
 const OFFSET_M = 32_768;
+/** Black: the tile has no height there. */
+const UNKNOWN_M = -OFFSET_M;
 const MAX_LAT_DEG = 85.05;
 
 /** Metres above the sea, row by row. */
@@ -55,7 +57,10 @@ export function heightAt({ latDeg, lonDeg }: Place, zoom: number, tileAt: TileAt
     const [edgeX, edgeY] = [column - ownX * side, row - ownY * side].map((at) => Math.min(Math.max(at, 0), last));
     return own.heightsM[edgeY! * side + edgeX!]!;
   };
-  const upper = point(left, top) * (1 - shareX) + point(left + 1, top) * shareX;
-  const lower = point(left, top + 1) * (1 - shareX) + point(left + 1, top + 1) * shareX;
-  return isLoading ? undefined : upper * (1 - shareY) + lower * shareY;
+  const corners = [point(left, top), point(left + 1, top), point(left, top + 1), point(left + 1, top + 1)] as const;
+  if (isLoading) return undefined;
+  if (corners.includes(UNKNOWN_M)) return null;
+  const upper = corners[0] * (1 - shareX) + corners[1] * shareX;
+  const lower = corners[2] * (1 - shareX) + corners[3] * shareX;
+  return upper * (1 - shareY) + lower * shareY;
 }

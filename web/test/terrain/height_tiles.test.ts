@@ -34,6 +34,21 @@ describe('heights in terrarium tiles', () => {
   ]);
   const tileAt = (x: number, y: number) => there.get(`${x}/${y}`) ?? null;
 
+  it('are unknown next to a pixel without a height', () => {
+    const tile = tileOf(8, 5);
+    tile.heightsM.set(decodeTerrarium(new Uint8ClampedArray(4), 1).heightsM, 20 * SIDE + 50); // black
+    const withHole = (x: number, y: number) => (x === 8 && y === 5 ? tile : tileAt(x, y));
+    const [x, y] = [8 * SIDE + 50.5, 5 * SIDE + 20.5];
+    for (const [east, south] of [
+      [0, 0],
+      [0.9, 0],
+      [-0.5, 0.9],
+    ] as const) {
+      expect(heightAt(placeOf(x + east, y + south), ZOOM, withHole)).toBeNull();
+    }
+    expect(heightAt(placeOf(x + 1.1, y), ZOOM, withHole)).toBeCloseTo(plane(x + 0.6, y - 0.5), 1);
+  });
+
   it('are read between the middles of pixels, within a tile and across its edges', () => {
     for (const [x, y] of [
       [2100.5, 1300.5],

@@ -1,0 +1,5 @@
+"""Why a file does not become elevation."""
+
+
+class BadElevationFile(Exception):
+    """The message completes "the file ..."."""
