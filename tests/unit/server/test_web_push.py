@@ -73,6 +73,16 @@ OFF_THE_CURVE = unpadded(b"\x04" + bytes(64))
         (P256DH[:40] + " +/ " + P256DH[44:], AUTH),
         (unpadded(PushBrowser().public[:33]), AUTH),
     ],
+    ids=[
+        "short key",
+        "short secret",
+        "off the curve",
+        "no key",
+        "no secret",
+        "no base64",
+        "standard base64",
+        "half a key",
+    ],
 )
 def test_what_are_no_keys_of_a_browser(p256dh: str, auth: str) -> None:
     with pytest.raises(BadAlertChannel, match="no keys"):
