@@ -67,6 +67,7 @@ TABLE: Final[dict[str, str]] = {
             "foresee_plan",
             "get_parameters",
             "get_controller",
+            "get_choices",
             "get_findings",
             "get_parameter_metadata",
             "read_parameters",
