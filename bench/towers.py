@@ -22,7 +22,7 @@ import httpx
 from bench.lean_browser import LeanBrowser
 from bench.load_agents import LoadAgent, Telemetry, fly, kept_alive, sign_in_all
 from bench.load_frames import STATE_KINDS, read_tagged
-from bench.load_tower import load_tower, make_fleet
+from bench.load_tower import LoadTower, load_tower, make_fleet
 from bench.process_cost import cpu_us, rss_mb, udp_drops
 from bench.rows import Report, percentile
 from wire.control_messages import HoldOrder, HoldProgress, HoldStep, ToAgent
@@ -70,22 +70,25 @@ async def run(report: Report, options: argparse.Namespace) -> None:
             await measuring(report, Path(folder), count, settings, drones=spread or drones, for_s=for_s, rounds=rounds)
 
 
+async def _start(
+    stack: AsyncExitStack, folder: Path, count: int, settings: dict[str, str], drones: int
+) -> tuple[list[LoadTower], list[str]]:
+    """Returns towers on one database, which end with the stack, and the keys of its drones."""
+    from server.runtime.vault import new_key
+
+    url = settings["DATABASE_URL"].replace("postgresql://", "postgresql+asyncpg://")
+    keys = await make_fleet(folder, drones, url=url)
+    shared = settings | {KEY: new_key()}
+    starting = [load_tower(folder / str(number), drones=drones, keys=keys, settings=shared) for number in range(count)]
+    return [await stack.enter_async_context(tower) for tower in starting], keys
+
+
 async def _measure(
     report: Report, folder: Path, count: int, settings: dict[str, str], *, drones: int, for_s: float, rounds: int
 ) -> None:
-    from server.runtime.vault import new_key
-
     case = f"{count} tower{'s' if count > 1 else ''}"
-    url = settings["DATABASE_URL"].replace("postgresql://", "postgresql+asyncpg://")
-    keys = await make_fleet(folder, drones, url=url)
-    settings = settings | {KEY: new_key()}
     async with AsyncExitStack() as stack:
-        towers = [
-            await stack.enter_async_context(
-                load_tower(folder / str(number), drones=drones, keys=keys, settings=settings)
-            )
-            for number in range(count)
-        ]
+        towers, keys = await _start(stack, folder, count, settings, drones)
         agents: list[LoadAgent] = []
         for number, tower in enumerate(towers):
             agents += await sign_in_all(tower.url, keys[number::count])
@@ -122,19 +125,9 @@ async def _measure_spread(
     report: Report, folder: Path, count: int, settings: dict[str, str], *, drones: int, for_s: float, rounds: int
 ) -> None:
     """One admin's browser watches all drones from the last tower; TAKE goes there while they fly."""
-    from server.runtime.vault import new_key
-
     case = f"{drones} light drones, {count} towers"
-    url = settings["DATABASE_URL"].replace("postgresql://", "postgresql+asyncpg://")
-    keys = await make_fleet(folder, drones, url=url)
-    settings = settings | {KEY: new_key()}
     async with AsyncExitStack() as stack:
-        towers = [
-            await stack.enter_async_context(
-                load_tower(folder / str(number), drones=drones, keys=keys, settings=settings)
-            )
-            for number in range(count)
-        ]
+        towers, keys = await _start(stack, folder, count, settings, drones)
         began, before_us = time.monotonic(), [cpu_us(tower.process.pid) for tower in towers]
         shares = await asyncio.gather(
             *(

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from worlds.controllers import PACER, controller_process
 from worlds.frame_tap import FrameTap, frame_tap
 from worlds.free_ports import free_udp_ports
 from worlds.pilot import Pilot, at_the_controls
@@ -19,22 +20,6 @@ from worlds.processes import World
 SET_MODE = 176
 BRAKE = 17
 HOLDS_WITHIN_S = 0.5
-PACER = '''
-from pathlib import Path
-from onboard_agent.autonomy.controller import Controller, forward
-
-class Pacer(Controller):
-    """One direction a second. Raises when a file of this name is there."""
-    next_at_s = 0.0
-
-    def step(self, seen):
-        if Path(__file__).with_suffix(".raise").exists():
-            raise ValueError("told to")
-        if seen.at_s < self.next_at_s:
-            return None
-        self.next_at_s = seen.at_s + 1.0
-        return forward(1.0, for_s=2.0)
-'''
 
 
 @dataclass
@@ -44,16 +29,7 @@ class Scene:
     file: Path
 
     def process(self) -> int | None:
-        """Returns the process id of the controller, a child of the agent."""
-        agent = self.world.running("agent-Kestrel").pid
-        for folder in Path("/proc").glob("[0-9]*"):
-            try:
-                parent = int((folder / "stat").read_text().rpartition(")")[2].split()[1])
-                if parent == agent and b"onboard_agent.autonomy" in (folder / "cmdline").read_bytes():
-                    return int(folder.name)
-            except OSError:
-                continue
-        return None
+        return controller_process(self.world.running("agent-Kestrel").pid)
 
     async def starts(self, pilot: Pilot, controller: str = "pacer", **body: Any) -> str:
         """Returns the id of the operation once set-points go out."""

@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 from real.beside_agents import PhotographedTap, beside_agents
+from worlds.controllers import PACER, controller_process
 from worlds.free_ports import free_udp_ports
 from worlds.pilot import Pilot, at_the_controls
 from worlds.processes import World
@@ -21,22 +22,6 @@ from bench.rig import HOME
 
 HOLDS_WITHIN_S = 0.5
 SCRIPT_HEIGHT_M = 10.0
-PACER = '''
-from pathlib import Path
-from onboard_agent.autonomy.controller import Controller, forward
-
-class Pacer(Controller):
-    """One direction a second. Raises when a file of this name is there."""
-    next_at_s = 0.0
-
-    def step(self, seen):
-        if Path(__file__).with_suffix(".raise").exists():
-            raise ValueError("told to")
-        if seen.at_s < self.next_at_s:
-            return None
-        self.next_at_s = seen.at_s + 1.0
-        return forward(1.0, for_s=2.0)
-'''
 
 
 @dataclass
@@ -46,16 +31,7 @@ class Scene:
     file: Path
 
     def process(self) -> int | None:
-        """Returns the process id of the controller, a child of the agent."""
-        agent = self.world.running("agent-Kestrel").pid
-        for folder in Path("/proc").glob("[0-9]*"):
-            try:
-                parent = int((folder / "stat").read_text().rpartition(")")[2].split()[1])
-                if parent == agent and b"onboard_agent.autonomy" in (folder / "cmdline").read_bytes():
-                    return int(folder.name)
-            except OSError:
-                continue
-        return None
+        return controller_process(self.world.running("agent-Kestrel").pid)
 
     async def starts(self, pilot: Pilot) -> str:
         """Returns the id of the operation once set-points go out."""
