@@ -210,7 +210,7 @@ async def sign_in_all(
 
 
 async def _sign_in(url: TowerUrl, key: str, takes: tuple[str, ...]) -> LoadAgent:
-    agent = LoadAgent(await open_channel(url, Identity(parse_kept(key)), takes=(*ALL_TAKE, *takes)))
+    agent = LoadAgent(await open_channel(url, Identity(parse_kept(key), lambda _: None), takes=(*ALL_TAKE, *takes)))
     agent.keep_alive()
     await agent.report_state()
     return agent

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from typing import Final, Protocol
 
-from playwright.sync_api import Browser, Locator, Page, ViewportSize, WebSocket, expect
+from playwright.sync_api import Browser, ConsoleMessage, Locator, Page, ViewportSize, WebSocket, expect
 from worlds.processes import PASSWORD
 
 from wire.tagged import split_tagged
@@ -52,7 +52,12 @@ class ConsolePage:
         self.complaints: list[str] = []
         page.on("websocket", self._watch)
         page.on("pageerror", lambda error: self.complaints.append(str(error)))
-        page.on("console", lambda said: self.complaints.append(said.text) if said.type == "error" else None)
+        page.on("console", self._note)
+
+    def _note(self, said: ConsoleMessage) -> None:
+        if said.type == "error":
+            # Chromium does not say in its words what could not be loaded.
+            self.complaints.append(f"{said.text} at {said.location['url']}")
 
     def _watch(self, socket: WebSocket) -> None:
         if not socket.url.endswith("/api/v1/live"):

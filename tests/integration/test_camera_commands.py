@@ -35,7 +35,7 @@ async def test_the_camera_and_the_gimbal_do_what_the_holder_says(tmp_path: Path)
                 done = await give(**body)
                 assert (done.status, done.json["state"]) == (200, "done"), (body, done.body)
             gimbal = mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_ATTITUDE_STATUS
-            assert gimbal in pilot.heard, "the gimbal tells its direction by itself"
+            await pilot.until(lambda: gimbal in pilot.heard, "the direction, which the gimbal tells by itself")
             none = await give(command="photo", camera=3)
             assert none.json["state"] == "timed_out", none.body
             assert "Kestrel" in none.json["words"] and "The camera has not answered" in none.json["words"]
