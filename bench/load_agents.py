@@ -43,6 +43,7 @@ from wire.video import ClockAnswer, ClockProbe, VideoWanted
 SIGN_IN_AT_ONCE: Final = 16
 ALL_TAKE: Final = (TRANSACTIONS, FOLLOW, FOLLOW_PERSON)
 KEEPALIVE_S: Final = 0.5
+MAX_RETRY_PAUSE_S: Final = 2.0
 HELD_UP_S: Final = 0.02
 """A load that the machine delays for longer than this continues from there: it must not catch up with a flood."""
 _EVENTS: Final = frozenset(EVENT_KINDS)
@@ -201,9 +202,10 @@ async def sign_in_all(
 
     async def sign_in(key: str) -> LoadAgent:
         async with gate:
-            for _ in range(tries - 1):
+            for tried in range(tries - 1):
                 with contextlib.suppress(NoLink):
                     return await _sign_in(url, key, takes)
+                await asyncio.sleep(min(0.1 * 2**tried, MAX_RETRY_PAUSE_S))
             return await _sign_in(url, key, takes)
 
     return list(await asyncio.gather(*(sign_in(one) for one in keys)))

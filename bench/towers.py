@@ -189,12 +189,17 @@ async def _takes(client: httpx.AsyncClient, watcher: _Watcher, drone: LoadAgent,
     for _ in range(rounds):
         watcher.confirmed.clear()
         began = time.monotonic()
-        (await client.post(f"{path}/take", json={})).raise_for_status()
+        _check(await client.post(f"{path}/take", json={}))
         await asyncio.wait_for(watcher.confirmed.wait(), 10)
         took_ms.append((time.monotonic() - began) * 1000.0)
-        (await client.post(f"{path}/release", json={})).raise_for_status()
+        _check(await client.post(f"{path}/release", json={}))
         await asyncio.sleep(0.05)
     return took_ms
+
+
+def _check(answer: httpx.Response) -> None:
+    if not answer.is_success:
+        raise RuntimeError(f"{answer.request.url.path}: {answer.status_code} {answer.text}")
 
 
 async def _all_online(
@@ -207,7 +212,7 @@ async def _all_online(
             if answer.is_success and sum(one["online"] for one in answer.json()) == drones:
                 return
             if not answer.is_success:
-                print(f"GET /drones: {answer.status_code} {answer.json()['detail']}", file=sys.stderr)
+                print(f"GET /drones: {answer.status_code} {answer.text}", file=sys.stderr)
             await asyncio.sleep(pause_s)
 
 
