@@ -1,10 +1,12 @@
 """Makes the pictures in docs/screenshots/ from the running product: `.venv/bin/python docs/make_screenshots.py`.
 
 It starts a tower with three simulated drones of its own in a temporary folder, flies them through the console, and
-looks.
+looks. `--look FOLDER` also writes every page at three sizes there, for a person who looks through them.
 """
 
+import argparse
 import shutil
+import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -16,14 +18,28 @@ sys.path[:0] = [str(CHECKOUT / "tests"), str(CHECKOUT / "tests" / "e2e")]
 from console_page import FLAGS, TOURED, ConsolePage  # noqa: E402
 from furnished import furnish  # noqa: E402
 from playwright.sync_api import Browser, ViewportSize, expect, sync_playwright  # noqa: E402
-from worlds.processes import World  # noqa: E402
+from worlds.processes import Visitor, World  # noqa: E402
 
 PICTURES: Final = CHECKOUT / "docs" / "screenshots"
 SIZE: Final[ViewportSize] = {"width": 1280, "height": 800}
 TABLET: Final[ViewportSize] = {"width": 1024, "height": 768}
 THEMES: Final[tuple[Literal["dark", "light"], ...]] = ("dark", "light")
+PHONE: Final[ViewportSize] = {"width": 390, "height": 844}
+LOOKED_AT: Final[tuple[ViewportSize, ...]] = ({"width": 1440, "height": 900}, TABLET, PHONE)
 ADMIN_PAGES: Final = {"users": "user-row", "drones": "drone-row", "audit": "audit-row", "system": "system"}
 """Each with what has to be there before the picture is taken."""
+OTHER_PAGES: Final = {
+    "flights": ("flights", "flight-row"),
+    "replay": ("flights/1", "events"),
+    "statistics": ("statistics", "statistics-total"),
+    "zones": ("zones", "zone-row"),
+    "setup": ("drone/1/setup/sensors", "setup-sensors"),
+    "logs": ("drone/1/logs", "list-logs"),
+    "alerts": ("account/alerts", "section-alerts"),
+    "maps": ("admin/maps", "map-layer-form"),
+}
+"""Picture: the page's address, and a part that shows that it is there."""
+HOME: Final = (47.3977, 8.5456)
 CAMERA: Final = "width=640&height=480&rate=15"
 FLEET: Final = {"Kestrel": "alice", "Merlin": "alice", "Osprey": "bob"}
 
@@ -31,6 +47,7 @@ FLEET: Final = {"Kestrel": "alice", "Merlin": "alice", "Osprey": "bob"}
 def come(browser: Browser, world: World, name: str) -> ConsolePage:
     context = browser.new_context(viewport=SIZE, color_scheme="dark", reduced_motion="reduce")
     context.add_init_script(TOURED)
+    context.set_default_timeout(120_000)
     console = ConsolePage(context.new_page(), world.address)
     console.open()
     console.sign_in(name)
@@ -127,7 +144,66 @@ def look_at_parameters(console: ConsolePage) -> None:
     console.page.screenshot(path=PICTURES / "parameters.png")
 
 
+def draw_land(folder: Path) -> None:
+    """Writes the land that the cameras see as the tower's maps, as `make run` does."""
+    place = ",".join(map(str, HOME))
+    words = ("--home", f"{place},488,0", "--hills", "--out", str(folder / "maps"))
+    subprocess.run([sys.executable, "-m", "simulator.land_map", *words], check=True, cwd=CHECKOUT)  # noqa: S603 - our own module
+
+
+def draw_zone(admin: Visitor) -> None:
+    """A hospital north-east of home."""
+    north, east = HOME[0] + 0.004, HOME[1] + 0.004
+    points = [(north, east), (north + 0.001, east), (north + 0.001, east + 0.002), (north, east + 0.002)]
+    answer = admin.ask("POST", "/zones", {"name": "Hospital", "kind": "no-fly", "points": points})
+    assert answer.status == 201, answer.body
+
+
+def wait_for_map(console: ConsolePage) -> None:
+    """Until the map is at the drones, and time for its tiles to be drawn."""
+    expect(console.part("map").locator("canvas.maplibregl-canvas")).to_be_visible()
+    console.wait("the drones on the map", lambda: float(console.part("map").get_attribute("data-zoom") or 0) > 10)
+    console.page.wait_for_timeout(6000)
+
+
+def land(console: ConsolePage, drone: str) -> None:
+    """Ends the flight, so that it can be replayed."""
+    console.open("/#/")
+    console.open_drone(drone)
+    console.part("action-land").click()
+    console.part("confirm-button").click()
+    console.wait("the end of the flight", lambda: console.word("armed") == "Disarmed")
+
+
+def look_at_other_pages(console: ConsolePage) -> None:
+    """Flights and what comes of them, zones, setup, and what a user chooses."""
+    console.page.set_viewport_size(SIZE)
+    console.page.emulate_media(color_scheme="dark", reduced_motion="reduce")
+    for name, (address, part) in OTHER_PAGES.items():
+        console.open(f"/#/{address}")
+        expect(console.part(part).first).to_be_visible()
+        console.page.wait_for_timeout(3000)
+        console.page.screenshot(path=PICTURES / f"{name}.png")
+
+
+def look_at_every_page(console: ConsolePage, folder: Path) -> None:
+    """Each page of the tests at three sizes."""
+    from test_every_page import PAGES
+
+    folder.mkdir(parents=True, exist_ok=True)
+    for address in PAGES:
+        console.open(f"/#/{address}")
+        console.page.wait_for_timeout(3000)
+        for size in LOOKED_AT:
+            console.page.set_viewport_size(size)
+            console.page.wait_for_timeout(700)
+            console.page.screenshot(path=folder / f"{address.replace('/', '-') or 'monitor'}-{size['width']}.png")
+
+
 def main() -> None:
+    parser = argparse.ArgumentParser(description="Makes the pictures of the documentation.")
+    parser.add_argument("--look", type=Path, metavar="FOLDER", help="also write every page at three sizes there")
+    options = parser.parse_args()
     shutil.rmtree(PICTURES, ignore_errors=True)
     PICTURES.mkdir(parents=True)
     expect.set_options(timeout=30_000)
@@ -136,8 +212,10 @@ def main() -> None:
             world.add_user(operator)
         world.add_user("admin", "admin")
         numbers = [world.add_drone(name, owner) for name, owner in FLEET.items()]
+        draw_land(Path(folder))
         world.start_tower()
-        world.start_simulated(*FLEET, options=("--boot-s", "2", "--seed", "7", "--wind", "3,250"), camera=CAMERA)
+        flown = ("--boot-s", "2", "--seed", "7", "--wind", "3,250", "--hills")
+        world.start_simulated(*FLEET, options=flown, camera=CAMERA)
         world.wait_until_online(world.visitor("admin"), *numbers)
         path = shutil.which("chromium") or shutil.which("google-chrome")
         browser = playwright.chromium.launch(executable_path=path, args=list(FLAGS))
@@ -147,13 +225,14 @@ def main() -> None:
         expect(console.part("sign-in-button")).to_be_visible()
         console.page.screenshot(path=PICTURES / "sign-in.png")
 
+        draw_zone(world.visitor("admin"))
         alice, bob = come(browser, world, "alice"), come(browser, world, "bob")
         fly(alice, "Kestrel", 12, (0.7, 0.3))
         fly(bob, "Osprey", 20, (0.3, 0.65))
-        alice.page.wait_for_timeout(6000)
+        wait_for_map(alice)
         alice.page.screenshot(path=PICTURES / "control.png")
         admin = come(browser, world, "admin")
-        admin.page.wait_for_timeout(3000)
+        wait_for_map(admin)
         admin.page.screenshot(path=PICTURES / "monitor.png")
         look_at_video(alice, admin)
         look_at_parameters(alice)
@@ -164,9 +243,17 @@ def main() -> None:
             alice.page.emulate_media(color_scheme=theme, reduced_motion="reduce")
             alice.page.wait_for_timeout(1000)
             alice.page.screenshot(path=PICTURES / f"control-tablet-{theme}.png")
+        alice.page.set_viewport_size(PHONE)
+        alice.page.wait_for_timeout(1000)
+        alice.page.screenshot(path=PICTURES / "control-phone.png")
+        alice.page.set_viewport_size(SIZE)
         look_at_missions(come(browser, world, "alice"))
+        land(alice, "Kestrel")
+        look_at_other_pages(admin)
         furnish(world, world.visitor("admin"))
         look_at_administration(admin)
+        if options.look is not None:
+            look_at_every_page(admin, options.look)
         browser.close()
     print(f"{len(list(PICTURES.iterdir()))} pictures in {PICTURES.relative_to(CHECKOUT)}")
 

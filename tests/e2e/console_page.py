@@ -98,10 +98,13 @@ class ConsolePage:
         self.wait(f"{height_m:g} m", lambda: abs(self.number("altitude") - height_m) < 0.5)
 
     def hold_take_off(self, name: str) -> None:
-        """Holds the button for a second. A danger that was not read yet asks besides."""
-        self.part("action-takeoff").click(delay=1100)
+        """Holds the button until the page answers, which takes a second, and longer if it is busy drawing. A danger
+        that was not read yet asks besides."""
+        self.part("action-takeoff").hover()
+        self.page.mouse.down()
         dialog, report = self.page.get_by_role("dialog"), self.part("action-report")
         self.wait("an answer", lambda: dialog.count() > 0 or (report.count() > 0 and "Take off" in report.inner_text()))
+        self.page.mouse.up()
         if dialog.count() > 0:
             self.confirm(name)
 
