@@ -1,6 +1,7 @@
 """Controllers on board with real programs. Everything is measured at the simulator's port: set-points and holds."""
 
 import asyncio
+import contextlib
 import os
 import signal
 import time
@@ -20,6 +21,8 @@ from worlds.processes import World
 SET_MODE = 176
 BRAKE = 17
 HOLDS_WITHIN_S = 0.5
+FIRST = -15
+"""A priority of Linux."""
 
 
 @dataclass
@@ -39,6 +42,17 @@ class Scene:
         await pilot.until(lambda: len(self.tap.setpoints) > before + 40, "set-points")
         identity: str = begun.json["id"]
         return identity
+
+    async def no_process(self, pilot: Pilot) -> None:
+        await pilot.until(lambda: self.process() is None, "the end of the controller's process", 5.0)
+
+    async def favoured(self) -> None:
+        """Runs the controller's process before all that other tests run. Its own priority is low, and one that gets no
+        processor for 0.4 s is rightly ended: a busy machine would end a flight that goes well."""
+        while (pid := self.process()) is None:  # noqa: ASYNC110
+            await asyncio.sleep(0.1)
+        with contextlib.suppress(PermissionError, ProcessLookupError):
+            os.setpriority(os.PRIO_PROCESS, pid, FIRST)
 
     async def ended(self, pilot: Pilot, operation: str) -> Any:
         def end() -> Any:
@@ -75,8 +89,10 @@ async def test_the_script_is_flown_from_the_ground_to_the_ground(scene: Scene) -
     async with at_the_controls(scene.world.visitor("alice"), 1) as alice:
         await alice.until(lambda: alice.has_position, "a position")
         for _ in range(20):  # the autopilot may not be ready to arm yet
+            favouring = asyncio.create_task(scene.favoured())
             operation = (await alice.ask("POST", "/controller", {"controller": "scripted", "may_take_off": True})).json
             end = await scene.ended(alice, operation["id"])
+            favouring.cancel()
             if end["state"] == "done":
                 break
             assert "arming" in end["words"], end
@@ -87,7 +103,7 @@ async def test_the_script_is_flown_from_the_ground_to_the_ground(scene: Scene) -
         assert not alice.armed
         # Four legs of 8 m at 3 m/s and four turns take more than 15 s.
         assert len(scene.tap.setpoints) > 15 * 20
-        assert scene.process() is None
+        await scene.no_process(alice)
 
 
 async def test_each_way_to_fail_leads_to_a_hold(scene: Scene) -> None:
@@ -125,7 +141,7 @@ async def test_each_way_to_fail_leads_to_a_hold(scene: Scene) -> None:
             await alice.until(lambda words=words: words in "".join(alice.texts), "the STATUSTEXT")
             await asyncio.sleep(1.0)  # set-points that must not come
             assert scene.setpoints_since(failed_at + held_s) == []
-            assert scene.process() is None
+            await scene.no_process(alice)
 
 
 async def test_a_slow_controller_is_flown_at_20_hz_until_a_take(scene: Scene) -> None:
@@ -154,4 +170,4 @@ async def test_a_slow_controller_is_flown_at_20_hz_until_a_take(scene: Scene) ->
         print(f"TAKE: hold after {held_s * 1000:.0f} ms, {len(late)} set-points after it")
         assert late == []
         assert (await scene.ended(alice, operation))["state"] != "done"
-        assert scene.process() is None
+        await scene.no_process(alice)
