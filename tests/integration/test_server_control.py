@@ -16,7 +16,7 @@ from wire.control_messages import ControlChanged
 def database(request: pytest.FixtureRequest) -> dict[str, Any]:
     if request.param == "sqlite":
         return {}
-    url: str = request.getfixturevalue("postgres_url")
+    url: str = request.getfixturevalue("migrated_postgres_url")
     return {"database_url": url.replace("postgresql://", "postgresql+asyncpg://")}
 
 
