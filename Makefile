@@ -4,6 +4,10 @@ SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
 
+# Python keeps what it has compiled, also where the environment says not to: three workers, and each program that they
+# start, would compile the same sources.
+unexport PYTHONDONTWRITEBYTECODE
+
 PYTHON ?= python3
 BIN := .venv/bin
 TEST_WORKERS ?= 3

@@ -1,6 +1,7 @@
 """For all tests: a part that is missing is a failure in CI, and a skip with the reason elsewhere."""
 
 import asyncio
+import gc
 import os
 import shutil
 from collections.abc import Callable, Generator, Iterator
@@ -13,6 +14,9 @@ import pytest
 from hypothesis import settings
 from worlds.postgres import postgres_programs, temporary_postgres
 from worlds.side_by_side import Groups, rank_of, turns_of_this_run
+
+from server.store.database import open_database
+from server.store.schema import migrate
 
 CHROMIUM_NAMES: Final = ("chromium", "chromium-browser", "google-chrome")
 CONSOLE: Final = Path(__file__).resolve().parent.parent / "web" / "dist" / "index.html"
@@ -33,6 +37,12 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Groups:
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     if _turns is not None:
         items.sort(key=rank_of)
+
+
+def pytest_collection_finish() -> None:
+    """What was imported and collected stays to the end: no search for garbage goes through it again."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
@@ -101,14 +111,38 @@ def postgres_server(missing: Callable[[str], None]) -> Iterator[str]:
 @pytest.fixture
 def postgres_url(postgres_server: str) -> str:
     """An empty database on it."""
+    return _new_database(postgres_server, "template1")
+
+
+@pytest.fixture(scope="session")
+def _migrated_template(postgres_server: str) -> str:
+    """The name of a database of the newest revision, to which nobody connects."""
+    url = _new_database(postgres_server, "template1")
+
+    async def work() -> None:
+        database = open_database(url.replace("postgresql://", "postgresql+asyncpg://"))
+        await migrate(database)
+        await database.close()
+
+    asyncio.run(work())
+    return url.rpartition("/")[2]
+
+
+@pytest.fixture
+def migrated_postgres_url(postgres_server: str, _migrated_template: str) -> str:
+    """A database of the newest revision on it. Migrating one takes most of a second."""
+    return _new_database(postgres_server, _migrated_template)
+
+
+def _new_database(server: str, template: str) -> str:
     name = f"test_{uuid4().hex}"
 
     async def create() -> None:
-        connection = await asyncpg.connect(f"{postgres_server}/postgres")
+        connection = await asyncpg.connect(f"{server}/postgres")
         try:
-            await connection.execute(f"CREATE DATABASE {name}")
+            await connection.execute(f"CREATE DATABASE {name} TEMPLATE {template}")
         finally:
             await connection.close()
 
     asyncio.run(create())
-    return f"{postgres_server}/{name}"
+    return f"{server}/{name}"

@@ -9,8 +9,6 @@ from contextlib import AsyncExitStack, asynccontextmanager
 from functools import partial
 from urllib.parse import urlsplit
 
-from fastapi.routing import APIRoute
-
 from server import VERSION
 from server.api.anonymous.request_gate import RequestGate
 from server.api.authentication import Authenticator
@@ -40,7 +38,7 @@ from server.app.alert_parts import new_alert_deliverer
 from server.app.map_parts import new_map_parts
 from server.app.new_hub import new_hub
 from server.app.openapi_tags import TAGS
-from server.app.routers import ROUTERS
+from server.app.routers import ROUTERS, included_routes
 from server.app.sharing import new_lock, share_bus, share_requests
 from server.app.telemetry_parts import new_tracing, trace_requests
 from server.app.tower import Tower, TowerApp
@@ -111,14 +109,12 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> TowerApp:
         redoc_url=None,
         openapi_url="/api/v1/openapi.json",
         redirect_slashes=False,
-        generate_unique_id_function=_operation_id,
     )
     registry = metrics_routes.new_registry(tower)
     provide(app, tower, registry)
     handle_problems(app)
     describe_problems(app, [route for router in ROUTERS for route in router.routes])
-    for router in ROUTERS:
-        app.include_router(router)
+    app.router.routes.extend(included_routes())
     security_contact_text = partial(security_txt, settings.security_contact, settings.public_url)
     serve_console(app, settings.web, {SECURITY_TXT: lambda: security_contact_text(clock())})
     # The last middleware added is the outermost.
@@ -365,7 +361,3 @@ def _good_bye(tower: Tower) -> Callable[[], Awaitable[None]]:
         tower.hub.close_all()
 
     return close_all
-
-
-def _operation_id(route: APIRoute) -> str:
-    return route.name

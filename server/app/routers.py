@@ -1,8 +1,11 @@
 """Every route of the tower."""
 
+from functools import cache
 from typing import Final
 
-from fastapi import APIRouter
+from fastapi import APIRouter, FastAPI
+from fastapi.routing import APIRoute
+from starlette.routing import BaseRoute
 
 from server.api.accounts import (
     passkey_routes,
@@ -95,3 +98,20 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     health.router,
     metrics_routes.router,
 )
+
+
+@cache
+def included_routes() -> tuple[BaseRoute, ...]:
+    """Returns the routes of all routers as an application holds them.
+
+    Their models take a third of a second, at the first match. One process makes them once, for however many towers: a
+    route belongs to none of them, and finds its own by the request (`Parts`).
+    """
+    including = FastAPI(docs_url=None, redoc_url=None, openapi_url=None, generate_unique_id_function=_operation_id)
+    for router in ROUTERS:
+        including.include_router(router)
+    return tuple(including.routes)
+
+
+def _operation_id(route: APIRoute) -> str:
+    return route.name

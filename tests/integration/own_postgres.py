@@ -4,7 +4,7 @@ import asyncio
 import os
 import signal
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import asyncpg
@@ -43,7 +43,7 @@ class OwnPostgres:
 
     def _send(self, number: signal.Signals) -> None:
         for pid in self._frozen:
-            if Path(f"/proc/{pid}").exists():
+            with suppress(ProcessLookupError):  # the others end by themselves as soon as the first is killed
                 os.kill(pid, number)
 
 

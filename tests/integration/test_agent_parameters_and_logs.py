@@ -78,13 +78,13 @@ class World(NamedTuple):
 async def simulated(vehicle: Vehicle, port: int) -> AsyncIterator[None]:
     clock, stop = Clock(1.0), asyncio.Event()
     berth = VehicleSlot(vehicle, await _berth(vehicle, Endpoint("udp", "127.0.0.1", port), clock))
-    task = asyncio.create_task(_keep_time([berth], clock, stop, None))
-    try:
-        yield
-    finally:
-        stop.set()
-        await task
-        berth.link.close()
+    with contextlib.closing(berth.link):
+        task = asyncio.create_task(_keep_time([berth], clock, stop, None))
+        try:
+            yield
+        finally:
+            stop.set()
+            await task
 
 
 @pytest.fixture

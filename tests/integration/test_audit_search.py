@@ -9,12 +9,12 @@ from typing import Any
 
 import pytest
 from sqlalchemy import delete, event, text
+from tower_world import copy_empty_database
 
 from server.store.audit import search
 from server.store.audit.search import AuditFilter, page, pages
 from server.store.audit.tables import AuditEventRow
 from server.store.database import Database, open_database
-from server.store.schema import migrate
 
 NOON = datetime(2026, 1, 1, 12, tzinfo=UTC)
 EVENTS = 1200
@@ -34,7 +34,6 @@ FILTERS = [
 
 async def _filled(database: Database) -> list[dict[str, Any]]:
     """Times are not in the order of the ids, and many are equal, as with several towers."""
-    await migrate(database)
     chance = random.Random(1)
     rows = [
         {
@@ -57,8 +56,9 @@ async def _filled(database: Database) -> list[dict[str, Any]]:
 @pytest.fixture(params=["sqlite", "postgresql"])
 def url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
     if request.param == "sqlite":
+        copy_empty_database(tmp_path / "tower.sqlite3")
         return f"sqlite+aiosqlite:///{tmp_path / 'tower.sqlite3'}"
-    return str(request.getfixturevalue("postgres_url")).replace("postgresql://", "postgresql+asyncpg://")
+    return str(request.getfixturevalue("migrated_postgres_url")).replace("postgresql://", "postgresql+asyncpg://")
 
 
 @pytest.fixture
@@ -117,6 +117,7 @@ async def test_the_list_goes_on_after_an_event_that_was_removed(database: Databa
 
 async def test_no_filter_reads_the_whole_table(tmp_path: Path) -> None:
     """SQLite says which index it takes; a scan or a sort of everything would show here, with few rows as with many."""
+    copy_empty_database(tmp_path / "tower.sqlite3")
     database = open_database(f"sqlite+aiosqlite:///{tmp_path / 'tower.sqlite3'}")
     try:
         await _filled(database)

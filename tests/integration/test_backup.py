@@ -71,7 +71,11 @@ def settings(request: pytest.FixtureRequest) -> dict[str, Any]:
     """Of a tower on each kind of database."""
     if request.param == "sqlite":
         return {}
-    return {"database_url": request.getfixturevalue("postgres_url").replace("postgresql://", "postgresql+asyncpg://")}
+    return {
+        "database_url": request.getfixturevalue("migrated_postgres_url").replace(
+            "postgresql://", "postgresql+asyncpg://"
+        )
+    }
 
 
 async def test_a_backup_of_a_running_tower_is_restored_elsewhere(tmp_path: Path, settings: dict[str, Any]) -> None:

@@ -100,22 +100,22 @@ async def test_before_migrate_every_command_says_what_to_run(tmp_path: Path) -> 
     assert (tmp_path / "var").stat().st_mode & 0o077 == 0
 
 
-async def test_users(shell: Shell) -> None:
-    out = await shell.run("user", "add", "Root", "--role", "admin")
+async def test_users(forked: Shell) -> None:
+    out = await forked.run("user", "add", "Root", "--role", "admin")
     assert re.search(r"^password: \S{20,}$", out, re.MULTILINE)
-    out = await shell.run("user", "add", "Anna", "--password-stdin", stdin="four words are longer\n")
+    out = await forked.run("user", "add", "Anna", "--password-stdin", stdin="four words are longer\n")
     assert "four words" not in out
     assert "password" not in out
-    listed = (await shell.run("user", "list")).splitlines()
+    listed = (await forked.run("user", "list")).splitlines()
     assert [line.split() for line in listed] == [
         ["ID", "NAME", "ROLE", "STATE"],
         ["1", "Root", "admin", "first", "password"],
         ["2", "Anna", "operator", "first", "password"],
     ]
-    await shell.run("user", "disable", "anna")
-    assert "disabled" in (await shell.run("user", "list")).splitlines()[2]
-    await shell.run("user", "enable", "anna")
-    assert "password: " in await shell.run("user", "password", "anna")
+    await forked.run("user", "disable", "anna")
+    assert "disabled" in (await forked.run("user", "list")).splitlines()[2]
+    await forked.run("user", "enable", "anna")
+    assert "password: " in await forked.run("user", "password", "anna")
 
 
 MISTAKES = (

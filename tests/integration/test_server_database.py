@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from sqlalchemy import event, select, text
 from sqlalchemy.exc import OperationalError
+from tower_world import copy_empty_database
 
 from server.store.audit.action import AuditAction
 from server.store.audit.trail import COMMAND_LINE
@@ -18,7 +19,6 @@ from server.store.fleet import enrolments
 from server.store.fleet.drones import create_drone
 from server.store.fleet.enrolment_notifier import EnrolmentNotifier
 from server.store.fleet.tables import EnrolmentRow
-from server.store.schema import migrate
 from wire.ids import DroneId
 
 NOW = datetime(2026, 11, 22, 2, 0, tzinfo=UTC)
@@ -28,10 +28,10 @@ CROWD = 1200
 
 @pytest.fixture
 async def database(tmp_path: Path) -> AsyncIterator[Database]:
+    copy_empty_database(tmp_path / "tower.sqlite3")
     opened = open_database(f"sqlite+aiosqlite:///{tmp_path / 'tower.sqlite3'}")
     # Fails if a writer of this process waits for another in SQLite itself.
     event.listen(opened.engine.sync_engine, "connect", lambda one, _: one.execute("PRAGMA busy_timeout = 20"))
-    await migrate(opened)
     yield opened
     await opened.close()
 

@@ -173,7 +173,7 @@ async def test_a_reset_ends_sessions_and_tokens_and_what_is_connected(
         assert await close_code(by_session.socket) == 4401
         if not keeps:
             assert await close_code(by_token) == 4401
-            await until("the hold", lambda: len(agent.holds) == 1)
+            await until("the hold", lambda: len(agent.decided_holds) == 1)
     answer = await program.get("/api/v1/me")
     assert answer.status_code == (200 if keeps else 401)
 

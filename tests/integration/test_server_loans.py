@@ -63,7 +63,7 @@ async def test_a_borrower_flies_until_the_time_is_over(
         drone = world.tower.hub.state.drones.get(DroneId(hawk.id))
         assert drone is not None
         await until("the revocation", lambda: drone.lease.holder is None)
-    assert [order.reason for order in agent.holds] == ["the loan is over"]
+    assert [order.reason for order in agent.decided_holds] == ["the loan is over"]
     borrower = await world.signed_in(anna)
     assert_problem(await ask(borrower, hawk.id, "acquire"), 404, "unknown-drone")
     root = await world.signed_in("Root")

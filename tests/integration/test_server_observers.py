@@ -122,7 +122,7 @@ async def test_a_pilot_who_becomes_an_observer_loses_the_controls_and_the_drone_
 
     after = (await root.get(f"/api/v1/drones/{hawk.id}")).json()
     assert (after["holder"], after["epoch"]) == (None, held["epoch"] + 1)
-    assert [order.epoch for order in agent.holds] == [after["epoch"]]
+    assert [order.epoch for order in agent.decided_holds] == [after["epoch"]]
     assert await audit(root, "control.revoke")
     assert_problem(await ask(pilot, hawk.id, "acquire"), 403, "read-only-account")
     with_token = await world.client(headers={"Authorization": f"Bearer {token}"})

@@ -22,8 +22,8 @@ API = "/api/v1"
 
 
 @pytest.fixture
-async def world(tmp_path: Path, postgres_url: str) -> AsyncIterator[TowerWorld]:
-    url = postgres_url.replace("postgresql://", "postgresql+asyncpg://")
+async def world(tmp_path: Path, migrated_postgres_url: str) -> AsyncIterator[TowerWorld]:
+    url = migrated_postgres_url.replace("postgresql://", "postgresql+asyncpg://")
     async with start_tower(tmp_path, database_url=url) as running:
         yield running
 

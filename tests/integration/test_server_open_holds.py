@@ -6,7 +6,7 @@ from pathlib import Path
 
 import httpx
 import pytest
-from control_world import ObedientAgent, ask, audit, live, until
+from control_world import UNDECIDED, ObedientAgent, ask, audit, live, until
 from sqlalchemy import select
 from sqlalchemy.exc import OperationalError
 from tower_world import NewDrone, TowerWorld, assert_problem, start_tower
@@ -174,12 +174,26 @@ async def test_stay_needs_no_database(scene: Scene, monkeypatch: pytest.MonkeyPa
 @pytest.mark.parametrize(("body", "interrupts"), [({}, False), ({"interrupt": True}, True)])
 async def test_only_an_emergency_interrupts_a_return(scene: Scene, body: dict[str, bool], interrupts: bool) -> None:
     assert (await ask(scene.root, scene.drone.id, "take", **body)).status_code == 200
-    assert [order.interrupts for order in scene.agent.holds] == [interrupts]
+    assert [order.interrupts for order in scene.agent.decided_holds] == [interrupts]
+    assert interrupts or not any(order.interrupts for order in scene.agent.holds)
     (taken,) = await audit(scene.root, "control.take")
     assert taken["detail"]["interrupt"] is interrupts
     await until("its answer", lambda: not scene.agent.link.interrupts)
     await ask(scene.root, scene.drone.id, "give")
-    assert [order.interrupts for order in scene.agent.holds] == [interrupts, False]
+    assert [order.interrupts for order in scene.agent.decided_holds] == [interrupts, False]
+
+
+async def test_a_database_that_takes_its_time_adds_a_hold_which_interrupts_too(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("server.api.control.routes.DECIDED_WITHIN_S", 30.0)  # of the sender's session
+    monkeypatch.setattr("server.store.control.service.DECIDED_WITHIN_S", 0.0)
+    assert (await ask(scene.root, scene.drone.id, "take", interrupt=True)).status_code == 200
+    first, second = scene.agent.holds
+    assert UNDECIDED in first.reason
+    assert (first.interrupts, second.interrupts) == (True, True)
+    assert (first.epoch, second.epoch) == (1, 2)
+    assert scene.agent.decided_holds == [second]
 
 
 async def test_a_hold_ordered_while_the_drone_is_offline_outlives_the_tower(tmp_path: Path) -> None:

@@ -62,7 +62,7 @@ async def test_the_controls_are_revoked(world: TowerWorld, anna: Person, root: h
 
     after = await seen(root, hawk.id)
     assert (after["holder"], after["epoch"]) == (None, held["epoch"] + 1)
-    assert [order.epoch for order in agent.holds] == [after["epoch"]]
+    assert [order.epoch for order in agent.decided_holds] == [after["epoch"]]
     again = await ask(operator, hawk.id, "acquire")
     if way == "unassigned":
         assert_problem(again, 404, "unknown-drone")
@@ -200,7 +200,7 @@ async def test_signing_out_of_the_last_session_with_a_browser_revokes(
         await first.delete("/api/v1/session")
         await world.tower.event_handler.caught_up()
         assert (await seen(root, hawk.id))["holder"] is None
-    assert [order.reason for order in agent.holds] == ["the holder's session has ended"]
+    assert [order.reason for order in agent.decided_holds] == ["the holder's session has ended"]
 
 
 async def test_events_of_the_hub_change_the_lease_and_are_recorded(
@@ -214,7 +214,7 @@ async def test_events_of_the_hub_change_the_lease_and_are_recorded(
     await ask(operator, hawk.id, "acquire")
     await notice(world, HolderGone(drone_id, user_id, 2.0))
     await notice(world, RttTooLong(drone_id, 731.4))
-    assert [order.reason for order in agent.holds] == [
+    assert [order.reason for order in agent.decided_holds] == [
         "the holder has been gone for 2 s",
         "the round trip takes 731 ms",
     ]
@@ -323,4 +323,4 @@ async def test_a_flood_of_events_is_bounded_and_holds(
     assert len(event_handler._waiting[drone.drone_id]) == 5
     await world.tower.event_handler.caught_up()
     assert (drone.lease.holder, drone.fenced) == (None, False)
-    assert len(agent.holds) == 1
+    assert len(agent.decided_holds) == 1

@@ -73,7 +73,7 @@ async def test_each_role_may_what_the_table_says(world: TowerWorld, red: Team, r
     assert (await ask(chief, red.drone_id, "give")).status_code == 200
     back = await operator.post(f"{drone}/control/accept", json={"sticks_centred": True})
     assert back.json()["holder"]["name"] == "Rowan-operator"
-    assert [order.epoch for order in agent.holds] == [3, 4, 5]
+    assert [order.epoch for order in agent.decided_holds] == [3, 4, 5]
 
     # A tower admin outranks them: a team admin takes nothing from a tower admin, and the refused TAKE does not lock
     # them out.
@@ -133,7 +133,7 @@ async def test_what_a_change_takes_away_is_gone_at_once(world: TowerWorld, red: 
     if way != "by the tower":  # then the response confirms that it is done
         after = (await chief.get(f"/api/v1/drones/{red.drone_id}")).json()
         assert (after["holder"], after["epoch"]) == (None, held["epoch"] + 1)
-    assert [order.epoch for order in agent.holds] == [held["epoch"] + 1]
+    assert [order.epoch for order in agent.decided_holds] == [held["epoch"] + 1]
     left = (await operator.get("/api/v1/drones")).json()
     assert [one["relation"] for one in left] == (["observer"] if way == "observer now" else [])
 

@@ -8,25 +8,25 @@ from pathlib import Path
 
 import pytest
 from control_world import until
+from tower_world import copy_empty_database
 
 from server.domain.clock import utc_now
 from server.domain.tower_lease import LEASE_S, RENEW_EVERY_S, RENEW_WITHIN_S, TAKE_AFTER_S, LockState
 from server.store.database import Database, LockLost, open_database
-from server.store.schema import migrate
 from server.store.tower_lock import TowerLock, TowerLockHeld
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])
 def url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
     if request.param == "sqlite":
+        copy_empty_database(tmp_path / "tower.sqlite3")
         return f"sqlite+aiosqlite:///{tmp_path / 'tower.sqlite3'}"
-    return str(request.getfixturevalue("postgres_url")).replace("postgresql://", "postgresql+asyncpg://")
+    return str(request.getfixturevalue("migrated_postgres_url")).replace("postgresql://", "postgresql+asyncpg://")
 
 
 @pytest.fixture
 async def database(url: str) -> AsyncIterator[Database]:
     opened = open_database(url)
-    await migrate(opened)
     yield opened
     await opened.close()
 
