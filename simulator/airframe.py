@@ -54,6 +54,14 @@ def impact_mps(ground: Ground | None, place_m: tuple[float, float], velocity_mps
     return math.hypot(speed, down) if slope > HILLSIDE_SLOPE else down + slope * speed
 
 
+def euler_rad(w: float, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """Returns roll, pitch and yaw of a quaternion."""
+    roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+    pitch = math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x))))
+    yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    return roll, pitch, yaw
+
+
 Commands = tuple[float, float, float, float]
 """Motors 1 to 4 in ArduPilot's numbering (front right, rear left, front left, rear right), 0..1."""
 
@@ -193,8 +201,4 @@ class Airframe:
         self.force_body_mss = (0.0, 0.0, -GRAVITY_MSS)
 
     def _euler(self) -> tuple[float, float, float]:
-        w, x, y, z = self.qw, self.qx, self.qy, self.qz
-        roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
-        pitch = math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x))))
-        yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-        return roll, pitch, yaw
+        return euler_rad(self.qw, self.qx, self.qy, self.qz)

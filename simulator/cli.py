@@ -16,6 +16,7 @@ from simulator.airframe_model import AirframeModel
 from simulator.ardupilot import ARDUPILOT, RELEASES, USUAL, arducopter
 from simulator.failure_modes import Failure
 from simulator.firmware.fault_table import FaultName
+from simulator.flight_log import PERIOD_S
 from simulator.flight_state import FlightSettings
 from simulator.geodesy import Place
 from simulator.links import Endpoint, parse_endpoint
@@ -33,6 +34,7 @@ from simulator.squad import (
     spread_endpoints,
 )
 from simulator.vehicle import Vehicle, VehicleSettings
+from simulator.vehicle_csv import FlightLogs
 from simulator.vehicle_ports import MspPort, SbusPort
 
 if TYPE_CHECKING:
@@ -76,6 +78,7 @@ PAD_HELP = "LAT,LON[,HEADING] of a landing pad with markers, in the pictures of 
 SHELL_HELP = (
     "A Unix socket to be made for terminals of this user: tower-sim shell --attach PATH. Turns the commander on."
 )
+LOG_HELP = "A folder in which each vehicle's flight is written as CSV, for tower-sim plot."
 TARGET_HELP = "LETTER@LAT,LON[,HEADING[,SIDE]]: a landing target on the ground, in the pictures of --camera."
 CAMERA_HELP = "[HOST:]PORT of a camera over HTTP; once for each vehicle that is to have one, in their order."
 
@@ -132,6 +135,8 @@ def simulate(
     ] = False,
     fault: Annotated[list[str] | None, typer.Option(help=FAULT_HELP)] = None,
     shell: Annotated[Path | None, typer.Option(help=SHELL_HELP)] = None,
+    log: Annotated[Path | None, typer.Option(help=LOG_HELP)] = None,
+    log_period_s: Annotated[float, typer.Option(min=0.0, help="Between two lines of --log; 0: each step.")] = PERIOD_S,
 ) -> None:
     """Fly simulated quadrotors that speak MAVLink 2; or one of shell, fly and plot, as the first word."""
     try:
@@ -179,7 +184,8 @@ def simulate(
         kind = MspPort if msp else SbusPort
         lines = [(kind(vehicle), endpoint) for vehicle, endpoint in zip(vehicles, ports, strict=False)]
         terminals = ShellSocket(shell, vehicles) if shell is not None else None
-        _run(fly(vehicles, endpoints, speed, cameras, lines, terminals))
+        logs = FlightLogs(log, vehicles, log_period_s) if log is not None else None
+        _run(fly(vehicles, endpoints, speed, cameras, lines, terminals, logs))
     except OSError as error:
         typer.echo(f"tower-sim: {error}", err=True)
         raise typer.Exit(1) from error

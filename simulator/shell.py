@@ -17,6 +17,7 @@ from simulator.vehicle_ports import VehiclePort
 if TYPE_CHECKING:
     from simulator.camera.on_board import SquadCameras, VehicleCamera
     from simulator.shell_socket import ShellSocket
+    from simulator.vehicle_csv import FlightLogs
 
 BEHIND_MAX_S = 0.25
 """Wall time by which the simulation may lag before it stops catching up and runs late instead."""
@@ -58,6 +59,7 @@ async def fly(
     cameras: SquadCameras | None = None,
     ports: Sequence[tuple[VehiclePort, Endpoint]] = (),
     terminals: ShellSocket | None = None,
+    logs: FlightLogs | None = None,
 ) -> None:
     """Runs until SIGINT or SIGTERM. `ports`: one each for as many vehicles, in their order."""
     stop = asyncio.Event()
@@ -76,8 +78,10 @@ async def fly(
             slot.ports.append((port, await open_link(endpoint, port.receive)))
         if terminals is not None:
             await terminals.open()
-        await _keep_time(berths, clock, stop, terminals)
+        await _keep_time(berths, clock, stop, terminals, logs)
     finally:
+        if logs is not None:
+            logs.close()
         if terminals is not None:
             terminals.close()
         for berth in berths:
@@ -93,7 +97,11 @@ async def _berth(vehicle: Vehicle, endpoint: Endpoint, clock: Clock) -> Link:
 
 
 async def _keep_time(
-    berths: list[VehicleSlot], clock: Clock, stop: asyncio.Event, terminals: ShellSocket | None
+    berths: list[VehicleSlot],
+    clock: Clock,
+    stop: asyncio.Event,
+    terminals: ShellSocket | None,
+    logs: FlightLogs | None,
 ) -> None:
     loop = asyncio.get_running_loop()
     next_s, stepped_s, late_s, report_s = loop.time(), 0.0, 0.0, loop.time() + LATE_REPORT_S
@@ -115,6 +123,8 @@ async def _keep_time(
                 berth.camera.follow(berth.vehicle, stepped_s)
         if terminals is not None:
             terminals.step()
+        if logs is not None:
+            logs.step()
         if loop.time() >= report_s:
             if late_s > 0.0:
                 log.warning("this machine is too slow: %.1f simulated seconds lost", late_s)

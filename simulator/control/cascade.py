@@ -22,9 +22,9 @@ from simulator.physics.rotation import Floats, conjugate, from_euler, limited, m
 class Gains:
     """Per metre, metre per second, radian and radian per second; accelerations come out."""
 
-    position_p: float = 4.0
-    position_d: float = 3.2
-    wind_i: float = 1.6
+    position_p: float = 5.0
+    position_d: float = 3.8
+    wind_i: float = 2.2
     height_p: float = 6.0
     height_d: float = 5.0
     height_i: float = 3.0

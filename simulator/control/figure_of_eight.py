@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simulator.control.reference import Reference
-from simulator.control.trajectory import PlanLimits, TrajectoryRefused
+from simulator.control.trajectory import PlanLimits, Trajectory, TrajectoryRefused, plan
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,3 +72,26 @@ class FigureOfEight:
             whole = 2.0 * math.pi * self.rounds
             return whole - left, full * 0.5 * (1.0 - math.cos(turn)), -full * 0.5 * math.pi / ease * math.sin(turn)
         return full * (time_s - 0.5 * ease), full, 0.0
+
+
+class EightFlight:
+    """Take-off at the origin, the eight, a rest and the landing at the origin."""
+
+    def __init__(self, eight: FigureOfEight, pause_s: float = 1.0) -> None:
+        self._eight = eight
+        self._climb = plan([], take_off_m=eight.alt_m, land=False, yaw_rad=eight.yaw_rad)
+        self._climb.pause(pause_s)
+        self._landing = Trajectory(self._climb.end_m, eight.yaw_rad)
+        self._landing.pause(pause_s)
+        self._landing.land(PlanLimits())
+
+    @property
+    def duration_s(self) -> float:
+        return self._climb.duration_s + self._eight.duration_s + self._landing.duration_s
+
+    def at(self, time_s: float) -> Reference:
+        in_eight_s = time_s - self._climb.duration_s
+        if in_eight_s < 0.0:
+            return self._climb.at(time_s)
+        landing_s = in_eight_s - self._eight.duration_s
+        return self._eight.at(in_eight_s) if landing_s < 0.0 else self._landing.at(landing_s)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -26,6 +27,13 @@ class Reference:
             np.broadcast_to(self.acceleration_mss[:, np.newaxis], offset_m.shape),
             self.yaw_rad,
         )
+
+
+class Way(Protocol):
+    """A flight as a function of time."""
+
+    def at(self, time_s: float) -> Reference:
+        """`time_s`: since its beginning."""
 
 
 def standing(position_m: Floats, yaw_rad: float = 0.0) -> Reference:

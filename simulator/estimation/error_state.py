@@ -17,8 +17,8 @@ from simulator.physics.rotation import Floats, from_vector, matrix, multiply, no
 
 ATTITUDE, VELOCITY, POSITION = slice(0, 3), slice(3, 6), slice(6, 9)
 ACCELEROMETER_BIAS, GYRO_BIAS, COMPASS_BIAS = slice(9, 12), slice(12, 15), slice(15, 18)
-GPS_BIAS, BAROMETER_BIAS = slice(18, 21), slice(21, 22)
-STATES = 22
+GPS_BIAS, GPS_MULTIPATH, BAROMETER_BIAS = slice(18, 21), slice(21, 24), slice(24, 25)
+STATES = 25
 MOVING = 9
 """The first states, whose errors grow out of other states."""
 
@@ -38,8 +38,10 @@ class FilterNoise:
     barometer_bias_m: float = 0.25
     barometer_bias_s: float = 150.0
     gps_m: tuple[float, float, float] = (0.15, 0.15, 0.3)
-    gps_bias_m: tuple[float, float, float] = (0.6, 0.6, 1.2)
-    gps_bias_s: float = 60.0
+    gps_bias_m: tuple[float, float, float] = (1.27, 1.27, 2.5)
+    gps_bias_s: float = 1800.0
+    gps_multipath_m: tuple[float, float, float] = (0.25, 0.25, 0.5)
+    gps_multipath_s: float = 60.0
     gps_mps: tuple[float, float, float] = (0.08, 0.08, 0.15)
 
 
@@ -50,7 +52,10 @@ class FirstDoubts:
     tilt_rad: float = 0.010
     yaw_rad: float = 0.08
     velocity_mps: float = 0.05
-    position_m: float = 3.0
+    position_m: float = 0.1
+    """The place where it stands is the origin: what the satellites say beside it is their error."""
+    gps_error_m: float = 10.0
+    """Of the first fix: a receiver that has just found its satellites may be worse than later."""
     height_m: float = 0.05
     acceleration_bias_mss: float = 0.07
     gyro_bias_rps: float = math.radians(0.06)
@@ -73,6 +78,7 @@ class ErrorState:
         self.gyro_bias_rps = np.zeros((3, count))
         self.compass_bias_gauss = np.zeros((3, count))
         self.gps_bias_m = np.zeros((3, count))
+        self.gps_multipath_m = np.zeros((3, count))
         self.barometer_bias_m = np.zeros(count)
         self.covariance = np.zeros((count, STATES, STATES))
 
@@ -87,7 +93,8 @@ class ErrorState:
                 [doubts.acceleration_bias_mss] * 3,
                 [doubts.gyro_bias_rps] * 3,
                 [doubts.compass_bias_gauss] * 3,
-                noise.gps_bias_m,
+                [doubts.gps_error_m] * 3,
+                noise.gps_multipath_m,
                 [0.05],
             )
         )
@@ -108,6 +115,7 @@ class ErrorState:
         self.gyro_bias_rps += step[GYRO_BIAS]
         self.compass_bias_gauss += step[COMPASS_BIAS]
         self.gps_bias_m += step[GPS_BIAS]
+        self.gps_multipath_m += step[GPS_MULTIPATH]
         self.barometer_bias_m += step[BAROMETER_BIAS][0]
 
     def spread_out(self, turn_rad: Floats, force_mss: Floats, over_s: float, sample_s: float) -> None:
@@ -125,8 +133,9 @@ class ErrorState:
         moved[:, POSITION, ATTITUDE] = (0.5 * over_s) * lever
         moved[:, POSITION, ACCELEROMETER_BIAS] = (-0.5 * over_s * over_s) * rotation
         gps_keep, barometer_keep = math.exp(-over_s / noise.gps_bias_s), math.exp(-over_s / noise.barometer_bias_s)
+        multipath_keep = math.exp(-over_s / noise.gps_multipath_s)
         keep = np.ones(STATES - MOVING)
-        keep[9:12], keep[12] = gps_keep, barometer_keep
+        keep[9:12], keep[12:15], keep[15] = gps_keep, multipath_keep, barometer_keep
         before = self.covariance
         top = moved @ before
         after = np.empty_like(before)
@@ -141,11 +150,13 @@ class ErrorState:
         fresh[GYRO_BIAS] = noise.gyro_bias_walk**2 * over_s
         fresh[COMPASS_BIAS] = noise.compass_bias_walk**2 * over_s
         fresh[GPS_BIAS] = np.square(noise.gps_bias_m) * (1.0 - gps_keep**2)
+        fresh[GPS_MULTIPATH] = np.square(noise.gps_multipath_m) * (1.0 - multipath_keep**2)
         fresh[BAROMETER_BIAS] = noise.barometer_bias_m**2 * (1.0 - barometer_keep**2)
         diagonal = np.arange(STATES)
         after[:, diagonal, diagonal] += fresh
         self.covariance = after
         self.gps_bias_m *= gps_keep
+        self.gps_multipath_m *= multipath_keep
         self.barometer_bias_m *= barometer_keep
 
 

@@ -28,6 +28,8 @@ COMPASS_DISBELIEVED_S = 10.0
 AIDED_S = 6.0
 """A position counts for so long after the last accepted one."""
 STANDING_MPS = 0.03
+START_M, START_MPS = 0.3, 0.2
+"""Of a position and velocity taken over from satellites: their noise, and the way of a delay."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,7 +157,7 @@ class NavigationFilter:
         then = self._at(reading.taken_s)
         innovation = reading.value + then.position_m[2] - self.state.barometer_bias_m
         late_s = self._now_s - reading.taken_s
-        component = Component(innovation, ((8, -1.0), (5, late_s), (21, 1.0)), self.state.noise.barometer_m**2)
+        component = Component(innovation, ((8, -1.0), (5, late_s), (24, 1.0)), self.state.noise.barometer_m**2)
         fused = self._take("barometer", [component], reading.fresh & self.barometer_trusted)
         self.barometer_accepted_s = np.where(fused.accepted, self._now_s, self.barometer_accepted_s)
 
@@ -182,11 +184,15 @@ class NavigationFilter:
         state = self.state
         then = self._at(reading.taken_s)
         late_s = self._now_s - reading.taken_s
-        position = reading.value[:3] - then.position_m - state.gps_bias_m
+        position = reading.value[:3] - then.position_m - state.gps_bias_m - state.gps_multipath_m
         velocity = reading.value[3:] - then.velocity_mps
         noise = state.noise
         place = [
-            Component(position[axis], ((6 + axis, 1.0), (3 + axis, -late_s), (18 + axis, 1.0)), noise.gps_m[axis] ** 2)
+            Component(
+                position[axis],
+                ((6 + axis, 1.0), (3 + axis, -late_s), (18 + axis, 1.0), (21 + axis, 1.0)),
+                noise.gps_m[axis] ** 2,
+            )
             for axis in range(3)
         ]
         motion = [Component(velocity[axis], ((3 + axis, 1.0),), noise.gps_mps[axis] ** 2) for axis in range(3)]
@@ -200,14 +206,22 @@ class NavigationFilter:
     def _start_position_again(self, reading: Reading, lost: Flags) -> None:
         state = self.state
         state.position_m, state.velocity_mps = state.position_m.copy(), state.velocity_mps.copy()
-        state.position_m[:2, lost] = reading.value[:2, lost]
+        known_error_m = state.gps_bias_m + state.gps_multipath_m
+        state.position_m[:2, lost] = (reading.value[:2] - known_error_m[:2])[:, lost]
         state.velocity_mps[:, lost] = reading.value[3:, lost]
-        state.gps_bias_m[:2, lost] = 0.0
-        for axes, spread in (((6, 7), 0.7), ((3, 4, 5), 0.2), ((18, 19), 0.6)):
-            for axis in axes:
-                state.covariance[lost, axis, :] = 0.0
-                state.covariance[lost, :, axis] = 0.0
-                state.covariance[lost, axis, axis] = spread**2
+        errors = [(18 + axis, 21 + axis) for axis in range(2)]
+        for axis in (3, 4, 5, 6, 7, *errors[0], *errors[1]):
+            variance = state.covariance[lost, axis, axis] if axis > 7 else START_MPS**2
+            state.covariance[lost, axis, :] = 0.0
+            state.covariance[lost, :, axis] = 0.0
+            state.covariance[lost, axis, axis] = variance
+        # The position is now the measured one: its error is that of the satellites with the other sign, and noise.
+        for place, of_satellites in zip((6, 7), errors, strict=True):
+            state.covariance[lost, place, place] = START_M**2
+            for error in of_satellites:
+                variance = state.covariance[lost, error, error]
+                state.covariance[lost, place, place] += variance
+                state.covariance[lost, place, error] = state.covariance[lost, error, place] = -variance
         self._history.clear()
         self._history.append(
             Believed(self._now_s, state.position_m, state.velocity_mps, state.rotation, self._corrected)

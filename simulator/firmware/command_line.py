@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import select
 import sys
@@ -12,11 +13,13 @@ from typing import Annotated
 import typer
 
 from simulator import attached_terminal
-from simulator.control.trajectory import Trajectory
+from simulator.dataflash import HEAD
 from simulator.firmware.controller import Fleet, FleetSettings
 from simulator.firmware.fault_plan import FaultPlan
-from simulator.firmware.flight_csv import PERIOD_S, FlightCsv, NotALog, read
+from simulator.firmware.flight_csv import FlightCsv
 from simulator.firmware.shell import WAYS, Shell
+from simulator.flight_log import HEADER, PERIOD_S, NotALog, read
+from simulator.plots.dataflash_columns import columns_of
 from simulator.plots.flight_plot import flight_picture
 
 POLL_S = 0.05
@@ -30,6 +33,7 @@ Faults = Annotated[
     typer.Option(help="NAME[@FROM[-UNTIL]], in seconds since switch-on; names as of the command fault."),
 ]
 Seed = Annotated[int, typer.Option(help="Of all that is random.")]
+Period = Annotated[float, typer.Option(min=0.0, help="Between two lines of the log; 0 writes every step.")]
 Wind = Annotated[float, typer.Option(min=0.0, max=30.0, help="m/s, with gusts of 15 %.")]
 
 
@@ -39,11 +43,15 @@ def shell(
     wind: Wind = 0.0,
     fault: Faults = None,
     attach: Annotated[Path | None, typer.Option(help="The socket that a running tower-sim --shell made.")] = None,
+    log: Annotated[Path | None, typer.Option(help="Where the flight is written, as CSV; not with --attach.")] = None,
+    period_s: Period = PERIOD_S,
 ) -> None:
     """Commands for one flight controller, in real time; with --attach, for the vehicles of a running tower-sim.
 
     `help` lists them; the end of the input ends it."""
     if attach is not None:
+        if log is not None:
+            raise typer.BadParameter("the running tower-sim writes its logs: tower-sim --log FOLDER")
         try:
             attached_terminal.attach(attach)
         except OSError as error:
@@ -55,6 +63,16 @@ def shell(
         return Fleet(FleetSettings(seed=seed, wind_mps=wind, warm_start=False))
 
     terminal = Shell(make_fleet(), make_fleet, _plan_of(fault))
+    with contextlib.ExitStack() as stack:
+        if log is not None:
+            file, writer = stack.enter_context(log.open("w")), FlightCsv(period_s=period_s)
+            file.write(HEADER)
+            terminal.on_step = lambda fleet: file.write(writer.note(fleet))
+        _converse(terminal)
+
+
+def _converse(terminal: Shell) -> None:
+    """Until the input ends."""
     typer.echo("help lists the commands")
     waiting, last_s = b"", time.monotonic()
     while True:
@@ -82,7 +100,7 @@ def fly(
     way: Annotated[str, typer.Argument(help=f"One of {', '.join(WAYS)}.")],
     log: Annotated[Path, typer.Option(help="Where the flight is written, as CSV.")],
     seconds: Annotated[float, typer.Option(min=1.0, max=3600.0)] = 60.0,
-    period_s: Annotated[float, typer.Option(min=0.0, help="Between two lines; 0 writes every step.")] = PERIOD_S,
+    period_s: Period = PERIOD_S,
     seed: Seed = 1,
     wind: Wind = 0.0,
     fault: Faults = None,
@@ -94,14 +112,14 @@ def fly(
     fleet = Fleet(FleetSettings(seed=seed, wind_mps=wind))
     fleet.boot()
     fleet.arm()
-    path: Trajectory = WAYS[way]()
-    writer, began_s = FlightCsv(fleet, period_s=period_s), fleet.now_s
+    path = WAYS[way]()
+    writer, began_s = FlightCsv(period_s=period_s), fleet.now_s
     with log.open("w") as file:
-        file.write(writer.header())
+        file.write(HEADER)
         while fleet.now_s < began_s + seconds:
             planned.apply(fleet)
             fleet.step(path.at(fleet.now_s - began_s))
-            file.write(writer.note())
+            file.write(writer.note(fleet))
     typer.echo(f"{log}: {fleet.now_s - began_s:.0f} s, {fleet.commanders[0].state}")
 
 
@@ -114,12 +132,13 @@ def _plan_of(texts: list[str] | None) -> FaultPlan:
 
 @app.command()
 def plot(
-    log: Annotated[Path, typer.Argument(help="A log that fly wrote.")],
+    log: Annotated[Path, typer.Argument(help="A CSV log of tower-sim, or a log in ArduPilot's format.")],
     out: Annotated[Path, typer.Argument(help="The picture, SVG.")],
 ) -> None:
     """Draw a flight: path, height, attitude, estimate against truth, motors."""
     try:
-        columns = read(log.read_text())
+        data = log.read_bytes()
+        columns = columns_of(data) if data.startswith(HEAD) else read(data.decode("utf-8", "replace"))
     except (OSError, NotALog) as error:
         raise typer.BadParameter(str(error)) from error
     out.write_text(flight_picture(columns))

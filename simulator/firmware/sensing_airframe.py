@@ -43,7 +43,7 @@ class SensingAirframe(Airframe):
         super().__init__(yaw_rad)
         self.truth = Quadrotors(DESIGN, 1, yaw_rad)
         self.board = SensorBoard(1, seed, warm_start=True)
-        self.board.gps.wander_m[:] = 0.0  # the origin is where the first fix says it is
+        self.board.gps.slow.error_m[:] = 0.0  # the origin is where the first fix says it is
         compass, left = self.board.magnetometer, np.random.default_rng((seed, 101)).standard_normal((2, 3, 1))
         compass.calibration = MagnetometerCalibration(
             compass.hard_iron_gauss + 0.004 * left[0], compass.soft_iron * (1.0 + 0.006 * left[1])

@@ -10,7 +10,8 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from simulator.control.reference import Reference
+from simulator.control.figure_of_eight import EightFlight, FigureOfEight
+from simulator.control.reference import Reference, Way
 from simulator.control.trajectory import PlanLimits, Trajectory, WayPoint, plan
 from simulator.firmware import faults
 from simulator.firmware.calibration_flight import calibrate
@@ -34,12 +35,14 @@ class Shell:
         self.fleet = fleet
         self._make_fleet = make_fleet
         self._faults = fault_plan or FaultPlan()
-        self._way: Trajectory | None = None
+        self._way: Way | None = None
         self._way_from_s = 0.0
         self._busy_s = 0.0
         self._flown_s = 0.0
         self._displays = 0
         self._display_due_s = 0.0
+        self.on_step: Callable[[Fleet], object] = lambda fleet: None
+        """Called after each step: a log."""
 
     @property
     def state(self) -> SystemState:
@@ -54,6 +57,7 @@ class Shell:
         while self.fleet.now_s < end_s - 1e-9:
             self._faults.apply(self.fleet)
             self.fleet.step(self._reference())
+            self.on_step(self.fleet)
             notices = self.fleet.commanders[0].texts
             while notices:
                 lines.append(f"[{self.fleet.now_s:.2f}] {notices.popleft().text}")
@@ -189,9 +193,10 @@ def _square() -> Trajectory:
     return plan(corners, take_off_m=UP_M, pause_s=1.0)
 
 
-WAYS: Mapping[str, Callable[[], Trajectory]] = {
+WAYS: Mapping[str, Callable[[], Way]] = {
     "hover": lambda: plan([], take_off_m=UP_M, land=False),
     "square": _square,
+    "eight": lambda: EightFlight(FigureOfEight(8.0, 14.0, UP_M)),
     "land": lambda: plan([], take_off_m=UP_M),
 }
 

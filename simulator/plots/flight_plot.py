@@ -1,4 +1,7 @@
-"""The picture of a flight from its log: attitude, position, estimate against truth, motors."""
+"""The picture of a flight from its log: attitude, position, estimate against truth, motors.
+
+Draws the columns that the log has; a real vehicle's has no truth.
+"""
 
 from __future__ import annotations
 
@@ -7,34 +10,45 @@ from collections.abc import Mapping, Sequence
 
 from simulator.plots.svg import Line, Panel, draw
 
+Columns = Mapping[str, Sequence[float]]
+_KINDS = (("", "truth"), ("estimate_", "estimate"))
 
-def flight_picture(columns: Mapping[str, Sequence[float]]) -> str:
+
+def flight_picture(columns: Columns) -> str:
+    """`columns`: `time_s`, and any of those of `flight_log`."""
     times = columns["time_s"]
     path = Panel("Path", "east, m", "north, m", same_scale=True)
     height = Panel("Height", "s", "m")
-    for panel, x, y in ((path, "east_m", "north_m"), (height, "", "alt_m")):
-        panel.lines = [
-            Line("truth", columns[x] if x else times, columns[y]),
-            Line("estimate", columns[f"estimate_{x}"] if x else times, columns[f"estimate_{y}"], dashed=True),
-        ]
     attitude = Panel("Roll and pitch", "s", "deg")
-    attitude.lines = [
-        Line(f"{name}{word}", times, columns[f"{prefix}{name}_deg"], dashed=bool(prefix))
-        for name in ("roll", "pitch")
-        for prefix, word in (("", ""), ("estimate_", ", estimate"))
-    ]
+    for prefix, name in _KINDS:
+        dashed = bool(prefix)
+        if f"{prefix}north_m" in columns:
+            path.lines.append(Line(name, columns[f"{prefix}east_m"], columns[f"{prefix}north_m"], dashed))
+        if f"{prefix}alt_m" in columns:
+            height.lines.append(Line(name, times, columns[f"{prefix}alt_m"], dashed))
+    for angle in ("roll", "pitch"):
+        for prefix, name in _KINDS:
+            if f"{prefix}{angle}_deg" in columns:
+                word = f"{angle}, {name}" if prefix else angle
+                attitude.lines.append(Line(word, times, columns[f"{prefix}{angle}_deg"], bool(prefix)))
     off = Panel("Estimate less truth", "s", "m")
-    off.lines = [
-        Line(
-            axis,
-            times,
-            [guess - truth for guess, truth in zip(columns[f"estimate_{name}"], columns[name], strict=True)],
-        )
-        for axis, name in (("north", "north_m"), ("east", "east_m"), ("height", "alt_m"))
-    ]
-    heading = Panel("Heading: estimate less truth", "s", "deg")
-    pairs = zip(columns["estimate_yaw_deg"], columns["yaw_deg"], strict=True)
-    heading.lines = [Line("yaw", times, [math.remainder(guess - truth, 360.0) for guess, truth in pairs])]
+    for axis, column in (("north", "north_m"), ("east", "east_m"), ("height", "alt_m")):
+        if column in columns:
+            pairs = zip(columns[f"estimate_{column}"], columns[column], strict=True)
+            off.lines.append(Line(axis, times, [guess - truth for guess, truth in pairs]))
     motors = Panel("Motors", "s", "share of full speed")
-    motors.lines = [Line(f"{number}", times, columns[f"motor_{number}"]) for number in range(1, 5)]
-    return draw([path, height, attitude, off, heading, motors], columns=2, width=520, height=270)
+    numbers = [number for number in range(1, 5) if f"motor_{number}" in columns]
+    motors.lines = [Line(f"{number}", times, columns[f"motor_{number}"]) for number in numbers]
+    panels = [path, height, attitude, off, _heading(columns), motors]
+    return draw([panel for panel in panels if panel.lines], columns=2, width=520, height=270)
+
+
+def _heading(columns: Columns) -> Panel:
+    times, guesses = columns["time_s"], columns.get("estimate_yaw_deg")
+    if guesses is None:
+        return Panel("Heading", "s", "deg")
+    if "yaw_deg" not in columns:
+        return Panel("Heading", "s", "deg", [Line("yaw", times, guesses)])
+    pairs = zip(guesses, columns["yaw_deg"], strict=True)
+    errors = [math.remainder(guess - truth, 360.0) for guess, truth in pairs]
+    return Panel("Heading: estimate less truth", "s", "deg", [Line("yaw", times, errors)])

@@ -38,7 +38,7 @@ class Case(StrEnum):
     REFINED = "with jet, refined"
 
 
-_ALONE = Gains(position_p=8.0, position_d=5.0, attitude_p=45.0, attitude_d=11.0, max_lean_rad=0.6)
+_ALONE = Gains(position_p=8.0, position_d=5.0, wind_i=1.6, attitude_p=45.0, attitude_d=11.0, max_lean_rad=0.6)
 _CARRIED = replace(_ALONE, height_p=1.0, height_d=1.6, height_i=0.0)
 _REFINED = replace(_ALONE, height_p=0.7, height_d=1.2, height_i=0.0)
 _SETTINGS: Mapping[Case, tuple[Gains, JetDesign, JetGains]] = {

@@ -21,8 +21,8 @@ DESIGN = QuadrotorDesign()
 NEAR_M = 0.3
 
 
-def ready(**settings: float) -> Fleet:
-    fleet = Fleet(FleetSettings(count=4, dt_s=0.01, **settings))  # type: ignore[arg-type]
+def ready(count: int = 4, **settings: float) -> Fleet:
+    fleet = Fleet(FleetSettings(count=count, dt_s=0.01, **settings))  # type: ignore[arg-type]
     fleet.boot()
     fleet.arm()
     return fleet
@@ -67,12 +67,17 @@ def test_an_eight_stays_within_half_a_metre() -> None:
 
 
 def test_a_hover_in_strong_wind_stays_within_a_metre() -> None:
-    fleet = ready(wind_mps=8.0)
+    """For the controller and in truth; each of the twenty has noise and gusts of its own."""
+    fleet = ready(count=20, wind_mps=8.0)
     up = plan([], take_off_m=6.0, land=False)
     fly(fleet, up, up.duration_s + 4.0)
-    off_m = fly(fleet, Trajectory(up.end_m), 12.0).tracking_error_m()
-    assert level(off_m).max() < 1.0
-    assert level(off_m).max() > 0.05, "there is wind"
+    recorder = fly(fleet, Trajectory(up.end_m), 20.0)
+    off_m = recorder.tracking_error_m()
+    assert level(off_m).max() < 0.6
+    assert level(off_m).max(axis=0).min() > 0.05, "there is wind"
+    truth_off_m = recorder.column("reference_m") - recorder.column("position_m")
+    assert level(truth_off_m).max() < 1.0
+    assert level(truth_off_m).max() > level(off_m).max(), "a filter that sees the truth proves nothing"
 
 
 def held_in_wind(wind_mps: float, *, learning: bool, seconds: float = 25.0) -> float:

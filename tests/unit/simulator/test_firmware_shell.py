@@ -72,6 +72,15 @@ def test_some_commands_are_active_in_safe_only(flown: Shell, command: str) -> No
     assert flown.execute(command).startswith("refused: in SYS_SAFE only")
 
 
+def test_an_eight_is_flown_and_each_step_can_be_logged() -> None:
+    shell, steps = started(), []
+    shell.on_step = lambda fleet: steps.append(float(fleet.body.position_m[0, 0]))
+    assert shell.execute("auto eight") == "eight: SYS_RUN_AUTO"
+    shell.advance(14.0)
+    assert len(steps) == 700
+    assert max(steps) > 4.0, "north, into the first half of the eight"
+
+
 def test_a_fault_by_name_is_reported_and_taken_back() -> None:
     shell = started()
     shell.execute("auto hover")

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from simulator.control.figure_of_eight import FigureOfEight
+from simulator.control.figure_of_eight import EightFlight, FigureOfEight
 from simulator.control.reference import Reference
 from simulator.control.trajectory import PlanLimits, Trajectory, TrajectoryRefused, WayPoint, plan
 from simulator.control.trapezoid import TooFast, fastest, lasting
@@ -81,6 +81,18 @@ def test_way_points_are_reached_at_their_times() -> None:
 def test_what_cannot_be_met_is_refused(point: WayPoint, reason: str) -> None:
     with pytest.raises(TrajectoryRefused, match=reason):
         plan([point], take_off_m=10.0)
+
+
+def test_the_flight_of_an_eight_climbs_flies_it_and_lands_without_a_jump() -> None:
+    flight = EightFlight(FigureOfEight(8.0, 14.0, 10.0))
+    _consistent(flight.at, flight.duration_s)
+    places = np.array([flight.at(t).position_m for t in np.arange(0.0, flight.duration_s, 0.05)])
+    assert np.abs(np.diff(places, axis=0)).max() < 0.05 * 6.0
+    assert places[:, 0].max() == pytest.approx(8.0, abs=0.1)
+    assert places[:, 1].max() == pytest.approx(4.0, abs=0.1)
+    assert places[:, 2].min() == pytest.approx(-10.0)
+    np.testing.assert_allclose(places[0], np.zeros(3))
+    assert places[-1, 2] > 0.5, "the ground ends the landing"
 
 
 def test_take_off_needs_a_height_and_an_eight_a_speed_that_can_be_flown() -> None:
