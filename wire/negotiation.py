@@ -21,6 +21,7 @@ from wire.parameter_metadata import PARAMETER_METADATA, MetadataWanted
 from wire.tower_list import TOWERS, TowerList
 from wire.transactions import TRANSACTIONS, CancelTransaction, Transaction
 from wire.video import VIDEO, ClockProbe, VideoWanted
+from wire.zones.nearby import ZONES, NearbyZones
 
 TOWER_TAKES: Final = (TRANSACTIONS, VIDEO, OPEN_HOLDS, PARAMETER_METADATA, BLACK_BOX, FINDINGS)
 """The groups that the tower understands."""
@@ -35,6 +36,7 @@ GROUPS: Final[Mapping[type, str]] = {
     MetadataWanted: PARAMETER_METADATA,
     TowerList: TOWERS,
     BlackBoxWanted: BLACK_BOX,
+    NearbyZones: ZONES,
 }
 """Messages to an agent that not every agent understands."""
 
