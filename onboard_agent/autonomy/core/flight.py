@@ -180,7 +180,7 @@ class ControllerFlight:
             case Ready():
                 self._ready(around, now)
             case Beat() | Note() | Found():
-                self.told.said(report)
+                self.told.said(report, now)
             case Raised(words=words):
                 self._fault(f"The controller {name} failed: {words}")
             case Gone(words=words):
