@@ -26,7 +26,7 @@ from onboard_agent.vision.landing_target import LandingTarget
 from onboard_agent.vision.pad_setting import PadMarker
 from simulator.camera.pads import LandingPad
 from simulator.camera.scene import Scene
-from simulator.camera.view import FIELD_OF_VIEW_DEG, Pose
+from simulator.camera.view import Pose
 from simulator.dialect import Codec, mavlink
 from simulator.flight_state import FlightSettings
 from simulator.geodesy import Place
@@ -39,10 +39,12 @@ WIDTH_PX, HEIGHT_PX = 640, 480
 CAMERA_HZ = 5.0
 STEP_S = 0.02
 HEIGHT_M = 12.0
-MAX_BESIDE_M = 2.0
+MAX_BESIDE_M = 3.0
 """Where LAND is commanded, to the side of the pad."""
-MIN_WIND_MPS, MAX_WIND_MPS = 2.0, 6.0
-"""In stronger wind the simulated drone leans so far that its fixed camera loses the pad (docs/precision-landing.md)."""
+MIN_WIND_MPS, MAX_WIND_MPS = 3.0, 8.0
+"""At 10 m above the ground."""
+FIELD_OF_VIEW_DEG = 100.0
+"""A wide lens: it sees the pad from the side of a drone that leans against the wind."""
 DETECTING_S = 0.06
 """From the picture to its sighting, as on a small computer."""
 HOME = Place(47.397742, 8.545594, 488.0)
@@ -97,7 +99,9 @@ class Eyes:
 
     def look(self, pose: Pose, taken_s: float, landing: Landing) -> LandingTarget | None:
         """Takes a picture and looks for the pad in it."""
-        picture = self._scene.draw(pose, WIDTH_PX, HEIGHT_PX, tilt_deg=90.0, now_s=taken_s)
+        picture = self._scene.draw(
+            pose, WIDTH_PX, HEIGHT_PX, tilt_deg=90.0, now_s=taken_s, field_of_view_deg=FIELD_OF_VIEW_DEG
+        )
         noise = cv2.randn(np.empty(picture.shape, np.int16), np.zeros(3), np.full(3, NOISE))
         noisy = np.asarray(cv2.add(picture, noise, dtype=cv2.CV_8U), np.uint8)
         began = time.thread_time()

@@ -10,7 +10,7 @@ import tempfile
 from pathlib import Path
 from typing import Any, Final
 
-from bench.precision_landing import HEIGHT_M, Eyes, Landing
+from bench.precision_landing import HEIGHT_M, MAX_BESIDE_M, MAX_WIND_MPS, MIN_WIND_MPS, Eyes, Landing
 from bench.real_autopilot import RealAutopilot, Receiver, flying
 from bench.rig import HOME, wait_for
 from simulator.camera.pads import LandingPad
@@ -21,8 +21,8 @@ M: Final = mavlink
 GUIDED, LAND = 4, 9
 SIM_STATE: Final = 108
 CAMERA_HZ: Final = 10.0
-MAX_BESIDE_M: Final = 3.0
-MIN_WIND_MPS, MAX_WIND_MPS = 3.0, 8.0
+CONSTANT: Final = 1
+"""SIM_WIND_T: the wind is the same at every height. 0 would leave 45 % of it at 12 m, and nothing at the ground."""
 _EARTH_M: Final = 6_378_137.0
 MAX_LANDING_S: Final = 150.0
 
@@ -39,7 +39,7 @@ def pose_of(state: Any) -> Pose:
 async def land_all(binary: Path, seed: int, count: int) -> list[Landing]:
     """Flies so many landings, one after the other, with one ArduCopter."""
     folder = Path(tempfile.mkdtemp(prefix="precision-landing-"))
-    parameters = {"PLND_ENABLED": 1, "PLND_TYPE": 1, "PLND_LAG": 0.1, "SIM_WIND_T": 0}
+    parameters = {"PLND_ENABLED": 1, "PLND_TYPE": 1, "PLND_LAG": 0.1, "SIM_WIND_T": CONSTANT}
     async with flying(binary, folder, receiver=Receiver.LOW, parameters=parameters) as autopilot:
         return [await _land(autopilot, seed, number) for number in range(count)]
 

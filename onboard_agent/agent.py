@@ -50,6 +50,7 @@ from wire.control_messages import ToAgent, Welcome
 from wire.controllers import CONTROLLERS, offers
 from wire.frame_stream import FrameStream
 from wire.video import VIDEO, VideoWanted
+from wire.zones.nearby import ZONES
 
 if TYPE_CHECKING:
     from onboard_agent.autonomy.child import ControllerChild
@@ -140,7 +141,7 @@ class Agent:
         # Two agents of one drone would complete and remove each other's flights.
         box = None if settings.state is None or isinstance(journal, NoJournal) else settings.state / "black-box"
         self._black_box = BlackBox(box, settings.black_box_mb, self._loop.time())
-        controllers = (CONTROLLERS, *offers(names_on_board(settings.controllers)))
+        controllers = (CONTROLLERS, ZONES, *offers(names_on_board(settings.controllers)))
         takes = (AGENT_UPDATE, *controllers, *((VIDEO,) if has_camera else ()), *self._black_box.takes)
         self._link = TowerLink(
             settings.tower, settings.identity, self, settings.uplinks, takes, TowerFile(settings.state)

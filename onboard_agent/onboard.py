@@ -50,6 +50,7 @@ from wire.lateness import Lateness
 from wire.open_holds import Stay
 from wire.parameter_metadata import MetadataWanted
 from wire.transactions import CancelTransaction, CommandWork, Transaction
+from wire.zones.nearby import NearbyZones
 
 _log = logging.getLogger(__name__)
 
@@ -307,13 +308,13 @@ class Onboard:
             self._failsafe.settings = settings
         elif isinstance(message, StreamSettings):
             self.stream.chosen(message)
-        elif isinstance(message, Transaction | CancelTransaction | MetadataWanted):
+        elif isinstance(message, Transaction | CancelTransaction | MetadataWanted | NearbyZones):
             self._work_wanted(message, now)
         elif isinstance(message, LeaderPosition):
             self._work.leader(message, self._lateness.late_by(message.sent_ms, now), now)
         self._work.epoch(self.downlink.epoch, now)
 
-    def _work_wanted(self, message: Transaction | CancelTransaction | MetadataWanted, now: float) -> None:
+    def _work_wanted(self, message: Transaction | CancelTransaction | MetadataWanted | NearbyZones, now: float) -> None:
         if isinstance(message, Transaction):
             self._accept_epoch(message.epoch, now)
             self.downlink.raise_epoch(message.epoch)
@@ -323,9 +324,8 @@ class Onboard:
                 self._work.refuse(message, f"The command came {late_s:.1f} s late and was not carried out.")
                 return
             if isinstance(message.work, FLIES) and late_s > now - self._failsafe.held_at:
-                self._work.refuse(
-                    message, "The command was given before the drone was made to hold: it goes on holding."
-                )
+                words = "The command was given before the drone was made to hold: it goes on holding."
+                self._work.refuse(message, words)
                 return
         self._work.message(message, now)
         # At once, so that a hold or a frame that arrives next is sent after it, not before.

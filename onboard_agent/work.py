@@ -27,6 +27,7 @@ from wire.following import LeaderPosition
 from wire.frames import message_id
 from wire.parameter_metadata import MetadataWanted
 from wire.transactions import TRANSACTIONS, CancelTransaction, Outcome, Transaction, TransactionToTower
+from wire.zones.nearby import NearbyZones
 
 _log = logging.getLogger(__name__)
 
@@ -144,13 +145,16 @@ class WorkAtDrone:
         """Refuses a transaction before it begins."""
         self._transactions.refuse(transaction.id, Outcome.REFUSED, words)
 
-    def message(self, message: Transaction | CancelTransaction | MetadataWanted, now: float) -> None:
-        """Begins or cancels a transaction, or notes a request for metadata."""
+    def message(self, message: Transaction | CancelTransaction | MetadataWanted | NearbyZones, now: float) -> None:
+        """Begins or cancels a transaction, or notes a request for metadata or the zones near the drone."""
         if isinstance(message, Transaction):
             self._transactions.begin(message, self._around(now), now)
         elif isinstance(message, MetadataWanted):
             if self._metadata is not None:
                 self._metadata.wanted(message.hash)
+        elif isinstance(message, NearbyZones):
+            if self._controllers is not None:
+                self._controllers.zones(message, now)
         else:
             self._transactions.cancel(message.id, now)
 

@@ -203,7 +203,8 @@ class Flight(FlightState):
             self.flying.run()
         else:
             self.commands, self.thrust_wanted_n = STOPPED, 0.0
-        self.body.step(self.commands, TICK_S, self.wind.at(now_s), self.battery.power)
+        wind_mps = self.wind.at(now_s, self.body.alt_m - self.body.ground_m())
+        self.body.step(self.commands, TICK_S, wind_mps, self.battery.power)
         self.camera.update(self)
         self.battery.draw(sum(self.body.thrust_n), TICK_S)
         self._notice_ground()

@@ -1,4 +1,4 @@
-"""Wind: a steady part and gusts that wander around it, from a seeded generator."""
+"""Wind: a steady part and gusts that wander around it, from a seeded generator. Near the ground it is weaker."""
 
 from __future__ import annotations
 
@@ -10,6 +10,18 @@ GUST_SHARE = 0.15
 """Standard deviation of the gusts as a share of the steady wind."""
 UPDATE_S = 0.1
 NO_GUST = (0.0, 0.0, 0.0)
+NAMED_AT_M = 10.0
+"""Above the ground: where weather reports measure. Higher up the wind stays as it is here."""
+ROUGHNESS_M = 0.03
+"""Of open grass, for the logarithmic profile."""
+ROTORS_M = 0.25
+"""Above the feet of the landing gear."""
+_FULL = math.log1p(NAMED_AT_M / ROUGHNESS_M)
+
+
+def share_at(height_m: float) -> float:
+    """Returns the share of the named wind in which a vehicle flies whose feet are so high above the ground."""
+    return min(math.log1p(max(height_m + ROTORS_M, 0.0) / ROUGHNESS_M) / _FULL, 1.0)
 
 
 class Wind:
@@ -26,8 +38,9 @@ class Wind:
         self._next_s = 0.0
         self._now_mps = (*self.steady_mps, 0.0)
 
-    def at(self, time_s: float) -> tuple[float, float, float]:
-        """Returns north, east, down, metres per second: the direction in which the air moves."""
+    def at(self, time_s: float, height_m: float = NAMED_AT_M) -> tuple[float, float, float]:
+        """Returns north, east, down, metres per second: the direction in which the air moves around a vehicle so high
+        above the ground. The height does not change a gust that somebody wants."""
         if self._spread and time_s >= self._next_s:
             self._next_s = time_s + UPDATE_S
             keep = math.exp(-UPDATE_S / GUST_TIME_S)
@@ -36,7 +49,9 @@ class Wind:
                 self._gust[axis] = keep * self._gust[axis] + fresh * self._random.gauss(0.0, 1.0)
             north, east = self.steady_mps
             self._now_mps = (north + self._gust[0], east + self._gust[1], 0.3 * self._gust[2])
-        if self.gust_mps is NO_GUST:
-            return self._now_mps
-        (north, east, down), (gust_n, gust_e, gust_d) = self._now_mps, self.gust_mps
+        north, east, down = self._now_mps
+        if self._spread and height_m < NAMED_AT_M:
+            share = share_at(height_m)
+            north, east, down = north * share, east * share, down * share
+        gust_n, gust_e, gust_d = self.gust_mps
         return north + gust_n, east + gust_e, down + gust_d

@@ -15,6 +15,7 @@ from wire.stream_profiles import StreamChoice, StreamProfile
 from wire.tower_list import Addresses, TowerList
 from wire.transactions import TransactionToAgent, TransactionToTower
 from wire.video import VideoToAgent, VideoToTower
+from wire.zones.nearby import NearbyZones
 
 PROTOCOL: Final = 1
 """The protocol of a hello with a bearer credential; a signed hello has that of `wire.sign_in`."""
@@ -281,6 +282,7 @@ ToAgent = (
     | VideoToAgent
     | TowerList
     | BlackBoxWanted
+    | NearbyZones
 )
 
 UNREADABLE: Final = (msgspec.DecodeError, UnicodeDecodeError, RecursionError)

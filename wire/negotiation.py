@@ -14,15 +14,16 @@ from wire.agent_update import AGENT_UPDATE, AgentUpdateWork
 from wire.black_box import BLACK_BOX, BlackBoxWanted
 from wire.control_messages import ToAgent
 from wire.controllers import CONTROLLERS, ControllerWork
-from wire.findings import FINDINGS
+from wire.findings import FINDINGS, SIGHTINGS
 from wire.following import FOLLOW, FollowWork, LeaderPosition
 from wire.open_holds import OPEN_HOLDS, Stay
 from wire.parameter_metadata import PARAMETER_METADATA, MetadataWanted
 from wire.tower_list import TOWERS, TowerList
 from wire.transactions import TRANSACTIONS, CancelTransaction, Transaction
 from wire.video import VIDEO, ClockProbe, VideoWanted
+from wire.zones.nearby import ZONES, NearbyZones
 
-TOWER_TAKES: Final = (TRANSACTIONS, VIDEO, OPEN_HOLDS, PARAMETER_METADATA, BLACK_BOX, FINDINGS)
+TOWER_TAKES: Final = (TRANSACTIONS, VIDEO, OPEN_HOLDS, PARAMETER_METADATA, BLACK_BOX, FINDINGS, SIGHTINGS)
 """The groups that the tower understands."""
 
 GROUPS: Final[Mapping[type, str]] = {
@@ -35,6 +36,7 @@ GROUPS: Final[Mapping[type, str]] = {
     MetadataWanted: PARAMETER_METADATA,
     TowerList: TOWERS,
     BlackBoxWanted: BLACK_BOX,
+    NearbyZones: ZONES,
 }
 """Messages to an agent that not every agent understands."""
 

@@ -30,7 +30,7 @@ from onboard_agent.autonomy.controller import (
 )
 from onboard_agent.autonomy.core.local_plane import LocalPlane
 from onboard_agent.autonomy.target_estimate import TargetEstimate
-from onboard_agent.autonomy.target_watch import TargetWatch
+from onboard_agent.autonomy.target_watch import TargetSeen, TargetWatch
 
 APPROACH_SPEED_M_S: Final = 1.5
 DESCENT_STEP_M: Final = 3.0
@@ -97,6 +97,7 @@ class Challenge(Controller):
             self._enter(Stage.SEARCH if seen.airborne else Stage.TAKE_OFF, seen)
         for one in self.watch.pop():
             self.estimate.add(one, self.plane)
+            self._show(one)
         if self.watch.words and self.stage in (Stage.SEARCH, Stage.APPROACH, Stage.DESCEND):
             return self._go_home(f"the vision failed: {self.watch.words}", seen)
         if seen.number < self.given:
@@ -287,5 +288,12 @@ class Challenge(Controller):
         latest = self.estimate.latest
         assert latest is not None
         letter = self.estimate.letter or ""
-        self.report(Found(letter, latest.target.confidence, lat_deg, lon_deg, latest.target.thumbnail))
+        confidence, thumbnail = latest.target.confidence, latest.target.thumbnail
+        self.report(Found(letter, confidence, lat_deg, lon_deg, thumbnail, latest.in_video))
         self.note(f"target {letter or 'without a letter'} at {lat_deg:.7f},{lon_deg:.7f}", True)
+
+    def _show(self, seen: TargetSeen) -> None:
+        """In the live video, for those who watch."""
+        if seen.in_video is not None:
+            letter, confidence = self.estimate.letter or "", seen.target.confidence
+            self.report(Found(letter, confidence, seen.lat_deg, seen.lon_deg, b"", seen.in_video, sighting=True))

@@ -19,7 +19,7 @@ from onboard_agent.autonomy.core.directions import (
     left,
     up,
 )
-from onboard_agent.autonomy.core.lines import DirectionState, Found, Seen, SetUp, Waypoint
+from onboard_agent.autonomy.core.lines import DirectionState, Found, Seen, SetUp, VideoBox, Waypoint
 
 if TYPE_CHECKING:
     from onboard_agent.autonomy.cameras import ControllerCameras
@@ -40,6 +40,7 @@ __all__ = [
     "SetUp",
     "TakeOff",
     "Turn",
+    "VideoBox",
     "Waypoint",
     "forward",
     "left",

@@ -36,13 +36,15 @@ class LookSetUp(msgspec.Struct, frozen=True):
 
 
 class InPicture(msgspec.Struct, frozen=True):
-    """A confirmed target, where it is in the picture. Pixels; `track` tells targets apart."""
+    """A confirmed target, where it is in the picture. Pixels; `track` tells targets apart. `size_px`: width and height
+    of the upright box around it."""
 
     track: int
     centre_px: tuple[float, float]
     letter: str | None
     confidence: float
     thumbnail: Annotated[bytes, msgspec.Meta(max_length=MAX_THUMBNAIL_BYTES)]
+    size_px: tuple[float, float] = (0.0, 0.0)
 
 
 class Looked(msgspec.Struct, frozen=True):
@@ -98,7 +100,9 @@ def target_in(finder: TargetFinder, frame: Frame) -> InPicture | None:
         return None
     letter = None if sighting.letter is None else sighting.letter.letter
     confidence = min(max(track.latest.confidence, 0.0), 1.0)
-    return InPicture(track.number, track.latest.centre_px, letter, confidence, _thumbnail(frame, track))
+    xs, ys = zip(*track.latest.corners_px, strict=True)
+    size = (max(xs) - min(xs), max(ys) - min(ys))
+    return InPicture(track.number, track.latest.centre_px, letter, confidence, _thumbnail(frame, track), size)
 
 
 def _thumbnail(frame: Frame, track: Track) -> bytes:

@@ -13,6 +13,7 @@ from wire.dialect import mavlink
 from wire.frames import source
 from wire.plans import Plan
 from wire.transactions import Outcome, Transaction, TransactionResult, TransactionToTower
+from wire.zones.nearby import NearbyZones
 
 if TYPE_CHECKING:
     from onboard_agent.autonomy.core.controller_port import ControllerPort
@@ -59,6 +60,8 @@ class ControllerHandler:
         self._port: ControllerPort | None = None
         self._flight: ControllerFlight | None = None
         self._system: int | None = None
+        self._zones: tuple[NearbyZones, float] | None = None
+        """The tower's newest message, and when it came."""
         self._reports: list[TransactionToTower] = []
         self._warnings: list[str] = []
 
@@ -73,6 +76,12 @@ class ControllerHandler:
         """`send`: returns why a command must not pass. `commanded`, `moved`: counts of the holder's commands and
         moved sticks. `mission`: that on board, as far as it is known."""
         self._send, self._commanded, self._moved, self._mission = send, commanded, moved, mission
+
+    def zones(self, message: NearbyZones, now: float) -> None:
+        """Takes the zones near the drone. They count at once."""
+        self._zones = (message, now)
+        if self._flight is not None:
+            self._flight.zones.told(message, now)
 
     def autopilot_came(self, around: Around, now: float) -> None:
         """The autopilot has lost what it was sent before it rebooted: ends the flight."""
@@ -123,6 +132,8 @@ class ControllerHandler:
             moved=self._moved,
             release=parse_release(self._release or USUAL),
         )
+        if self._zones is not None:
+            self._flight.zones.told(*self._zones)
 
     def _why_not(self, work: ControllerWork, around: Around | None) -> str | None:
         if around is None or not around.heard:

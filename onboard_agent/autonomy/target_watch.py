@@ -15,7 +15,7 @@ from typing import Final
 import msgspec
 
 from onboard_agent.autonomy.cameras import ControllerCameras
-from onboard_agent.autonomy.core.lines import MAX_LINE_BYTES
+from onboard_agent.autonomy.core.lines import MAX_LINE_BYTES, VIDEO, VideoBox
 from onboard_agent.autonomy.look import InPicture, Looked, LookSetUp
 from onboard_agent.autonomy.pose_history import Pose, PoseHistory
 from onboard_agent.vision.camera_model import Attitude, CameraModel, Mounting
@@ -28,13 +28,15 @@ _decoder: Final = msgspec.json.Decoder(Looked)
 @dataclass(frozen=True, slots=True)
 class TargetSeen:
     """The followed target as one picture shows it. `lat_deg`, `lon_deg`: on level ground at the height of home. `pose`:
-    of the drone when the picture was taken, at `taken_s` of CLOCK_MONOTONIC."""
+    of the drone when the picture was taken, at `taken_s` of CLOCK_MONOTONIC. `in_video`: None if the live video shows
+    another camera."""
 
     taken_s: float
     lat_deg: float
     lon_deg: float
     pose: Pose
     target: InPicture
+    in_video: VideoBox | None = None
 
 
 class TargetWatch:
@@ -94,4 +96,14 @@ class TargetWatch:
         place = ground_place(model, target.centre_px, attitude, pose.height_m)
         if place is None:
             return None
-        return TargetSeen(looked.taken_s, *moved_deg(pose.lat_deg, pose.lon_deg, place), pose, target)
+        in_video = _in_video(looked, target) if camera.source == VIDEO else None
+        return TargetSeen(looked.taken_s, *moved_deg(pose.lat_deg, pose.lon_deg, place), pose, target, in_video)
+
+
+def _in_video(looked: Looked, target: InPicture) -> VideoBox:
+    shares = (
+        part / of
+        for part, of in zip((*target.centre_px, *target.size_px), (looked.width_px, looked.height_px) * 2, strict=True)
+    )
+    x, y, width, height = (min(max(share, 0.0), 1.0) for share in shares)
+    return VideoBox(x, y, width, height, looked.taken_s)

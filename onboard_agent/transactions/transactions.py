@@ -17,7 +17,7 @@ from typing import Final
 
 from onboard_agent.transactions.handler import Around, TransactionHandler
 from wire.controllers import ControllerWork
-from wire.findings import FINDINGS, TargetFound
+from wire.findings import FINDINGS, SIGHTINGS, TargetFound
 from wire.following import FollowWork
 from wire.frames import message_id
 from wire.parameter_metadata import PARAMETER_METADATA, MetadataToTower
@@ -181,7 +181,7 @@ class Transactions:
             self._waiting.remove(one)
         if isinstance(reports, MetadataToTower) and PARAMETER_METADATA not in self._takes:
             return
-        if isinstance(reports, TargetFound) and FINDINGS not in self._takes:
+        if isinstance(reports, TargetFound) and (SIGHTINGS if reports.sighting else FINDINGS) not in self._takes:
             return
         if self._taken or isinstance(reports, TransactionResult):
             self._waiting.append(reports)
@@ -202,6 +202,8 @@ def _says_more(reports: TransactionToTower, waiting: TransactionToTower) -> bool
     """Whether `reports` makes a queued message obsolete."""
     if isinstance(waiting, TransactionProgress):
         return isinstance(reports, TransactionProgress | TransactionResult) and reports.id == waiting.id
+    if isinstance(waiting, TargetFound):
+        return waiting.sighting and isinstance(reports, TargetFound) and reports.sighting
     return isinstance(waiting, PlanOnBoard) and isinstance(reports, PlanOnBoard) and reports.kind == waiting.kind
 
 

@@ -13,6 +13,7 @@ LIMITS = {
     "height": (48, 1080, 480),
     "rate": (1, 60, 30),
     "tilt": (0, 90, 20),
+    "fov": (30, 120, 75),
     "quality": (30, 95, 85),
 }
 """Minimum, maximum, default."""
@@ -25,12 +26,14 @@ class BadRequest(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """Pixels; pictures per second; degrees down from ahead; JPEG quality; the text in the picture."""
+    """Pixels; pictures per second; degrees down from ahead; horizontal field of view in degrees; JPEG quality; the text
+    in the picture."""
 
     width: int
     height: int
     rate: int
     tilt: int
+    fov: int
     quality: int
     name: str
 

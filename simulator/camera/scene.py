@@ -17,7 +17,7 @@ from simulator.camera.pads import LandingPad, draw_pads
 from simulator.camera.sky import draw_sky
 from simulator.camera.solids import draw_solids
 from simulator.camera.targets import GroundTarget, draw_targets
-from simulator.camera.view import Pose, View
+from simulator.camera.view import FIELD_OF_VIEW_DEG, Pose, View
 
 Picture = npt.NDArray[np.uint8]
 
@@ -49,10 +49,19 @@ class Scene:
                 self._ground = ground_map(self._seed)
             return self._ground
 
-    def draw(self, pose: Pose, width: int, height: int, *, tilt_deg: float, now_s: float) -> Picture:
+    def draw(
+        self,
+        pose: Pose,
+        width: int,
+        height: int,
+        *,
+        tilt_deg: float,
+        now_s: float,
+        field_of_view_deg: float = FIELD_OF_VIEW_DEG,
+    ) -> Picture:
         """Returns blue, green, red. `now_s` moves the clouds."""
         ground = self.prepare()
-        view = View(pose, width, height, tilt_deg)
+        view = View(pose, width, height, tilt_deg, field_of_view_deg)
         picture = np.empty((height, width, 3), np.uint8)
         draw_sky(picture, view, self._seed, now_s)
         draw_ground(picture, view, ground)

@@ -121,7 +121,9 @@ class Camera:
 
     def draw(self, wanted: Wanted) -> npt.NDArray[np.uint8]:
         pose, now_s = self._sight()
-        return self._scene.draw(pose, wanted.width, wanted.height, tilt_deg=wanted.tilt, now_s=now_s)
+        return self._scene.draw(
+            pose, wanted.width, wanted.height, tilt_deg=wanted.tilt, now_s=now_s, field_of_view_deg=wanted.fov
+        )
 
     def is_gone(self) -> bool:
         return self._closed or not self._plugged

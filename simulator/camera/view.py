@@ -60,11 +60,14 @@ def pose_of(north_m: float, east_m: float, height_m: float, roll: float, pitch: 
 
 
 class View:
-    """One picture's geometry: `width` x `height` pixels, the camera tilted down from forward by `tilt_deg`."""
+    """One picture's geometry: `width` x `height` pixels, the camera tilted down from forward by `tilt_deg`.
+    `field_of_view_deg`: horizontal."""
 
-    def __init__(self, pose: Pose, width: int, height: int, tilt_deg: float) -> None:
+    def __init__(
+        self, pose: Pose, width: int, height: int, tilt_deg: float, field_of_view_deg: float = FIELD_OF_VIEW_DEG
+    ) -> None:
         self.width, self.height = width, height
-        self.focal_px = width / 2.0 / math.tan(math.radians(FIELD_OF_VIEW_DEG) / 2.0)
+        self.focal_px = width / 2.0 / math.tan(math.radians(field_of_view_deg) / 2.0)
         self.eye = np.array([pose.north_m, pose.east_m, -max(pose.height_m, 0.0) - EYE_HEIGHT_M])
         self.eye_height_m = -float(self.eye[2])
         s, c = math.sin(math.radians(tilt_deg)), math.cos(math.radians(tilt_deg))

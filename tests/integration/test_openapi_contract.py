@@ -42,7 +42,6 @@ from server.app.routers import ROUTERS
 from server.domain.people import Role
 from server.domain.scopes import Scope
 from server.live.alerts.severity import Severity
-from server.live.zones.zone import Zone, ZoneKind, ZoneRule, ZoneShape
 from server.store.accounts.tables import UserRow
 from server.store.accounts.tokens import create_token
 from server.store.alert_channels.channels import ChannelWish, add_channel
@@ -50,6 +49,8 @@ from server.store.audit.action import AuditAction
 from server.store.audit.trail import COMMAND_LINE
 from server.store.teams.teams import COMMAND_LINE as TEAMS_OF_COMMAND_LINE
 from server.store.zones.zones import create_zone
+from wire.zones.kinds import ZoneKind, ZoneRule
+from wire.zones.zone import Zone, ZoneShape
 
 # Imports everything now, before there are threads: pytest reads the source of its plugins, and Python 3.11 cannot parse
 # in two threads at once ("AST constructor recursion depth mismatch").

@@ -42,7 +42,8 @@ def _of(kind: inspect.Type) -> list[Any]:
         case inspect.TupleType():
             return [[_of(one)[0] for one in kind.item_types]]
         case inspect.VarTupleType() | inspect.ListType():
-            return [[], *([one] for one in _of(kind.item_type))]
+            fewest = kind.min_length or 0
+            return [_of(kind.item_type)[:1] * fewest, *([one] * max(fewest, 1) for one in _of(kind.item_type))]
         case inspect.DictType():
             return [{}, {_of(kind.key_type)[0]: _of(kind.value_type)[0]}]
     raise AssertionError(f"no examples of {kind}")

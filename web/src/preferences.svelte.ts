@@ -27,6 +27,8 @@ export interface Preferences {
   /** Whether the Control page shows the drone's video. */
   video: boolean;
   videoQuality: QualityName;
+  /** Whether the live video shows the targets that a controller on board has in view. */
+  sightings: boolean;
   /** For each picture on the page of all videos. */
   wallQuality: QualityName;
 }
@@ -42,6 +44,7 @@ const DEFAULTS: Preferences = {
   boardPlan: true,
   video: true,
   videoQuality: 'medium',
+  sightings: true,
   wallQuality: 'low',
 };
 
@@ -55,8 +58,8 @@ function read(): Preferences {
   } catch {
     // The page starts even if storage is forbidden or corrupt.
   }
-  const { theme, language, units, sound, speech, vibration, shortcuts, boardPlan, video, videoQuality, wallQuality } =
-    stored;
+  const { theme, language, units, sound, speech, vibration, shortcuts, boardPlan } = stored;
+  const { video, videoQuality, sightings, wallQuality } = stored;
   return {
     theme: isTheme(theme) ? theme : DEFAULTS.theme,
     language: isLanguageChoice(language) ? language : DEFAULTS.language,
@@ -68,6 +71,7 @@ function read(): Preferences {
     boardPlan: typeof boardPlan === 'boolean' ? boardPlan : DEFAULTS.boardPlan,
     video: typeof video === 'boolean' ? video : DEFAULTS.video,
     videoQuality: isQuality(videoQuality) ? videoQuality : DEFAULTS.videoQuality,
+    sightings: typeof sightings === 'boolean' ? sightings : DEFAULTS.sightings,
     wallQuality: isQuality(wallQuality) ? wallQuality : DEFAULTS.wallQuality,
   };
 }

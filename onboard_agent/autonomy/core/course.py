@@ -4,7 +4,7 @@ The way to a place is flown by velocities, because an autopilot flies to a targe
 """
 
 from dataclasses import dataclass
-from math import cos, hypot, radians, sin, sqrt
+from math import hypot, sqrt
 from typing import Final
 
 from onboard_agent.autonomy.core.safe_commands import (
@@ -15,6 +15,7 @@ from onboard_agent.autonomy.core.safe_commands import (
     Motion,
     MoveGoal,
     PlaceGoal,
+    turned,
     within,
 )
 
@@ -92,9 +93,7 @@ class Course:
             return Velocity(0.0, 0.0, 0.0, self.heading_deg)
         if isinstance(goal, MoveGoal):
             self.heading_deg = (self.heading_deg + goal.turn_deg_s * EVERY_S) % 360.0
-            nose = radians(self.heading_deg)
-            north = goal.forward_m_s * cos(nose) - goal.right_m_s * sin(nose)
-            east = goal.forward_m_s * sin(nose) + goal.right_m_s * cos(nose)
+            north, east = turned(goal.forward_m_s, goal.right_m_s, self.heading_deg)
             return Velocity(*within((north, east, goal.up_m_s), motion, self._limits), self.heading_deg)
         if isinstance(goal, PlaceGoal):
             if goal.heading_deg is not None:

@@ -41,6 +41,7 @@ from onboard_agent.autonomy.core.position import PositionTrack
 from onboard_agent.autonomy.core.safe_commands import HoldGoal, Limits, judge
 from onboard_agent.autonomy.core.setpoint_frames import setpoint_message
 from onboard_agent.autonomy.core.take_off import AT_HEIGHT_M, CLIMBS_WITHIN_S, take_off_steps
+from onboard_agent.autonomy.core.zone_guard import ZoneGuard
 from onboard_agent.autopilot.own_frames import FrameMaker, agent_sender
 from onboard_agent.transactions.command_handler import state_words
 from onboard_agent.transactions.handler import Around
@@ -94,10 +95,10 @@ class ControllerFlight:
         self._commanded_now, self._moved_now = commanded, moved
         self._commanded, self._moved = commanded(), moved()
         self._began_at = self._due_at = self._heard_at = self._phase_at = now
-        self._deadline = now + transaction.deadline_s
         self._profile = profile_of(around)
         self._phase = Phase.STARTING
         self._position = PositionTrack()
+        self.zones = ZoneGuard(self._position)
         self._course: Course | None = None
         self._sequence: CommandSequence | None = None
         self._release_work = release or parse_release(USUAL)
@@ -149,13 +150,17 @@ class ControllerFlight:
             self._heard_at += now - self._due_at
         self._due_at = now
         if self._end is None:
-            why = self._why_leave_alone(around)
+            is_overruled = self._commanded != self._commanded_now()
+            why = "a hold or another command came" if is_overruled else why_ended(self._phase, around)
             if why is not None:
                 words = f"The controller {self._work.name} flies no more: {why}. {state_words(around)}"
                 self.told.warnings.append(words)
                 self._over(Outcome.FAILED, words)
                 return []
-            self._hear(around, now)
+            for at, report in self._port.reports():
+                self._reported(report, at, around, now)
+            if self.result is None and self._end is None:
+                self._check(around, now)
         if self.result is not None:
             return []
         if self._end is not None:
@@ -163,12 +168,6 @@ class ControllerFlight:
         self._tell(around, now)
         self.told.tick(self._phase, now)
         return self._fly(around, now)
-
-    def _hear(self, around: Around, now: float) -> None:
-        for at, report in self._port.reports():
-            self._reported(report, at, around, now)
-        if self.result is None and self._end is None:
-            self._check(around, now)
 
     # The controller's reports.
 
@@ -181,7 +180,7 @@ class ControllerFlight:
             case Ready():
                 self._ready(around, now)
             case Beat() | Note() | Found():
-                self.told.said(report)
+                self.told.said(report, now)
             case Raised(words=words):
                 self._fault(f"The controller {name} failed: {words}")
             case Gone(words=words):
@@ -223,6 +222,7 @@ class ControllerFlight:
             self._enter(Phase.LANDING, now)
         else:
             judged = judge(direction, replace(motion, heading_deg=self._course.heading_deg), plane, self._limits, now)
+            judged = self.zones.judged(judged, self._course.heading_deg, now)
             if judged.goal is None:
                 self._ack.judged(DirectionState.REFUSED, judged.words)
                 self._course.fly(HoldGoal())
@@ -236,6 +236,7 @@ class ControllerFlight:
             return
         state = self._position.vehicle_state(around)
         steps = take_off_steps(direction.height_m, self._work, self._limits, self._profile, state)
+        steps = self.zones.why_not_up(direction.height_m, now) or steps
         if isinstance(steps, str):
             self._ack.judged(DirectionState.REFUSED, steps)
             return
@@ -244,11 +245,6 @@ class ControllerFlight:
         self._enter(Phase.TAKING_OFF, now)
 
     # Conditions.
-
-    def _why_leave_alone(self, around: Around) -> str | None:
-        if self._commanded != self._commanded_now():
-            return "a hold or another command came"
-        return why_ended(self._phase, around)
 
     def _check(self, around: Around, now: float) -> None:
         """Ends the flight if it must."""
@@ -308,7 +304,10 @@ class ControllerFlight:
             elif course.expired(now):
                 course.fly(HoldGoal())
                 self._ack.ended(DirectionState.EXPIRED, "its time is over")
-            setpoint = course.setpoint(motion, now)
+            elif why := self.zones.why_not_goal(course.goal, now):
+                course.fly(HoldGoal())
+                self._ack.ended(DirectionState.REFUSED, why)
+            setpoint = self.zones.bounded(course.setpoint(motion, now), now)
         self.told.meter.sent += 1
         message = setpoint_message(around.system_id, setpoint, plane, home_alt_m=self._position.home_alt_m)
         return self._maker.make(message, agent_sender(around.system_id))

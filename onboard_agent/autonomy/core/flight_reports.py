@@ -2,12 +2,15 @@
 
 from typing import Final
 
-from onboard_agent.autonomy.core.lines import Beat, Found, Note
+from onboard_agent.autonomy.core.lines import Beat, Found, Note, VideoBox
 from onboard_agent.autonomy.core.rates import RateMeter
-from wire.findings import TargetFound
+from wire.findings import InVideo, TargetFound
 from wire.transactions import TransactionProgress, TransactionToTower
 
 REPORT_EVERY_S: Final = 1.0
+SIGHTINGS_APART_S: Final = 0.2
+"""More is no news for the eye."""
+MAX_PICTURE_AGE_S: Final = 60.0
 
 
 class FlightReports:
@@ -22,9 +25,10 @@ class FlightReports:
         self._began_at = self._reported_at = now
         self._deadline = deadline
         self._note = ""
+        self._sighted_at = float("-inf")
         self._reports: list[TransactionToTower] = []
 
-    def said(self, report: Beat | Note | Found) -> None:
+    def said(self, report: Beat | Note | Found, now: float) -> None:
         """Takes what the controller says beside its directions."""
         match report:
             case Beat(pictures=pictures):
@@ -34,13 +38,17 @@ class FlightReports:
                 if aloud:
                     self.warnings.append(f"{self._name}: {words}")
             case Found():
-                self._found(report)
+                self._found(report, now)
 
-    def _found(self, one: Found) -> None:
+    def _found(self, one: Found, now: float) -> None:
         # NaN fails each comparison.
         if not (abs(one.lat_deg) <= 90.0 and abs(one.lon_deg) <= 180.0 and 0.0 <= one.confidence <= 1.0):
             self.warnings.append(f"{self._name} reported a place that does not exist")
             return
+        if one.sighting:
+            if one.in_video is None or now - self._sighted_at < SIGHTINGS_APART_S:
+                return
+            self._sighted_at = now
         self._reports.append(
             TargetFound(
                 id=self._id,
@@ -49,6 +57,8 @@ class FlightReports:
                 lat_deg=one.lat_deg,
                 lon_deg=one.lon_deg,
                 thumbnail=one.thumbnail,
+                in_video=None if one.in_video is None else _in_video(one.in_video, now),
+                sighting=one.sighting,
             )
         )
 
@@ -70,3 +80,12 @@ class FlightReports:
         """Returns the sentences for STATUSTEXT once."""
         warnings, self.warnings = self.warnings, []
         return warnings
+
+
+def _in_video(one: VideoBox, now: float) -> InVideo | None:
+    """Returns None for a box that is none, or for a picture from nowhen."""
+    shares = (one.x, one.y, one.width, one.height)
+    age_s = now - one.taken_s
+    if not (all(0.0 <= share <= 1.0 for share in shares) and age_s <= MAX_PICTURE_AGE_S):
+        return None
+    return InVideo(x=one.x, y=one.y, width=one.width, height=one.height, age_s=max(age_s, 0.0))

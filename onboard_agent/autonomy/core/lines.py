@@ -119,14 +119,28 @@ class Note(msgspec.Struct, frozen=True, tag="note", tag_field="line"):
     aloud: bool = False
 
 
+class VideoBox(msgspec.Struct, frozen=True):
+    """Where the picture of the live video that was taken at `taken_s` shows a target: the middle of its box and the
+    box's size, as shares of the picture's width and height, from the upper left."""
+
+    x: float
+    y: float
+    width: float
+    height: float
+    taken_s: float
+
+
 class Found(msgspec.Struct, frozen=True, tag="found", tag_field="line"):
-    """A target and its place on the map. `confidence`: 0 to 1. `thumbnail`: a JPEG, or empty."""
+    """A target and its place on the map. `confidence`: 0 to 1. `thumbnail`: a JPEG, or empty. `in_video`: only if the
+    camera is the one of the live video. `sighting`: it is in view at this moment, for the eye alone."""
 
     letter: Annotated[str, msgspec.Meta(max_length=8)]
     confidence: float
     lat_deg: float
     lon_deg: float
     thumbnail: Annotated[bytes, msgspec.Meta(max_length=MAX_THUMBNAIL_BYTES)] = b""
+    in_video: VideoBox | None = None
+    sighting: bool = False
 
 
 class Directed(msgspec.Struct, frozen=True, tag="directed", tag_field="line"):

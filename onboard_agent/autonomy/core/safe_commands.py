@@ -107,10 +107,8 @@ def judge(direction: Direction, motion: Motion, plane: LocalPlane, limits: Limit
             place = (motion.north_m, motion.east_m, motion.height_m)
             return Judged(PlaceGoal(*place, 1.0, now + TURN_WITHIN_S, heading), bounded=turn != by)
         case GoBy():
-            angle = radians(motion.heading_deg)
-            north = motion.north_m + direction.forward_m * cos(angle) - direction.right_m * sin(angle)
-            east = motion.east_m + direction.forward_m * sin(angle) + direction.right_m * cos(angle)
-            place = (north, east, motion.height_m + direction.up_m)
+            north, east = turned(direction.forward_m, direction.right_m, motion.heading_deg)
+            place = (motion.north_m + north, motion.east_m + east, motion.height_m + direction.up_m)
             return _place(place, direction.speed_m_s, direction.within_s, limits, now)
         case GoTo():
             if abs(direction.lat_deg) > 90.0 or abs(direction.lon_deg) > 180.0:
@@ -162,6 +160,12 @@ def within(velocity: tuple[float, float, float], motion: Motion, limits: Limits)
     up = min(up, _room(limits.max_height_m - motion.height_m))
     up = max(up, -_room(motion.height_m - limits.min_height_m))
     return north, east, up
+
+
+def turned(forward: float, right: float, heading_deg: float) -> tuple[float, float]:
+    """Returns what is forward and right of this heading as north and east."""
+    nose = radians(heading_deg)
+    return forward * cos(nose) - right * sin(nose), forward * sin(nose) + right * cos(nose)
 
 
 def _room(distance_m: float) -> float:

@@ -17,20 +17,12 @@ from server.domain.names import BadName
 from server.live.missions.plan_body import MalformedBody, body_schema
 from server.live.teams.refusals import TeamAdminsOnly, UnknownTeam
 from server.live.zones.imports import MAX_FILE_BYTES, UnreadableFile, shapes_in
-from server.live.zones.zone import (
-    MAX_POINTS,
-    MAX_REASON,
-    BadZone,
-    HeightAbove,
-    Zone,
-    ZoneKind,
-    ZoneRule,
-    ZoneShape,
-    check_points,
-)
+from server.live.zones.zone import MAX_POINTS, MAX_REASON, BadZone, check_points
 from server.store.teams.teams import TeamManager
 from server.store.zones import zones
 from server.store.zones.zones import TooManyZones, UnknownZone, ZoneChangedMeanwhile
+from wire.zones.kinds import HeightAbove, ZoneKind, ZoneRule
+from wire.zones.zone import Zone, ZoneShape
 
 router = APIRouter(prefix="/api/v1/zones", tags=["zones"], responses=answers(NotSignedIn, SessionExpired))
 

@@ -23,10 +23,10 @@ from server.live.relay.live_drone import LiveDrone
 from server.live.relay.live_state import LiveState
 from server.live.separation.motion import METRES_PER_DEGREE, Motion, motion_in
 from server.live.zones.check import zone_at
-from server.live.zones.track import Spot
 from wire.following import FollowWork, LeaderPosition, is_apart
 from wire.ids import DroneId, UserId
 from wire.lateness import stamp_ms
+from wire.zones.track import Spot
 
 EVERY_S: Final = 0.2
 _EARLY_S: Final = 0.05

@@ -31,6 +31,10 @@ class OnboardReports:
                 if drone.onboard.update_plan(message, self._clock()):
                     view, _ = drone.onboard.plan(message.kind)
                     drone.notify_frame_watchers(live.PlanOnBoardChanged.of(drone.drone_id, view))
+            case TargetFound(sighting=True):
+                sighted = drone.onboard.findings.sighted(message, drone.drone_id, now)
+                if sighted is not None:
+                    drone.notify_frame_watchers(sighted)
             case TargetFound():
                 added = drone.onboard.findings.add(message, self._clock(), now)
                 if added is not None:

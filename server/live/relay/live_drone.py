@@ -30,11 +30,11 @@ from server.live.relay.policy import Authorization
 from server.live.relay.rtt_meter import TooLong
 from server.live.separation.plausible import MotionCheck
 from server.live.towers.place import Place
-from server.live.zones.index import NO_ZONES, ZoneIndex
 from server.live.zones.watch import ZoneWatch
 from wire.control_messages import LossParameters, SafetySettings, StreamSettings, StreamState
 from wire.firmware import firmware_words, release_of
 from wire.ids import DroneId, Epoch, UserId
+from wire.zones.index import NO_ZONES, ZoneIndex
 
 MANUAL_FOR_S: Final = 3.0
 """A drone counts as flown by hand for this long after the last stick frame: RC_OVERRIDE_TIME of the autopilots."""

@@ -8,7 +8,7 @@ from server.domain.people import UserRef
 from server.live.aircraft.messages import AircraftHeard
 from server.live.alerts.views import AlertView
 from server.live.fleet.views import DroneView
-from server.live.operations.findings import FindingReported
+from server.live.operations.findings import FindingEvent
 from server.live.operations.onboard_views import OnboardPlanView
 from server.live.operations.operation import Operation
 from server.live.operations.views import OperationView
@@ -333,7 +333,7 @@ ToBrowser = (
     | OperationChanged
     | PlanOnBoardChanged
     | ParametersChanged
-    | FindingReported
+    | FindingEvent
     | Recording
     | Relayed
     | LeaveTower

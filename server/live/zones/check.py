@@ -8,12 +8,12 @@ from server.live.relay.loan_limits import whole_place_in
 from server.live.relay.loan_requests import LoanBlock, target_in
 from server.live.relay.policy import CommandSeen, Permission, permission_for
 from server.live.zones.requests import LANDINGS, ZoneHit, hits_on_the_way, plan_hits, spots_of
-from server.live.zones.track import Spot
-from server.live.zones.zone import Zone
 from wire.autopilots import registry
 from wire.dialect import mavlink
 from wire.frames import message_id, payload
 from wire.plans import PlanItem, PlanKind
+from wire.zones.track import Spot
+from wire.zones.zone import Zone
 
 _ITEM: int = mavlink.MAVLINK_MSG_ID_MISSION_ITEM_INT
 _MISSION_TYPE_AT = 37

@@ -12,12 +12,12 @@ from typing import Final
 from server.live.relay.loan_limits import Home
 from server.live.relay.loan_requests import Target
 from server.live.relay.loan_tables import CIRCLE_IN, ITEMS_AT_A_PLACE, UP_OR_DOWN
-from server.live.zones.index import ZoneIndex
-from server.live.zones.track import Crossing, Spot, Track, crossings, depths, is_within
-from server.live.zones.watch import NEAR_M
-from server.live.zones.zone import Zone, ZoneKind
 from wire.dialect import mavlink
 from wire.plans import PlanItem, PlanKind
+from wire.zones.index import ZoneIndex
+from wire.zones.track import Spot, Track, is_within
+from wire.zones.ways import NEAR_M, crossings_of, words_of
+from wire.zones.zone import Zone
 
 _M: Final = mavlink
 _RELATIVE: Final = frozenset({3, 6})
@@ -40,14 +40,7 @@ class ZoneHit:
     @property
     def words(self) -> str:
         """What it would do: ends a sentence about the drone, or about the way to an item."""
-        zone = self.zone
-        why = f" ({zone.reason})" if zone.reason else ""
-        if zone.kind is ZoneKind.CORRIDOR:
-            return f"leads out of {zone.words}{why}"
-        if zone.kind is ZoneKind.HEIGHT_LIMIT:
-            above = "above sea level" if zone.height_above == "sea" else "above home"
-            return f"goes above the {zone.ceiling_m or 0:.0f} m {above} of the zone {zone.name}{why}"
-        return f"leads into {zone.words}{why}"
+        return words_of(self.zone)
 
 
 def spots_of(target: Target, home: Home | None, here: Spot) -> list[Spot]:
@@ -62,11 +55,10 @@ def spots_of(target: Target, home: Home | None, here: Spot) -> list[Spot]:
 def hits_on_the_way(index: ZoneIndex, here: Spot, to: Spot, circle_m: float = 0.0) -> list[Zone]:
     """Zones that the straight way enters, or the circle at its end touches, the first one first. A way out of a zone is
     free, and so is one towards its edge."""
-    track = Track(here, to)
-    zones = index.near(track.box.widened(max(circle_m, NEAR_M)))
-    hit = {one.zone.id: one.zone for one in crossings(zones, track) if not _leaves(one, zones, track)}
+    hit = {one.zone.id: one.zone for one in crossings_of(index, here, to)}
     if circle_m > 0:
-        hit |= {zone.id: zone for zone in _touched(zones, to, circle_m)}
+        near = index.near(Track(here, to).box.widened(max(circle_m, NEAR_M)))
+        hit |= {zone.id: zone for zone in _touched(near, to, circle_m)}
     return list(hit.values())
 
 
@@ -138,18 +130,6 @@ def _spot(lat_deg: float, lon_deg: float, alt_m: float, frame: int, home: Home |
     if frame in _ABOVE_SEA:
         return Spot(lat_deg, lon_deg, None if home is None else alt_m - home.alt_amsl_m, alt_m)
     return Spot(lat_deg, lon_deg, None, None)
-
-
-def _leaves(one: Crossing, zones: Sequence[Zone], track: Track) -> bool:
-    """Begins where it should not be, and leads out, or towards the edge."""
-    if not one.starts_there:
-        return False
-    if not one.ends_there:
-        return True
-    others = [zone for zone in zones if zone.is_corridor and one.zone.is_corridor and zone.team_id == one.zone.team_id]
-    ground_m, height_m = depths(one.zone, track.start, others)
-    to_ground_m, to_height_m = depths(one.zone, track.end, others)
-    return (to_ground_m, to_height_m) != (ground_m, height_m) and to_ground_m <= ground_m and to_height_m <= height_m
 
 
 def _touched(zones: Sequence[Zone], spot: Spot, circle_m: float) -> list[Zone]:

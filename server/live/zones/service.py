@@ -18,13 +18,14 @@ from server.live.relay.live_state import LiveState
 from server.live.separation.motion import motion_in
 from server.live.towers.place import Place
 from server.live.zones.check import spot_of
-from server.live.zones.index import NO_ZONES, ZoneIndex
 from server.live.zones.messages import ZonesChanged
+from server.live.zones.on_board import ZonesOnBoard
 from server.live.zones.watch import hold_words
-from server.live.zones.zone import Zone
 from wire.autopilots import registry
 from wire.autopilots.profile import FlightTask
 from wire.frames import payload
+from wire.zones.index import NO_ZONES, ZoneIndex
+from wire.zones.zone import Zone
 
 CHECKS_PER_S: Final = 5
 RENEW_S: Final = 1.0
@@ -41,6 +42,7 @@ class ZoneService:
         self._zones: dict[int, Zone] = {}
         self._indexes: dict[int | None, ZoneIndex] = {}
         self._active: tuple[Zone, ...] = ()
+        self._on_board = ZonesOnBoard(state)
         self._renewed_at = float("-inf")
         self.holds_ordered = 0
 
@@ -56,6 +58,7 @@ class ZoneService:
         if not changed:
             return
         self._renew()
+        self._on_board.tell(self._zones.values())
         teams = {one.team_id for one in changed}
         for browser in self._state.browsers.values():
             if None in teams or teams & self._teams_of(browser.viewer):
@@ -71,11 +74,13 @@ class ZoneService:
 
     def tick(self, now: float) -> None:
         """Some ten times a second."""
-        if not self._zones and not self._indexes:
-            return
         if now - self._renewed_at >= RENEW_S:
             self._renewed_at = now
-            self._renew()
+            if self._zones or self._indexes:
+                self._renew()
+            self._on_board.tell(self._zones.values())
+        if not self._indexes:
+            return
         for drone in self._state.drones.values():
             # No new position: what was last known stays. Silence does not mean that it left.
             due = drone.zone_watch.checked_at + 0.9 / CHECKS_PER_S

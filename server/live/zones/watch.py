@@ -11,13 +11,13 @@ from math import cos, hypot, isfinite, radians
 from typing import Final, NamedTuple
 
 from server.live.separation.motion import Motion
-from server.live.zones.area import METRES_PER_DEGREE
-from server.live.zones.index import ZoneIndex
-from server.live.zones.track import Crossing, Spot, Track, crossings, depths
-from server.live.zones.zone import Zone
+from wire.zones.area import METRES_PER_DEGREE
+from wire.zones.index import ZoneIndex
+from wire.zones.track import Crossing, Spot, Track, crossings, depths
+from wire.zones.ways import NEAR_M
+from wire.zones.zone import Zone
 
 NEAR_S: Final = 15.0
-NEAR_M: Final = 10.0
 REACT_S: Final = 1.0
 """Until the order has reached the autopilot, and it brakes."""
 BRAKE_M_S2: Final = 2.5

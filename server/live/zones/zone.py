@@ -1,14 +1,13 @@
-"""A zone: where drones may not be, not above a height, or only. Values, and what makes one valid. Pure."""
+"""What makes a zone valid. Pure."""
 
-from dataclasses import dataclass, field
-from datetime import datetime
-from enum import StrEnum
-from math import cos, inf, isfinite, radians
+from math import cos, isfinite, radians
 from typing import Final
 
 from server.domain.names import clean_name
 from server.domain.refusal import Refusal
-from server.live.zones.area import METRES_PER_DEGREE, Area
+from wire.zones.area import METRES_PER_DEGREE
+from wire.zones.kinds import ZoneKind
+from wire.zones.zone import Zone
 
 MAX_POINTS: Final = 500
 """Of one zone. Airspace as published has fewer."""
@@ -23,94 +22,12 @@ MAX_HEIGHT_M: Final = 20_000.0
 MIN_HEIGHT_M: Final = -1_000.0
 
 
-class ZoneKind(StrEnum):
-    NO_FLY = "no-fly"
-    HEIGHT_LIMIT = "height-limit"
-    """Within it no drone flies above `ceiling_m`."""
-    CORRIDOR = "corridor"
-    """Drones stay within one of the corridors of their tower, and of their team."""
-
-
-class ZoneRule(StrEnum):
-    REFUSE = "refuse"
-    """Plans and go-tos into it are refused; flown by hand, the drone holds at its edge."""
-    WARN = "warn"
-    """People are told, and nothing is refused."""
-
-
-class HeightAbove(StrEnum):
-    HOME = "home"
-    SEA = "sea"
-
-
 class BadZone(Refusal):
     """Not a valid zone. `field`: which part is wrong."""
 
     def __init__(self, field: str, words: str) -> None:
         super().__init__(words)
         self.field = field
-
-
-@dataclass(frozen=True, kw_only=True)
-class ZoneShape:
-    """`points`: latitude and longitude. `width_m`: of a line; None: the corners of an area."""
-
-    points: tuple[tuple[float, float], ...]
-    width_m: float | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class Zone:
-    """`team_id` None: for the whole tower. Heights None: unbounded. Times None: always."""
-
-    id: int
-    name: str
-    kind: ZoneKind
-    rule: ZoneRule
-    shape: ZoneShape
-    team_id: int | None = None
-    floor_m: float | None = None
-    ceiling_m: float | None = None
-    height_above: HeightAbove = HeightAbove.HOME
-    valid_from: datetime | None = None
-    valid_until: datetime | None = None
-    reason: str = ""
-    version: int = 1
-    area: Area = field(init=False, repr=False, compare=False)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "area", Area(self.shape.points, self.shape.width_m))
-
-    @property
-    def is_corridor(self) -> bool:
-        return self.kind is ZoneKind.CORRIDOR
-
-    @property
-    def binds(self) -> bool:
-        """Whether it refuses and holds."""
-        return self.rule is ZoneRule.REFUSE
-
-    @property
-    def heights_m(self) -> tuple[float, float]:
-        """What is forbidden, or in a corridor allowed, from and to."""
-        floor = -inf if self.floor_m is None else self.floor_m
-        ceiling = inf if self.ceiling_m is None else self.ceiling_m
-        return (ceiling, inf) if self.kind is ZoneKind.HEIGHT_LIMIT else (floor, ceiling)
-
-    def is_valid_at(self, at: datetime) -> bool:
-        return (self.valid_from is None or self.valid_from <= at) and (
-            self.valid_until is None or at < self.valid_until
-        )
-
-    @property
-    def words(self) -> str:
-        """As in a sentence: "the no-fly zone Airport"."""
-        what = {
-            ZoneKind.NO_FLY: "the no-fly zone",
-            ZoneKind.HEIGHT_LIMIT: f"the zone with at most {self.ceiling_m or 0:.0f} m,",
-            ZoneKind.CORRIDOR: "the corridor",
-        }[self.kind]
-        return f"{what} {self.name}"
 
 
 def checked(zone: Zone) -> Zone:

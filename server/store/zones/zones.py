@@ -17,11 +17,13 @@ from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.domain.access import AdminsOnly
 from server.domain.refusal import Refusal
-from server.live.zones.zone import MAX_ZONES, HeightAbove, Zone, ZoneKind, ZoneRule, ZoneShape, checked
+from server.live.zones.zone import MAX_ZONES, checked
 from server.store.audit.action import AuditAction
 from server.store.teams.tables import TeamMemberRow
 from server.store.teams.teams import TeamManager, get_team, led_team, new_id
 from server.store.zones.tables import ZoneRow
+from wire.zones.kinds import HeightAbove, ZoneKind, ZoneRule
+from wire.zones.zone import Zone, ZoneShape
 
 VERSIONS = select(func.count(ZoneRow.id), func.coalesce(func.sum(ZoneRow.version), 0), func.max(ZoneRow.updated_at))
 """Changes with each change of a zone."""

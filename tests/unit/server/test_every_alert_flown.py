@@ -11,7 +11,6 @@ from hub_world import FakeAgent
 from worlds.held_copter import mode_command
 
 from server.live.alerts.rules import RULES
-from server.live.zones.zone import Zone, ZoneKind, ZoneRule, ZoneShape
 from simulator.airframe_model import AirframeModel
 from simulator.failure_modes import Failure
 from simulator.modes import Mode
@@ -19,6 +18,8 @@ from simulator.notices import Severity
 from wire.black_box import BlackBoxState
 from wire.control_messages import AutopilotState
 from wire.dialect import build, mavlink
+from wire.zones.kinds import ZoneKind, ZoneRule
+from wire.zones.zone import Zone, ZoneShape
 
 Scene = Iterator[None]
 SCENES: Final[dict[str, tuple[dict[str, Any], Callable[[FlownHub], Scene]]]] = {}

@@ -5,10 +5,12 @@ from math import inf
 
 import pytest
 
-from server.live.zones.area import Area, outside
-from server.live.zones.index import ZoneIndex
-from server.live.zones.track import Spot, Track, crossings, depths
-from server.live.zones.zone import BadZone, HeightAbove, Zone, ZoneKind, ZoneRule, ZoneShape, check_points, checked
+from server.live.zones.zone import BadZone, check_points, checked
+from wire.zones.area import Area, outside
+from wire.zones.index import ZoneIndex
+from wire.zones.kinds import HeightAbove, ZoneKind, ZoneRule
+from wire.zones.track import Spot, Track, crossings, depths
+from wire.zones.zone import Zone, ZoneShape
 
 M = 1 / 111_319.5
 """Degrees of a metre, at the equator in both directions."""

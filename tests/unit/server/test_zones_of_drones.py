@@ -15,12 +15,12 @@ from server.live.operations.permissions import refuse_commands, refuse_plan
 from server.live.operations.refusals import ZoneForbids
 from server.live.relay.live_messages import Notice
 from server.live.zones.messages import ZonesChanged
-from server.live.zones.zone import ZoneKind, ZoneRule
 from wire.dialect import build, mavlink
 from wire.ids import DroneId, UserId
 from wire.plans import PlanItem, PlanKind
 from wire.tagged import tag
 from wire.transactions import CommandWork
+from wire.zones.kinds import ZoneKind, ZoneRule
 
 HOME_AMSL_M = 100.0
 AHEAD = tuple(at(*one) for one in ((200, -50), (300, -50), (300, 50), (200, 50)))

@@ -4,9 +4,10 @@ import pytest
 from test_zones_geometry import SQUARE, M, at, spot, zone
 
 from server.live.separation.motion import Motion
-from server.live.zones.index import ZoneIndex
 from server.live.zones.watch import CLEAR, ZoneWatch
-from server.live.zones.zone import Zone, ZoneKind, ZoneRule
+from wire.zones.index import ZoneIndex
+from wire.zones.kinds import ZoneKind, ZoneRule
+from wire.zones.zone import Zone
 
 
 class Flight:

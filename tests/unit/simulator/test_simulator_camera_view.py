@@ -134,6 +134,14 @@ def test_the_same_seed_and_pose_are_the_same_picture_and_others_are_not(scene: S
     assert (draw(scene, pose_of(0, 0, 20, 0, 0, 1.0), 20.0) != first).mean() > 0.3
 
 
+@pytest.mark.parametrize("field_of_view_deg", [60.0, 75.0, 100.0])
+def test_the_field_of_view_reaches_from_the_left_edge_to_the_right(field_of_view_deg: float) -> None:
+    view = View(pose_of(0.0, 0.0, 10.0, 0.0, 0.0, 0.0), 641, 480, 90.0, field_of_view_deg)
+    half_m = view.eye_height_m * math.tan(math.radians(field_of_view_deg / 2))
+    edge = view.to_pixels(view.to_lens(np.array([0.0, half_m, 0.0])))
+    assert edge[0] == pytest.approx(640.5, abs=0.01)
+
+
 @pytest.mark.parametrize(
     ("height_m", "roll", "pitch", "tilt_deg"),
     [(h, r, p, t) for h, (r, p) in itertools.product((0, 300), ((0, 0), (75, 40), (180, 0))) for t in (0, 20, 90)],
@@ -164,15 +172,16 @@ def test_where_drones_stand_the_land_is_not_bent_and_nothing_is_in_the_way() -> 
 
 
 def test_what_viewers_ask_for() -> None:
-    assert read_wanted("/camera", "vehicle 1") == Wanted(640, 480, 30, 20, 85, "vehicle 1")
-    asked = "/camera?width=320&height=240&rate=24&name=Kestrel&tilt=90&quality=60"
-    assert read_wanted(asked, "x") == Wanted(320, 240, 24, 90, 60, "Kestrel")
+    assert read_wanted("/camera", "vehicle 1") == Wanted(640, 480, 30, 20, 75, 85, "vehicle 1")
+    asked = "/camera?width=320&height=240&rate=24&name=Kestrel&tilt=90&quality=60&fov=100"
+    assert read_wanted(asked, "x") == Wanted(320, 240, 24, 90, 100, 60, "Kestrel")
     assert read_unplugged_s("/unplug") == 5.0
     assert read_unplugged_s("/unplug?seconds=12") == 12.0
 
 
 @pytest.mark.parametrize(
-    "query", ["width=63", "width=99999", "height=x", "rate=0", "rate=-3", "tilt=91", "colour=1", "name=ü", "width=²"]
+    "query",
+    ["width=63", "width=99999", "height=x", "rate=0", "rate=-3", "tilt=91", "fov=9", "colour=1", "name=ü", "width=²"],
 )
 def test_what_viewers_may_not_ask_for(query: str) -> None:
     with pytest.raises(BadRequest, match=query.partition("=")[0]):

@@ -3,6 +3,7 @@
 import type { Enrolment } from './admin_types';
 import type { AlertEvent } from './alerts';
 import type { FindingEvent } from './findings';
+import type { SightingEvent } from './sightings';
 import type {
   OperationEvent,
   ParametersEvent,
@@ -216,6 +217,7 @@ export type TowerEvent =
   | RecordingEvent
   | RehearsalEvent
   | SeparationEvent
+  | SightingEvent
   | TurnEvent
   | ZonesEvent
   | AircraftEvent;
@@ -241,6 +243,7 @@ const KNOWN_TYPES: ReadonlySet<string> = new Set<TowerEvent['type']>([
   'recording',
   'rehearsal',
   'separation',
+  'sighting',
   'turn',
   'zones',
   'aircraft',

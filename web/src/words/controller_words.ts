@@ -4,6 +4,7 @@ import { t } from '../languages/text';
 import type { ControllerStart } from '../link/controllers';
 import type { Finding } from '../link/findings';
 import type { Operation } from '../link/operation_types';
+import type { Sighting } from '../link/sightings';
 import { duration, fixed } from './format';
 import { measured, type Quantity, type UnitSystem } from './units';
 
@@ -25,7 +26,7 @@ export function startWords(name: string, start: ControllerStart, system: UnitSys
       high: height(start.max_height_m),
       distance: measured(system, 'distance', start.max_distance_m),
     }),
-    t('The tower’s zones do not bind it.'),
+    t('It stays out of the tower’s zones, unless its agent is older than the tower.'),
     t('Stop, Hold, any command, moved sticks and TAKE end it at once.'),
   ].join(' ');
 }
@@ -53,3 +54,11 @@ export const findingTitle = (finding: Finding): string =>
 
 export const confidenceWords = ({ confidence }: Finding): string =>
   t('confidence {percent} %', { percent: fixed(confidence * 100) });
+
+/** Beside its box in the live video: letter, confidence, age of the picture. */
+export const sightingWords = ({ letter, confidence }: Sighting, ageMs: number): string =>
+  t('{letter}, {percent} %, {seconds} s', {
+    letter: letter || '?',
+    percent: fixed(confidence * 100),
+    seconds: fixed(ageMs / 1000, 1),
+  });

@@ -11,13 +11,14 @@ from controller_world import ControllerWorld
 from drone_world import BRAKE, HOME, LOITER, SET_MODE, mavlink
 
 from onboard_agent.autonomy.challenge import Challenge
+from onboard_agent.autonomy.core.lines import VideoBox
 from onboard_agent.autonomy.look import InPicture
 from onboard_agent.autonomy.pose_history import Pose
 from onboard_agent.autonomy.target_watch import TargetSeen
 from simulator.geodesy import LocalFrame
 from wire.controllers import ControllerWork
 from wire.dialect import decode
-from wire.findings import FINDINGS, TargetFound
+from wire.findings import FINDINGS, SIGHTINGS, TargetFound
 from wire.plans import PlanItem, PlanKind
 from wire.transactions import Outcome, PlanUploadWork, TransactionProgress
 
@@ -41,6 +42,7 @@ class Eyes:
     words: str = ""
     world: ControllerWorld | None = None
     next_at: float = 0.0
+    in_video: bool = False
 
     def __call__(self, *_: Any) -> Eyes:
         return self
@@ -58,16 +60,19 @@ class Eyes:
             if max(abs(target_north - north), abs(target_east - east)) < up / 2:
                 seen = InPicture(number, (0.0, 0.0), letter if self.reads else None, 0.8, b"jpeg")
                 pose = Pose(0.0, 0.0, up, 0.0, 0.0, 0.0)
-                return [TargetSeen(world.now, *on_map(target_north, target_east), pose, seen)]
+                box = VideoBox(0.5, 0.25, 0.1, 0.2, world.now - 0.3) if self.in_video else None
+                return [TargetSeen(world.now, *on_map(target_north, target_east), pose, seen, box)]
         return []
 
 
-def flown(eyes: Eyes, *, mission: bool = True, **settings: str | float) -> tuple[ControllerWorld, int]:
+def flown(
+    eyes: Eyes, *, mission: bool = True, takes: tuple[str, ...] = (FINDINGS, SIGHTINGS), **settings: str | float
+) -> tuple[ControllerWorld, int]:
     """In a world where a mission of three way-points is on board, at the start of the controller."""
     challenge = Challenge()
     challenge.make_watch = eyes  # type: ignore[assignment]
     grips = (("GRIP_ENABLE", 1.0), ("SERVO9_FUNCTION", 28.0))
-    world = ControllerWorld(challenge, cameras=CAMERA, takes=("transactions", FINDINGS), parameters=grips)
+    world = ControllerWorld(challenge, cameras=CAMERA, takes=("transactions", *takes), parameters=grips)
     eyes.world = world
     world.ready()
     if mission:
@@ -85,7 +90,11 @@ def ended(world: ControllerWorld, number: int) -> Any:
 
 
 def found(world: ControllerWorld) -> list[TargetFound]:
-    return [one for one in world.reported if isinstance(one, TargetFound)]
+    return [one for one in world.reported if isinstance(one, TargetFound) and not one.sighting]
+
+
+def sightings(world: ControllerWorld) -> list[TargetFound]:
+    return [one for one in world.reported if isinstance(one, TargetFound) and one.sighting]
 
 
 def releases(world: ControllerWorld) -> int:
@@ -124,6 +133,28 @@ def test_it_finds_its_letter_drops_over_it_and_lands_at_home() -> None:
     assert 2.4 < up < 3.6
     assert dist(world.where[:2], home) < 1.5
     assert "Payload landed at" in texts(world)
+
+
+def test_a_target_in_view_of_the_video_is_shown_at_most_five_times_a_second() -> None:
+    world, number = flown(Eyes([("K", 12.0, 1.0)], in_video=True), letter="K")
+    assert ended(world, number).outcome is Outcome.DONE
+    shown = sightings(world)
+    assert len(shown) > 20
+    box = shown[-1].in_video
+    assert box is not None
+    assert (box.x, box.y, box.width, box.height) == (0.5, 0.25, 0.1, 0.2)
+    assert 0.3 <= box.age_s < 0.6
+    assert shown[-1].letter == "K"
+    assert not any(one.thumbnail for one in shown)
+    assert [one.in_video is not None for one in found(world)] == [True, True]
+
+
+@pytest.mark.parametrize(("in_video", "takes"), [(True, (FINDINGS,)), (False, (FINDINGS, SIGHTINGS))])
+def test_no_sighting_goes_to_an_older_tower_or_of_another_camera(in_video: bool, takes: tuple[str, ...]) -> None:
+    world, number = flown(Eyes([("K", 12.0, 1.0)], in_video=in_video), takes=takes, letter="K")
+    assert ended(world, number).outcome is Outcome.DONE
+    assert sightings(world) == []
+    assert len(found(world)) == 2
 
 
 def test_it_says_that_it_found_nothing_and_comes_home() -> None:

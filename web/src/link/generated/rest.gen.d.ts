@@ -2946,6 +2946,8 @@ export interface components {
             readonly at: string;
             /** @description 0 to 1: a rank, no probability */
             readonly confidence: number;
+            /** @description Null: the live video did not show it */
+            readonly in_video?: components["schemas"]["InVideoView"] | null;
             readonly lat_deg: number;
             /** @description Empty: none was read */
             readonly letter: string;
@@ -3285,6 +3287,18 @@ export interface components {
             ])[];
             /** Format: date-time */
             readonly uploaded_at: string;
+        };
+        /**
+         * @description Where the live video showed a target: the middle of its box and the box's size, as shares of the picture's width
+         *     and height, from the upper left.
+         */
+        readonly InVideoView: {
+            /** @description Of the picture when the agent reported it */
+            readonly age_s: number;
+            readonly height: number;
+            readonly width: number;
+            readonly x: number;
+            readonly y: number;
         };
         /** @description An invitation for this name, whether or not a user has it. */
         readonly InvitationView: {

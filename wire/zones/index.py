@@ -4,8 +4,8 @@ from collections.abc import Iterable, Iterator
 from math import floor
 from typing import Final
 
-from server.live.zones.area import Box
-from server.live.zones.zone import Zone
+from wire.zones.area import Box
+from wire.zones.zone import Zone
 
 _CELL_DEG: Final = 0.01
 """Some 1 km: a zone of a street is in a few cells."""

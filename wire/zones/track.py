@@ -4,8 +4,9 @@ from collections.abc import Iterable, Sequence
 from math import cos, hypot, inf, radians
 from typing import NamedTuple
 
-from server.live.zones.area import METRES_PER_DEGREE, Box, Span, both, outside
-from server.live.zones.zone import HeightAbove, Zone
+from wire.zones.area import METRES_PER_DEGREE, Box, Span, both, outside
+from wire.zones.kinds import HeightAbove
+from wire.zones.zone import Zone
 
 
 class Spot(NamedTuple):

@@ -1,0 +1,129 @@
+"""Which zones an agent is told: those near its drone that refuse, now or soon. A controller on board stays out of them.
+Part of the hub: plain calls.
+
+A message goes out after the welcome, on each change, and when the drone is MOVED_M from where the last one was about.
+"""
+
+from collections.abc import Iterable, Sequence
+from datetime import datetime, timedelta
+from typing import Final, NamedTuple
+
+import msgspec
+
+from server.live.relay.agent_link import AgentLink
+from server.live.relay.live_drone import LiveDrone
+from server.live.relay.live_state import LiveState
+from server.live.zones.check import spot_of
+from wire.controllers import MAX_FOR_S
+from wire.zones.area import Box
+from wire.zones.nearby import MAX_BYTES, MAX_ZONES, RADIUS_M, ZONES, NearbyZone, NearbyZones
+from wire.zones.track import Spot, Track
+from wire.zones.zone import Zone
+
+MOVED_M: Final = 1_000.0
+AHEAD_S: Final = MAX_FOR_S
+"""A zone that begins later is told later: no controller flies longer."""
+
+
+class _Sent(NamedTuple):
+    link: AgentLink
+    channel: object
+    zones: tuple[Zone, ...]
+    about: Spot | None
+
+
+class ZonesOnBoard:
+    """One for the hub."""
+
+    def __init__(self, state: LiveState) -> None:
+        self._state = state
+        self._sent: dict[int, _Sent] = {}
+
+    def tell(self, zones: Iterable[Zone]) -> None:
+        """Sends to each agent what it has not been told yet. `zones`: all of the tower. Call it once a second, and
+        after each change."""
+        at = self._state.clock()
+        soon = tuple(one for one in zones if one.binds and _counts_soon(one, at))
+        of_teams: dict[int | None, tuple[Zone, ...]] = {}
+        self._sent = {number: sent for number, sent in self._sent.items() if sent.link.link_id in self._state.links}
+        for link in self._state.links.values():
+            drone = self._state.drones.get(link.drone_id)
+            if ZONES not in link.takes or drone is None or drone.link is not link:
+                continue
+            team_id = drone.record.team.id if drone.record.team is not None else None
+            if team_id not in of_teams:
+                of_teams[team_id] = tuple(one for one in soon if one.team_id is None or one.team_id == team_id)
+            self._tell(drone, link, of_teams[team_id], at)
+
+    def _tell(self, drone: LiveDrone, link: AgentLink, zones: tuple[Zone, ...], at: datetime) -> None:
+        here = spot_of(drone) if zones else None
+        if zones and here is None:
+            return
+        sent = self._sent.get(drone.drone_id)
+        if sent is not None and sent[:3] == (link, link.channel, zones) and not _is_far(sent.about, here):
+            return
+        self._sent[drone.drone_id] = _Sent(link, link.channel, zones, here)
+        link.post(NearbyZones() if here is None else nearby(zones, here, at))
+
+
+def _counts_soon(zone: Zone, at: datetime) -> bool:
+    begins_late = zone.valid_from is not None and zone.valid_from > at + timedelta(seconds=AHEAD_S)
+    return not begins_late and (zone.valid_until is None or zone.valid_until > at)
+
+
+def _is_far(about: Spot | None, here: Spot | None) -> bool:
+    return about is not None and here is not None and Track(about, here).length_m >= MOVED_M
+
+
+def nearby(zones: Sequence[Zone], here: Spot, at: datetime) -> NearbyZones:
+    """Returns the message about the zones within RADIUS_M of a place, the nearest first; within less where they are
+    too many. Of each group of corridors the nearest is among them, wherever it is."""
+    box = Box(here.lat_deg, here.lon_deg, here.lat_deg, here.lon_deg).widened(RADIUS_M)
+    ranked = sorted(((_away_m(one, here, box), one) for one in zones), key=lambda pair: pair[0])
+    groups: set[int | None] = set()
+    first, rest = [], []
+    for away_m, zone in ranked:
+        if zone.is_corridor and zone.team_id not in groups:
+            groups.add(zone.team_id)
+            first.append((away_m, zone))
+        elif away_m <= RADIUS_M:
+            rest.append((away_m, zone))
+    told: list[NearbyZone] = []
+    room, radius_m = MAX_BYTES, RADIUS_M
+    for away_m, zone in [*first, *rest]:
+        one = _as_told(zone, at)
+        room -= len(msgspec.json.encode(one))
+        if room < 0 or len(told) == MAX_ZONES:
+            radius_m = max(min(away_m, RADIUS_M), 1.0)
+            break
+        told.append(one)
+    lat_e7, lon_e7 = round(here.lat_deg * 1e7), round(here.lon_deg * 1e7)
+    return NearbyZones(lat_e7=lat_e7, lon_e7=lon_e7, radius_m=radius_m, zones=tuple(told))
+
+
+def _away_m(zone: Zone, here: Spot, box: Box) -> float:
+    """Over ground; something above RADIUS_M for a zone that is further."""
+    if zone.area.contains(here.lat_deg, here.lon_deg):
+        return 0.0
+    if zone.is_corridor:
+        return zone.area.edge_m(here.lat_deg, here.lon_deg)
+    return zone.area.edge_m(here.lat_deg, here.lon_deg, RADIUS_M) if zone.area.box.meets(box) else 2 * RADIUS_M
+
+
+def _as_told(zone: Zone, at: datetime) -> NearbyZone:
+    begins = None if zone.valid_from is None else max(0.0, (zone.valid_from - at).total_seconds())
+    ends = None if zone.valid_until is None else max(0.0, (zone.valid_until - at).total_seconds())
+    return NearbyZone(
+        id=zone.id,
+        name=zone.name,
+        kind=zone.kind,
+        points_e7=tuple((round(lat * 1e7), round(lon * 1e7)) for lat, lon in zone.shape.points),
+        width_m=zone.shape.width_m,
+        group=zone.team_id or 0,
+        floor_m=zone.floor_m,
+        ceiling_m=zone.ceiling_m,
+        height_above=zone.height_above,
+        reason=zone.reason,
+        begins_in_s=begins,
+        ends_in_s=ends,
+    )
