@@ -1,6 +1,8 @@
-"""The server half of MAVLink FTP, read-only: open, read, burst, close.
+"""The server half of MAVLink FTP, read-only: list, open, read, burst, checksum, close.
 
 ArduPilot's parameter file is generated for the block size that the client requests; other files are served unchanged.
+
+A burst is sent in parts, one part a tick, and ends after 2,000 blocks as ArduPilot's. Requests wait for its end.
 
 One session serves all clients. While it is open, requests for another session are refused until it has been silent for
 a while.
@@ -10,10 +12,11 @@ from __future__ import annotations
 
 import struct
 from collections import deque
-from collections.abc import Callable, Set
+from collections.abc import Callable, Iterator, Sequence, Set
 
 from simulator.dialect import Message, mavlink
 from simulator.failure_modes import Failure
+from simulator.metadata import mavlink_crc32
 from simulator.parameter_pack import pack_parameters
 from simulator.parameters import Parameters
 
@@ -26,7 +29,10 @@ SESSION_SILENT_S = 3.0
 ENTRY_USUAL = 12
 """Bytes; the reported file length is an estimate."""
 
-TERMINATE, RESET, OPEN_TO_READ, READ, BURST = 1, 2, 4, 5, 15
+BURST_BLOCKS = 2000
+BURST_BLOCKS_A_TICK = 10
+
+TERMINATE, RESET, LIST, OPEN_TO_READ, READ, CHECKSUM, BURST = 1, 2, 3, 4, 5, 14, 15
 ACK, NACK = 128, 129
 FAIL, INVALID_SIZE, INVALID_SESSION, END_OF_FILE, NOT_FOUND = 1, 3, 4, 6, 10
 
@@ -41,13 +47,16 @@ class FileServer:
         *,
         packs_parameters: bool = True,
         file: Callable[[bytes], bytes | None] = lambda _name: None,
+        entries: Callable[[bytes], Sequence[bytes] | None] = lambda _directory: None,
     ) -> None:
         """`packs_parameters`: serves ArduPilot's parameter file. `file`: returns any other file by its name, if it
-        exists."""
+        exists. `entries`: those of a directory, if it exists."""
         self._parameters = parameters
         self._send = send
         self._packs_parameters = packs_parameters
         self._file = file
+        self._entries = entries
+        self._bursting: Iterator[None] = iter(())
         self._waiting: deque[tuple[bytes, Peer]] = deque()
         self._session: int | None = None
         self._block = 0
@@ -71,7 +80,12 @@ class FileServer:
 
     def tick(self, now_s: float) -> None:
         self._now_s = now_s
-        while self._waiting:
+        while True:
+            for _ in self._bursting:
+                self._heard_at = now_s
+                return
+            if not self._waiting:
+                return
             self._do(*self._waiting.popleft())
 
     def _do(self, payload: bytes, peer: Peer) -> None:
@@ -96,6 +110,9 @@ class FileServer:
             answer(ACK)
         elif self._session is not None and session != self._session:
             answer(NACK, bytes([INVALID_SESSION]))
+        elif op in (LIST, CHECKSUM):
+            name = payload[HEAD.size :][:size].split(b"\0")[0]
+            answer(*(self._list(name, offset) if op == LIST else self._checksum(name)))
         elif op == OPEN_TO_READ:
             self._open(session, payload[HEAD.size :][:size], answer)
         elif op in (READ, BURST) and self._session is None:
@@ -104,7 +121,7 @@ class FileServer:
             data = self._read(offset, size)
             answer(*((ACK, data, offset) if data else (NACK, bytes([END_OF_FILE]))))
         elif op == BURST:
-            self._burst(offset, size or BLOCK_MAX, answer)
+            self._bursting = self._burst(offset, size or BLOCK_MAX, answer)
         else:
             answer(NACK, bytes([FAIL]))
         self._heard_at = self._now_s
@@ -128,13 +145,32 @@ class FileServer:
             self._content = pack_parameters(self._parameters, max(size, 1))
         return self._content[offset : offset + size] if self._block in (0, size) else b""
 
-    def _burst(self, offset: int, size: int, answer: Callable[..., None]) -> None:
-        more = 0
-        while data := self._read(offset, size):
-            answer(ACK, data, offset, more=more, done=len(data) < size)
+    def _burst(self, offset: int, size: int, answer: Callable[..., None]) -> Iterator[None]:
+        """Yields after each part."""
+        for more in range(BURST_BLOCKS):
+            data = self._read(offset, size)
+            if not data:
+                answer(NACK, bytes([END_OF_FILE]), offset, more=more)
+                return
+            answer(ACK, data, offset, more=more, done=len(data) < size or more == BURST_BLOCKS - 1)
             offset += len(data)
-            more += 1
-        answer(NACK, bytes([END_OF_FILE]), offset, more=more)
+            if more % BURST_BLOCKS_A_TICK == BURST_BLOCKS_A_TICK - 1:
+                yield
+
+    def _list(self, directory: bytes, first: int) -> tuple[int, bytes]:
+        entries = self._entries(directory)
+        if entries is None:
+            return NACK, bytes([NOT_FOUND])
+        data = b""
+        for entry in entries[first:]:
+            if len(data) + len(entry) + 2 > BLOCK_MAX:
+                break
+            data += entry + b"\0\0"  # as ArduPilot does
+        return (ACK, data) if data else (NACK, bytes([END_OF_FILE]))
+
+    def _checksum(self, name: bytes) -> tuple[int, bytes]:
+        content = self._file(name)
+        return (NACK, bytes([NOT_FOUND])) if content is None else (ACK, struct.pack("<I", mavlink_crc32(content)))
 
     def _put(self, peer: Peer, payload: bytes) -> None:
         self._answers += 1

@@ -18,7 +18,6 @@ from simulator.commands_flight import jump_to_item
 from simulator.components import Components
 from simulator.dialect import COMPONENT_METADATA, Codec, Message, mavlink
 from simulator.failure_modes import Failure, PlannedFailure
-from simulator.file_protocol import FileServer
 from simulator.flavour import Flavour
 from simulator.flight import Flight
 from simulator.flight_constants import TICK_S
@@ -30,6 +29,7 @@ from simulator.missions import MissionServer
 from simulator.notices import Notice, Severity
 from simulator.parameter_protocol import ParameterServer
 from simulator.reports_common import ms
+from simulator.served_files import file_server
 from simulator.setpoints import receive_setpoint
 from simulator.status_texts import StatusTexts
 from simulator.telemetry import Telemetry
@@ -112,12 +112,7 @@ class Vehicle:
         settings = self.settings
         offers = settings.flavour.offers_metadata if settings.metadata is None else settings.metadata
         self._metadata = ComponentFiles(self.parameters) if offers else None
-        self._files = FileServer(
-            self.parameters,
-            self._send,
-            packs_parameters=settings.flavour.keeps_parameter_file,
-            file=self._metadata.file if self._metadata else lambda _name: None,
-        )
+        self._files = file_server(self.parameters, self._send, self._logbook, self._metadata, settings.flavour)
         self._sufferers = [one for one in (self._parameter_server, self._files, self._metadata) if one is not None]
         self._traffic = AirTraffic(settings.flight.place) if settings.traffic else None
         self.components = Components(settings.system_id, self._send, camera=settings.camera, gimbal=settings.gimbal)

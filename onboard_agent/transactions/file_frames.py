@@ -20,8 +20,11 @@ _AUTOPILOT_COMPONENT: Final = 1
 
 class Op(IntEnum):
     TERMINATE = 1
+    LIST = 3
     OPEN_TO_READ = 4
     READ = 5
+    CHECKSUM = 14
+    BURST = 15
     ACK = 128
     NACK = 129
 
@@ -36,12 +39,15 @@ class Nack(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class FileAnswer:
-    """`sequence`: that of the request plus one. `code`: the error of a NACK, else None."""
+    """`sequence`: that of the request plus one, and one more for each further piece of a burst. `code`: the error of a
+    NACK, else None. `is_last`: the burst ends with it."""
 
     sequence: int
     session: int
     data: bytes
     code: int | None
+    offset: int = 0
+    is_last: bool = False
 
 
 def read_answer(message: Any, system_id: int, component: int = AGENT_COMPONENT) -> FileAnswer | None:
@@ -49,12 +55,12 @@ def read_answer(message: Any, system_id: int, component: int = AGENT_COMPONENT) 
     if (message.target_system, message.target_component) != (system_id, component):
         return None
     payload = bytes(message.payload).ljust(_PAYLOAD_BYTES, b"\0")
-    sequence, session, op, size, _, _, _ = _HEAD.unpack_from(payload)
+    sequence, session, op, size, _, is_last, offset = _HEAD.unpack_from(payload)
     if op not in (Op.ACK, Op.NACK) or size > MAX_BLOCK_BYTES:
         return None
     data = payload[_HEAD.size : _HEAD.size + size]
     code = (data[0] if data else int(Nack.FAIL)) if op == Op.NACK else None
-    return FileAnswer(sequence, session, data, code)
+    return FileAnswer(sequence, session, data, code, offset, bool(is_last))
 
 
 class FileFrames:

@@ -52,6 +52,12 @@ class LogFiles:
         with self.path.open("ab") as file:
             file.write(data)
 
+    def read(self, offset: int, count: int) -> bytes:
+        """Returns bytes of the log opened last."""
+        with self.path.open("rb") as file:
+            file.seek(offset)
+            return file.read(count)
+
     def remove(self) -> None:
         """Removes the file. If that fails, the next log removes it."""
         if self._path is not None:

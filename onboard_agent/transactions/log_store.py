@@ -15,6 +15,9 @@ class LogStore(Protocol):
     def append(self, data: bytes) -> None:
         """Raises OSError."""
 
+    def read(self, offset: int, count: int) -> bytes:
+        """Returns bytes of the log opened last. Raises OSError."""
+
     @property
     def path(self) -> Path:
         """Path of the log opened last."""

@@ -13,6 +13,7 @@ from urllib.parse import parse_qsl, urlsplit
 from onboard_agent.unusable import Unusable
 from onboard_agent.video.sources.mode import Mode
 from onboard_agent.video.sources.picture_size import TooLarge, check_size
+from onboard_agent.video.sources.realsense_streams import STREAM_FORM, read_realsense, wrong_realsense
 
 if TYPE_CHECKING:
     from onboard_agent.video.sources.source import Source
@@ -53,6 +54,14 @@ def _pi(spec: CameraSpec) -> Source:
     from onboard_agent.video.sources.pi import PiSource
 
     return PiSource(spec.name, int(spec.what), spec.mode)
+
+
+def _realsense(spec: CameraSpec) -> Source:
+    from onboard_agent.video.sources.realsense import RealsenseSource
+
+    found = read_realsense(spec.what)
+    assert found is not None
+    return RealsenseSource(spec.name, *found, spec.mode)
 
 
 def _file(spec: CameraSpec) -> Source:
@@ -97,6 +106,9 @@ _SIZE: Final = "[?width=W&height=H&rate=R]"
 SCHEMES: Final[dict[str, Scheme]] = {
     "v4l2": Scheme(f"v4l2:DEVICE{_SIZE}", "a USB or built-in camera", True, _not_empty("/dev/video0 or so"), _device),
     "pi": Scheme(f"pi:NUMBER{_SIZE}", "a Raspberry Pi camera, by rpicam-vid", True, _wrong_number, _pi),
+    "realsense": Scheme(
+        f"realsense:{STREAM_FORM}{_SIZE}", "a stream of a RealSense camera", True, wrong_realsense, _realsense
+    ),
     "file": Scheme("file:PATH", "a video file, over and over", False, _not_empty("a path"), _file),
     "rtsp": Scheme("rtsp://...", "a camera in the network", False, _wrong_address, _network),
     "http": Scheme("http://...", "MJPEG, or whatever else FFmpeg opens", False, _wrong_address, _http),

@@ -11,6 +11,7 @@ from onboard_agent.video.sources.looped_file import LoopedFile
 from onboard_agent.video.sources.mode import Mode
 from onboard_agent.video.sources.network import NetworkSource
 from onboard_agent.video.sources.pi import PiSource
+from onboard_agent.video.sources.realsense import RealsenseSource
 from onboard_agent.video.sources.schemes import FORMS, check_spec, help_text, make_source, parse_spec, shown
 from onboard_agent.video.sources.v4l2 import V4l2Source
 
@@ -22,6 +23,9 @@ from onboard_agent.video.sources.v4l2 import V4l2Source
         ("v4l2:/dev/v4l/by-id/usb-A:B?width=640&height=480&rate=30", V4l2Source),
         ("pi:0", PiSource),
         ("pi:1?rate=24", PiSource),
+        ("realsense:colour", RealsenseSource),
+        ("realsense:aligned:817412070163?width=848&height=480&rate=30", RealsenseSource),
+        ("realsense:depth:/data/hover.db3", RealsenseSource),
         ("file:flights/one two.mp4", LoopedFile),
         ("rtsp://10.0.0.2:8554/main", NetworkSource),
         ("http://127.0.0.1:8090/camera", HttpCamera),
@@ -51,6 +55,10 @@ def test_a_source_of_each_kind(text: str, kind: type) -> None:
         ("pi:", "expected the camera's number"),
         ("pi:front", "expected the camera's number"),
         ("file:", "expected a path"),
+        ("realsense:", "expected STREAM[:SERIAL|:FILE]"),
+        ("realsense:gyro", "colour, infrared, infrared2, depth, aligned"),
+        ("realsense:depth:front", "digits, or a recording"),
+        ("realsense:depth?rate=0", "rate is to be a whole number"),
         ("rtsp:camera", "expected //HOST"),
         ("http://:80/", "expected //HOST"),
         ("http://camera:port/", "expected //HOST"),
