@@ -44,6 +44,7 @@ from server.app.routers import ROUTERS
 from server.app.sharing import new_lock, share_bus, share_requests
 from server.app.telemetry_parts import new_tracing, trace_requests
 from server.app.tower import Tower, TowerApp
+from server.app.tower_watch import TowerWatch
 from server.domain.clock import Clock, utc_now
 from server.live.accounts.challenges import Challenges
 from server.live.accounts.throttle import SignInThrottle
@@ -316,6 +317,7 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         await asyncio.to_thread(tower.flight_log_quota.sweep, deleted)
         await stack.enter_async_context(tower.recordings.working(deleted))
         await stack.enter_async_context(tower.flights.working(deleted))
+        tower.hub.alerts.tower = tower.flights.files.id if several is not None else ""
         await tower.flight_imports.sweep(tower.database)
         for drone_id in sorted(tower.hub.state.drones):
             tower.loss_checks.recheck(drone_id)
@@ -338,6 +340,7 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         stack.callback(tower.terrain.close)
         await stack.enter_async_context(in_background("offline maps", tower.map_areas.run))
         await stack.enter_async_context(in_background("loop lag", tower.loop_lag.watch))
+        await stack.enter_async_context(in_background("tower watch", TowerWatch(settings, tower.hub.alerts).work))
         if several is not None:
             takeover = AlertTakeover(tower.hub, tower.database, tower.clock, tower.alert_writer, tower.announcer)
             several.claims.on_came = takeover.came

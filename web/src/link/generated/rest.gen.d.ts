@@ -2372,7 +2372,8 @@ export interface components {
             /** @description A few words for a row */
             readonly badge: string;
             readonly closed_at: string | null;
-            readonly drone_id: number;
+            /** @description None: it is about the tower itself, for admins */
+            readonly drone_id: number | null;
             /** @description Random */
             readonly id: number;
             /** Format: date-time */
@@ -3151,7 +3152,9 @@ export interface components {
             /** Format: date-time */
             readonly announced_at: string;
             readonly attempts: number;
-            readonly drone_id: number;
+            /** @description None: the alert is about the tower itself */
+            readonly drone_id: number | null;
+            /** @description Empty without a drone */
             readonly drone_name: string;
             /** Format: date-time */
             readonly given_up_at: string;
