@@ -90,6 +90,7 @@ from server.store.fleet.tower_identity import TowerIdentity, check_key_is_there
 from server.store.flight_imports.service import new_flight_imports
 from server.store.flight_logs.quota import new_flight_log_quota
 from server.store.flight_logs.receiving import LogReceiver
+from server.store.flight_videos.service import FlightVideos
 from server.store.flights.flights import new_flights
 from server.store.operations.audit_writer import OperationAuditWriter
 from server.store.recordings.capture import HubVideo
@@ -246,6 +247,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         recordings=recordings,
         flights=flights,
         flight_imports=new_flight_imports(settings, clock),
+        flight_videos=FlightVideos(settings.files / "flight-videos"),
         retention=retention,
         map_folder=maps.folder,
         map_layers=maps.layers,
@@ -319,6 +321,8 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         await stack.enter_async_context(tower.flights.working(deleted))
         tower.hub.alerts.tower = tower.flights.files.id if several is not None else ""
         await tower.flight_imports.sweep(tower.database)
+        await tower.flight_videos.sweep()
+        stack.push_async_callback(tower.flight_videos.close)
         for drone_id in sorted(tower.hub.state.drones):
             tower.loss_checks.recheck(drone_id)
         await stack.enter_async_context(in_background("roster", tower.roster.follow))
