@@ -67,7 +67,7 @@ class Notice(Event):
 
 @dataclass(frozen=True, slots=True)
 class AlertChanged(Event):
-    """An alert was opened, changed, acknowledged or closed (docs/alerts.md)."""
+    """An alert was opened, changed, acknowledged or closed (docs/alerts.md). One about the tower has no drone."""
 
     alert_id: int
     rule: str

@@ -53,6 +53,7 @@ from server.store.fleet.roster import Roster
 from server.store.flight_imports.service import FlightImports
 from server.store.flight_logs.quota import FlightLogQuota
 from server.store.flight_logs.receiving import LogReceiver
+from server.store.flight_videos.service import FlightVideos
 from server.store.flights.flights import Flights
 from server.store.maps.areas import MapAreas
 from server.store.maps.layers import MapLayers
@@ -96,6 +97,7 @@ class Parts:
     recordings: Recordings
     flights: Flights
     flight_imports: FlightImports
+    flight_videos: FlightVideos
     retention: Retention
     agent_packages: AgentPackages
     map_folder: MapFolder
@@ -187,6 +189,7 @@ LogReceiverDep = Annotated[LogReceiver, _part(lambda parts: parts.log_receiver)]
 RecordingsDep = Annotated[Recordings, _part(lambda parts: parts.recordings)]
 FlightsDep = Annotated[Flights, _part(lambda parts: parts.flights)]
 FlightImportsDep = Annotated[FlightImports, _part(lambda parts: parts.flight_imports)]
+FlightVideosDep = Annotated[FlightVideos, _part(lambda parts: parts.flight_videos)]
 MapLayersDep = Annotated[MapLayers, _part(lambda parts: parts.map_layers)]
 MapAreasDep = Annotated[MapAreas, _part(lambda parts: parts.map_areas)]
 TileProxyDep = Annotated[TileProxy, _part(lambda parts: parts.tile_proxy)]

@@ -42,6 +42,7 @@ from server.app.routers import ROUTERS, included_routes
 from server.app.sharing import new_lock, share_bus, share_requests
 from server.app.telemetry_parts import new_tracing, trace_requests
 from server.app.tower import Tower, TowerApp
+from server.app.tower_watch import TowerWatch
 from server.domain.clock import Clock, utc_now
 from server.live.accounts.challenges import Challenges
 from server.live.accounts.throttle import SignInThrottle
@@ -87,6 +88,7 @@ from server.store.fleet.tower_identity import TowerIdentity, check_key_is_there
 from server.store.flight_imports.service import new_flight_imports
 from server.store.flight_logs.quota import new_flight_log_quota
 from server.store.flight_logs.receiving import LogReceiver
+from server.store.flight_videos.service import FlightVideos
 from server.store.flights.flights import new_flights
 from server.store.operations.audit_writer import OperationAuditWriter
 from server.store.recordings.capture import HubVideo
@@ -241,6 +243,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         recordings=recordings,
         flights=flights,
         flight_imports=new_flight_imports(settings, clock),
+        flight_videos=FlightVideos(settings.files / "flight-videos"),
         retention=retention,
         map_folder=maps.folder,
         map_layers=maps.layers,
@@ -312,7 +315,10 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         await asyncio.to_thread(tower.flight_log_quota.sweep, deleted)
         await stack.enter_async_context(tower.recordings.working(deleted))
         await stack.enter_async_context(tower.flights.working(deleted))
+        tower.hub.alerts.tower = tower.flights.files.id if several is not None else ""
         await tower.flight_imports.sweep(tower.database)
+        await tower.flight_videos.sweep()
+        stack.push_async_callback(tower.flight_videos.close)
         for drone_id in sorted(tower.hub.state.drones):
             tower.loss_checks.recheck(drone_id)
         await stack.enter_async_context(in_background("roster", tower.roster.follow))
@@ -334,6 +340,7 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         stack.callback(tower.terrain.close)
         await stack.enter_async_context(in_background("offline maps", tower.map_areas.run))
         await stack.enter_async_context(in_background("loop lag", tower.loop_lag.watch))
+        await stack.enter_async_context(in_background("tower watch", TowerWatch(settings, tower.hub.alerts).work))
         if several is not None:
             takeover = AlertTakeover(tower.hub, tower.database, tower.clock, tower.alert_writer, tower.announcer)
             several.claims.on_came = takeover.came

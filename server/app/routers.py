@@ -29,7 +29,12 @@ from server.api.fleet import enrolment_routes, loan_routes
 from server.api.fleet import routes as fleet_routes
 from server.api.flight_commands import routes as command_routes
 from server.api.flight_logs import routes as log_routes
-from server.api.flights import identification_routes, link_places_routes, statistics_routes
+from server.api.flights import (
+    display_video_routes,
+    identification_routes,
+    link_places_routes,
+    statistics_routes,
+)
 from server.api.flights import import_routes as flight_import_routes
 from server.api.flights import routes as flight_routes
 from server.api.http import health
@@ -81,6 +86,7 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     flight_routes.router,
     flight_import_routes.router,
     identification_routes.router,
+    display_video_routes.router,
     statistics_routes.router,
     link_places_routes.router,
     maintenance_routes.router,

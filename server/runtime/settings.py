@@ -8,6 +8,7 @@ translation of its errors would be added.
 from __future__ import annotations
 
 import ipaddress
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from datetime import UTC, datetime
@@ -99,6 +100,13 @@ def _bus_url(text: str) -> str:
 def _host(text: str) -> str:
     if not text or any(letter in text for letter in "/ "):
         raise ValueError("must be a host name or an address")
+    return text
+
+
+def _address(text: str) -> str:
+    host, _, port = text.rpartition(":")
+    if not re.fullmatch(r"[A-Za-z0-9.-]+|\[[0-9A-Fa-f:.]+\]", host) or not re.fullmatch(r"[0-9]{1,5}", port):
+        raise ValueError("must look like proxy:443")
     return text
 
 
@@ -285,6 +293,10 @@ class Settings:
     """Alerts that were closed longer ago are removed. 0: none, but their number is bounded all the same."""
     alert_unanswered_s: float = _setting(120.0, "TOWER_ALERT_UNANSWERED_S", _number(0, 86_400, float))
     """A critical alert that nobody has acknowledged by then is sent to the admins. 0: never."""
+    disk_low_mb: int = _setting(2_000, "TOWER_DISK_LOW_MB", _number(0, 1_000_000_000))
+    """Admins are alerted when less is free on a disk of the tower, in millions of bytes. 0: only when it is full."""
+    certificate_address: str = _setting("", "TOWER_CERTIFICATE_ADDRESS", _address)
+    """Where the tower reads the certificate that its proxy shows, `proxy:443`. Empty: only `tls_certificate`."""
     mail: MailServer = field(default=MailServer(), metadata=_from("TOWER_MAIL_SERVER", read_mail_server))
     mail_password: str = field(default="", repr=False, metadata=_from("TOWER_MAIL_PASSWORD", str))
     mail_from: str = _setting("", "TOWER_MAIL_FROM", read_mail_address)

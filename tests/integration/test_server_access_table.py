@@ -83,6 +83,7 @@ TABLE: Final[dict[str, str]] = {
     **dict.fromkeys(("begin_recording", "end_recording", "delete_recording"), OWN_FLY),
     **dict.fromkeys(("list_flights", "get_flight", "get_flight_tlog", "export_flight", "report_flight"), LOOK),
     **dict.fromkeys(("identify_flight", "get_flight_figures", "get_statistics", "download_statistics"), LOOK),
+    **dict.fromkeys(("make_display_video", "get_display_video", "get_display_video_file"), LOOK),
     **dict.fromkeys(("get_link_quality", "download_link_quality"), LOOK),
     **dict.fromkeys(("get_log_book", "download_log_book", "list_maintenance"), LOOK),
     "add_maintenance": OWN_FLY,

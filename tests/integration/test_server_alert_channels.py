@@ -5,128 +5,83 @@ import hashlib
 import hmac
 import json
 import re
+from collections import Counter
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager, suppress
-from dataclasses import dataclass, field
-from email import message_from_bytes
-from email.message import Message
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import Any, Final
 
-import httpx
 import pytest
-from control_world import ObedientAgent, ask, until
-from tower_world import Person, TowerWorld, assert_problem, start_tower
+from alert_scene import CHANNELS, AlertScene, Inbox, listening
+from control_world import ask, until
+from tower_world import assert_problem, start_tower
 
-from server.domain.people import Role
+from server.live.alerts.alert import Alert
+from server.live.alerts.rules import RULES
 from server.runtime.notify import guarded_post, webhook
 from server.runtime.notify import message as notify
-from server.runtime.notify.mail import MailServer
 from server.runtime.notify.sending_threads import MAX_OF_ONE
 from server.store.alert_channels.deliverer import MAX_MESSAGES, MESSAGES_WITHIN_S
 from server.store.alert_channels.outbox import RETRY_AFTER
-
-CHANNELS: Final = "/api/v1/me/alert-channels"
-
-
-@dataclass
-class Inbox:
-    """A mail server and a webhook on loopback. `busy`: so many of the next requests fail."""
-
-    port: int = 0
-    mails: list[Message] = field(default_factory=list)
-    calls: list[tuple[dict[str, str], bytes]] = field(default_factory=list)
-    busy: int = 0
-
-    def refuses(self) -> bool:
-        self.busy -= 1
-        return self.busy >= 0
-
-    async def mail(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        writer.write(b"220 here\r\n")
-        while line := await reader.readline():
-            verb = line[:4].upper()
-            if verb == b"DATA":
-                writer.write(b"354 go on\r\n")
-                text = await reader.readuntil(b"\r\n.\r\n")
-                if not self.refuses():
-                    self.mails.append(message_from_bytes(text[:-3]))
-                    writer.write(b"250 kept\r\n")
-                else:
-                    writer.write(b"451 busy\r\n")
-            elif verb == b"QUIT":
-                break
-            else:
-                writer.write(b"250 well\r\n")
-        writer.close()
-
-    async def hook(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        head = (await reader.readuntil(b"\r\n\r\n")).decode()
-        headers = {name.lower(): value for name, value in re.findall(r"(?m)^([\w-]+): (.*)\r$", head)}
-        body = await reader.readexactly(int(headers["content-length"]))
-        self.calls.append((headers | {"path": head.split()[1]}, body))
-        status = b"500 busy" if self.refuses() else b"204 kept"
-        writer.write(b"HTTP/1.1 " + status + b"\r\nContent-Length: 0\r\nConnection: close\r\n\r\n")
-        writer.close()
-
-
-@asynccontextmanager
-async def listening(inbox: Inbox, what: Any) -> AsyncIterator[int]:
-    async with await asyncio.start_server(what, "127.0.0.1", 0) as server:
-        yield server.sockets[0].getsockname()[1]
-
-
-class Scene:
-    """Anna owns hawk, Mallory nothing; Root is an admin."""
-
-    def __init__(self, world: TowerWorld, inbox: Inbox) -> None:
-        self.world, self.inbox = world, inbox
-        self.people: dict[str, Person] = {}
-        self.clients: dict[str, httpx.AsyncClient] = {}
-        self.agent: ObedientAgent
-
-    async def settle(self) -> None:
-        for name, role in (("Anna", Role.OPERATOR), ("Mallory", Role.OPERATOR), ("Root", Role.ADMIN)):
-            self.people[name] = await self.world.add_user(name, role)
-            self.clients[name] = await self.world.signed_in(self.people[name])
-        drone = await self.world.add_drone("hawk", self.people["Anna"])
-        self.drone_id = drone.id
-        self.agent = ObedientAgent(self.world.tower.hub, drone.id)
-
-    async def hook(self, name: str, **more: Any) -> dict[str, Any]:
-        target = f"http://127.0.0.1:{self.inbox.port}/{name}"
-        answer = await self.clients[name].post(CHANNELS, json={"kind": "webhook", "target": target, **more})
-        assert answer.status_code == 201, answer.text
-        made: dict[str, Any] = answer.json()
-        return made
-
-    def later(self, seconds: float) -> None:
-        self.world.clock.advance(seconds)
-        self.world.tower.alert_deliverer.wake()
-
-    def heard(self, name: str) -> list[str]:
-        """What the webhook of this user was told, in order."""
-        bodies = (json.loads(body) for headers, body in self.inbox.calls if headers["path"] == f"/{name}")
-        return [f"{body['happening']} {body['rule']}" for body in bodies]
-
-    async def hears(self, name: str, *what: str) -> None:
-        await until(f"{name}: {what}", lambda: self.heard(name) == list(what))
+from wire.ids import DroneId
 
 
 @pytest.fixture
-async def scene(tmp_path: Path) -> AsyncIterator[Scene]:
+async def scene(tmp_path: Path) -> AsyncIterator[AlertScene]:
     inbox = Inbox()
-    async with listening(inbox, inbox.mail) as mail_port, listening(inbox, inbox.hook) as inbox.port:
-        mail = MailServer("127.0.0.1", mail_port, "none")
-        settings = {"mail": mail, "mail_from": "tower@example.org", "webhooks_may_be_private": True}
-        async with start_tower(tmp_path, **settings) as world:
-            scene = Scene(world, inbox)
-            await scene.settle()
-            yield scene
+    async with (
+        listening(inbox, inbox.mail) as mail_port,
+        listening(inbox, inbox.hook) as inbox.port,
+        start_tower(tmp_path, **inbox.settings(mail_port)) as world,
+    ):
+        scene = AlertScene(world, inbox)
+        await scene.settle()
+        yield scene
 
 
-async def test_a_webhook_is_called_with_a_signature_and_again_after_a_failure(scene: Scene) -> None:
+async def test_every_rule_reaches_mail_and_webhook_once(scene: AlertScene) -> None:
+    """Its beginning and its end, after a failure of both as well."""
+    await scene.hook("Root", severity="notice")
+    await scene.mail("Root", severity="notice")
+    scene.agent.state(armed=True, airborne=True)
+    scene.inbox.mails.clear()
+    drone = scene.world.tower.hub.state.drones[DroneId(scene.drone_id)]
+    await until("it to be in the air", lambda: drone.airborne)
+    scene.inbox.busy = 6
+    announcer, now = scene.world.tower.announcer, scene.world.clock()
+    alerts = []
+    for number, rule in enumerate(RULES, 1):
+        drone_id = None if rule.tower_condition else DroneId(scene.drone_id)
+        alerts.append(Alert(number, rule, "", drone_id, f"Words of {rule.name}.", now))
+        announcer.changed(alerts[-1])
+    names = {rule.name for rule in RULES}
+    everything = Counter(f"{what} {name}" for what in ("opened", "closed") for name in names)
+
+    def kept() -> Counter[str]:
+        bodies = (json.loads(body) for body in scene.inbox.kept)
+        return Counter(f"{body['happening']} {body['rule']}" for body in bodies if body["rule"] in names)
+
+    def mailed() -> Counter[str]:
+        found = Counter[str]()
+        for mail in scene.inbox.mails:
+            text = str(mail.get_payload())
+            name = re.search(r"Words of ([a-z-]+)\.", text)
+            if name is not None:
+                found[f"{'closed' if text.startswith('Over') else 'opened'} {name[1]}"] += 1
+        return found
+
+    opened = Counter({one: 1 for one in everything if one.startswith("opened")})
+    await until("the failures", lambda: scene.world.tower.alert_deliverer.counts["failed"] == 6)
+    await until("the others", lambda: (kept() + mailed()).total() == 2 * len(RULES) - 6)
+    scene.later(10)
+    await until("all beginnings", lambda: kept() == mailed() == opened)
+    for alert in alerts:
+        alert.closed_at = scene.world.clock()
+        announcer.changed(alert)
+    await until("all ends", lambda: kept() == mailed() == everything)
+
+
+async def test_a_webhook_is_called_with_a_signature_and_again_after_a_failure(scene: AlertScene) -> None:
     secret = (await scene.hook("Anna"))["secret"]
     await scene.hook("Mallory")
     scene.inbox.busy = 1
@@ -153,7 +108,7 @@ async def test_a_webhook_is_called_with_a_signature_and_again_after_a_failure(sc
     assert (channel["problem"], channel["waiting"], channel["sent_at"] is None) == ("", 0, False)
 
 
-async def test_mail_needs_the_code_that_was_sent_there(scene: Scene) -> None:
+async def test_mail_needs_the_code_that_was_sent_there(scene: AlertScene) -> None:
     anna, mails = scene.clients["Anna"], scene.inbox.mails
     asked = {"kind": "mail", "target": "anna@example.org", "drones": "own"}
     made = (await anna.post(CHANNELS, json=asked)).json()
@@ -178,7 +133,7 @@ async def test_mail_needs_the_code_that_was_sent_there(scene: Scene) -> None:
     assert (await anna.post(f"{path}/test")).json() == {"is_sent": False, "problem": "the mail server answers 451"}
 
 
-async def test_what_nobody_answers_goes_to_the_admins(scene: Scene) -> None:
+async def test_what_nobody_answers_goes_to_the_admins(scene: AlertScene) -> None:
     await scene.hook("Anna", severity="critical")
     await scene.hook("Root", severity="critical")
     scene.agent.state(armed=True, airborne=True)
@@ -192,7 +147,7 @@ async def test_what_nobody_answers_goes_to_the_admins(scene: Scene) -> None:
     assert scene.heard("Anna") == ["opened link-lost"]
 
 
-async def test_an_answer_stops_what_nobody_answered(scene: Scene) -> None:
+async def test_an_answer_stops_what_nobody_answered(scene: AlertScene) -> None:
     await scene.hook("Root", severity="critical")
     scene.agent.state(armed=True, airborne=True)
     hub, counts = scene.world.tower.hub, scene.world.tower.alert_deliverer.counts
@@ -209,7 +164,7 @@ async def test_an_answer_stops_what_nobody_answered(scene: Scene) -> None:
     assert scene.heard("Root") == ["opened link-lost", "unanswered link-lost"], "the first attempt only"
 
 
-async def test_no_beginning_comes_after_the_end(scene: Scene) -> None:
+async def test_no_beginning_comes_after_the_end(scene: AlertScene) -> None:
     await scene.hook("Anna")
     counts = scene.world.tower.alert_deliverer.counts
     scene.inbox.busy = 1
@@ -223,7 +178,7 @@ async def test_no_beginning_comes_after_the_end(scene: Scene) -> None:
     assert scene.heard("Anna") == ["opened unattended", "closed unattended"]
 
 
-async def test_slow_servers_of_one_user_delay_nobody_else(scene: Scene) -> None:
+async def test_slow_servers_of_one_user_delay_nobody_else(scene: AlertScene) -> None:
     release = asyncio.Event()
 
     async def silent(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
@@ -272,7 +227,7 @@ async def test_a_server_that_drips_is_cut_off(monkeypatch: pytest.MonkeyPatch, b
             await ended.wait()
 
 
-async def test_a_disabled_user_is_told_nothing_more(scene: Scene) -> None:
+async def test_a_disabled_user_is_told_nothing_more(scene: AlertScene) -> None:
     await scene.hook("Anna")
     scene.inbox.busy = 1
     counts = scene.world.tower.alert_deliverer.counts
@@ -286,7 +241,7 @@ async def test_a_disabled_user_is_told_nothing_more(scene: Scene) -> None:
     assert scene.heard("Anna") == ["opened unattended"], "the first attempt only"
 
 
-async def test_whoever_lost_the_drone_meanwhile_is_not_told(scene: Scene) -> None:
+async def test_whoever_lost_the_drone_meanwhile_is_not_told(scene: AlertScene) -> None:
     await scene.hook("Anna")
     scene.inbox.busy = 1
     scene.agent.state(armed=True, airborne=True)
@@ -303,7 +258,7 @@ async def test_a_delivery_survives_a_restart_and_comes_once(tmp_path: Path) -> N
     inbox = Inbox(busy=1)
     async with listening(inbox, inbox.hook) as inbox.port:
         async with start_tower(tmp_path, webhooks_may_be_private=True) as world:
-            scene = Scene(world, inbox)
+            scene = AlertScene(world, inbox)
             await scene.settle()
             await scene.hook("Anna", severity="warning")
             scene.agent.state(armed=True, airborne=True)
@@ -317,7 +272,7 @@ async def test_a_delivery_survives_a_restart_and_comes_once(tmp_path: Path) -> N
     assert len({headers["x-tower-delivery"] for headers, _ in inbox.calls}) == 1
 
 
-async def test_bad_input_and_other_peoples_channels(scene: Scene) -> None:
+async def test_bad_input_and_other_peoples_channels(scene: AlertScene) -> None:
     anna, mallory = scene.clients["Anna"], scene.clients["Mallory"]
     for body in ({"kind": "mail", "target": "nobody"}, {"kind": "webhook", "target": "ftp://example.org"}):
         assert_problem(await anna.post(CHANNELS, json=body), 409, "bad-alert-channel")
@@ -348,7 +303,7 @@ async def test_bad_input_and_other_peoples_channels(scene: Scene) -> None:
     assert (await anna.post(f"{CHANNELS}/{made['channel']['id']}/test")).status_code == 200
 
 
-async def test_admins_see_what_was_given_up(scene: Scene) -> None:
+async def test_admins_see_what_was_given_up(scene: AlertScene) -> None:
     await scene.hook("Anna")
     scene.inbox.busy = len(RETRY_AFTER) + 1
     scene.agent.state(armed=True, airborne=True)

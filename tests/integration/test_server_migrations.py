@@ -272,3 +272,27 @@ async def test_observers_come_and_go_and_nothing_hangs_on_it(sqlite: Database) -
             await session.execute(text(user.format("otto", "observer")))
     await migrate(sqlite)
     await check_schema(sqlite)
+
+
+async def test_alerts_survive_those_of_the_tower_and_their_removal(sqlite: Database) -> None:
+    await migrate(sqlite, "0029")
+
+    async def add(number: int, drone_id: str) -> None:
+        row = f"({number}, 'gps', '', 'warning', 'No GPS', {drone_id}, 0, 'x', '2026-01-01 00:00:00.000000', '')"
+        columns = "id, rule, subject, severity, badge, drone_id, about_stranger, words, opened_at, acknowledged_by_name"
+        async with sqlite.writing() as session:
+            await session.execute(text(f"INSERT INTO alerts ({columns}) VALUES {row}"))
+
+    async def found() -> list[object]:
+        async with sqlite.reading() as session:
+            rows = await session.execute(text("SELECT id, drone_id FROM alerts ORDER BY id"))
+        return [*map(tuple, rows.all())]
+
+    await add(1, "5")
+    with pytest.raises(IntegrityError, match="drone_id"):
+        await add(2, "NULL")
+    await migrate(sqlite, "0030")
+    await add(2, "NULL")
+    assert await found() == [(1, 5), (2, None)]
+    await migrate(sqlite, "0029")
+    assert await found() == [(1, 5)]

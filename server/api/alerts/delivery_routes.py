@@ -27,8 +27,8 @@ class GivenUpDelivery(BaseModel):
     kind: Literal["mail", "webhook", "push"]
     target: Annotated[str, Field(description="An e-mail address, or the host of a webhook or a push service")]
     happening: Annotated[str, Field(description="`opened`, `closed` or `unanswered`")]
-    drone_id: int
-    drone_name: str
+    drone_id: Annotated[int | None, Field(description="None: the alert is about the tower itself")]
+    drone_name: Annotated[str, Field(description="Empty without a drone")]
     words: Annotated[str, Field(description="Of the alert")]
     problem: Annotated[str, Field(description="Of the last attempt")]
     attempts: int
@@ -54,6 +54,7 @@ async def list_given_up_deliveries(
 def _view(one: GivenUp) -> GivenUpDelivery:
     delivery, channel, user = one
     content = delivery.content
+    drone = content["drone"] or {"id": None, "name": ""}
     return GivenUpDelivery.model_validate(
         {
             "id": delivery.id,
@@ -61,8 +62,8 @@ def _view(one: GivenUp) -> GivenUpDelivery:
             "kind": channel.kind,
             "target": shown_target(channel),
             "happening": delivery.happening,
-            "drone_id": content["drone"]["id"],
-            "drone_name": content["drone"]["name"],
+            "drone_id": drone["id"],
+            "drone_name": drone["name"],
             "words": content["words"],
             "problem": delivery.problem,
             "attempts": delivery.attempts,

@@ -13,6 +13,7 @@ from server.api.http.problem_docs import answers
 from server.domain.access import NotSignedIn, SessionExpired
 from server.live.alerts.refusals import MayNotAcknowledge, UnknownAlert
 from server.live.alerts.rules import BY_NAME, RANK
+from server.live.alerts.service import knows_of_tower
 from server.live.alerts.severity import Severity
 from server.live.alerts.views import ALL_RULES, AlertRuleView, AlertView
 from server.live.fleet.views import UserRefView
@@ -45,11 +46,12 @@ async def get_alerts(
     before: Annotated[int | None, Query(ge=0, le=MAX_ID, description="Only alerts after this one in the list")] = None,
     limit: Annotated[int, Query(ge=1, le=500)] = 100,
 ) -> list[AlertView]:
-    """Lists the alerts of your squad, the newest first. For the next page, set `before` to the last id. An alert must
-    match all given parameters."""
+    """Lists the alerts of your squad, the newest first; admins also get those of the tower itself. For the next page,
+    set `before` to the last id. An alert must match all given parameters."""
     squad = frozenset(int(drone.drone_id) for drone in hub.squads.drones(principal.user_id, principal.role))
     wanted = AlertFilter(
         drone_ids=squad if drone_id is None else squad & {drone_id},
+        of_tower=drone_id is None and knows_of_tower(principal),
         is_open=None if state is None else state == "open",
         is_acknowledged=acknowledged,
         severity=severity,
@@ -60,9 +62,8 @@ async def get_alerts(
 
     def may_know(row: AlertRow) -> bool:
         other = None if row.other_id is None else DroneId(row.other_id)
-        return hub.alerts.may_know(
-            principal, DroneId(row.drone_id), other, about_stranger=row.about_stranger, at=row.opened_at
-        )
+        about = None if row.drone_id is None else DroneId(row.drone_id)
+        return hub.alerts.may_know(principal, about, other, about_stranger=row.about_stranger, at=row.opened_at)
 
     in_memory = [*hub.alerts.live(), *writer.waiting()]
     rows = await list_alerts(database, wanted, in_memory=in_memory, may_know=may_know, before=before, limit=limit)

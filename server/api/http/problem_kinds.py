@@ -41,6 +41,7 @@ from server.live.flight_commands.on_the_ground import NotOnTheGround, Propellers
 from server.live.flight_commands.vehicle import NoSuchItem, NoSuchMode, NotKnownHow, NotKnownYet
 from server.live.flight_imports.refusals import BadFlightFile, ImportsFull, UnknownImport
 from server.live.flight_logs.refusals import BadCredential, FileIncomplete, FileNotTaken, NotAskedFor, UnknownLog
+from server.live.flight_videos.refusals import FlightVideoNotMade, FlightVideosBusy
 from server.live.flights.refusals import BadPage, FlightElsewhere, FlightRunning, UnknownFlight
 from server.live.maintenance.refusals import NotYoursToMaintain, TooManyTasks, UnknownTask
 from server.live.missions.document import DocumentTooLarge
@@ -274,6 +275,8 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     ImportsFull: Kind("imports-full", 409, "No room for another flight"),
     FlightElsewhere: Kind("flight-elsewhere", 409, "Its files are elsewhere"),
     FlightRunning: Kind("flight-running", 409, "It is not over yet"),
+    FlightVideosBusy: Kind("flight-videos-busy", 409, "Another video is being made"),
+    FlightVideoNotMade: Kind("flight-video-not-made", 404, "No such video"),
     UnknownTask: Kind("unknown-task", 404, "No such maintenance"),
     NotYoursToMaintain: Kind("not-yours-to-maintain", 403, "Not your drone to maintain"),
     TooManyTasks: Kind("too-many-tasks", 409, "Too much maintenance"),

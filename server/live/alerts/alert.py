@@ -14,7 +14,8 @@ from wire.ids import DroneId
 
 @dataclass(slots=True)
 class Alert:
-    """Mutable; touched by the alert service only. `other_id`: the second drone of a pair.
+    """Mutable; touched by the alert service only. `drone_id`: None if it is about the tower itself, which only admins
+    know of; `subject` is then the tower. `other_id`: the second drone of a pair.
 
     `about_stranger`: the second drone is hidden from those who are told: nothing here names it, and whoever may see
     both drones gets another alert, with both names.
@@ -23,7 +24,7 @@ class Alert:
     id: int
     rule: Rule
     subject: str
-    drone_id: DroneId
+    drone_id: DroneId | None
     words: str
     opened_at: datetime
     other_id: DroneId | None = None

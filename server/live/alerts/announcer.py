@@ -39,6 +39,7 @@ class Announcement:
     happening: Happening
     alert: Alert
     drone_name: str
+    """Empty: it is about the tower itself."""
 
 
 class Announcer:
@@ -119,6 +120,8 @@ class Announcer:
         self._limit()
 
     def _is_worth_it(self, alert: Alert) -> bool:
+        if alert.drone_id is None:
+            return True
         drone = self._state.drones.get(alert.drone_id)
         if drone is None:
             return False
@@ -126,11 +129,15 @@ class Announcer:
         return not is_on_the_bench or alert.rule.name in ON_THE_GROUND
 
     def _announce(self, happening: Happening, alert: Alert) -> None:
-        drone = self._state.drones.get(alert.drone_id)
-        if drone is not None:
-            self._waiting.append(Announcement(happening, alert, drone.record.name))
-            self._limit()
-            self.on_waiting()
+        name = ""
+        if alert.drone_id is not None:
+            drone = self._state.drones.get(alert.drone_id)
+            if drone is None:
+                return
+            name = drone.record.name
+        self._waiting.append(Announcement(happening, alert, name))
+        self._limit()
+        self.on_waiting()
 
     def _limit(self) -> None:
         while len(self._waiting) > MAX_WAITING:

@@ -9,8 +9,10 @@ from typing import Final
 
 from server.live.alerts import flight_conditions as flight
 from server.live.alerts import link_conditions as link
+from server.live.alerts import tower_conditions as tower
 from server.live.alerts.finding import Condition
 from server.live.alerts.severity import Severity
+from server.live.alerts.tower_facts import TowerCondition
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,6 +28,8 @@ class Rule:
     advice: str
     """What to do."""
     condition: Condition | None = None
+    tower_condition: TowerCondition | None = None
+    """Of the tower itself: no drone is concerned, and admins are told."""
     opens_after_s: float = 0.0
     """How long the condition must last before the alert opens."""
     closes_after_s: float = 0.0
@@ -158,6 +162,25 @@ RULES: Final[tuple[Rule, ...]] = (
         closes_after_s=3.0,
     ),
     Rule(
+        name="tower-disk-full",
+        severity=_CRITICAL,
+        badge="Tower's disk full",
+        when="less than 268 MB are free on a disk of the tower",
+        advice="Free space on the tower. Until then it records no flights, videos and logs.",
+        tower_condition=tower.disk_full,
+        opens_after_s=10.0,
+        closes_after_s=60.0,
+    ),
+    Rule(
+        name="tower-certificate-ends",
+        severity=_CRITICAL,
+        badge="Certificate ends",
+        when="the TLS certificate of the tower expires within 3 days, or has expired",
+        advice="Renew the certificate now. When it has expired, browsers and agents refuse the tower.",
+        tower_condition=tower.certificate_ends,
+        follows=True,
+    ),
+    Rule(
         name="battery-low",
         severity=_WARNING,
         badge="Battery low",
@@ -277,6 +300,25 @@ RULES: Final[tuple[Rule, ...]] = (
         closes_after_s=5.0,
     ),
     Rule(
+        name="tower-disk-low",
+        severity=_WARNING,
+        badge="Tower's disk low",
+        when="less than TOWER_DISK_LOW_MB are free on a disk of the tower",
+        advice="Free space on the tower, or lower the budgets of stored files.",
+        tower_condition=tower.disk_low,
+        opens_after_s=60.0,
+        closes_after_s=60.0,
+    ),
+    Rule(
+        name="tower-certificate",
+        severity=_WARNING,
+        badge="Certificate ends soon",
+        when="the TLS certificate of the tower expires within 14 days",
+        advice="Renew the certificate, and see why it was not renewed by itself.",
+        tower_condition=tower.certificate_ends_soon,
+        follows=True,
+    ),
+    Rule(
         name="on-hold",
         severity=_NOTICE,
         badge="On hold",
@@ -303,3 +345,5 @@ BY_NAME: Final = {rule.name: rule for rule in RULES}
 RANK: Final = {rule.name: rank for rank, rule in enumerate(RULES)}
 EVALUATED: Final = tuple((rule, rule.condition, (rule.name, "")) for rule in RULES if rule.condition is not None)
 """Each with its condition, and its key in `Lasting`."""
+OF_TOWER: Final = tuple((rule, rule.tower_condition) for rule in RULES if rule.tower_condition is not None)
+"""Those of the tower itself."""

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Iterator
 from datetime import datetime
 from typing import Final
 
+from server.domain.access import AccessRequest, Action, judge
 from server.domain.people import Principal, UserRef
 from server.domain.relations import Right
 from server.live.alerts import text_alerts
@@ -18,7 +19,8 @@ from server.live.alerts.facts_of import facts_of
 from server.live.alerts.lasting import Change, Changed
 from server.live.alerts.pair_alerts import PairFound, PairKey, pairs_found
 from server.live.alerts.refusals import MayNotAcknowledge, UnknownAlert
-from server.live.alerts.rules import BY_NAME, EVALUATED, NEAR, TOO_NEAR
+from server.live.alerts.rules import BY_NAME, EVALUATED, NEAR, OF_TOWER, TOO_NEAR
+from server.live.alerts.tower_facts import TowerFacts
 from server.live.alerts.views import AlertView
 from server.live.alerts.watched_drone import WatchedDrone
 from server.live.relay.browser import Browser
@@ -38,6 +40,11 @@ _PAIRS: Final = frozenset({NEAR.name, TOO_NEAR.name})
 Listener = Callable[[Alert], None]
 
 
+def knows_of_tower(viewer: Principal) -> bool:
+    """Whether this user is told of alerts of the tower itself."""
+    return judge(AccessRequest(viewer, Action.ADMINISTER)).allowed
+
+
 class AlertService:
     """One for the hub."""
 
@@ -53,6 +60,12 @@ class AlertService:
         self._height_limit_m = height_limit_m
         self._new_id = new_id
         self._drones: dict[DroneId, WatchedDrone] = {}
+        self._tower = WatchedDrone()
+        """What is wrong with the tower itself."""
+        self.tower_facts = TowerFacts()
+        """As measured last, by whoever measures it."""
+        self.tower = ""
+        """Which of several towers this is: the subject of its own alerts."""
         self._pairs: dict[PairKey, Alert] = {}
         self._live: dict[int, Alert] = {}
         """Every alert that is open or waits for a person, by id."""
@@ -92,9 +105,17 @@ class AlertService:
         return alert.acknowledged_at if alert is not None else None
 
     def may_know(
-        self, viewer: Principal, drone_id: DroneId, other_id: DroneId | None, *, about_stranger: bool, at: datetime
+        self,
+        viewer: Principal,
+        drone_id: DroneId | None,
+        other_id: DroneId | None,
+        *,
+        about_stranger: bool,
+        at: datetime,
     ) -> bool:
         """Whether this user may know of an alert that was opened at that time."""
+        if drone_id is None:
+            return knows_of_tower(viewer)
         if not self._sees(drone_id, viewer, at):
             return False
         return other_id is None or self._sees(other_id, viewer, at) != about_stranger
@@ -113,8 +134,8 @@ class AlertService:
         alert = self._live.get(alert_id)
         if alert is None or not self._knows(viewer, alert):
             raise UnknownAlert
-        drone = self._state.drones[alert.drone_id]
-        if not drone.may(viewer.user_id, viewer.role, Right.ACKNOWLEDGE):
+        drone = self._drone(alert)
+        if drone is not None and not drone.may(viewer.user_id, viewer.role, Right.ACKNOWLEDGE):
             raise MayNotAcknowledge(drone.record.name)
         if alert.acknowledged_at is None:
             alert.acknowledged_at, alert.acknowledged_by = self._state.clock(), UserRef(viewer.user_id, viewer.name)
@@ -126,14 +147,13 @@ class AlertService:
     def restore(self, alerts: Iterable[Alert], now: float) -> None:
         """Alerts of before a restart. Those of pairs end: who is near whom is found again within seconds."""
         for alert in alerts:
-            drone = self._state.drones.get(alert.drone_id)
-            if drone is None or (alert.closed_at is None and alert.rule.name in _PAIRS):
+            watched = self._restored_in(alert)
+            if watched is None or (alert.closed_at is None and alert.rule.name in _PAIRS):
                 alert.closed_at = alert.closed_at or self._state.clock()
                 self._notify_listeners(alert)
-            if drone is None or not alert.is_live or alert.id in self._live:
+            if watched is None or not alert.is_live or alert.id in self._live:
                 continue
             self._live[alert.id] = alert
-            watched = self._watched(drone)
             if alert.closed_at is None and alert.key in watched.open:
                 self._close(alert)  # it has been found again meanwhile
                 continue
@@ -156,9 +176,18 @@ class AlertService:
             if drone_id % PARTS == self._part:
                 self._look(drone, now)
         if self._part == 0:
+            self._look_at_tower(now)
             self._look_at_pairs()
             self._forget_removed()
             self._tell_newcomers()
+
+    def _look_at_tower(self, now: float) -> None:
+        lasting, at = self._tower.lasting, self._state.clock()
+        for rule, condition in OF_TOWER:
+            is_open = (rule.name, self.tower) in lasting.open
+            changed = lasting.take(rule, self.tower, condition(self.tower_facts, at, is_open), now)
+            if changed is not None:
+                self._apply(self._tower, None, changed)
 
     def _look(self, drone: LiveDrone, now: float) -> None:
         watched = self._watched(drone)
@@ -178,9 +207,9 @@ class AlertService:
                 continue  # nothing is found and nothing was: nearly all of them, nearly every time
             changed = lasting.take(rule, "", finding, now)
             if changed is not None:
-                self._apply(watched, drone, changed)
+                self._apply(watched, drone.drone_id, changed)
         for changed in watched.texts_found(drone, facts, now):
-            self._apply(watched, drone, changed)
+            self._apply(watched, drone.drone_id, changed)
 
     def _leave(self, watched: WatchedDrone, drone: LiveDrone) -> None:
         """Another tower is its home now, and judges it."""
@@ -194,14 +223,14 @@ class AlertService:
                 self._close(alert)  # its home finds it again
         watched.forget_conditions()
 
-    def _apply(self, watched: WatchedDrone, drone: LiveDrone, changed: Changed) -> None:
+    def _apply(self, watched: WatchedDrone, drone_id: DroneId | None, changed: Changed) -> None:
         if changed.change is Change.OPENED:
             rule_name, subject = changed.key
             alert = Alert(
                 id=self._new_id(),
                 rule=BY_NAME[rule_name],
                 subject=subject,
-                drone_id=drone.drone_id,
+                drone_id=drone_id,
                 words=changed.words,
                 opened_at=self._state.clock(),
             )
@@ -257,14 +286,16 @@ class AlertService:
     def _tell_newcomers(self) -> None:
         """Browsers that may see a drone since a moment ago, through an owner, a team or a loan."""
         for alert in self._live.values():
-            drone = self._state.drones.get(alert.drone_id)
-            if drone is None:
+            drone = self._drone(alert)
+            if drone is None and alert.drone_id is not None:
                 continue
-            if alert.other_id is None and drone.user_without_view is None and drone.watchers.keys() == alert.told:
+            watchers = self._state.browsers if drone is None else drone.watchers
+            is_plain = drone is not None and alert.other_id is None and drone.user_without_view is None
+            if is_plain and watchers.keys() == alert.told:
                 continue  # nearly all of them, nearly every time
             alert.told &= self._numbers(alert)
             event: AlertChanged | None = None
-            for number, browser in drone.watchers.items():
+            for number, browser in watchers.items():
                 if number not in alert.told and self._knows(browser.viewer, alert):
                     event = event or AlertChanged(AlertView.of(alert))
                     alert.told.add(number)
@@ -280,7 +311,7 @@ class AlertService:
     def _close(self, alert: Alert) -> None:
         alert.closed_at = self._state.clock()
         self._changed(alert)
-        watched = self._drones.get(alert.drone_id)
+        watched = self._watched_by(alert)
         if watched is not None:
             dropped = watched.closed(alert, MAX_AWAITING)
             if dropped is not None:
@@ -290,20 +321,22 @@ class AlertService:
         """Tells those who may know. The end is also told to those who were told of it, as long as they see the
         drone."""
         event = AlertChanged(AlertView.of(alert))
-        drone = self._state.drones.get(alert.drone_id)
-        for browser in drone.frame_watchers() if drone is not None else ():
+        for browser in self._watchers(alert):
             was_told = alert.closed_at is not None and browser.number in alert.told
             if was_told or self._knows(browser.viewer, alert):
                 alert.told.add(browser.number)
                 browser.notify(event)
         if not alert.is_live:
             self._live.pop(alert.id, None)
-            if alert.drone_id in self._drones:
-                self._drones[alert.drone_id].drop(alert)
+            watched = self._watched_by(alert)
+            if watched is not None:
+                watched.drop(alert)
         self._notify_listeners(alert)
 
     def _numbers(self, alert: Alert) -> set[int]:
         """Browsers that have not lost sight of its drones: the others have forgotten it."""
+        if alert.drone_id is None:
+            return set(self._state.browsers)
         numbers: set[int] | None = None
         for drone_id in (alert.drone_id, None if alert.about_stranger else alert.other_id):
             drone = self._state.drones.get(drone_id) if drone_id is not None else None
@@ -323,6 +356,26 @@ class AlertService:
         if watched is None:
             watched = self._drones[drone.drone_id] = WatchedDrone()
         return watched
+
+    def _drone(self, alert: Alert) -> LiveDrone | None:
+        return None if alert.drone_id is None else self._state.drones.get(alert.drone_id)
+
+    def _watched_by(self, alert: Alert) -> WatchedDrone | None:
+        return self._tower if alert.drone_id is None else self._drones.get(alert.drone_id)
+
+    def _restored_in(self, alert: Alert) -> WatchedDrone | None:
+        """None: its drone is gone, or it is about a tower that does not exist any more."""
+        if alert.drone_id is None:
+            return self._tower if alert.subject == self.tower else None
+        drone = self._state.drones.get(alert.drone_id)
+        return None if drone is None else self._watched(drone)
+
+    def _watchers(self, alert: Alert) -> Iterable[Browser]:
+        """Among whom those are that may know of it."""
+        if alert.drone_id is None:
+            return list(self._state.browsers.values())
+        drone = self._state.drones.get(alert.drone_id)
+        return drone.frame_watchers() if drone is not None else ()
 
     def _knows(self, viewer: Principal, alert: Alert) -> bool:
         about = alert.about_stranger

@@ -25,7 +25,7 @@ class AlertView(BaseModel):
     words: Annotated[str, Field(description="What is wrong, naming the drone")]
     advice: Annotated[str, Field(description="What to do")]
     rank: Annotated[int, Field(description="Of its rule: smaller is more urgent")]
-    drone_id: int
+    drone_id: Annotated[int | None, Field(description="None: it is about the tower itself, for admins")]
     other_id: Annotated[int | None, Field(description="The second drone of a pair, if you may see it")]
     opened_at: datetime
     acknowledged_at: datetime | None

@@ -175,7 +175,7 @@ class FlightRecorder:
     @harmless
     def alert(self, alert: Alert) -> None:
         """An alert was opened, acknowledged or closed. Those of pairs name a drone that a reader may not know."""
-        if alert.other_id is not None:
+        if alert.drone_id is None or alert.other_id is not None:
             return
         by = alert.acknowledged_by
         state = "closed" if alert.closed_at else "acknowledged" if alert.acknowledged_at else "opened"

@@ -75,7 +75,7 @@ def note_of(message: Message) -> dict[str, str]:
         "severity": severity,
         "happening": content["happening"],
         "tag": f"alert-{content['id']}",
-        "path": f"#/drone/{content['drone']['id']}",
+        "path": "#/admin/system" if content["drone"] is None else f"#/drone/{content['drone']['id']}",
     }
 
 

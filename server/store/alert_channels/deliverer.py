@@ -256,13 +256,13 @@ class AlertDeliverer:
             "badge": alert.rule.badge,
             "words": alert.words,
             "advice": alert.rule.advice,
-            "drone": {"id": int(alert.drone_id), "name": one.drone_name},
+            "drone": None if alert.drone_id is None else {"id": int(alert.drone_id), "name": one.drone_name},
             "other_drone_id": None if alert.about_stranger or alert.other_id is None else int(alert.other_id),
             "about_stranger": alert.about_stranger,
             "opened_at": alert.opened_at.isoformat(),
             "closed_at": None if alert.closed_at is None else alert.closed_at.isoformat(),
             "happening": one.happening.value,
-            "url": f"{self._public_url}/#/drone/{alert.drone_id}" if self._public_url else "",
+            "url": f"{self._public_url}/{page_of(alert.drone_id)}" if self._public_url else "",
         }
 
     def _knows(self, user: Principal, one: Announcement) -> bool:
@@ -274,7 +274,7 @@ class AlertDeliverer:
         content = one.content
         other = content["other_drone_id"]
         at = datetime.fromisoformat(content["opened_at"])
-        drone_id = DroneId(content["drone"]["id"])
+        drone_id = None if content["drone"] is None else DroneId(content["drone"]["id"])
         if one.drones == "own" and not self._is_owner(int(one.user.user_id), drone_id):
             return False
         if content["about_stranger"]:  # the other one is not named: who sees both has another alert
@@ -285,7 +285,9 @@ class AlertDeliverer:
     def _owns(self, user_id: int, one: Announcement) -> bool:
         return self._is_owner(user_id, one.alert.drone_id)
 
-    def _is_owner(self, user_id: int, drone_id: DroneId) -> bool:
+    def _is_owner(self, user_id: int, drone_id: DroneId | None) -> bool:
+        if drone_id is None:
+            return True  # the tower is everybody's who administers it
         drone = self._hub.state.drones.get(drone_id)
         return drone is not None and any(int(owner.id) == user_id for owner in drone.record.owners)
 
@@ -295,6 +297,11 @@ _BEGINNING: Final = {
     Happening.CLOSED.value: "Over: ",
     Happening.UNANSWERED.value: "Nobody has answered: ",
 }
+
+
+def page_of(drone_id: int | None) -> str:
+    """The page of the console for an alert, below the address of the tower."""
+    return "#/admin/system" if drone_id is None else f"#/drone/{drone_id}"
 
 
 def message_of(happening: str, content: dict[str, Any], key: str) -> Message:
@@ -308,6 +315,7 @@ def message_of(happening: str, content: dict[str, Any], key: str) -> Message:
         lines += [f"Over at {content['closed_at'][:19].replace('T', ' ')} UTC"]
     if content["url"]:
         lines += ["", content["url"]]
-    subject = f"{beginning}{content['drone']['name']}: {content['badge']}"
+    about = "Control Tower" if content["drone"] is None else content["drone"]["name"]
+    subject = f"{beginning}{about}: {content['badge']}"
     public = {name: value for name, value in content.items() if name != "about_stranger"}
     return Message(key, subject, "\n".join(lines) + "\n", {"type": "alert", **public})

@@ -26,6 +26,8 @@ class AlertFilter:
 
     drone_ids: frozenset[int] = frozenset()
     """Only these."""
+    of_tower: bool = False
+    """Also alerts of the tower itself."""
     is_open: bool | None = None
     is_acknowledged: bool | None = None
     severity: Severity | None = None
@@ -36,7 +38,7 @@ class AlertFilter:
     def matches(self, row: AlertRow) -> bool:
         """The same in memory."""
         return (
-            row.drone_id in self.drone_ids
+            (self.of_tower if row.drone_id is None else row.drone_id in self.drone_ids)
             and (self.is_open is None or (row.closed_at is None) is self.is_open)
             and (self.is_acknowledged is None or (row.acknowledged_at is not None) is self.is_acknowledged)
             and (self.severity is None or row.severity == self.severity.value)
@@ -47,7 +49,8 @@ class AlertFilter:
 
     def query(self) -> Select[AlertRow]:
         """Newest first."""
-        found = select(AlertRow).where(AlertRow.drone_id.in_(sorted(self.drone_ids)))
+        about = AlertRow.drone_id.in_(sorted(self.drone_ids))
+        found = select(AlertRow).where(about | AlertRow.drone_id.is_(None) if self.of_tower else about)
         if self.is_open is not None:
             found = found.where(AlertRow.closed_at.is_(None) if self.is_open else AlertRow.closed_at.is_not(None))
         if self.is_acknowledged is not None:

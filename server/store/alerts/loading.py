@@ -52,7 +52,7 @@ def alert_of(row: AlertRow) -> Alert:
         id=row.id,
         rule=BY_NAME[row.rule],
         subject=row.subject,
-        drone_id=DroneId(row.drone_id),
+        drone_id=None if row.drone_id is None else DroneId(row.drone_id),
         words=row.words,
         opened_at=row.opened_at,
         other_id=None if row.other_id is None else DroneId(row.other_id),

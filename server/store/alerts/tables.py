@@ -23,7 +23,8 @@ class AlertRow(Base):
     severity: Mapped[str] = mapped_column(String(16))
     """Stored beside the rule, which a later version may not know."""
     badge: Mapped[str] = mapped_column(String(64))
-    drone_id: Mapped[int]
+    drone_id: Mapped[int | None]
+    """None: about the tower itself; `subject` says which."""
     other_id: Mapped[int | None]
     about_stranger: Mapped[bool] = mapped_column(default=False)
     words: Mapped[str] = mapped_column(String(600))

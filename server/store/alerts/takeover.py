@@ -77,10 +77,12 @@ class AlertTakeover:
         return len(ours)
 
     def _is_ours(self, alert: Alert, came: set[DroneId]) -> bool:
+        if alert.id in self._changed or self._hub.alerts.has(alert.id):
+            return False
+        if alert.drone_id is None:  # of this tower, before its restart
+            return alert.closed_at is None and alert.subject == self._hub.alerts.tower
         drone = self._hub.state.drones.get(alert.drone_id)
         if drone is None or drone.place is not Place.HERE:
-            return False
-        if alert.id in self._changed or self._hub.alerts.has(alert.id):
             return False
         return alert.closed_at is None or alert.drone_id in came
 

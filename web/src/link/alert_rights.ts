@@ -3,7 +3,7 @@
 import type { Alert } from './alerts';
 import type { Drone, User } from './wire_types';
 
-/** `drone`: undefined if this page does not have it. */
+/** Whoever gets an alert about the tower itself may. `drone`: undefined if this page does not have it. */
 export function mayAcknowledge(
   alert: Pick<Alert, 'drone_id'>,
   drone: Pick<Drone, 'relation'> | undefined,

@@ -10,8 +10,8 @@ import type { Schemas } from './rest_types';
 import { Store, type Readable } from './store';
 
 export type AlertSeverity = Schemas['Severity'];
-/** `drone_id` is null for the page's own alert. */
-export type Alert = Omit<Schemas['AlertView'], 'drone_id'> & { readonly drone_id: number | null };
+/** `drone_id` is null for the page's own alert, and for those about the tower itself, which only admins get. */
+export type Alert = Schemas['AlertView'];
 
 export interface AlertEvent {
   readonly type: 'alert';

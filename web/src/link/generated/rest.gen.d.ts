@@ -1073,6 +1073,38 @@ export interface paths {
         readonly patch?: never;
         readonly trace?: never;
     };
+    readonly "/flights/{flight_id}/video/{recording_id}/display": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["get_display_video"];
+        readonly put?: never;
+        readonly post: operations["make_display_video"];
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/flights/{flight_id}/video/{recording_id}/display/file": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["get_display_video_file"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
     readonly "/health": {
         readonly parameters: {
             readonly query?: never;
@@ -2372,7 +2404,8 @@ export interface components {
             /** @description A few words for a row */
             readonly badge: string;
             readonly closed_at: string | null;
-            readonly drone_id: number;
+            /** @description None: it is about the tower itself, for admins */
+            readonly drone_id: number | null;
             /** @description Random */
             readonly id: number;
             /** Format: date-time */
@@ -2676,6 +2709,21 @@ export interface components {
         readonly DiskView: {
             readonly free_bytes: number;
             readonly total_bytes: number;
+        };
+        /** @description A video with a burnt-in flight display, or how far its making is. */
+        readonly DisplayVideoView: {
+            /** @description Part of the pictures that is done, 0 to 1 */
+            readonly done: number;
+            readonly flight_id: number;
+            readonly recording_id: number;
+            readonly size_bytes: number;
+            /**
+             * @description `ready`: it has a file
+             * @enum {string}
+             */
+            readonly state: "waiting" | "making" | "ready" | "failed";
+            /** @description Why it failed */
+            readonly words: string;
         };
         readonly DroneName: {
             /** @description 1 to 64 printable characters */
@@ -3153,7 +3201,9 @@ export interface components {
             /** Format: date-time */
             readonly announced_at: string;
             readonly attempts: number;
-            readonly drone_id: number;
+            /** @description None: the alert is about the tower itself */
+            readonly drone_id: number | null;
+            /** @description Empty without a drone */
             readonly drone_name: string;
             /** Format: date-time */
             readonly given_up_at: string;
@@ -7149,6 +7199,84 @@ export interface operations {
                 };
                 content: {
                     readonly "application/octet-stream": unknown;
+                };
+            };
+        };
+    };
+    readonly get_display_video: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly flight_id: number;
+                readonly recording_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["DisplayVideoView"];
+                };
+            };
+        };
+    };
+    readonly make_display_video: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly flight_id: number;
+                readonly recording_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 202: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["DisplayVideoView"];
+                };
+            };
+        };
+    };
+    readonly get_display_video_file: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly flight_id: number;
+                readonly recording_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description The whole video, in MP4 */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "video/mp4": unknown;
+                };
+            };
+            /** @description The range that was asked for */
+            readonly 206: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "video/mp4": unknown;
                 };
             };
         };

@@ -1,0 +1,131 @@
+"""`/api/v1/flights/{id}/video/{recording_id}/display`: a recording of the flight with a burnt-in flight display."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Annotated, Final
+
+from fastapi import APIRouter, Path, Response
+from fastapi.responses import FileResponse
+
+from server.api.access import Viewer
+from server.api.dependencies import DatabaseDep, FlightsDep, FlightVideosDep, HubDep, RecordingsDep
+from server.api.flights.readable import known_flight
+from server.api.http.problem_docs import answers
+from server.domain.access import NotSignedIn, SessionExpired
+from server.domain.people import Principal
+from server.live.flight_videos.refusals import FlightVideoNotMade, FlightVideosBusy
+from server.live.flight_videos.views import DisplayVideoView
+from server.live.flights.refusals import FlightElsewhere, FlightRunning, UnknownFlight
+from server.live.hub import Hub
+from server.live.recordings.refusals import NotReady, UnknownRecording
+from server.live.relay.live_drone import LiveDrone
+from server.store.database import Database
+from server.store.flight_videos.service import Sources
+from server.store.flights import catalogue
+from server.store.flights.files import INDEX, TLOG
+from server.store.flights.tables import FlightRow
+from server.store.recordings import catalogue as recordings_catalogue
+from server.store.recordings.service import NOT_HERE
+from server.store.recordings.store import MP4
+from server.store.recordings.tables import RecordingRow
+
+router = APIRouter(
+    prefix="/api/v1/flights/{flight_id}/video/{recording_id}/display",
+    tags=["flights"],
+    responses=answers(NotSignedIn, SessionExpired, UnknownFlight, UnknownRecording),
+)
+
+MEDIA_TYPE: Final = "video/mp4"
+FlightPath = Annotated[int, Path(ge=1, le=2**31 - 1)]
+RecordingPath = Annotated[int, Path(ge=1, le=2**31 - 1)]
+
+
+async def _known(
+    hub: Hub, database: Database, principal: Principal, flight_id: int, recording_id: int
+) -> tuple[FlightRow, RecordingRow, LiveDrone]:
+    """Raises UnknownFlight, UnknownRecording: also where the user may see the flight and not its video."""
+    flight, drone = await known_flight(hub, database, principal, flight_id)
+    if principal.user_id == drone.no_video_user_id:
+        raise UnknownRecording
+    async with database.reading() as session:
+        recording = await recordings_catalogue.known_to(session, principal, drone, recording_id)
+    is_before = recording.ended_at is not None and recording.ended_at <= flight.began_at
+    is_after = flight.ended_at is not None and recording.began_at >= flight.ended_at
+    if is_before or is_after:
+        raise UnknownRecording
+    return flight, recording, drone
+
+
+@router.post("", status_code=202, responses=answers(FlightRunning, FlightElsewhere, NotReady, FlightVideosBusy))
+async def make_display_video(
+    principal: Viewer,
+    hub: HubDep,
+    database: DatabaseDep,
+    flights: FlightsDep,
+    recordings: RecordingsDep,
+    videos: FlightVideosDep,
+    flight_id: FlightPath,
+    recording_id: RecordingPath,
+) -> DisplayVideoView:
+    """Begins to make the video: every picture of the recording with height, speed, heading, attitude, battery, mode,
+    holder, link and hold of its moment. It is kept for an hour."""
+    flight, recording, _ = await _known(hub, database, principal, flight_id, recording_id)
+    if flight.state == catalogue.RUNNING:
+        raise FlightRunning
+    if flight.store != flights.files.id:
+        raise FlightElsewhere
+    if recording.store != recordings.store.id:
+        raise NotReady(NOT_HERE)
+    if recording.state != "ready":
+        raise NotReady("it is not ready yet: it is being recorded or processed")
+    sources = Sources(
+        recording=recordings.store.path(recording.drone_id, recording.file, MP4),
+        telemetry=flights.files.path(flight.drone_id, flight.file, TLOG),
+        index=flights.files.path(flight.drone_id, flight.file, INDEX),
+        began_us=round(recording.began_at.timestamp() * 1e6),
+        pictures=recording.pictures,
+    )
+    return await videos.begin((flight.id, recording.id), sources, principal)
+
+
+@router.get("", responses=answers(FlightVideoNotMade))
+async def get_display_video(
+    principal: Viewer,
+    hub: HubDep,
+    database: DatabaseDep,
+    videos: FlightVideosDep,
+    flight_id: FlightPath,
+    recording_id: RecordingPath,
+) -> DisplayVideoView:
+    """Returns how far the making is."""
+    flight, recording, _ = await _known(hub, database, principal, flight_id, recording_id)
+    return videos.view((flight.id, recording.id))
+
+
+@router.get(
+    "/file",
+    response_class=Response,
+    responses={
+        200: {"content": {MEDIA_TYPE: {}}, "description": "The whole video, in MP4"},
+        206: {"content": {MEDIA_TYPE: {}}, "description": "The range that was asked for"},
+        400: {"description": "The range cannot be read"},
+        416: {"description": "The file has no such range"},
+        **answers(FlightVideoNotMade),
+    },
+)
+async def get_display_video_file(
+    principal: Viewer,
+    hub: HubDep,
+    database: DatabaseDep,
+    videos: FlightVideosDep,
+    flight_id: FlightPath,
+    recording_id: RecordingPath,
+) -> FileResponse:
+    """Downloads the video, as MP4 with H.264."""
+    flight, recording, drone = await _known(hub, database, principal, flight_id, recording_id)
+    path = videos.path((flight.id, recording.id))
+    if not await asyncio.to_thread(path.is_file):
+        raise FlightVideoNotMade
+    name = f"{drone.record.name}-{recording.began_at:%Y%m%d-%H%M%S}-display.mp4"
+    return FileResponse(path, media_type=MEDIA_TYPE, filename=name, headers={"Cache-Control": "private, no-cache"})

@@ -1,0 +1,1 @@
+"""The video of a flight with a burnt-in flight display: what is shown at which moment."""

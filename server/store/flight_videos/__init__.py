@@ -1,0 +1,1 @@
+"""Makes and keeps videos with a burnt-in flight display for a while."""
