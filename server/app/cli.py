@@ -58,9 +58,12 @@ def serve(
     In an empty folder it creates the database and prints the first admin's password.
     """
     from server.app.commands.first_start import create_database, in_words, is_first_start
-    from server.app.composition import create_app  # takes half a second to import, which the other commands do not need
     from server.app.log import configure_log
-    from server.app.serving import run
+    from server.runtime.garbage import unsearched
+
+    with unsearched():  # takes half a second to import, which the other commands do not need
+        from server.app.composition import create_app
+        from server.app.serving import run
 
     settings = settings_now()
     configure_log(settings.log_format)

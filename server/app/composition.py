@@ -50,6 +50,7 @@ from server.live.anonymous.budget import AnonymousBudget, Over
 from server.runtime.agent_packages import AgentPackages
 from server.runtime.aligned_timers import SharedChecks
 from server.runtime.background import in_background
+from server.runtime.garbage import unsearched
 from server.runtime.listening import CannotListen
 from server.runtime.loop_lag import LoopLag
 from server.runtime.private_files import make_private_folder
@@ -346,7 +347,8 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
             several.claims.on_came = takeover.came
             await stack.enter_async_context(in_background("alerts of other towers", takeover.work))
             await stack.enter_async_context(several.running(tower.roster))
-        prepare_routes(app)
+        with unsearched():
+            prepare_routes(app)
         # Last: from here on agents get responses.
         try:
             relay = running_relay(

@@ -11,6 +11,8 @@ def main() -> None:
 
         connect_main(sys.argv[2:])
     else:
-        from server.app.cli import main as tower_main
+        from server.runtime.garbage import unsearched
 
+        with unsearched():
+            from server.app.cli import main as tower_main
         tower_main()

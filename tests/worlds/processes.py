@@ -42,14 +42,16 @@ Process = ForkedProgram | subprocess.Popen[bytes]
 Found = TypeVar("Found")
 
 
-def wait_for(what: str, look: Callable[[], Found | None], *, timeout_s: float = DEADLINE_S) -> Found:
+def wait_for(
+    what: str, look: Callable[[], Found | None], *, timeout_s: float = DEADLINE_S, every_s: float = 0.02
+) -> Found:
     """Polls `look` and returns its first result that is not None or False. Fails naming `what` after the deadline."""
     deadline = time.monotonic() + timeout_s
     while time.monotonic() < deadline:
         found = look()
         if found is not None and found is not False:
             return found
-        time.sleep(0.02)
+        time.sleep(every_s)
     raise AssertionError(f"waited {timeout_s:g} s in vain for {what}")
 
 
@@ -271,6 +273,7 @@ class World:
             f"drones {drone_ids} to be online",
             lambda: all(visitor.drone(drone_id).get("online") for drone_id in drone_ids),
             timeout_s=timeout_s,
+            every_s=0.1,  # each look is a request to the tower
         )
 
 

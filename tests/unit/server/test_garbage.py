@@ -3,6 +3,8 @@
 import gc
 import mmap
 
+import pytest
+
 from server.runtime.garbage import (
     AGAIN_S,
     AT_LEAST_BYTES,
@@ -12,6 +14,7 @@ from server.runtime.garbage import (
     FullSearch,
     resident_bytes,
     settle_memory,
+    unsearched,
 )
 
 CROWD = 50_000
@@ -80,3 +83,10 @@ def test_a_crowd_that_comes_and_goes_starts_no_full_search() -> None:
         gc.callbacks.remove(seen)
         gc.set_threshold(*before)
         gc.unfreeze()
+
+
+def test_imports_are_not_searched_and_what_follows_is() -> None:
+    with pytest.raises(ImportError), unsearched():
+        assert not gc.isenabled()
+        raise ImportError
+    assert gc.isenabled()
