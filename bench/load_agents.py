@@ -193,9 +193,11 @@ async def sign_in_all(
     at_once: int = SIGN_IN_AT_ONCE,
     tries: int = 1,
     takes: tuple[str, ...] = (),
+    airborne: bool = True,
 ) -> list[LoadAgent]:
     """Returns one agent for each key, in order. Raises onboard_agent.sockets.control_channel.NoLink after the given
-    tries. `takes`: what they support beyond what every agent does."""
+    tries. `takes`: what they support beyond what every agent does. `airborne`: they report that they fly already,
+    otherwise that they stand on the ground, disarmed."""
     allow_files(2 * len(keys) + 256)
     url = parse_tower_url(tower_url)
     gate = asyncio.Semaphore(at_once)
@@ -204,17 +206,17 @@ async def sign_in_all(
         async with gate:
             for tried in range(tries - 1):
                 with contextlib.suppress(NoLink):
-                    return await _sign_in(url, key, takes)
+                    return await _sign_in(url, key, takes, airborne)
                 await asyncio.sleep(min(0.1 * 2**tried, MAX_RETRY_PAUSE_S))
-            return await _sign_in(url, key, takes)
+            return await _sign_in(url, key, takes, airborne)
 
     return list(await asyncio.gather(*(sign_in(one) for one in keys)))
 
 
-async def _sign_in(url: TowerUrl, key: str, takes: tuple[str, ...]) -> LoadAgent:
+async def _sign_in(url: TowerUrl, key: str, takes: tuple[str, ...], airborne: bool) -> LoadAgent:
     agent = LoadAgent(await open_channel(url, Identity(parse_kept(key), lambda _: None), takes=(*ALL_TAKE, *takes)))
     agent.keep_alive()
-    await agent.report_state()
+    await agent.report_state(armed=airborne, airborne=airborne)
     return agent
 
 

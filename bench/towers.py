@@ -37,6 +37,7 @@ TELEMETRY: Final = Telemetry(frames_per_s=50, kinds=STATE_KINDS)
 LIGHT: Final = Telemetry(frames_per_s=1, kinds=STATE_KINDS[:3], burst=1)
 STORM: Final = 16
 """Light drones that sign in at the same moment at each tower."""
+TAKE_OFFS_PER_S: Final = 200
 TESTS: Final = Path(__file__).resolve().parents[1] / "tests"
 KEY: Final = "TOWER_SECRET_KEYS"
 
@@ -131,7 +132,7 @@ async def _measure_spread(
         began, before_us = time.monotonic(), [cpu_us(tower.process.pid) for tower in towers]
         shares = await asyncio.gather(
             *(
-                sign_in_all(tower.url, keys[number::count], at_once=STORM, tries=20)
+                sign_in_all(tower.url, keys[number::count], at_once=STORM, tries=20, airborne=False)
                 for number, tower in enumerate(towers)
             )
         )
@@ -147,6 +148,8 @@ async def _measure_spread(
         report.add(case, "all online, as the last tower lists them", time.monotonic() - began, "s")
         used_s = (sum(cpu_us(tower.process.pid) for tower in towers) - sum(before_us)) / 1e6
         report.add(case, "sign-in: processor of all towers", used_s, "s")
+        used_s = await _take_off(agents, towers)
+        report.add(case, "take-off: processor of all towers", used_s, "s")
         far = _Watcher(await towers[-1].browser(), shares[0][0].drone_id)
         await asyncio.sleep(SETTLE_S)
         before_us, sent = [cpu_us(tower.process.pid) for tower in towers], sum(agent.sent_frames for agent in agents)
@@ -165,6 +168,19 @@ async def _measure_spread(
         report.add(case, "the load was late at the worst", late_s * 1e3, "ms")
         report.spread(case, "age at the last tower", far.ages_ms, "ms")
         report.spread(case, "TAKE to confirmed hold", confirmed_ms, "ms")
+
+
+async def _take_off(agents: list[LoadAgent], towers: list[LoadTower]) -> float:
+    """All take off, one after the other, while all send telemetry. Returns the processor time of the towers, s."""
+    before_us = sum(cpu_us(tower.process.pid) for tower in towers)
+    every_s = 1.0 / TAKE_OFFS_PER_S
+    flying = asyncio.create_task(fly(agents, LIGHT, for_s=len(agents) * every_s + SETTLE_S))
+    began = time.monotonic()
+    for number, agent in enumerate(agents):
+        await asyncio.sleep(max(0.0, began + number * every_s - time.monotonic()))
+        await agent.report_state()
+    await flying
+    return (sum(cpu_us(tower.process.pid) for tower in towers) - before_us) / 1e6
 
 
 async def _takes(client: httpx.AsyncClient, watcher: _Watcher, drone: LoadAgent, rounds: int) -> list[float]:

@@ -13,7 +13,7 @@ import structlog
 
 from server.api.bus.asking import Asking
 from server.api.bus.draining import Draining
-from server.api.bus.nats_bus import NatsBus
+from server.api.bus.nats_bus import HIGH_WATER_BYTES, NatsBus
 from server.api.bus.video_bus import VideoBus
 from server.api.relay.live_writer import LiveWriter
 from server.api.relay.write_round import WriteRound
@@ -37,17 +37,48 @@ _log = structlog.get_logger(__name__)
 class _VisitorWriter:
     """Where the messages of one visitor go."""
 
-    def __init__(self, visitor: Visitor, towers: Towers, bus: NatsBus) -> None:
+    def __init__(self, visitor: Visitor, towers: Towers, room: _Room) -> None:
         self._visitor = visitor
         self._towers = towers
-        self.has_room = bus.has_room
+        self._room = room
         self.on_room: Callable[[], None] = lambda: None
 
+    def has_room(self) -> bool:
+        return self._room.is_there_for(self)
+
     def write_binary(self, payload: bytes) -> None:
+        self._room.unflushed_bytes += len(payload)
         self._towers.send(self._visitor.tower, FramesUp(self._visitor.remote, payload))
 
     def write_text(self, payload: bytes) -> None:
+        self._room.unflushed_bytes += len(payload)
         self._towers.send(self._visitor.tower, EventUp(self._visitor.remote, payload))
+
+
+class _Room:
+    """Whether the bus takes more for visitors, and who has to be told when it does. What is written is on the bus only
+    after the next flush, so it counts from the write on: the picture of a thousand drones is more than a packet."""
+
+    def __init__(self, bus: NatsBus) -> None:
+        self._bus = bus
+        self._waiting: set[_VisitorWriter] = set()
+        self.unflushed_bytes = 0
+
+    def is_there_for(self, writer: _VisitorWriter) -> bool:
+        if self.unflushed_bytes < HIGH_WATER_BYTES and self._bus.has_room():
+            return True
+        self._waiting.add(writer)
+        return False
+
+    def tick(self) -> None:
+        """Ten times a second."""
+        if self._waiting and self.unflushed_bytes < HIGH_WATER_BYTES and self._bus.has_room():
+            waiting, self._waiting = self._waiting, set()
+            for writer in waiting:
+                writer.on_room()
+
+    def left(self, writer: _VisitorWriter) -> None:
+        self._waiting.discard(writer)
 
 
 class SeveralTowers:
@@ -58,10 +89,9 @@ class SeveralTowers:
     def __init__(self, url: str, membership: TowerMembership, hub: Hub, *, authority: Path | None = None) -> None:
         self._membership = membership
         self._hub = hub
-        self._was_full = False
-        self._writers: set[_VisitorWriter] = set()
         self._round = WriteRound()
         self.bus = NatsBus(url, membership.tower, on_packet=self._received, authority=authority)
+        self._room = _Room(self.bus)
         self.towers = Towers(
             membership.tower, hub, publish=self.bus.publish, begin_writing=self._begin_writing, wake=self._flush_soon
         )
@@ -135,16 +165,19 @@ class SeveralTowers:
             self.towers.receive(packet, time.monotonic())
 
     def _flush_soon(self) -> None:
-        asyncio.get_running_loop().call_soon(lambda: self.towers.flush(time.monotonic()))
+        asyncio.get_running_loop().call_soon(self._flush)
+
+    def _flush(self) -> None:
+        self._room.unflushed_bytes = 0
+        self.towers.flush(time.monotonic())
 
     def _begin_writing(self, visitor: Visitor) -> Stop:
-        writer = _VisitorWriter(visitor, self.towers, self.bus)
+        writer = _VisitorWriter(visitor, self.towers, self._room)
         live = LiveWriter(visitor, writer, self._round, self._hub.state.traffic)
-        self._writers.add(writer)
 
         def stop() -> None:
-            self._writers.discard(writer)
             live.stop()
+            self._room.left(writer)
 
         return stop
 
@@ -155,11 +188,7 @@ class SeveralTowers:
                 continue
             self.towers.tick(time.monotonic())
             self.video.tick(time.monotonic())
-            full = not self.bus.has_room()
-            if self._was_full and not full:
-                for writer in list(self._writers):
-                    writer.on_room()
-            self._was_full = full
+            self._room.tick()
 
     async def _each_second(self) -> None:
         revision, seconds = -1, 0

@@ -16,6 +16,7 @@ from server.api.http.problem_kinds import NOT_THE_TOWER
 from server.api.http.problems import problem
 
 TRY_AGAIN: Final = 1013
+_DENIAL: Final = "websocket.http.response"
 _WORDS: Final = "this process was stopped for a while, and another may be the tower: try again"
 
 
@@ -29,7 +30,8 @@ class OnlyTheTower:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if self._may_act() or scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
-        elif scope["type"] == "http":
+        elif scope["type"] == "http" or _DENIAL in scope.get("extensions", {}):
+            # To close a WebSocket before it is accepted would become a bare 403, which reads as a wrong key.
             headers = {"Retry-After": "1"}
             await problem(NOT_THE_TOWER, instance=scope["path"], detail=_WORDS, headers=headers)(scope, receive, send)
         else:

@@ -8,11 +8,12 @@ import asyncio
 import time
 from collections import deque
 from collections.abc import Callable
+from functools import partial
 from typing import Final, Protocol
 
 from server.api.relay.write_round import WriteRound
 from server.live.relay.browser import Browser
-from server.live.relay.live_messages import Lost, encode_event
+from server.live.relay.live_messages import Lost, ToBrowser, encode_event
 from server.live.relay.traffic import Traffic
 
 MAX_FRAMES_PER_MESSAGE: Final = 128
@@ -51,8 +52,9 @@ class LiveWriter:
         """A flush is scheduled, or the browser does not read: no need to schedule another."""
         self._stopped = False
         self._beat: asyncio.TimerHandle | None = None
-        self._unsent: deque[tuple[Callable[[bytes], None], bytes]] = deque()
-        """Messages that were due when the browser stopped reading: at most those of one flush."""
+        self._unsent: deque[Callable[[], int]] = deque()
+        """Writes messages that were due when the browser stopped reading: at most those of one flush. They are encoded
+        only then, because thousands at once would delay the frames. Each returns its bytes."""
         writer.on_room = self._flush
         browser.woken_by(self.wake)
 
@@ -81,17 +83,15 @@ class LiveWriter:
             for event in self._browser.take_events():
                 if isinstance(event, Lost):
                     traffic.frames_lost += event.count
-                unsent.append((writer.write_text, encode_event(event).encode()))
+                unsent.append(partial(_write_event, writer, event))
             frames = outbox.take(now)
             traffic.frames_to_browsers += len(frames)
             self._unsent_since, self._due_since = self._due_since if frames else None, None
             for start in range(0, len(frames), MAX_FRAMES_PER_MESSAGE):
-                unsent.append((writer.write_binary, b"".join(frames[start : start + MAX_FRAMES_PER_MESSAGE])))
+                unsent.append(partial(_write_frames, writer, frames[start : start + MAX_FRAMES_PER_MESSAGE]))
         while unsent and writer.has_room():
-            write, message = unsent.popleft()
-            write(message)
+            traffic.bytes_to_browsers += unsent.popleft()()
             traffic.messages_to_browsers += 1
-            traffic.bytes_to_browsers += len(message)
         if self._unsent_since is not None and not unsent:
             traffic.up.observe(time.monotonic() - self._unsent_since)
             self._unsent_since = None
@@ -106,6 +106,18 @@ class LiveWriter:
     def _at_beat(self) -> None:
         self._beat = None
         self._flush()
+
+
+def _write_event(writer: MessageWriter, event: ToBrowser) -> int:
+    message = encode_event(event).encode()
+    writer.write_text(message)
+    return len(message)
+
+
+def _write_frames(writer: MessageWriter, frames: list[bytes]) -> int:
+    message = b"".join(frames)
+    writer.write_binary(message)
+    return len(message)
 
 
 def _nothing() -> None:

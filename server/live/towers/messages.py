@@ -4,6 +4,7 @@ Frames travel as in the browser's WebSocket: tagged, in binary messages. The bus
 TLS and a password of its own wherever it leaves the machine.
 """
 
+from collections.abc import Iterator
 from datetime import datetime
 from struct import Struct
 from typing import Final, NamedTuple
@@ -19,6 +20,8 @@ from wire.ids import UserId
 TOWER_ID_BYTES: Final = 16
 MAX_PACKET_BYTES: Final = 900_000
 """NATS takes a million bytes by default."""
+MAX_BODY_BYTES: Final = 100_000
+"""Of several messages in one packet: sticks wait behind one. A single message may be larger."""
 BUS_VERSION: Final = 3
 """A tower tells it in its row. 0: knows no HandOver, and would break the stream; 1: no InAir, and it does not take over
 the alerts of drones that come to it; 2: sends no video (video_messages.py)."""
@@ -204,9 +207,20 @@ _encoder: Final = msgspec.msgpack.Encoder()
 _decoder: Final[msgspec.msgpack.Decoder[list[Message]]] = msgspec.msgpack.Decoder(list[Message])
 
 
-def encode_packet(sender: str, stream: int, sequence: int, sent_ms: int, messages: list[Message]) -> bytes:
+def encode_bodies(messages: list[Message]) -> Iterator[bytes]:
+    """The messages in order, in packets that the bus takes: as few as there can be, if it is not much."""
+    body = _encoder.encode(messages)
+    if len(body) <= MAX_BODY_BYTES or len(messages) == 1:
+        yield body
+        return
+    middle = len(messages) // 2
+    yield from encode_bodies(messages[:middle])
+    yield from encode_bodies(messages[middle:])
+
+
+def encode_packet(sender: str, stream: int, sequence: int, sent_ms: int, body: bytes) -> bytes:
     """`sender`: a tower's number, 32 hexadecimal digits."""
-    return _HEADER.pack(bytes.fromhex(sender), stream, sent_ms, sequence) + _encoder.encode(messages)
+    return _HEADER.pack(bytes.fromhex(sender), stream, sent_ms, sequence) + body
 
 
 def read_header(packet: bytes) -> Packet:

@@ -19,6 +19,7 @@ from server.live.towers.messages import (
     MalformedPacket,
     Message,
     decode_messages,
+    encode_bodies,
     encode_packet,
     read_header,
 )
@@ -130,13 +131,14 @@ class Towers:
             self._put(other, message)
 
     def flush(self, now: float) -> None:
-        """Sends what waits: one packet to each tower."""
+        """Sends what waits: one packet to each tower, or several if it is much."""
         self._dirty = False
         for tower, other in self._others.items():
             if other.waiting:
                 waiting, other.waiting = other.waiting, []
-                sequence = other.outgoing.next()
-                self._publish(tower, encode_packet(self.me, other.outgoing.number, sequence, stamp_ms(now), waiting))
+                stream, sent_ms = other.outgoing.number, stamp_ms(now)
+                for body in encode_bodies(waiting):
+                    self._publish(tower, encode_packet(self.me, stream, other.outgoing.next(), sent_ms, body))
 
     def receive(self, packet: bytes, now: float) -> None:
         """A packet from the bus."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Collection
 from datetime import timedelta
 from typing import Final
 
@@ -24,14 +25,27 @@ AWAITED_FOR: Final = timedelta(hours=24)
 MAX_LOADED: Final = 5_000
 
 
-async def read_alerts(database: Database, clock: Clock) -> list[Alert]:
-    """Those whose rule this version has, oldest first."""
+async def read_alerts(
+    database: Database, clock: Clock, *, of: Collection[DroneId] | None = None, of_tower: str = ""
+) -> list[Alert]:
+    """Those whose rule this version has, oldest first. `of`: of these drones alone, and of the tower of that name."""
     unread = AlertRow.acknowledged_at.is_(None) & (AlertRow.severity == Severity.CRITICAL.value)
     recent = AlertRow.closed_at >= clock() - AWAITED_FOR
     query = select(AlertRow).where(or_(AlertRow.closed_at.is_(None), recent & unread))
+    if of is not None:
+        towers_own = AlertRow.drone_id.is_(None) & (AlertRow.subject == of_tower)
+        query = query.where(or_(AlertRow.drone_id.in_(of), towers_own))
     async with database.reading() as session:
         rows = (await session.scalars(query.order_by(AlertRow.opened_at.desc()).limit(MAX_LOADED))).all()
     return [alert_of(row) for row in reversed(rows) if row.rule in BY_NAME]
+
+
+async def read_open(database: Database) -> list[tuple[int, DroneId]]:
+    """Every alert of a drone that has not ended, and its drone: little of each, for a look every few seconds."""
+    query = select(AlertRow.id, AlertRow.drone_id).where(AlertRow.closed_at.is_(None), AlertRow.drone_id.is_not(None))
+    async with database.reading() as session:
+        rows = await session.execute(query.order_by(AlertRow.opened_at.desc()).limit(MAX_LOADED))
+        return [(row.id, DroneId(row.drone_id)) for row in rows]
 
 
 def restore_alerts(hub: Hub, announcer: Announcer, alerts: list[Alert], clock: Clock) -> None:

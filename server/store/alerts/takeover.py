@@ -7,6 +7,9 @@ have, was another tower's. It goes on here under its number, so it ends here, an
 from __future__ import annotations
 
 import asyncio
+import time
+from collections.abc import Callable
+from itertools import islice
 from typing import Final
 
 import structlog
@@ -17,25 +20,40 @@ from server.live.alerts.alert import Alert
 from server.live.alerts.announcer import Announcer
 from server.live.hub import Hub
 from server.live.towers.place import Place
-from server.store.alerts.loading import read_alerts, restore_alerts
+from server.store.alerts.loading import read_alerts, read_open, restore_alerts
 from server.store.alerts.writer import AlertWriter
 from server.store.database import Database
 from wire.ids import DroneId
 
 EVERY_S: Final = 10.0
 """How often it looks besides: the former tower may have stored an alert after the drone came."""
+GATHERED_S: Final = 0.1
+"""Drones that come within this time are looked up together."""
+MAX_AT_ONCE: Final = 500
+"""Drones whose alerts are read in one query."""
 _log = structlog.get_logger(__name__)
 
 
 class AlertTakeover:
     """One for a tower that shares a bus."""
 
-    def __init__(self, hub: Hub, database: Database, clock: Clock, writer: AlertWriter, announcer: Announcer) -> None:
+    def __init__(
+        self,
+        hub: Hub,
+        database: Database,
+        clock: Clock,
+        writer: AlertWriter,
+        announcer: Announcer,
+        *,
+        monotonic: Callable[[], float] = time.monotonic,
+    ) -> None:
         self._hub = hub
         self._database = database
         self._clock = clock
         self._writer = writer
         self._announcer = announcer
+        self._monotonic = monotonic
+        self._look_at = float("-inf")
         self._something = asyncio.Event()
         self._came: set[DroneId] = set()
         """Drones whose alerts that are over and wait for a person are to be read as well."""
@@ -57,6 +75,7 @@ class AlertTakeover:
             except TimeoutError:
                 pass
             self._something.clear()
+            await asyncio.sleep(GATHERED_S)
             try:
                 await self.take_over()
             except (SQLAlchemyError, OSError) as error:
@@ -65,26 +84,39 @@ class AlertTakeover:
 
     async def take_over(self) -> int:
         """Returns how many. Raises SQLAlchemyError and OSError of the database."""
-        came = set(self._came)
+        came = set(islice(self._came, MAX_AT_ONCE))
         # What changes here from now on is known better here than what the database is about to answer.
         self._changed = {alert.id for alert in self._writer.waiting()}
-        found = await read_alerts(self._database, self._clock)
+        drones = came | await self._drones_with_others()
+        found = await read_alerts(self._database, self._clock, of=drones, of_tower=self._hub.alerts.tower)
         ours = [alert for alert in found if self._is_ours(alert, came)]
         self._came -= came
+        if self._came:
+            self._something.set()
         if ours:
             restore_alerts(self._hub, self._announcer, ours, self._clock)
             _log.info("alerts_taken_over", count=len(ours))
         return len(ours)
 
+    async def _drones_with_others(self) -> set[DroneId]:
+        """Drones at home here with stored open alerts that this tower does not have; looked for now and then."""
+        now = self._monotonic()
+        if now < self._look_at:
+            return set()
+        stored = await read_open(self._database)
+        self._look_at = now + EVERY_S
+        return {drone_id for alert_id, drone_id in stored if self._lacks(alert_id, drone_id)}
+
+    def _lacks(self, alert_id: int, drone_id: DroneId) -> bool:
+        drone = self._hub.state.drones.get(drone_id)
+        is_here = drone is not None and drone.place is Place.HERE
+        return is_here and alert_id not in self._changed and not self._hub.alerts.has(alert_id)
+
     def _is_ours(self, alert: Alert, came: set[DroneId]) -> bool:
-        if alert.id in self._changed or self._hub.alerts.has(alert.id):
-            return False
         if alert.drone_id is None:  # of this tower, before its restart
-            return alert.closed_at is None and alert.subject == self._hub.alerts.tower
-        drone = self._hub.state.drones.get(alert.drone_id)
-        if drone is None or drone.place is not Place.HERE:
-            return False
-        return alert.closed_at is None or alert.drone_id in came
+            is_new = alert.id not in self._changed and not self._hub.alerts.has(alert.id)
+            return is_new and alert.closed_at is None and alert.subject == self._hub.alerts.tower
+        return self._lacks(alert.id, alert.drone_id) and (alert.closed_at is None or alert.drone_id in came)
 
     def _note(self, alert: Alert) -> None:
         self._changed.add(alert.id)

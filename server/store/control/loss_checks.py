@@ -6,6 +6,7 @@ acknowledgement belongs to one user and one set of dangers, and lets that user a
 
 import hashlib
 from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -54,6 +55,17 @@ async def read_acknowledged(session: AsyncSession | DatabaseSession, drone_id: D
     """The hash of the dangers that each user has acknowledged."""
     rows = await session.scalars(select(LossAcknowledgementRow).where(LossAcknowledgementRow.drone_id == drone_id))
     return {UserId(row.user_id): row.findings_hash for row in rows}
+
+
+async def read_acknowledged_of(
+    session: AsyncSession | DatabaseSession, drone_ids: Sequence[DroneId]
+) -> dict[DroneId, dict[UserId, str]]:
+    """The same for those among several drones that have any."""
+    query = select(LossAcknowledgementRow).where(LossAcknowledgementRow.drone_id.in_(drone_ids))
+    known: defaultdict[DroneId, dict[UserId, str]] = defaultdict(dict)
+    for row in await session.scalars(query):
+        known[DroneId(row.drone_id)][UserId(row.user_id)] = row.findings_hash
+    return known
 
 
 class LossChecks:

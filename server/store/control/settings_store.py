@@ -1,5 +1,6 @@
 """Storage of each drone's settings, and their transfer to the hub. The database stores only chosen values."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from sqlalchemy import select
@@ -10,7 +11,7 @@ from server.domain.drone_settings import DroneSettings, settings_from
 from server.live.hub import Hub
 from server.store.audit.action import AuditAction
 from server.store.control.tables import DroneSettingsRow
-from server.store.database import Database
+from server.store.database import Database, DatabaseSession
 from server.store.fleet.tables import DroneRow
 from wire.ids import DroneId
 
@@ -20,10 +21,12 @@ async def load_settings(session: AsyncSession) -> dict[DroneId, DroneSettings]:
     return {DroneId(row.drone_id): settings_from(row.chosen) for row in await session.scalars(select(DroneSettingsRow))}
 
 
-async def read_settings(session: AsyncSession, drone_id: int) -> DroneSettings:
-    """Returns the settings of one drone."""
-    row = await session.get(DroneSettingsRow, drone_id)
-    return settings_from(row.chosen) if row is not None else DroneSettings()
+async def read_settings_of(
+    session: AsyncSession | DatabaseSession, drone_ids: Sequence[DroneId]
+) -> dict[DroneId, DroneSettings]:
+    """Returns the settings of those among these drones that have any; the others have the defaults."""
+    rows = await session.scalars(select(DroneSettingsRow).where(DroneSettingsRow.drone_id.in_(drone_ids)))
+    return {DroneId(row.drone_id): settings_from(row.chosen) for row in rows}
 
 
 async def change_settings(

@@ -26,8 +26,6 @@ from server.store.towers.drone_homes import Claimed, DroneHomes
 from wire.ids import DroneId
 
 TRY_AGAIN_AFTER_S: Final = 0.5
-MAX_AT_ONCE: Final = 8
-"""Claims in the database at the same time: after the end of a tower thousands of agents come at once."""
 ANOTHER_TOWER: Final = "the drone has another tower now"
 _OF_ITS_AGENT: Final = (AgentLinked, LossParametersReported, HoldStepReported)
 _log = structlog.get_logger(__name__)
@@ -55,7 +53,6 @@ class Claims:
         self._event_handler = event_handler
         self._monotonic = monotonic
         self._at_work: dict[DroneId, asyncio.Task[None]] = {}
-        self._slots = asyncio.Semaphore(MAX_AT_ONCE)
         self.on_came: Callable[[DroneId], None] = lambda drone_id: None
         """Called when a drone has its home here since now."""
         towers.is_claiming = self.is_claiming
@@ -121,8 +118,7 @@ class Claims:
             while (drone := self._hub.state.drones.get(drone_id)) is not None and drone.link is not None:
                 link = drone.link
                 try:
-                    async with self._slots:
-                        claimed = await self._homes.claim(drone_id)
+                    claimed = await self._homes.claim(drone_id)
                     if claimed is not None:
                         self._apply(drone_id, claimed)
                 except (SQLAlchemyError, OSError) as error:

@@ -19,10 +19,11 @@ from server.live.relay.live_drone import LeaseView
 from server.store.accounts.tables import UserRow
 from server.store.audit.trail import TOWER, record
 from server.store.control.lease_store import lease_of_row, view_of
-from server.store.control.loss_checks import read_acknowledged
-from server.store.control.settings_store import read_settings
+from server.store.control.loss_checks import read_acknowledged_of
+from server.store.control.settings_store import read_settings_of
 from server.store.control.tables import ControlLeaseRow
-from server.store.database import Database
+from server.store.database import Database, DatabaseSession
+from server.store.towers.claim_batches import ClaimBatches
 from server.store.towers.tables import DroneHomeRow, TowerMemberRow
 from wire.ids import DroneId, UserId
 
@@ -51,6 +52,7 @@ class DroneHomes:
         self._database = database
         self._clock = clock
         self._tower = tower
+        self._batches = ClaimBatches(self._claim_all)
 
     async def refuse_elsewhere(self, session: AsyncSession, drone_id: DroneId) -> Refused | None:
         """Inside a transaction that changes the drone's lease: a refusal unless this tower is its home. Nobody can
@@ -61,32 +63,58 @@ class DroneHomes:
     async def claim(self, drone_id: DroneId, *, only_if_free: bool = False) -> Claimed | None:
         """Makes this tower the home of the drone: its agent has linked here. `only_if_free`: not if another running
         tower is. None: another one is, or the drone was deleted."""
+        if not only_if_free:
+            return await self._batches.claim(drone_id)
         async with self._database.writing() as session:
-            return await self._claim(session, drone_id, only_if_free=only_if_free)
+            return (await self._claim(session, [drone_id], only_if_free=True)).get(drone_id)
 
-    async def _claim(self, session: AsyncSession, drone_id: DroneId, *, only_if_free: bool) -> Claimed | None:
-        home = await session.get(DroneHomeRow, drone_id, with_for_update=True)
-        if home is None:
-            home = DroneHomeRow(drone_id=drone_id, tower="", claim=0)
-            session.add(home)
-        moved = home.tower != self._tower
-        if moved and only_if_free and home.tower and await session.get(TowerMemberRow, home.tower) is not None:
-            return None
-        if moved:
-            home.tower, home.claim = self._tower, home.claim + 1
-        # All in this transaction: the sticks of who flies the drone wait until it is at home here.
-        settings = await read_settings(session, drone_id)
-        acknowledged = await read_acknowledged(session, drone_id)
-        row = await session.get(ControlLeaseRow, drone_id, with_for_update=True)
-        if row is None:
-            return Claimed(home.claim, moved, None, False, settings, acknowledged)
-        if moved:
-            self._end_assistance(session, row)
-        named = {row.holder_id, row.taken_from_id, row.assistant_id} - {None}
-        query = select(UserRow).where(UserRow.id.in_(named))
-        users = {user.id: user for user in await session.scalars(query)} if named else {}
-        view = view_of(lease_of_row(row), users)
-        return Claimed(home.claim, moved, view, row.hold_open, settings, acknowledged)
+    async def _claim_all(self, drone_ids: list[DroneId]) -> dict[DroneId, Claimed]:
+        async with self._database.writing() as session:
+            return await self._claim(session, drone_ids, only_if_free=False)
+
+    async def _claim(
+        self, session: DatabaseSession, drone_ids: list[DroneId], *, only_if_free: bool
+    ) -> dict[DroneId, Claimed]:
+        """`drone_ids`: sorted, so that towers lock the rows in the same order."""
+        homes = await self._lock_homes(session, drone_ids)
+        if only_if_free:
+            running = set(await session.scalars(select(TowerMemberRow.tower))) - {self._tower}
+            homes = {drone_id: home for drone_id, home in homes.items() if home.tower not in running}
+        came = {drone_id for drone_id, home in homes.items() if home.tower != self._tower}
+        for drone_id in came:
+            homes[drone_id].tower, homes[drone_id].claim = self._tower, homes[drone_id].claim + 1
+        # All in this transaction: the sticks of who flies a drone wait until it is at home here.
+        settings = await read_settings_of(session, list(homes))
+        acknowledged = await read_acknowledged_of(session, list(homes))
+        query = select(ControlLeaseRow).where(ControlLeaseRow.drone_id.in_(homes)).order_by(ControlLeaseRow.drone_id)
+        leases = {row.drone_id: row for row in await session.scalars(query.with_for_update())}
+        for drone_id in came & leases.keys():
+            self._end_assistance(session, leases[drone_id])
+        named = {one for row in leases.values() for one in (row.holder_id, row.taken_from_id, row.assistant_id)} - {
+            None
+        }
+        people = select(UserRow).where(UserRow.id.in_(named))
+        users = {user.id: user for user in await session.scalars(people)} if named else {}
+        return {
+            drone_id: Claimed(
+                home.claim,
+                drone_id in came,
+                view_of(lease_of_row(leases[drone_id]), users) if drone_id in leases else None,
+                drone_id in leases and leases[drone_id].hold_open,
+                settings.get(drone_id, DroneSettings()),
+                acknowledged.get(drone_id, {}),
+            )
+            for drone_id, home in homes.items()
+        }
+
+    @staticmethod
+    async def _lock_homes(session: DatabaseSession, drone_ids: list[DroneId]) -> dict[DroneId, DroneHomeRow]:
+        """The rows, locked; new ones where there are none."""
+        query = select(DroneHomeRow).where(DroneHomeRow.drone_id.in_(drone_ids)).order_by(DroneHomeRow.drone_id)
+        found = {DroneId(row.drone_id): row for row in await session.scalars(query.with_for_update())}
+        new = {one: DroneHomeRow(drone_id=one, tower="", claim=0) for one in drone_ids if one not in found}
+        session.add_all(new.values())
+        return found | new
 
     def _end_assistance(self, session: AsyncSession, row: ControlLeaseRow) -> None:
         """The former home knew whose turn it was (`after_start.py`)."""
