@@ -26,6 +26,7 @@ from server.live.anonymous.budget import AnonymousBudget
 from server.live.hub import Hub
 from server.runtime.agent_packages import AgentPackages
 from server.runtime.aligned_timers import SharedChecks
+from server.runtime.elevation.uploads import ElevationUploads
 from server.runtime.loop_lag import LoopLag
 from server.runtime.map_files import MapFolder
 from server.runtime.maps.terrain import Terrain
@@ -103,6 +104,7 @@ class Parts:
     map_folder: MapFolder
     map_layers: MapLayers
     map_areas: MapAreas
+    elevation_uploads: ElevationUploads
     tile_proxy: TileProxy
     terrain: Terrain
     loop_lag: LoopLag
@@ -192,6 +194,7 @@ FlightImportsDep = Annotated[FlightImports, _part(lambda parts: parts.flight_imp
 FlightVideosDep = Annotated[FlightVideos, _part(lambda parts: parts.flight_videos)]
 MapLayersDep = Annotated[MapLayers, _part(lambda parts: parts.map_layers)]
 MapAreasDep = Annotated[MapAreas, _part(lambda parts: parts.map_areas)]
+ElevationUploadsDep = Annotated[ElevationUploads, _part(lambda parts: parts.elevation_uploads)]
 TileProxyDep = Annotated[TileProxy, _part(lambda parts: parts.tile_proxy)]
 TerrainDep = Annotated[Terrain, _part(lambda parts: parts.terrain)]
 AgentPackagesDep = Annotated[AgentPackages, _part(lambda parts: parts.agent_packages)]

@@ -249,6 +249,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         map_folder=maps.folder,
         map_layers=maps.layers,
         map_areas=maps.areas,
+        elevation_uploads=maps.elevation,
         tile_proxy=maps.proxy,
         terrain=maps.terrain,
         agent_packages=AgentPackages(settings.agent_releases),
@@ -339,6 +340,7 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         await stack.enter_async_context(in_background("retention", tower.retention.work))
         stack.callback(tower.tile_proxy.close)
         stack.callback(tower.terrain.close)
+        stack.push_async_callback(tower.elevation_uploads.close)
         await stack.enter_async_context(in_background("offline maps", tower.map_areas.run))
         await stack.enter_async_context(in_background("loop lag", tower.loop_lag.watch))
         await stack.enter_async_context(in_background("tower watch", TowerWatch(settings, tower.hub.alerts).work))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from server.runtime.elevation.uploads import ElevationUploads
 from server.runtime.map_files import MapFolder
 from server.runtime.maps.elevation_layer import ElevationLayer
 from server.runtime.maps.terrain import Terrain
@@ -22,6 +23,7 @@ class MapParts:
     areas: MapAreas
     proxy: TileProxy
     terrain: Terrain
+    elevation: ElevationUploads
 
 
 def new_map_parts(settings: Settings, database: Database) -> MapParts:
@@ -32,4 +34,5 @@ def new_map_parts(settings: Settings, database: Database) -> MapParts:
         lambda: folder.look()[0],
         lambda: [ElevationLayer(one.tiles, proxy) for one in layers.known if one.about.role == "terrain"],
     )
-    return MapParts(folder, layers, MapAreas(database, layers, proxy), proxy, terrain)
+    elevation = ElevationUploads(settings.maps, settings.map_file_largest_mb * 1_000_000)
+    return MapParts(folder, layers, MapAreas(database, layers, proxy), proxy, terrain, elevation)

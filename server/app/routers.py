@@ -50,8 +50,8 @@ from server.api.system import routes as system_routes
 from server.api.system import tower_routes
 from server.api.teams import routes as team_routes
 from server.api.tiles import admin_routes as map_admin_routes
+from server.api.tiles import elevation_routes, tile_routes
 from server.api.tiles import routes as map_routes
-from server.api.tiles import tile_routes
 from server.api.video import routes as video_routes
 from server.api.zones import routes as zone_routes
 
@@ -94,6 +94,7 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     video_routes.router,
     map_routes.router,
     map_admin_routes.router,
+    elevation_routes.router,
     tile_routes.router,
     zone_routes.router,
     token_routes.router,

@@ -17,18 +17,50 @@ from server.runtime.tile_source import read_kind
 
 MIN_FREE_BYTES: Final = 512_000_000
 PIECE_WITHIN_S: Final = 30.0
-_HEADER_BYTES: Final = 127
+_START_BYTES: Final = 8
 
 
 class MapUpload:
     def __init__(self, folder: Path, name: str, max_bytes: int) -> None:
-        self._folder = folder
         self._file = folder / f"{name}{ENDING}"
         self._part = folder / f".{name}.{os.urandom(6).hex()}.part"
-        self._max_bytes = max_bytes
+        self._stream = StreamedFile(self._part, max_bytes, (b"PMTiles\x03",), "not PMTiles, version 3")
 
     async def receive(self, length: str, pieces: AsyncIterator[bytes]) -> int:
         """Returns the size in bytes. Raises BadMapFile; then nothing has changed."""
+        size = await self._stream.receive(length, pieces)
+        try:
+            await asyncio.to_thread(self._check)
+            await asyncio.to_thread(self._part.replace, self._file)
+        except OSError as error:
+            raise BadMapFile(f"the file cannot be stored ({error.strerror})") from None
+        finally:
+            with suppress(OSError):
+                self._part.unlink()
+        return size
+
+    def _check(self) -> None:
+        try:
+            read_kind(self._part)
+            with PmtilesFile(self._part) as archive:
+                archive.tile(archive.min_zoom, 0, 0)  # reads the directories
+        except ValueError as error:
+            raise BadMapFile(f"the upload {error}") from None
+        except BrokenArchive as error:
+            raise BadMapFile(f"the file is broken: {error}") from None
+
+
+class StreamedFile:
+    """Receives a file into `part`. `starts`: what it may begin with; `otherwise`: words on one that does not."""
+
+    def __init__(self, part: Path, max_bytes: int, starts: tuple[bytes, ...], otherwise: str) -> None:
+        self._part = part
+        self._max_bytes = max_bytes
+        self._starts = starts
+        self._otherwise = otherwise
+
+    async def receive(self, length: str, pieces: AsyncIterator[bytes]) -> int:
+        """Returns the size in bytes. Raises BadMapFile; then there is no file."""
         if not (length.isascii() and length.isdigit() and len(length) < 16):
             raise BadMapFile("the file's length is required: send Content-Length")
         expected = int(length)
@@ -40,18 +72,17 @@ class MapUpload:
                 await self._write(file, pieces, expected)
             finally:
                 await asyncio.to_thread(file.close)
-            await asyncio.to_thread(self._check)
-            await asyncio.to_thread(self._part.replace, self._file)
-        except OSError as error:
-            raise BadMapFile(f"the file cannot be stored ({error.strerror})") from None
-        finally:
+        except BaseException as error:
             with suppress(OSError):
                 self._part.unlink()
+            if isinstance(error, OSError):
+                raise BadMapFile(f"the file cannot be stored ({error.strerror})") from None
+            raise
         return expected
 
     def _open(self, expected: int) -> IO[bytes]:
-        self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        if shutil.disk_usage(self._folder).free < expected + MIN_FREE_BYTES:
+        self._part.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        if shutil.disk_usage(self._part.parent).free < expected + MIN_FREE_BYTES:
             raise BadMapFile("the disk of the tower has no room for this file")
         return self._part.open("xb")
 
@@ -69,20 +100,10 @@ class MapUpload:
             taken += len(piece)
             if taken > expected:
                 raise BadMapFile("the file is longer than was said")
-            if len(head) < _HEADER_BYTES:
-                head += piece[:_HEADER_BYTES]
-                if not head.startswith(b"PMTiles\x03"[: len(head)]):
-                    raise BadMapFile("the file is not PMTiles, version 3")
+            if len(head) < _START_BYTES:
+                head = (head + piece[:_START_BYTES])[:_START_BYTES]
+                if not any(head.startswith(start[: len(head)]) for start in self._starts):
+                    raise BadMapFile(f"the file is {self._otherwise}")
             await asyncio.to_thread(file.write, piece)
         if taken != expected:
             raise BadMapFile("the file is not whole")
-
-    def _check(self) -> None:
-        try:
-            read_kind(self._part)
-            with PmtilesFile(self._part) as archive:
-                archive.tile(archive.min_zoom, 0, 0)  # reads the directories
-        except ValueError as error:
-            raise BadMapFile(f"the upload {error}") from None
-        except BrokenArchive as error:
-            raise BadMapFile(f"the file is broken: {error}") from None

@@ -115,6 +115,7 @@ TABLE: Final[dict[str, str]] = {
     **dict.fromkeys(("list_invitations", "accept_invitation", "decline_invitation"), IN_PERSON),
     **dict.fromkeys(("get_map_admin", "add_map_layer", "remove_map_layer", "put_map_file", "remove_map_file"), RULE),
     **dict.fromkeys(("estimate_map_area", "keep_map_area", "let_map_area_go"), RULE),
+    **dict.fromkeys(("put_elevation_file", "stop_elevation"), RULE),
     "list_enrolments": RULE,
     **dict.fromkeys(("begin_enrolment", "cancel_enrolment", "revoke_key"), RULE_IN_PERSON),
     **dict.fromkeys(("list_audit_events", "download_audit_events", "system", "who_is_online"), RULE),

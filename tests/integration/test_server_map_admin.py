@@ -1,19 +1,23 @@
 """Maps that an admin chooses, from files and from other servers, through the tower's cache."""
 
 import asyncio
+import sys
 from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any, Final
 
 import httpx
+import numpy as np
 import pytest
 from control_world import until
 from sqlalchemy import select
 from tower_world import TowerWorld, assert_problem, start_tower
+from worlds.geotiff_files import Geotiff, projected
 from worlds.tile_files import PNG, one_colour_png, write_tile_file
 from worlds.tile_server import TileServer, tile_server
 
 from server.domain.people import Role
+from server.runtime.elevation import converting
 from server.store.audit.tables import AuditEventRow
 
 AREA: Final = {"name": "Field", "south": 47.39, "west": 8.53, "north": 47.41, "east": 8.56, "max_zoom": 12}
@@ -204,3 +208,68 @@ async def test_a_file_is_uploaded_checked_and_removed(
     assert (await ada.delete(path)).status_code == 204
     assert_problem(await ada.delete(path), 422, "invalid-request")
     assert [action for action, _ in await audited(world)] == ["map.file_added", "map.file_removed"]
+
+
+async def conversion(client: httpx.AsyncClient, **awaited: Any) -> dict[str, Any]:
+    """Returns the GeoTIFF uploaded last when its values are those that are awaited."""
+    async with asyncio.timeout(60):
+        while True:
+            found = dict((await client.get("/api/v1/map/admin")).json()["elevation"])
+            if found == found | awaited:
+                return found
+            await asyncio.sleep(0.05)
+
+
+async def test_a_geotiff_is_uploaded_and_is_elevation_of_the_map(
+    world: TowerWorld, ada: httpx.AsyncClient, tmp_path: Path
+) -> None:
+    content = Geotiff(np.full((40, 50), 321.5, "f4")).write(tmp_path / "hills.tif").read_bytes()
+    path = "/api/v1/map/elevation/hills"
+    olga = await world.signed_in(await world.add_user("olga"))
+    assert_problem(await olga.put(path, content=content), 403, "admins-only")
+    for bad, words in ((b"GIF89a" + content, "no TIFF file"), (b"II*\0" + b"x" * 1_000_000, "larger than 1 MB")):
+        answer = await ada.put(path, content=bad)
+        assert_problem(answer, 422, "invalid-request")
+        assert words in answer.json()["detail"]
+    assert (await ada.get("/api/v1/map/admin")).json()["elevation"] is None
+    assert (await ada.put(path, content=content, params={"title": "My hills", "attribution": "A survey"})).is_success
+    assert await conversion(ada, is_running=False) == {
+        "name": "hills",
+        "is_running": False,
+        "share": 1.0,
+        "problem": "",
+    }
+    (said,) = (await ada.get("/api/v1/map")).json()["layers"]
+    assert (said["name"], said["role"], said["attribution"]) == ("My hills", "terrain", "A survey")
+    heights = await ada.post("/api/v1/map/heights", json={"places": [[46.995, 8.005], [46, 8]]})
+    assert heights.json() == {"heights_m": [321.5, None]}
+    ((action, detail),) = await audited(world)
+    assert (action, detail["file"]) == ("map.file_added", "hills")
+
+    # One that cannot be used is told of in words, and the map keeps what it has.
+    swiss = Geotiff(np.zeros((9, 9), "f4"), keys=projected(2056)).write(tmp_path / "swiss.tif").read_bytes()
+    assert (await ada.put(path, content=swiss)).status_code == 202
+    assert (await conversion(ada, is_running=False))["problem"].startswith(
+        "has the projection EPSG:2056: only EPSG:4326"
+    )
+    assert (await ada.delete("/api/v1/map/elevation")).status_code == 204
+    assert (await ada.get("/api/v1/map/admin")).json()["elevation"] is None
+    assert_problem(await ada.delete("/api/v1/map/elevation"), 422, "invalid-request")
+    assert [file.name for file in world.settings.maps.iterdir()] == ["hills.pmtiles"]
+
+
+async def test_one_geotiff_at_a_time_and_it_can_be_stopped(
+    world: TowerWorld, ada: httpx.AsyncClient, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A program that never ends stands in for a long conversion."""
+    slow = "import time; print('{\"done\": 0.25}', flush=True); time.sleep(600)"
+    monkeypatch.setattr(converting, "_command", lambda _arguments: [sys.executable, "-c", slow])
+    content = Geotiff(np.full((9, 9), 1.0, "f4")).write(tmp_path / "hills.tif").read_bytes()
+    assert (await ada.put("/api/v1/map/elevation/hills", content=content)).status_code == 202
+    await conversion(ada, share=0.25)
+    answer = await ada.put("/api/v1/map/elevation/other", content=content)
+    assert "another GeoTIFF is being received or converted" in answer.json()["detail"]
+    assert (await ada.delete("/api/v1/map/elevation")).status_code == 204
+    assert (await conversion(ada, is_running=False))["problem"] == "was stopped"
+    assert list(world.settings.maps.iterdir()) == []
+    assert await audited(world) == []

@@ -26,7 +26,7 @@ _PLANS: Final = re.compile(
 _SIGN_IN: Final = frozenset(
     {"/api/v1/session", "/api/v1/session/passkey", "/api/v1/session/passkey/options", "/api/v1/enrol"}
 )
-_FILES: Final = re.compile(r"/api/v1/(agent/files/\d+|map/files/[^/]+|flight-imports)")
+_FILES: Final = re.compile(r"/api/v1/(agent/files/\d+|map/(?:files|elevation)/[^/]+|flight-imports)")
 
 
 class BodyCheck:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import os
 from collections.abc import AsyncIterator
+from dataclasses import asdict
 from typing import Annotated, Any, Final, Literal
 
 from fastapi import APIRouter, Path, Request
@@ -15,6 +16,7 @@ from server.api.access import Admin
 from server.api.dependencies import (
     AuditDep,
     DatabaseDep,
+    ElevationUploadsDep,
     MapAreasDep,
     MapFolderDep,
     MapLayersDep,
@@ -131,6 +133,13 @@ class AreaView(AreaBody):
         )
 
 
+class ConversionView(BaseModel):
+    name: str
+    is_running: bool
+    share: Annotated[float, Field(description="That is done, 0 to 1")]
+    problem: Annotated[str, Field(description="What is wrong, in words that follow the name; or empty")]
+
+
 class MapAdminView(BaseModel):
     layers: list[AdminLayerView]
     files: list[FileView]
@@ -139,6 +148,7 @@ class MapAdminView(BaseModel):
     cache_bytes: int
     cache_max_bytes: int
     upload_max_bytes: int
+    elevation: Annotated[ConversionView | None, Field(description="The GeoTIFF uploaded last")]
 
 
 @router.get("/admin")
@@ -148,12 +158,14 @@ async def get_map_admin(
     areas: MapAreasDep,
     proxy: TileProxyDep,
     folder: MapFolderDep,
+    uploads: ElevationUploadsDep,
     settings: SettingsDep,
 ) -> MapAdminView:
     """Returns all map layers, files and kept areas, and the public sources to choose from."""
     good, bad = await asyncio.to_thread(folder.look)
     files = [FileView(name=one.name, bytes=one.bytes, role=one.role, problem="") for one in good]
     files += [FileView(name=one.name, bytes=None, role=None, problem=one.problem) for one in bad]
+    latest = uploads.latest
     return MapAdminView(
         layers=[AdminLayerView.of(one) for one in await layers.all()],
         files=sorted(files, key=lambda one: one.name),
@@ -162,6 +174,7 @@ async def get_map_admin(
         cache_bytes=await asyncio.to_thread(lambda: proxy.store.cached_bytes),
         cache_max_bytes=settings.tile_cache_mb * 1_000_000,
         upload_max_bytes=settings.map_file_largest_mb * 1_000_000,
+        elevation=None if latest is None else ConversionView(**asdict(latest)),
     )
 
 
@@ -217,7 +230,7 @@ async def put_map_file(
 ) -> None:
     """Uploads a PMTiles file. It is a layer as soon as it is whole, in place of one of the same name."""
     upload = MapUpload(folder.folder, name, settings.map_file_largest_mb * 1_000_000)
-    size = await upload.receive(request.headers.get("content-length", ""), _pieces(request))
+    size = await upload.receive(request.headers.get("content-length", ""), pieces_of(request))
     async with database.writing() as session:
         audit.action(admin).record(session, "map.file_added", file=name, bytes=size)
 
@@ -235,7 +248,8 @@ async def remove_map_file(
         audit.action(admin).record(session, "map.file_removed", file=name)
 
 
-async def _pieces(request: Request) -> AsyncIterator[bytes]:
+async def pieces_of(request: Request) -> AsyncIterator[bytes]:
+    """Raises BadMapFile if the connection breaks off."""
     try:
         async for piece in request.stream():
             yield piece

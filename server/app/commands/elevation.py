@@ -31,7 +31,7 @@ def add_elevation_file(
 
     A map file of the same name is replaced: see docs/maps.md.
     """
-    from server.runtime.elevation.conversion import Converted  # loads NumPy
+    from server.runtime.elevation.converted import Converted
     from server.runtime.elevation.converting import add_elevation
     from server.runtime.elevation.refusals import BadElevationFile
 

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-import msgspec
 import numpy as np
 
+from server.runtime.elevation.converted import Converted
 from server.runtime.elevation.georeference import Georeference, georeference_of
 from server.runtime.elevation.height_grid import EDGE_PX, HeightGrid, unpack_heights
 from server.runtime.elevation.pmtiles_writer import Bounds, PmtilesWriter
@@ -34,14 +34,6 @@ _ZOOM_TOLERANCE: Final = 0.05
 """Of a zoom: pixels that are 3 % larger than those of the file lose nothing."""
 _UNPACKING: Final = 0.2
 """Share of the time, about."""
-
-
-class Converted(msgspec.Struct, frozen=True):
-    """`bytes`: of the PMTiles file. `tiles`: of all zooms."""
-
-    zoom: int
-    tiles: int
-    bytes: int
 
 
 def convert(

@@ -9,15 +9,18 @@ On standard output: lines of `{"done": share}`, then the members of `Converted`,
 
 import os
 import resource
+import shutil
 import sys
 from pathlib import Path
 from typing import Final
 
 import msgspec
 
-from server.runtime.elevation.conversion import Converted, convert
+from server.runtime.elevation.conversion import convert
+from server.runtime.elevation.converted import Converted
 from server.runtime.elevation.refusals import BadElevationFile
-from server.runtime.elevation.tiff_file import MAX_PIXELS
+from server.runtime.elevation.tiff_file import MAX_PIXELS, TiffFile
+from server.runtime.map_upload import MIN_FREE_BYTES
 
 NICENESS: Final = 15
 MAX_MEMORY_BYTES: Final = 3 * 1024**3 + 4 * MAX_PIXELS
@@ -33,6 +36,7 @@ def main(arguments: list[str]) -> int:
     resource.setrlimit(resource.RLIMIT_AS, (MAX_MEMORY_BYTES, MAX_MEMORY_BYTES))
     resource.setrlimit(resource.RLIMIT_CPU, (MAX_PROCESSOR_S, MAX_PROCESSOR_S))
     try:
+        _check_room(source, target.parent)
         found = convert(
             source, target, scratch, title=title, attribution=attribution, max_bytes=max_bytes, report=_Reporter()
         )
@@ -40,6 +44,13 @@ def main(arguments: list[str]) -> int:
         words = getattr(error, "strerror", None) or str(error) or type(error).__name__
         return _say({"problem": words}, 1)
     return _say(found, 0)
+
+
+def _check_room(source: Path, folder: Path) -> None:
+    with TiffFile(source) as file:
+        needed = file.width * file.height * 4
+    if shutil.disk_usage(folder).free < 2 * needed + MIN_FREE_BYTES:
+        raise BadElevationFile("needs more room than the disk of the tower has")
 
 
 class _Reporter:

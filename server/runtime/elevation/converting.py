@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -13,11 +12,9 @@ from typing import Final
 
 import msgspec
 
-from server.runtime.elevation.conversion import Converted
+from server.runtime.elevation.converted import Converted
 from server.runtime.elevation.refusals import BadElevationFile
-from server.runtime.elevation.tiff_file import TiffFile
 from server.runtime.map_files import ENDING
-from server.runtime.map_upload import MIN_FREE_BYTES
 
 _PROGRAM: Final = "server.runtime.elevation.converter"
 _ONE_THREAD: Final = {"OPENBLAS_NUM_THREADS": "1"}
@@ -33,19 +30,17 @@ def add_elevation(
     attribution: str,
     max_bytes: int,
     report: Callable[[float], None],
+    started: Callable[[subprocess.Popen[bytes]], None] = lambda _program: None,
 ) -> Converted:
-    """Makes the map file `name` of a GeoTIFF, in place of one of the same name.
+    """Makes the map file `name` of a GeoTIFF, in place of one of the same name. `started` gets the program,
+    for somebody who may kill it.
 
     Raises BadElevationFile and OSError; then nothing has changed."""
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-    with TiffFile(source) as file:
-        needed = file.width * file.height * 4
-    if shutil.disk_usage(folder).free < 2 * needed + MIN_FREE_BYTES:
-        raise BadElevationFile("needs more room than the disk of the tower has")
     mark = os.urandom(6).hex()
     target, scratch = folder / f".{name}.{mark}.part", folder / f".{name}.{mark}.heights"
     try:
-        said = _run([str(source), str(target), str(scratch), str(max_bytes), title, attribution], report)
+        said = _run([str(source), str(target), str(scratch), str(max_bytes), title, attribution], report, started)
         target.replace(folder / f"{name}{ENDING}")
     finally:
         for file_made in (target, scratch):
@@ -54,12 +49,18 @@ def add_elevation(
     return said
 
 
-def _run(arguments: list[str], report: Callable[[float], None]) -> Converted:
+def _command(arguments: list[str]) -> list[str]:
+    return [sys.executable, "-m", _PROGRAM, *arguments]
+
+
+def _run(
+    arguments: list[str], report: Callable[[float], None], started: Callable[[subprocess.Popen[bytes]], None]
+) -> Converted:
     last: dict[str, object] = {}
-    command = [sys.executable, "-m", _PROGRAM, *arguments]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, env=os.environ | _ONE_THREAD) as program:  # noqa: S603
+    with subprocess.Popen(_command(arguments), stdout=subprocess.PIPE, env=os.environ | _ONE_THREAD) as program:  # noqa: S603
         assert program.stdout is not None
         try:
+            started(program)
             for line in program.stdout:
                 last = msgspec.json.decode(line, type=dict[str, object])
                 share = last.get("done")

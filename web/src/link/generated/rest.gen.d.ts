@@ -1297,6 +1297,38 @@ export interface paths {
         readonly patch?: never;
         readonly trace?: never;
     };
+    readonly "/map/elevation": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete: operations["stop_elevation"];
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/map/elevation/{name}": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put: operations["put_elevation_file"];
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
     readonly "/map/files/{name}": {
         readonly parameters: {
             readonly query?: never;
@@ -2679,6 +2711,14 @@ export interface components {
             /** @default  */
             readonly reason?: string;
         };
+        readonly ConversionView: {
+            readonly is_running: boolean;
+            readonly name: string;
+            /** @description What is wrong, in words that follow the name; or empty */
+            readonly problem: string;
+            /** @description That is done, 0 to 1 */
+            readonly share: number;
+        };
         /** @description The number of items of each kind. */
         readonly CountsView: {
             readonly fence: number;
@@ -3590,6 +3630,8 @@ export interface components {
             readonly areas: readonly components["schemas"]["AreaView"][];
             readonly cache_bytes: number;
             readonly cache_max_bytes: number;
+            /** @description The GeoTIFF uploaded last */
+            readonly elevation: components["schemas"]["ConversionView"] | null;
             readonly files: readonly components["schemas"]["FileView"][];
             readonly layers: readonly components["schemas"]["AdminLayerView"][];
             readonly presets: readonly components["schemas"]["PresetView"][];
@@ -7567,6 +7609,53 @@ export interface operations {
                 };
                 content: {
                     readonly "application/json": components["schemas"]["EstimateView"];
+                };
+            };
+        };
+    };
+    readonly stop_elevation: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 204: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content?: never;
+            };
+        };
+    };
+    readonly put_elevation_file: {
+        readonly parameters: {
+            readonly query?: {
+                readonly attribution?: string;
+                readonly title?: string;
+            };
+            readonly header?: never;
+            readonly path: {
+                readonly name: string;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "image/tiff": string;
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 202: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": unknown;
                 };
             };
         };
