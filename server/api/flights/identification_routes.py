@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from pathlib import Path as FilePath
-from typing import Annotated, Final, Literal
+from typing import Annotated, Literal
 
 from fastapi import APIRouter, Path
 from pydantic import BaseModel, Field
@@ -14,15 +13,12 @@ from server.api.dependencies import DatabaseDep, FlightsDep, HubDep
 from server.api.flights.readable import known_flight
 from server.api.http.problem_docs import answers
 from server.domain.access import NotSignedIn, SessionExpired
-from server.live.flights.refusals import FlightElsewhere, FlightRunning, UnknownFlight
-from server.runtime.late_import import load_late
+from server.live.flights.refusals import FlightElsewhere, FlightRunning, NotIdentified, UnknownFlight
 from server.store.flights import catalogue
-from server.store.flights.files import TLOG, entries_in_turns
+from server.store.flights.files import TLOG
+from server.store.identification.running import run_identification
 
 router = APIRouter(prefix="/api/v1/flights", tags=["flights"], responses=answers(NotSignedIn, SessionExpired))
-
-MODULE: Final = "server.live.identification.axes"
-"""It loads NumPy, which takes a tenth of a second."""
 
 
 class FirstOrderView(BaseModel):
@@ -38,19 +34,32 @@ class FirstOrderView(BaseModel):
     at_bound: Annotated[bool, Field(description="Time constant or delay is at the end of what was searched")]
 
 
+class TraceView(BaseModel):
+    """One manoeuvre: what the stick and the drone did, and what the model says. Lists of the same length."""
+
+    began_s: Annotated[float, Field(description="Seconds since 1970")]
+    times_s: Annotated[list[float], Field(description="Since then")]
+    given: Annotated[list[float], Field(description="Deflection of the stick, -1 to 1")]
+    got: Annotated[list[float], Field(description="What the drone did, in the unit of the axis")]
+    model: Annotated[list[float], Field(description="What the fitted model does")]
+
+
 class AxisView(BaseModel):
     """One axis; `fit` null: its stick made no manoeuvre that could be fitted."""
 
     axis: Literal["roll", "pitch", "yaw", "climb"]
     unit: str
     fit: FirstOrderView | None
+    traces: Annotated[list[TraceView], Field(description="At most six manoeuvres, those with the greatest deflection")]
 
 
 class IdentificationView(BaseModel):
     axes: list[AxisView]
 
 
-@router.get("/{flight_id}/identification", responses=answers(UnknownFlight, FlightRunning, FlightElsewhere))
+@router.get(
+    "/{flight_id}/identification", responses=answers(UnknownFlight, FlightRunning, FlightElsewhere, NotIdentified)
+)
 async def identify_flight(
     principal: Viewer,
     hub: HubDep,
@@ -65,21 +74,7 @@ async def identify_flight(
     if row.store != flights.files.id:
         raise FlightElsewhere
     path = flights.files.path(row.drone_id, row.file, TLOG)
-    await load_late(MODULE)
+    if not await asyncio.to_thread(path.is_file):
+        raise UnknownFlight
     async with flights.export_turns:
-        try:
-            return await asyncio.to_thread(_identified, path)
-        except OSError:
-            raise UnknownFlight from None
-
-
-def _identified(path: FilePath) -> IdentificationView:
-    from server.live.identification.axes import AXES, identify, table_of_tlog
-
-    found = identify(table_of_tlog(entries_in_turns(path)))
-    axes = []
-    for axis in AXES:
-        one = found[axis.name]
-        about = None if one is None else {name: getattr(one, name) for name in FirstOrderView.model_fields}
-        axes.append(AxisView.model_validate({"axis": axis.name, "unit": axis.unit, "fit": about}))
-    return IdentificationView(axes=axes)
+        return IdentificationView.model_validate({"axes": await run_identification(path)})

@@ -42,7 +42,7 @@ from server.live.flight_commands.vehicle import NoSuchItem, NoSuchMode, NotKnown
 from server.live.flight_imports.refusals import BadFlightFile, ImportsFull, UnknownImport
 from server.live.flight_logs.refusals import BadCredential, FileIncomplete, FileNotTaken, NotAskedFor, UnknownLog
 from server.live.flight_videos.refusals import FlightVideoNotMade, FlightVideosBusy
-from server.live.flights.refusals import BadPage, FlightElsewhere, FlightRunning, UnknownFlight
+from server.live.flights.refusals import BadPage, FlightElsewhere, FlightRunning, NotIdentified, UnknownFlight
 from server.live.maintenance.refusals import NotYoursToMaintain, TooManyTasks, UnknownTask
 from server.live.missions.document import DocumentTooLarge
 from server.live.missions.ground_check import IntoTheGround
@@ -277,6 +277,7 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     FlightRunning: Kind("flight-running", 409, "It is not over yet"),
     FlightVideosBusy: Kind("flight-videos-busy", 409, "Another video is being made"),
     FlightVideoNotMade: Kind("flight-video-not-made", 404, "No such video"),
+    NotIdentified: Kind("not-identified", 422, "The flight cannot be identified"),
     UnknownTask: Kind("unknown-task", 404, "No such maintenance"),
     NotYoursToMaintain: Kind("not-yours-to-maintain", 403, "Not your drone to maintain"),
     TooManyTasks: Kind("too-many-tasks", 409, "Too much maintenance"),

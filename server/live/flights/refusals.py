@@ -27,3 +27,10 @@ class BadPage(Refusal):
 
     def __init__(self) -> None:
         super().__init__("`before` must be the `next` of an earlier page")
+
+
+class NotIdentified(Refusal):
+    """It took too much time or memory, or the file cannot be read."""
+
+    def __init__(self, words: str) -> None:
+        super().__init__(words)

@@ -19,7 +19,7 @@ from typing import Final
 import numpy as np
 
 from server.live.flights.tlog import Entry
-from server.live.identification.first_order import FirstOrder, Samples, fit, manoeuvres_in
+from server.live.identification.first_order import FirstOrder, Manoeuvre, Samples, fit, manoeuvres_in
 from wire.dialect import mavlink
 from wire.frames import message_id, payload, source
 
@@ -90,7 +90,12 @@ class FlightTable:
 
 def identify(table: FlightTable) -> dict[str, FirstOrder | None]:
     """Returns the fit of each axis; None: its stick made no manoeuvre, or the drone did not move."""
-    return {axis.name: fit(manoeuvres_in(*_signals(table, axis))) for axis in AXES}
+    return {axis.name: fit(manoeuvres_of(table, axis)) for axis in AXES}
+
+
+def manoeuvres_of(table: FlightTable, axis: Axis) -> list[Manoeuvre]:
+    """What its stick did, and how the drone answered."""
+    return manoeuvres_in(*_signals(table, axis))
 
 
 def _signals(table: FlightTable, axis: Axis) -> tuple[Samples, Samples, Samples]:

@@ -8,7 +8,6 @@ On standard output: one line of JSON, the members of `Converted`, or `{"problem"
 
 import mmap
 import os
-import resource
 import sys
 from pathlib import Path
 from typing import Final
@@ -18,8 +17,8 @@ import msgspec
 from server.live.flight_imports.conversion import NOT_A_FLIGHT, convert
 from server.live.flight_imports.converted import Converted
 from server.live.flight_imports.refusals import BadFlightFile
+from server.store.bounded_program import limit_this_process
 
-NICENESS: Final = 15
 MAX_MEMORY_BYTES: Final = 2 * 1024**3
 """Limit of address space. The uploaded file is mapped, not read: its largest size counts here."""
 MAX_PROCESSOR_S: Final = 240
@@ -29,11 +28,8 @@ MAX_TLOG_BYTES: Final = 160 * 1024 * 1024
 
 def main(arguments: list[str]) -> int:
     source, target, uploaded_us = Path(arguments[0]), Path(arguments[1]), int(arguments[2])
-    os.nice(NICENESS)
     memory_bytes = MAX_MEMORY_BYTES + source.stat().st_size
-    resource.setrlimit(resource.RLIMIT_AS, (memory_bytes, memory_bytes))
-    resource.setrlimit(resource.RLIMIT_CPU, (MAX_PROCESSOR_S, MAX_PROCESSOR_S))
-    resource.setrlimit(resource.RLIMIT_FSIZE, (MAX_TLOG_BYTES + 1, MAX_TLOG_BYTES + 1))
+    limit_this_process(memory_bytes=memory_bytes, processor_s=MAX_PROCESSOR_S, file_bytes=MAX_TLOG_BYTES + 1)
     try:
         found = _converted(source, target, uploaded_us)
     except (BadFlightFile, OSError, MemoryError) as error:

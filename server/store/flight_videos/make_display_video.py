@@ -9,7 +9,6 @@ On standard output: a line of JSON about once a second, `{"done": pictures}`, an
 
 import json
 import os
-import resource
 import sys
 import threading
 import time
@@ -22,9 +21,9 @@ import av
 from server.live.flight_videos.display_values import DisplayTimeline, in_order
 from server.live.flights.index import entry_of, whole_lines
 from server.live.flights.tlog import read_entries
+from server.store.bounded_program import limit_this_process
 from server.store.flight_videos.burning import Burnt, NoVideo, burn
 
-NICENESS: Final = 15
 MAX_MEMORY_BYTES: Final = 2 * 1024**3
 """Limit of address space."""
 MAX_PROCESSOR_S: Final = 4 * 3600
@@ -34,10 +33,7 @@ SAY_EVERY_S: Final = 1.0
 def main(arguments: list[str]) -> int:
     film, telemetry, index, target = (Path(arguments[number]) for number in (0, 1, 2, 4))
     began_us, max_bytes = int(arguments[3]), int(arguments[5])
-    os.nice(NICENESS)
-    resource.setrlimit(resource.RLIMIT_AS, (MAX_MEMORY_BYTES, MAX_MEMORY_BYTES))
-    resource.setrlimit(resource.RLIMIT_CPU, (MAX_PROCESSOR_S, MAX_PROCESSOR_S))
-    resource.setrlimit(resource.RLIMIT_FSIZE, (max_bytes, max_bytes))
+    limit_this_process(memory_bytes=MAX_MEMORY_BYTES, processor_s=MAX_PROCESSOR_S, file_bytes=max_bytes)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     av.logging.set_level(None)
     said = time.monotonic()

@@ -2521,6 +2521,8 @@ export interface components {
             /** @enum {string} */
             readonly axis: "roll" | "pitch" | "yaw" | "climb";
             readonly fit: components["schemas"]["FirstOrderView"] | null;
+            /** @description At most six manoeuvres, those with the greatest deflection */
+            readonly traces: readonly components["schemas"]["TraceView"][];
             readonly unit: string;
         };
         /**
@@ -4827,6 +4829,19 @@ export interface components {
             readonly joined_at: string;
             /** @description Where agents reach this tower alone; empty: through a proxy only */
             readonly own_url: string;
+        };
+        /** @description One manoeuvre: what the stick and the drone did, and what the model says. Lists of the same length. */
+        readonly TraceView: {
+            /** @description Seconds since 1970 */
+            readonly began_s: number;
+            /** @description Deflection of the stick, -1 to 1 */
+            readonly given: readonly number[];
+            /** @description What the drone did, in the unit of the axis */
+            readonly got: readonly number[];
+            /** @description What the fitted model does */
+            readonly model: readonly number[];
+            /** @description Since then */
+            readonly times_s: readonly number[];
         };
         /** @description Turns to this heading; `relative`: by this angle, clockwise. `yaw` is the older name of `turn`. */
         readonly Turn: {

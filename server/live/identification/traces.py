@@ -1,0 +1,53 @@
+"""What the drone did in a manoeuvre beside what the fitted model says, for a plot. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from server.live.identification.first_order import FirstOrder, Manoeuvre, Samples, respond
+
+MAX_TRACES: Final = 6
+"""Of an axis, those with the greatest deflection."""
+MAX_POINTS: Final = 200
+"""Of a trace."""
+
+
+class Trace(NamedTuple):
+    """`began_s`: by the clock of the flight. `times_s`: since then. `given`: deflection, -1 to 1. `got`, `model`: in
+    the unit of the axis."""
+
+    began_s: float
+    times_s: list[float]
+    given: list[float]
+    got: list[float]
+    model: list[float]
+
+
+def traces(manoeuvres: Sequence[Manoeuvre], found: FirstOrder) -> list[Trace]:
+    """In order of time."""
+    largest = sorted(manoeuvres, key=lambda one: -float(np.ptp(one.given)))[:MAX_TRACES]
+    return [_trace(one, found) for one in sorted(largest, key=lambda one: float(one.times_s[0]))]
+
+
+def _trace(one: Manoeuvre, found: FirstOrder) -> Trace:
+    unit = respond(one, np.array([found.tau_s]), np.array([found.delay_s]))[:, 0, 0]
+    since_s = one.times_s - one.times_s[0]
+    # As in the fit: the drone need not be at rest when a manoeuvre begins, nor at zero.
+    basis = np.stack([np.ones_like(since_s), np.exp(-since_s / found.tau_s)], axis=1)
+    weights, *_ = np.linalg.lstsq(basis, one.got - found.gain * unit, rcond=None)
+    model = found.gain * unit + basis @ weights
+    step = max(1, -(-len(since_s) // MAX_POINTS))
+    return Trace(
+        float(one.times_s[0]),
+        _rounded(since_s[::step]),
+        _rounded(one.given[::step]),
+        _rounded(one.got[::step]),
+        _rounded(model[::step]),
+    )
+
+
+def _rounded(values: Samples) -> list[float]:
+    return [round(float(one), 4) for one in values]

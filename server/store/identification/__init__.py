@@ -1,0 +1,1 @@
+"""System identification of a recorded flight in a process of its own."""
