@@ -91,7 +91,7 @@ async def _land(autopilot: RealAutopilot, seed: int, number: int) -> Landing:
 
 async def _command(autopilot: RealAutopilot, number: int, *params: float) -> None:
     for _ in range(10):
-        if await autopilot.truth.ask(number, *params) == M.MAV_RESULT_ACCEPTED:
+        if await autopilot.truth.ask(number, *params, within_s=10.0) == M.MAV_RESULT_ACCEPTED:
             return
         await asyncio.sleep(1.0)
     raise RuntimeError(f"{number} is refused: {autopilot.truth.texts[-3:]}")
