@@ -4,6 +4,7 @@ sender. What it did is read from its true motion, which the sender does not see.
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import math
 import random
 import tempfile
@@ -90,8 +91,10 @@ async def _land(autopilot: RealAutopilot, seed: int, number: int) -> Landing:
 
 
 async def _command(autopilot: RealAutopilot, number: int, *params: float) -> None:
+    """Asks until it is accepted: an answer may be lost among the pictures' poses."""
     for _ in range(10):
-        if await autopilot.truth.ask(number, *params) == M.MAV_RESULT_ACCEPTED:
-            return
-        await asyncio.sleep(1.0)
+        with contextlib.suppress(TimeoutError):
+            if await autopilot.truth.ask(number, *params, within_s=1.0) == M.MAV_RESULT_ACCEPTED:
+                return
+        await asyncio.sleep(0.2)
     raise RuntimeError(f"{number} is refused: {autopilot.truth.texts[-3:]}")

@@ -66,6 +66,9 @@ async def test_a_target_is_found_and_the_payload_dropped_over_it(tmp_path: Path)
             assert found, alice.texts
             assert found[-1]["letter"] == "K"
             assert found[-1]["thumbnail"]
+            boxes = [one["in_video"] for one in [*found, *alice.events] if one.get("type", "sighting") == "sighting"]
+            assert len(boxes) > len(found), "it was shown in the live video"
+            assert all(0.0 < one["width"] < 1.0 and 0.0 <= one["age_s"] < 10.0 for one in boxes)
             target_m = apart_m((found[-1]["lat_deg"], found[-1]["lon_deg"]), TARGET)
             landed = re.search(r"Payload landed at ([\d.]+),([\d.]+)", "".join(alice.texts))
             assert landed is not None, alice.texts
