@@ -183,11 +183,13 @@ async def test_only_an_emergency_interrupts_a_return(scene: Scene, body: dict[st
     assert [order.interrupts for order in scene.agent.decided_holds] == [interrupts, False]
 
 
+@pytest.mark.parametrize(("session_s", "change_s"), [(30.0, 0.0), (0.0, 30.0)])
 async def test_a_database_that_takes_its_time_adds_a_hold_which_interrupts_too(
-    scene: Scene, monkeypatch: pytest.MonkeyPatch
+    scene: Scene, monkeypatch: pytest.MonkeyPatch, session_s: float, change_s: float
 ) -> None:
-    monkeypatch.setattr("server.api.control.routes.DECIDED_WITHIN_S", 30.0)  # of the sender's session
-    monkeypatch.setattr("server.store.control.service.DECIDED_WITHIN_S", 0.0)
+    assert (await scene.root.get("/api/v1/drones")).status_code == 200  # the tower remembers who Root is
+    monkeypatch.setattr("server.api.control.routes.DECIDED_WITHIN_S", session_s)
+    monkeypatch.setattr("server.store.control.service.DECIDED_WITHIN_S", change_s)
     assert (await ask(scene.root, scene.drone.id, "take", interrupt=True)).status_code == 200
     first, second = scene.agent.holds
     assert UNDECIDED in first.reason

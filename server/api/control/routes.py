@@ -1,6 +1,7 @@
 """`/api/v1/drones/{id}/control/...`: REST access to the control service."""
 
 import asyncio
+import json
 import time
 from collections.abc import AsyncIterator
 from contextlib import ExitStack
@@ -67,7 +68,8 @@ async def _take_by(
             if remembered is not None:
                 may = judge(AccessRequest(remembered, Action.COMMAND, now=clock()))
                 if may.refusal is None:
-                    until_decided.enter_context(control.shut_out(remembered, DroneId(drone_id)))
+                    interrupts = _interrupts(await request.body())
+                    until_decided.enter_context(control.shut_out(remembered, DroneId(drone_id), interrupts=interrupts))
             yield await admitting
     finally:
         admitting.cancel()
@@ -77,6 +79,15 @@ _take_by.action = Action.COMMAND  # type: ignore[attr-defined]  # for the test t
 Taker = Annotated[Principal, Depends(_take_by)]
 _NOT_THE_HOLDER: Final = Refused("not-the-holder", "you do not have the controls")
 Reason = Annotated[ControlRequest | None, Body()]
+
+
+def _interrupts(body: bytes) -> bool:
+    """Whether this is an emergency TAKE. A body that is none is refused later."""
+    try:
+        asked = json.loads(body)
+    except ValueError:
+        return False
+    return isinstance(asked, dict) and asked.get("interrupt") is True
 
 
 async def _change(
