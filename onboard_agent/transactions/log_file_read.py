@@ -60,7 +60,7 @@ class LogFileRead:
         session: int,
         sequence: int,
     ) -> None:
-        """`have`: bytes already in the file. `sequence`: the first to use, later the last one used or the next."""
+        """`have`: bytes already in the file. `sequence`: the first to use; later the last one used, or the next."""
         self._talk = talk
         self._pace = pace
         self._file = file

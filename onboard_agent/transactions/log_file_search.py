@@ -28,7 +28,7 @@ class LogFileSearch:
     def __init__(
         self, talk: FileFrames, pace: LogPace, *, roots: tuple[bytes, ...], size: int, session: int, sequence: int
     ) -> None:
-        """`size`: of the log. `sequence`: the first to use; later the last one that was used, or the next."""
+        """`size`: of the log. `sequence`: the first to use; later the last one used, or the next."""
         self._talk = talk
         self._pace = pace
         self._roots = deque(roots)
