@@ -2,7 +2,7 @@
 
 They have the ids, the lengths and the checksums of real messages. The first twelve bytes of the payload, which nothing
 on the path reads, are the sender's clock (u64, microseconds) and a number (u32): per drone, 1, 2, 3, ... for
-transactional frames, 0 for state.
+transactional frames, 0 for state (of a position: its longitude).
 """
 
 from __future__ import annotations
@@ -39,11 +39,15 @@ EVENT_KINDS: Final = (
 """Transactional: every single one must arrive, in order, at once. None is a text: the stamp would be its severity, and
 the alerts would store what the load says."""
 
+_EVENTS: Final = frozenset(EVENT_KINDS)
+
 _HEAD: Final = Struct("<BBBBBBBBBBQI")
 _STAMP: Final = Struct("<QI")
 _TAG: Final = Struct("<I")
 _HEIGHT: Final = Struct("<i")
 """Of GLOBAL_POSITION_INT, in mm; it follows the stamp."""
+LAYERS: Final = 150
+_COLUMN_E7: Final = 200_000
 _FRAME_HEADER_BYTES: Final = 10
 
 _REST: Final[dict[int, tuple[int, bytes, bytes]]] = {
@@ -67,10 +71,14 @@ class Arrived(NamedTuple):
 
 def stamped_frame(message_id: int, sent_us: int, number: int, sequence: int, layer: int = 0) -> bytes:
     """Returns one whole MAVLink 2 frame of one of the kinds above, from system 1, component 1. The stamps put all
-    drones of the load at one place: each has its own `layer`, 50 m above the next, so that none is near another."""
+    drones of the load at one place: each has its own `layer`, 50 m above the next, so that none is near another. Beyond
+    LAYERS the next ones are 2 km further east: no drone flies higher than drones do. The number of a position is its
+    longitude."""
     length, rest, extra = _REST[message_id]
     if message_id == mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT:
-        rest = _HEIGHT.pack(50_000 * layer) + rest[_HEIGHT.size :]
+        column, height = divmod(layer, LAYERS)
+        rest = _HEIGHT.pack(50_000 * height) + rest[_HEIGHT.size :]
+        number = column * _COLUMN_E7
     head = _HEAD.pack(0xFD, length, 0, 0, sequence & 0xFF, 1, 1, message_id & 0xFF, message_id >> 8, 0, sent_us, number)
     body = head + rest
     return body + mcrf4xx(body[1:] + extra).to_bytes(2, "little")
@@ -84,7 +92,8 @@ def read_tagged(message: bytes) -> Iterator[Arrived]:
         at += TAG_BYTES
         msgid = message[at + 7] | message[at + 8] << 8
         if msgid in _REST:
-            yield Arrived(drone_id, msgid, *_STAMP.unpack_from(message, at + _FRAME_HEADER_BYTES))
+            sent_us, number = _STAMP.unpack_from(message, at + _FRAME_HEADER_BYTES)
+            yield Arrived(drone_id, msgid, sent_us, number if msgid in _EVENTS else 0)
         at += message[at + 1] + 12
 
 
@@ -94,5 +103,6 @@ def read_plain(datagram: bytes) -> Iterator[Arrived]:
     while at < end:
         msgid = datagram[at + 7] | datagram[at + 8] << 8
         if msgid in _REST:
-            yield Arrived(0, msgid, *_STAMP.unpack_from(datagram, at + _FRAME_HEADER_BYTES))
+            sent_us, number = _STAMP.unpack_from(datagram, at + _FRAME_HEADER_BYTES)
+            yield Arrived(0, msgid, sent_us, number if msgid in _EVENTS else 0)
         at += datagram[at + 1] + 12

@@ -10,11 +10,14 @@ import asyncio
 import secrets
 import time
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from itertools import islice
 from typing import Final
 
 import structlog
+from sqlalchemy import select
 
 from server.domain.clock import Clock
 from server.live.flights.index import NoIndex, Pilot, head_line, read_index
@@ -33,6 +36,8 @@ from server.store.flights.writer import FULL, FlightFile, FlightWriter
 
 LOOK_EVERY_S: Final = 0.5
 TIDY_EVERY_S: Final = 10.0
+INSERTED_AT_ONCE: Final = 50
+"""Flights that begin together get their rows in one transaction."""
 TRY_AGAIN_AFTER_S: Final = 30.0
 """After a disk that could not be written: no flight begins before."""
 CRASHED: Final = "the tower ended while it was recorded"
@@ -142,8 +147,10 @@ class FlightService:
                 del self._running[file.file]
                 self._due.append(_Due(file.drone_id, file.file, file.frames_lost, file.words))
         while self._new:
-            await self._insert(*self._new[0])
-            self._new.popleft()
+            batch = list(islice(self._new, INSERTED_AT_ONCE))
+            await self._insert(batch)
+            for _ in batch:
+                self._new.popleft()
         while self._due:
             await self._finish(self._due[0])
             self._due.popleft()
@@ -184,19 +191,23 @@ class FlightService:
             elif file.drone_id in over:
                 file.problem = file.problem or NO_SHARE
 
-    async def _insert(self, head: FlightHead, name: str) -> None:
-        pilots = [] if head.pilot is None else [Pilot(head.pilot.id, head.pilot.name)]
+    async def _insert(self, new: Sequence[tuple[FlightHead, str]]) -> None:
+        """Rows of flights that have begun, unless they have one or their drone was deleted meanwhile."""
+        drones = select(DroneRow.id).where(DroneRow.id.in_([head.drone_id for head, _ in new]))
+        files = select(FlightRow.file).where(FlightRow.file.in_([name for _, name in new]))
         async with self._database.writing() as session:
-            if await session.get(DroneRow, head.drone_id) is None or await catalogue.by_file(session, name) is not None:
-                return
-            await catalogue.add(
-                session,
-                drone_id=head.drone_id,
-                store=self._files.id,
-                file=name,
-                began_at=head.began_at,
-                pilots=pilots,
-            )
+            there, known = set(await session.scalars(drones)), set(await session.scalars(files))
+            for head, name in new:
+                if head.drone_id not in there or name in known:
+                    continue
+                await catalogue.add(
+                    session,
+                    drone_id=head.drone_id,
+                    store=self._files.id,
+                    file=name,
+                    began_at=head.began_at,
+                    pilots=[] if head.pilot is None else [Pilot(head.pilot.id, head.pilot.name)],
+                )
 
     async def _finish(self, due: _Due) -> None:
         """Closes the files and completes the row; makes it, if there is none yet."""

@@ -10,7 +10,7 @@ from starlette.types import Message, Receive, Scope, Send
 
 from server.api.http.only_the_tower import TRY_AGAIN, OnlyTheTower
 
-DENIAL = {"websocket.http.response": {}}
+DENIAL: dict[str, dict[str, str]] = {"websocket.http.response": {}}
 
 
 async def answers(scope: dict[str, Any], *, may_act: bool) -> list[Message]:
