@@ -12,9 +12,6 @@ from typing import Final
 from onboard_agent.transactions.file_frames import FileAnswer, FileFrames, Nack, Op
 from onboard_agent.transactions.log_frames import LogPace
 
-ARDUPILOT_ROOTS: Final = (b"/APM/LOGS", b"logs", b"APM/logs")
-"""On boards, in its simulator, on Qualcomm's."""
-PX4_ROOTS: Final = (b"/fs/microsd/log",)
 _ENDINGS: Final = (b".bin", b".ulg")
 MAX_DIRECTORIES: Final = 200
 MAX_ENTRIES: Final = 5000

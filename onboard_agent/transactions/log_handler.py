@@ -18,11 +18,12 @@ from onboard_agent.transactions.file_sending import FileSender, NotSent, Sending
 from onboard_agent.transactions.handler import Around
 from onboard_agent.transactions.log_download import LogDownload, LogNotRead
 from onboard_agent.transactions.log_file_read import DAMAGED, LogFileRead
-from onboard_agent.transactions.log_file_search import ARDUPILOT_ROOTS, PX4_ROOTS, LogFileSearch
+from onboard_agent.transactions.log_file_search import LogFileSearch
 from onboard_agent.transactions.log_frames import LOGS_FAST, LOGS_NARROW, LogFrames, LogPace
 from onboard_agent.transactions.log_listing import LogListing, LogsListed, LogsNotListed
 from onboard_agent.transactions.log_store import LogStore
 from onboard_agent.transactions.transaction_run import TransactionRun
+from wire.autopilots.registry import FAMILIES
 from wire.dialect import decode, mavlink
 from wire.frames import message_id, source
 from wire.transactions import (
@@ -38,10 +39,6 @@ from wire.transactions import (
 COMPONENT: Final = mavlink.MAV_COMP_ID_ONBOARD_COMPUTER3
 """Answers to it cannot be mistaken for those of parameters or metadata."""
 SESSION: Final = 193
-_ROOTS: Final = {
-    mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA: ARDUPILOT_ROOTS,
-    mavlink.MAV_AUTOPILOT_PX4: PX4_ROOTS,
-}
 
 ARMED: Final = "The drone is armed. Logs are read on the ground only, when it is disarmed."
 
@@ -118,7 +115,8 @@ class LogHandler:
             self._system = around.system_id
             self._talk = LogFrames(self._maker, vehicle_system_id=around.system_id)
             self._pace = LOGS_NARROW if around.narrow_line else LOGS_FAST
-            self._roots = _ROOTS.get(around.autopilot_kind, ())
+            family = FAMILIES.get(around.autopilot_kind)
+            self._roots = family.log_folders if family is not None else ()
             self._by_files = False
             self._at = LogListing(self._talk, self._pace, only=self._wanted)
 

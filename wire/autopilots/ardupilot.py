@@ -67,6 +67,7 @@ ARDUPILOT: Final = AutopilotFamily(
     targets_by_command=False,
     bytes_in_parameters=False,
     packs_parameters=True,
+    log_folders=(b"/APM/LOGS", b"logs", b"APM/logs"),  # on boards, in its simulator, on Qualcomm's
     arms_with_throttle_down=True,
     silent_without_receiver=False,
     station_parameters=GROUND_STATION,

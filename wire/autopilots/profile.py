@@ -206,6 +206,8 @@ class AutopilotFamily:
     """Commands that arm beside what they are for."""
     mission_since: Mapping[int, Release] = field(default_factory=dict)
     """Mission commands that releases before this one refuse."""
+    log_folders: tuple[bytes, ...] = ()
+    """Where MAVLink FTP finds its flight logs: the first that exists counts."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -172,6 +172,7 @@ PX4: Final = AutopilotFamily(
     targets_by_command=True,
     bytes_in_parameters=True,
     packs_parameters=False,
+    log_folders=(b"/fs/microsd/log",),
     arms_with_throttle_down=False,
     return_heights={"RTL_RETURN_ALT": 1.0},
     silent_without_receiver=True,
