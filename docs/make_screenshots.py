@@ -172,7 +172,7 @@ def land(console: ConsolePage, drone: str) -> None:
     console.open_drone(drone)
     console.part("action-land").click()
     console.part("confirm-button").click()
-    console.wait("the end of the flight", lambda: console.word("armed") == "Disarmed")
+    console.wait("the end of the flight", lambda: console.word("armed") == "false")
 
 
 def look_at_other_pages(console: ConsolePage) -> None:
