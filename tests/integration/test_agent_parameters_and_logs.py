@@ -79,7 +79,7 @@ async def simulated(vehicle: Vehicle, port: int) -> AsyncIterator[None]:
     clock, stop = Clock(1.0), asyncio.Event()
     berth = VehicleSlot(vehicle, await _berth(vehicle, Endpoint("udp", "127.0.0.1", port), clock))
     with contextlib.closing(berth.link):
-        task = asyncio.create_task(_keep_time([berth], clock, stop, None))
+        task = asyncio.create_task(_keep_time([berth], clock, stop, None, None))
         try:
             yield
         finally:

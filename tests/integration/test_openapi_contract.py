@@ -57,8 +57,9 @@ from wire.zones.zone import Zone, ZoneShape
 for found in pkgutil.walk_packages(schemathesis.specs.openapi.__path__, "schemathesis.specs.openapi."):
     importlib.import_module(found.name)
 
-# A map file is bytes like any other.
+# A map file and a picture of heights are bytes like any other.
 schemathesis.serializer.alias("application/vnd.pmtiles", "application/octet-stream")
+schemathesis.serializer.alias("image/tiff", "application/octet-stream")
 
 CHECKS: Final = [
     not_a_server_error,

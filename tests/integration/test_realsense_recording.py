@@ -77,8 +77,8 @@ def test_colour_infrared_and_depth_of_one_device(recording: Path) -> None:
     assert np.nanmax(np.abs(middle - np.tile(expected_m[0, 10:50], (30, 1)))) <= 0.06
     assert np.nanmean(middle - expected_m[0, 10:50]) > 0.005  # moved, and not a copy
 
-    for frame in found.values():
-        assert before_s <= frame.taken_s <= after_s
+    for frame in found.values():  # a device's clock is compared with ours by what came with the least delay
+        assert before_s - 1.0 <= frame.taken_s <= after_s
 
 
 class Unpluggable(RealsensePipeline):

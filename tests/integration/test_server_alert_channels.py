@@ -59,7 +59,9 @@ async def test_every_rule_reaches_mail_and_webhook_once(scene: AlertScene) -> No
 
     def kept() -> Counter[str]:
         bodies = (json.loads(body) for body in scene.inbox.kept)
-        return Counter(f"{body['happening']} {body['rule']}" for body in bodies if body["rule"] in names)
+        # On a busy machine the drone of this scene opens alerts of its own meanwhile.
+        ours = (body for body in bodies if body["words"] == f"Words of {body['rule']}.")
+        return Counter(f"{body['happening']} {body['rule']}" for body in ours)
 
     def mailed() -> Counter[str]:
         found = Counter[str]()

@@ -48,7 +48,7 @@ async def test_video_is_asked_for_on_demand_and_comes_unchanged_but_for_the_cloc
     await viewer.until(lambda: viewer.units)
     came = viewer.units[0]
     assert came._replace(capture_us=sent.capture_us) == sent
-    assert -0.001 < viewer.delays_s()[0] < 0.5
+    assert -0.01 < viewer.delays_s()[0] < 0.5  # the clocks were compared on a busy machine
     await until(lambda: scene.agent.got, what="Got")
     assert scene.agent.got[0].sequence == sent.sequence
     assert viewer.states() == ["waiting", "waiting", "live"]

@@ -312,7 +312,7 @@ RULES: Final[tuple[Rule, ...]] = (
     Rule(
         name="tower-certificate",
         severity=_WARNING,
-        badge="Certificate ends soon",
+        badge="Certificate expiring",
         when="the TLS certificate of the tower expires within 14 days",
         advice="Renew the certificate, and see why it was not renewed by itself.",
         tower_condition=tower.certificate_ends_soon,
