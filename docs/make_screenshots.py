@@ -166,13 +166,15 @@ def wait_for_map(console: ConsolePage) -> None:
     console.page.wait_for_timeout(6000)
 
 
-def land(console: ConsolePage, drone: str) -> None:
+def land(console: ConsolePage, drone: str, admin: Visitor) -> None:
     """Ends the flight, so that it can be replayed."""
     console.open("/#/")
     console.open_drone(drone)
     console.part("action-land").click()
     console.part("confirm-button").click()
     console.wait("the end of the flight", lambda: console.word("armed") == "false")
+    kept = lambda: admin.ask("GET", "/flights/1").json["state"] != "recording"  # noqa: E731
+    console.wait("the whole record of it", kept)
 
 
 def look_at_other_pages(console: ConsolePage) -> None:
@@ -227,7 +229,7 @@ def main() -> None:
 
         draw_zone(world.visitor("admin"))
         alice, bob = come(browser, world, "alice"), come(browser, world, "bob")
-        fly(alice, "Kestrel", 12, (0.7, 0.3))
+        fly(alice, "Kestrel", 30, (0.7, 0.3))
         fly(bob, "Osprey", 20, (0.3, 0.65))
         wait_for_map(alice)
         alice.page.screenshot(path=PICTURES / "control.png")
@@ -248,7 +250,7 @@ def main() -> None:
         alice.page.screenshot(path=PICTURES / "control-phone.png")
         alice.page.set_viewport_size(SIZE)
         look_at_missions(come(browser, world, "alice"))
-        land(alice, "Kestrel")
+        land(alice, "Kestrel", world.visitor("admin"))
         look_at_other_pages(admin)
         furnish(world, world.visitor("admin"))
         look_at_administration(admin)
