@@ -30,7 +30,7 @@ ADMIN_PAGES: Final = {"users": "user-row", "drones": "drone-row", "audit": "audi
 """Each with what has to be there before the picture is taken."""
 OTHER_PAGES: Final = {
     "flights": ("flights", "flight-row"),
-    "replay": ("flights/1", "events"),
+    "replay": ("flights/1/45", "events"),
     "statistics": ("statistics", "statistics-total"),
     "zones": ("zones", "zone-row"),
     "setup": ("drone/1/setup/sensors", "setup-sensors"),
@@ -184,7 +184,7 @@ def look_at_other_pages(console: ConsolePage) -> None:
     for name, (address, part) in OTHER_PAGES.items():
         console.open(f"/#/{address}")
         expect(console.part(part).first).to_be_visible()
-        console.page.wait_for_timeout(3000)
+        console.page.wait_for_timeout(8000)  # maps are drawn late without a graphics card
         console.page.screenshot(path=PICTURES / f"{name}.png")
 
 
