@@ -27,6 +27,7 @@ NEAR_GROUND_M: Final = 5.0
 ASK_AGAIN_S: Final = 1.2
 INTO_THE_HOLD_S: Final = 3.0
 EARLY_S: Final = 0.3
+LOST_S: Final = 2.0
 SILENT_S: Final = 3600.0
 
 
@@ -240,6 +241,14 @@ async def _restart_agent_early(drone: FlownDrone) -> float:
     return at
 
 
+async def _transmitter_lost(drone: FlownDrone) -> float:
+    """A TAKE after the receiver has lost its transmitter, which the operator's sticks hide."""
+    assert drone.autopilot is not None, "a real autopilot"
+    await drone.autopilot.truth.set_parameter("SIM_RC_FAIL", 1)
+    await asyncio.sleep(LOST_S)
+    return await _take(drone)
+
+
 async def _tower_killed(drone: FlownDrone) -> float:
     """bench.control_flown kills the tower for all drones."""
     return drone.operator.now
@@ -256,5 +265,5 @@ TRIGGERS: Final = (
     Trigger("tower killed", _tower_killed, old_holder=None, tower_dies=True),
 )
 
-BESIDE: Final = (Trigger("early restart", _restart_agent_early),)
+BESIDE: Final = (Trigger("early restart", _restart_agent_early), Trigger("transmitter lost", _transmitter_lost))
 """Flown only when named."""

@@ -172,6 +172,14 @@ class RealAutopilot:
             raise NoAutopilot(f"ArduCopter ended: {log[-500:]}")
         return self.truth.has_position
 
+    async def turn_switch(self, width_us: int) -> None:
+        """Moves the transmitter's mode switch to this pulse width (channel 5)."""
+        channels = list(_CHANNELS[self.receiver])
+        channels[4] = width_us
+        if self._feeding is not None:
+            self._feeding.cancel()
+        self._feeding = asyncio.create_task(self._feed(tuple(channels)))
+
     async def _feed(self, channels: tuple[int, ...]) -> None:
         assert self._radio is not None
         packet = struct.pack("<16H", *channels, *(1500,) * 8)

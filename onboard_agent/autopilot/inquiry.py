@@ -3,6 +3,7 @@
 Combines `Rates`, `Parameters`, `Radio` and `LossReport`; makes no flight decisions.
 """
 
+from math import inf
 from typing import Any, Final
 
 from onboard_agent.autopilot.own_frames import FrameMaker
@@ -62,10 +63,35 @@ class Inquiry:
         """Whether a receiver is on board; None while unknown."""
         return self._radio.has_radio
 
-    def after_sticks(self, autopilot_kind: int, custom_mode: int) -> AfterSticks:
-        """What the autopilot does in this mode when sticks stop."""
-        values, has_radio = self._parameters.values, self._radio.has_radio
-        return after_sticks(autopilot_kind, custom_mode, values=values, has_radio=has_radio)
+    def after_sticks(
+        self, autopilot_kind: int, custom_mode: int, now: float, *, trusts_receiver: bool = False
+    ) -> AfterSticks:
+        """What the autopilot does in this mode when sticks stop.
+
+        `trusts_receiver`: supposes that a receiver which received a transmitter before the sticks still does.
+        """
+        may_hide = self.sticks_hide_receiver(autopilot_kind) and not trusts_receiver
+        return after_sticks(
+            autopilot_kind,
+            custom_mode,
+            values=self._parameters.values,
+            has_radio=self._radio.has_radio,
+            hidden=may_hide and self._radio.hidden(now, overrides_last_s=self.overrides_last_s),
+        )
+
+    def sticks_hide_receiver(self, autopilot_kind: int) -> bool:
+        """Whether sticks in force hide what the receiver receives."""
+        family = registry.FAMILIES.get(autopilot_kind)
+        return family is not None and family.sticks_hide_receiver
+
+    def station_lost_after_s(self, autopilot_kind: int) -> float:
+        """After how long without a ground station the autopilot's own failsafe acts; infinity if it does not."""
+        family = registry.FAMILIES.get(autopilot_kind)
+        return inf if family is None else family.station_lost_after_s(self._parameters.values)
+
+    def switched(self, now: float) -> bool:
+        """Whether a switch of the transmitter has just moved."""
+        return self._radio.switched(now)
 
     def arms_with_sticks_at_rest(self, autopilot_kind: int) -> bool:
         """Whether the autopilot needs the throttle at the bottom to arm, and has no receiver that provides it."""

@@ -12,6 +12,7 @@ GROUND_STATION_COMPONENT: Final = 190
 """MAV_COMP_ID_MISSIONPLANNER, which ground stations use."""
 
 _AUTOPILOT_COMPONENT: Final = 1
+_INVALID_AXIS: Final = 32767
 
 
 class Sender(NamedTuple):
@@ -88,6 +89,11 @@ def centred_sticks(target_system: int) -> Any:
 def climbing_sticks(target_system: int) -> Any:
     """MANUAL_CONTROL with the throttle at the top: a full climb in modes that hold height."""
     return mavlink.MAVLink_manual_control_message(target_system, 0, 0, 1000, 0, 0)
+
+
+def released_sticks(target_system: int) -> Any:
+    """MANUAL_CONTROL with every axis invalid: ArduPilot gives these channels back to its receiver at once."""
+    return mavlink.MAVLink_manual_control_message(target_system, *[_INVALID_AXIS] * 4, 0)
 
 
 def resting_sticks(target_system: int) -> Any:

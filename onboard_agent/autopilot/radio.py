@@ -2,7 +2,7 @@
 
 The agent's sticks look to the autopilot like a receiver's, so channel values and receiver health prove nothing while
 they are in force. Only the number of channels is always valid: 0 without a receiver (measured on ArduCopter,
-docs/control.md).
+docs/control.md). Whether a transmitter is still received cannot be known then: see `hidden`.
 """
 
 from typing import Any, Final
@@ -14,6 +14,12 @@ SILENT_S: Final = 6.0
 
 LAPSE_S: Final = 2.0
 """Wait after the agent's sticks have expired, because the autopilot may not have reported that earlier."""
+
+SWITCHED_US: Final = 100
+"""A switch moves a channel by more; noise does not."""
+
+SWITCHED_S: Final = 3.0
+"""A mode that a switch selects is shown within a second."""
 
 _RECEIVER: Final = mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
 _NO_VALUES: Final = (0, 65535)
@@ -28,6 +34,16 @@ class Radio:
         self._health_has_receiver = False
         self._no_channels = False
         self._channels_at: float | None = None
+        self._switches: tuple[int, ...] = ()
+        self._switched_at = float("-inf")
+
+    def hidden(self, now: float, *, overrides_last_s: float) -> bool:
+        """Whether a receiver is on board, and sticks hide whether it still receives the transmitter."""
+        return not self._no_channels and self._overridden(now, overrides_last_s)
+
+    def switched(self, now: float) -> bool:
+        """Whether a switch of the transmitter has just moved. The agent's sticks leave those channels alone."""
+        return now - self._switched_at < SWITCHED_S
 
     def asked(self, now: float) -> None:
         """RC_CHANNELS was requested from an autopilot that has just appeared."""
@@ -57,6 +73,10 @@ class Radio:
         if self._no_channels:
             self.has_radio = False
             return
+        switches = (message.chan5_raw, message.chan6_raw, message.chan7_raw, message.chan8_raw)
+        if any(abs(new - old) > SWITCHED_US for new, old in zip(switches, self._switches, strict=False)):
+            self._switched_at = now
+        self._switches = switches
         if self._health_has_receiver or self._overridden(now, overrides_last_s):
             return
         sticks = (message.chan1_raw, message.chan2_raw, message.chan3_raw, message.chan4_raw)

@@ -23,6 +23,7 @@ from onboard_agent.failsafe.person_watch import PersonWatch
 from onboard_agent.failsafe.pilot_watch import PilotWatch
 from onboard_agent.failsafe.way_home import WayHome
 from onboard_agent.link.downlink import Downlink
+from onboard_agent.sticks.stick_release import StickRelease
 from wire.autopilots.profile import FailsafeModes, FlightMode
 from wire.control_messages import HoldCause, SafetySettings
 from wire.open_holds import AfterSticks, HoldStage, LostAction, LostPhase
@@ -71,6 +72,7 @@ class Failsafe:
         self._person = person
         self._inquiry = inquiry
         self._way_home = WayHome()
+        self._release = StickRelease(maker)
         self._control_changed_at: float | None = None
         self._commanded = 0
         """`Holder.commanded` when it was last checked."""
@@ -91,7 +93,7 @@ class Failsafe:
         view = self._autopilot
         self._watch.heartbeat(armed=view.armed, now=now)
         self._hold.heartbeat(armed=view.armed, custom_mode=view.custom_mode, now=now)
-        self._hold.modes_became_known(self._rungs(now), self._stay_modes(), now)
+        self._hold.modes_became_known(self._rungs(now), self._stay_modes(now), now)
         self.lost.heartbeat(view.custom_mode)
         self._holder.heartbeat(now)
         if not view.armed:
@@ -163,7 +165,7 @@ class Failsafe:
         self.lost.restart()
         if armed:
             self._person.hold_began(now)
-        stays = self._stay_modes(stays_already=stays_already)
+        stays = self._stay_modes(now, stays_already=stays_already)
         # GUIDED, or LOITER on PX4, may be flying to a position: requesting it again does not stop the drone.
         first = (
             [mode for mode in stays if stays_already or mode.custom_mode != view.custom_mode] if not called_away else []
@@ -267,7 +269,8 @@ class Failsafe:
             return
         why = f"the autopilot went to {self._mode_name} by itself, or by another hand"
         _log.warning("%s", why)
-        if self._holder.by_hand and self._inquiry.has_radio is not True:
+        by_radio = self._inquiry.has_radio is True or self._inquiry.switched(now)
+        if self._holder.by_hand and not by_radio:
             self.hold_now(HoldCause.PILOT_LOST, now, why=why)
             return
         self._hold.overruled(needs_sticks=False, now=now, why=why)
@@ -277,6 +280,8 @@ class Failsafe:
             self.lost.done_by_autopilot(LostAction.LAND if lands else LostAction.RETURN, why)
             return
         self._radio_took_over = self._holder.by_hand
+        if self._radio_took_over:
+            self._release.begin(now)
         self._person.attended()
 
     def _lost_action_done(self, now: float) -> None:
@@ -301,6 +306,12 @@ class Failsafe:
         frames += self.lost.due(now, vehicle_system_id=system_id)
         self._lost_action_done(now)
         frames += self._holder.mode_request.due(now, vehicle_system_id=system_id)
+        frames += self._release.due(
+            now,
+            wanted=self._inquiry.sticks_hide_receiver(self._autopilot.kind) and not self._hold.sticks_on,
+            vehicle_system_id=system_id,
+            ground_station_system_id=self._inquiry.ground_station_system_id,
+        )
         for line in self.lost.pop_notices():
             _log.warning("%s", line)
         return frames
@@ -308,6 +319,8 @@ class Failsafe:
     def _flying(self, now: float) -> Flying:
         view, motion = self._autopilot, self._motion
         obeys = holds_when_centred(view.kind, view.custom_mode)
+        # The agent's sticks must not hide a lost tower from an autopilot that shall act on it.
+        silent = self._watch.loss.tower_gone_s(now) >= self._inquiry.station_lost_after_s(view.kind)
         return Flying(
             vehicle_system_id=view.system_id or 1,
             ground_station_system_id=self._inquiry.ground_station_system_id,
@@ -319,7 +332,9 @@ class Failsafe:
             sinking=motion.sinking(now),
             low_and_sinking=obeys and view.airborne(now) and motion.low_and_sinking(now),
             pilot_fresh=self._holder.stick_fallback.person_fresh(now),
-            after_sticks=lambda custom_mode: self._inquiry.after_sticks(view.kind, custom_mode),
+            after_sticks=lambda custom_mode: self._inquiry.after_sticks(
+                view.kind, custom_mode, now, trusts_receiver=silent
+            ),
         )
 
     def record(self) -> HoldRecord | None:
@@ -349,14 +364,14 @@ class Failsafe:
         # Without a position the autopilot accepts the other modes for a while, then lands on its own.
         return rungs[-1:] if self._motion.has_position(now) is False else rungs
 
-    def _stay_modes(self, *, stays_already: bool = False) -> tuple[FlightMode, ...]:
+    def _stay_modes(self, now: float, *, stays_already: bool = False) -> tuple[FlightMode, ...]:
         """Modes for stage two: the current one if stage two was reached, then those that continue without sticks."""
         modes, view = self._modes(), self._autopilot
         if modes is None:
             return ()
 
         def rank(mode: FlightMode) -> tuple[bool, bool]:
-            after = self._inquiry.after_sticks(view.kind, mode.custom_mode)
+            after = self._inquiry.after_sticks(view.kind, mode.custom_mode, now)
             return not (stays_already and mode.custom_mode == view.custom_mode), after is not AfterSticks.STAYS
 
         return tuple(sorted(modes.pauses, key=rank))

@@ -38,7 +38,7 @@ class HoldStateReporter:
 
     def changed(self, now: float) -> HoldState | None:
         """Returns the report for the tower if it changed or, in a hold or loss, is older than EVERY_S; else None."""
-        state = self._state()
+        state = self._state(now)
         sent = self._sent
         if sent is not None:
             going_on = state.open or state.phase is not LostPhase.QUIET
@@ -56,7 +56,7 @@ class HoldStateReporter:
             return state.due_in_s == sent.due_in_s
         return abs(sent.due_in_s - (now - self._sent_at) - state.due_in_s) < SAME_COUNT_S
 
-    def _state(self) -> HoldState:
+    def _state(self, now: float) -> HoldState:
         view, hold, lost = self._autopilot, self._hold, self._failsafe.lost
         lost_is_known = lost.phase is not LostPhase.QUIET
         detail = hold.why if hold.open else ""
@@ -73,7 +73,7 @@ class HoldStateReporter:
             stage=hold.stage if hold.open else HoldStage.NONE,
             mode=mode_name(view.kind, view.vehicle_type, view.custom_mode) if view.heard else "",
             sticks=hold.sticks_on or self._failsafe.keeps_sticks,
-            after_sticks=self._inquiry.after_sticks(view.kind, view.custom_mode),
+            after_sticks=self._inquiry.after_sticks(view.kind, view.custom_mode, now),
             waiting_for=hold.waiting_for[:MAX_TEXT_LENGTH] if hold.open else "",
             lost=lost.lost if lost_is_known else None,
             phase=lost.phase,

@@ -245,4 +245,6 @@ class Holder:
             return False
         if not view.airborne(now):
             return self._inquiry.has_radio is not True  # on the ground a radio failsafe disarms, in every mode
-        return self._inquiry.after_sticks(view.kind, view.custom_mode) is not AfterSticks.STAYS
+        # A lost transmitter is the autopilot's own affair while it flies by command.
+        after = self._inquiry.after_sticks(view.kind, view.custom_mode, now, trusts_receiver=True)
+        return after is not AfterSticks.STAYS

@@ -18,14 +18,16 @@ GROUND_STATION: Final = 255
 ACCEPTED: Final = mavlink.MAV_RESULT_ACCEPTED
 MODES: Final = {"STABILIZE": 0, "ALT_HOLD": 2, "GUIDED": 4, "LOITER": 5, "RTL": 6, "LAND": 9, "BRAKE": 17}
 CENTRED, DOWN, CLIMB, DESCEND = (0, 0, 500, 0), (0, 0, 0, 0), (0, 0, 1000, 0), (0, 0, 0, 0)
+RELEASED: Final = (32767,) * 4
 
 
 class ByWire:
     """Sends `sticks` 20 times a second; None: sends none."""
 
-    def __init__(self, truth: Truth) -> None:
-        self.truth = truth
-        self.sticks: tuple[int, int, int, int] | None = None
+    def __init__(self, autopilot: RealAutopilot) -> None:
+        self.autopilot = autopilot
+        self.truth: Truth = autopilot.truth
+        self.sticks: tuple[int, ...] | None = None
         self._streaming = asyncio.create_task(self._stream())
 
     async def _stream(self) -> None:
@@ -90,7 +92,7 @@ async def by_wire(
     autopilot = RealAutopilot(program, folder, receiver=receiver, parameters=parameters)
     try:
         await autopilot.start()
-        hands = ByWire(autopilot.truth)
+        hands = ByWire(autopilot)
         try:
             yield hands
         finally:

@@ -7,7 +7,8 @@ from collections.abc import Callable, Coroutine
 from pathlib import Path
 from typing import Any
 
-from real.by_wire import ACCEPTED, CENTRED, CLIMB, DESCEND, DOWN, ByWire, by_wire
+import pytest
+from real.by_wire import ACCEPTED, CENTRED, CLIMB, DESCEND, DOWN, RELEASED, ByWire, by_wire
 
 from bench.real_autopilot import Receiver
 from bench.rig import wait_for
@@ -36,13 +37,18 @@ async def at_once(
     return dict(zip(rows, done, strict=True))
 
 
-def sticks_stop_in(mode: str) -> Work:
+def sticks_stop_in(mode: str, *, fails: int = 0) -> Work:
+    """`fails`: SIM_RC_FAIL while sticks still hide it. 1: no pulses, 2: throttle at 950, 3: the receiver's own sign."""
+
     async def work(hands: ByWire) -> str:
         """Returns what it does within WATCHED_S of the last stick."""
         await hands.up(HEIGHT_M)
         if mode != "ALT_HOLD":
             await hands.change_mode(mode)
+        if fails:
+            await hands.truth.set_parameter("SIM_RC_FAIL", fails)
         await hands.passed(2.0)
+        assert hands.mode == mode, "sticks hide it"
         hands.sticks = None
         stopped_at, height_m = hands.now, hands.truth.alt_m
         await hands.passed(WATCHED_S)
@@ -94,6 +100,49 @@ async def test_what_it_does_when_sticks_stop(arducopter: Path, tmp_path: Path) -
         "none without failsafe BRAKE": "stays",
         "none without failsafe ALT_HOLD": "stays",
     }
+
+
+async def test_what_it_does_when_sticks_stop_after_its_transmitter_was_lost(arducopter: Path, tmp_path: Path) -> None:
+    """FLTMODE_CH 0: a receiver that moves the mode switch when it loses its transmitter changes the mode besides."""
+    low, unswitched = Receiver.LOW, {"FLTMODE_CH": 0.0}
+    rows: dict[str, tuple[Receiver, dict[str, float], Work]] = {
+        "BRAKE": (low, {}, sticks_stop_in("BRAKE", fails=1)),
+        "BRAKE throttle 950": (low, unswitched, sticks_stop_in("BRAKE", fails=2)),
+        "BRAKE sign": (low, unswitched, sticks_stop_in("BRAKE", fails=3)),
+        "BRAKE FS_THR_ENABLE 3": (low, {"FS_THR_ENABLE": 3.0}, sticks_stop_in("BRAKE", fails=1)),
+        "BRAKE FS_THR_ENABLE 0": (low, WITHOUT_FAILSAFE, sticks_stop_in("BRAKE", fails=1)),
+        "GUIDED": (low, {}, sticks_stop_in("GUIDED", fails=1)),
+        "GUIDED set up": (low, SET_UP, sticks_stop_in("GUIDED", fails=1)),
+        "ALT_HOLD": (low, {}, sticks_stop_in("ALT_HOLD", fails=1)),
+    }
+    assert await at_once(arducopter, tmp_path, rows) == {
+        "BRAKE": "RTL about 1 s later",
+        "BRAKE throttle 950": "RTL 3.0 s later",
+        "BRAKE sign": "RTL about 1 s later",
+        "BRAKE FS_THR_ENABLE 3": "LAND about 1 s later",
+        "BRAKE FS_THR_ENABLE 0": "stays",
+        "GUIDED": "RTL about 1 s later",
+        "GUIDED set up": "stays",
+        "ALT_HOLD": "RTL about 1 s later",
+    }
+
+
+@pytest.mark.parametrize("released", [True, False])
+async def test_a_transmitter_flies_at_once_only_if_the_sticks_are_given_back(
+    released: bool, arducopter: Path, tmp_path: Path
+) -> None:
+    modes = {f"FLTMODE{position}": 2.0 for position in range(1, 6)}
+    async with by_wire(arducopter, tmp_path / "autopilot", Receiver.LOW, modes) as hands:
+        await hands.up(HEIGHT_M)
+        await hands.change_mode("BRAKE")
+        await hands.autopilot.turn_switch(1000)
+        await wait_for("the switch's mode", lambda: hands.mode == "ALT_HOLD", 3)
+        hands.sticks = RELEASED if released else None
+        await hands.passed(0.15)
+        hands.sticks = None
+        await hands.passed(1.85)
+        sinks = hands.truth.motions[-1].climb_mps < -1.0
+        assert sinks is released, "its throttle is at the bottom"
 
 
 async def _arming(hands: ByWire) -> str:

@@ -44,6 +44,14 @@ async def test_nobody_sinks_and_everybody_is_told_before_it_comes_down(
     assert found["flown table", "went_wrong"] == 0, {name: value for name, value in found.items() if "wrong" in name[1]}
 
 
+async def test_a_lost_transmitter_takes_no_drone_out_of_its_hold(arducopter: Path, tmp_path: Path) -> None:
+    cases = ("transmitter lost+hover+low", "transmitter lost+full forward+centred")
+    found = await flown(tmp_path, options(arducopter, *cases, drones=2))
+    assert found["flown table", "went_wrong"] == 0, found
+    down = [seconds for (_, metric), seconds in found.items() if metric == "comes_down_after"]
+    assert [29.0 < seconds < 33.0 for seconds in down] == [True] * len(cases), "the lost action, not the radio failsafe"
+
+
 async def test_a_drone_that_shall_stay_stays(arducopter: Path, tmp_path: Path) -> None:
     cases = ("take+full climb+low", "take+hover+none", "browser gone+full forward+centred")
     found = await flown(tmp_path, options(arducopter, *cases, lost_action="stay", drones=3))

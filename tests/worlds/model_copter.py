@@ -82,6 +82,7 @@ _ARREST_M_S2: Final = 1.42
 _BRAKING_ARREST_M_S2: Final = 0.82
 _SLOW_DOWN_M_S2: Final = {Mode.ALT_HOLD: 1.2, Mode.STABILIZE: 1.2, Mode.BRAKE: 2.5, Mode.GUIDED: 3.0}
 _DEAD_ZONE: Final = 50
+_RELEASES: Final = 32767
 _HEARTBEAT: Final = object()
 """Placeholder for a heartbeat, which is built with the state at the time it is sent."""
 _EVERY_S: Final = {"heartbeat": 1.0, "motion": 0.1, "estimator": 1.0, "health": 0.5}
@@ -101,6 +102,9 @@ class ModelCopter:
     ) -> None:
         self.now = now
         self.receiver = receiver
+        self.transmitter_lost = False
+        """Its receiver receives nothing any more, and repeats its last values."""
+        self.mode_switch = 1800
         self.parameters = PARAMETERS | (parameters or {})
         self.height_m = height_m
         self.armed = height_m > 0.0
@@ -157,7 +161,7 @@ class ModelCopter:
     @property
     def throttle(self) -> int:
         """Throttle as the stick modes see it, 0 to 1000."""
-        if self.overridden or self.receiver is Receiver.NONE:
+        if self.overridden or not self._receives:
             return self._z
         return 0 if self.receiver is Receiver.LOW else 500
 
@@ -169,6 +173,17 @@ class ModelCopter:
     @property
     def _failsafe_action(self) -> int:
         return int(self.parameters["FS_THR_ENABLE"])
+
+    @property
+    def _receives(self) -> bool:
+        return self.receiver is not Receiver.NONE and not self.transmitter_lost
+
+    def turn_switch(self, mode: Mode) -> None:
+        """The person at the transmitter selects a mode."""
+        self.mode_switch = 1000 if self.mode_switch > 1500 else 2000
+        self.transmitter_lost = False
+        self._radio_failsafe = False
+        self.switch(mode)
 
     def switch(self, mode: Mode) -> None:
         """Changes the mode, as by the radio's switch or another ground station."""
@@ -183,6 +198,9 @@ class ModelCopter:
                 continue
             kind = message.get_type()
             if kind == "MANUAL_CONTROL" and message.get_srcSystem() == self._ground_station:
+                if message.z == _RELEASES:
+                    self.sticks_at = float("-inf")
+                    continue
                 self.sticks_at, self._x, self._z = self.now, message.x, message.z
                 self._radio_failsafe = False
             elif kind in ("COMMAND_LONG", "COMMAND_INT"):
@@ -267,7 +285,7 @@ class ModelCopter:
 
     def _failsafes(self) -> None:
         silent = self.now - self.sticks_at >= RADIO_FAILSAFE_S
-        if self.receiver is Receiver.NONE and self._failsafe_action > 0 and silent and not self._radio_failsafe:
+        if not self._receives and self._failsafe_action > 0 and silent and not self._radio_failsafe:
             self._radio_failsafe = True
             if self.armed and not self.flying:
                 self.armed = False
@@ -357,9 +375,11 @@ class ModelCopter:
         channels = (1500 + self._x // 2, 1500, 1000 + self.throttle, 1500)
         values = channels if self.overridden or not none else (0, 0, 0, 0)
         count = 0 if none else 16
-        self._say(mavlink.MAVLink_rc_channels_message(0, count, *values, *([0] * 14), 255))
-        receiver = mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER if self.overridden or not none else 0
-        sensors = receiver, receiver, receiver
+        switches = [0] * 4 if none else [self.mode_switch, 1000, 1000, 1800]
+        self._say(mavlink.MAVLink_rc_channels_message(0, count, *values, *switches, *([0] * 10), 255))
+        bit = mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
+        seen = bit if self.overridden or not none else 0
+        sensors = seen, seen, seen if self.overridden or not self._radio_failsafe else 0
         self._say(mavlink.MAVLink_sys_status_message(*sensors, 0, 0, 0, self.battery_percent, 0, 0, 0, 0, 0, 0))
         landed = mavlink.MAV_LANDED_STATE_IN_AIR if self.height_m > 0.0 else mavlink.MAV_LANDED_STATE_ON_GROUND
         self._say(mavlink.MAVLink_extended_sys_state_message(0, landed))

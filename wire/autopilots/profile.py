@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
+from math import inf
 from typing import Final
 
 from wire.autopilots.commands import (
@@ -132,6 +133,10 @@ LossSentences = Callable[[LossParameters, SafetySettings], Iterable[Sentence]]
 """What it does on a loss, from its parameters, in words."""
 
 
+def _never_lost(values: Mapping[str, float]) -> float:
+    return inf
+
+
 def _never_proved(values: Mapping[str, float]) -> bool:
     return False
 
@@ -166,6 +171,10 @@ class AutopilotFamily:
     """Without a receiver it arms only while the sticks report the throttle at the bottom."""
     silent_without_receiver: bool
     """It sends no RC_CHANNELS without a receiver."""
+    sticks_hide_receiver: bool = False
+    """While sticks are in force, it does not report whether its receiver receives a transmitter, nor acts on a loss."""
+    station_lost_after_s: Callable[[Mapping[str, float]], float] = _never_lost
+    """After how long without a ground station its own failsafe acts, from its parameters; infinity: never."""
     accepts_modes_it_does_not_enter: bool = False
     """When a stick mode is requested together with the first sticks, the autopilot accepts but does not enter it; it
     enters the mode on a second request."""

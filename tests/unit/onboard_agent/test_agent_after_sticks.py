@@ -60,6 +60,24 @@ def test_with_a_receiver_what_uses_no_sticks_stays(mode: int, throttle_failsafe:
     assert after_sticks(ARDUPILOT, mode, values=values, has_radio=True) is STAYS
 
 
+@pytest.mark.parametrize(
+    ("mode", "values", "expected"),
+    [
+        (BRAKE, {"FS_THR_ENABLE": 1.0, "FS_OPTIONS": 16.0}, UNKNOWN),
+        (BRAKE, {"FS_THR_ENABLE": 3.0, "FS_OPTIONS": 29.0}, UNKNOWN),
+        (BRAKE, {"FS_THR_ENABLE": 0.0, "FS_OPTIONS": 16.0}, STAYS),
+        (BRAKE, {}, UNKNOWN),
+        (GUIDED, {"FS_THR_ENABLE": 1.0, "FS_OPTIONS": 20.0}, STAYS),
+        (GUIDED, {"FS_THR_ENABLE": 1.0, "FS_OPTIONS": 16.0}, UNKNOWN),
+        (ALT_HOLD, {"FS_THR_ENABLE": 1.0, "FS_OPTIONS": 16.0}, SINKS),
+    ],
+)
+def test_a_receiver_that_sticks_hide_may_have_lost_its_transmitter(
+    mode: int, values: dict[str, float], expected: AfterSticks
+) -> None:
+    assert after_sticks(ARDUPILOT, mode, values=values, has_radio=True, hidden=True) is expected
+
+
 @pytest.mark.parametrize("mode", [STABILIZE, ALT_HOLD, LOITER, POSHOLD, 99])
 @pytest.mark.parametrize("kind", [ARDUPILOT, PX4])
 def test_with_a_receiver_what_uses_sticks_sinks_with_its_resting_throttle(kind: int, mode: int) -> None:

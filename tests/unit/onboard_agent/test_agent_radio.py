@@ -2,7 +2,7 @@
 
 import pytest
 
-from onboard_agent.autopilot.radio import LAPSE_S, SILENT_S, Radio
+from onboard_agent.autopilot.radio import LAPSE_S, SILENT_S, SWITCHED_S, Radio
 from wire.dialect import mavlink
 
 RECEIVER = mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
@@ -73,3 +73,30 @@ def test_where_channels_are_sent_only_with_a_receiver_their_silence_tells() -> N
     assert radio.has_radio is False
     say(radio, count=8, values=LOW, healthy=True, now=NOW + SILENT_S + 1.0)
     assert radio.has_radio is True
+
+
+def test_sticks_hide_whether_a_receiver_still_receives() -> None:
+    radio = Radio()
+    say(radio, count=16, values=LOW, healthy=True, now=LONG_AGO)
+    assert not radio.hidden(NOW, overrides_last_s=LASTS_S)
+    radio.sticks_sent(NOW)
+    assert radio.hidden(NOW + LASTS_S, overrides_last_s=LASTS_S)
+    assert not radio.hidden(NOW + LASTS_S + LAPSE_S, overrides_last_s=LASTS_S)
+
+
+def test_sticks_hide_nothing_where_there_is_no_receiver() -> None:
+    radio = Radio()
+    say(radio, count=0, values=SILENT, healthy=False, now=LONG_AGO)
+    radio.sticks_sent(NOW)
+    assert not radio.hidden(NOW, overrides_last_s=LASTS_S)
+
+
+@pytest.mark.parametrize(("moved_us", "seen"), [(0, False), (20, False), (400, True)])
+def test_a_switch_of_the_transmitter_is_seen_through_our_sticks(moved_us: int, seen: bool) -> None:
+    radio = Radio()
+    for at, fifth in ((NOW - 1.0, 1200), (NOW, 1200 + moved_us)):
+        radio.sticks_sent(at)
+        message = mavlink.MAVLink_rc_channels_message(0, 16, *OURS, fifth, *([1000] * 13), 255)
+        radio.rc_channels(message, at, overrides_last_s=LASTS_S)
+    assert radio.switched(NOW) is seen
+    assert not radio.switched(NOW + SWITCHED_S)

@@ -15,8 +15,11 @@ from wire.open_holds import AfterSticks, HoldStage, Lost, LostAction, LostPhase
 @pytest.mark.parametrize(
     ("receiver", "parameters", "mode", "keeps_sticks", "after"),
     [
-        (Receiver.LOW, {}, Mode.BRAKE, False, AfterSticks.STAYS),
-        (Receiver.CENTRED, {}, Mode.BRAKE, False, AfterSticks.STAYS),
+        # The sticks of the flight hide whether the transmitter is still received.
+        (Receiver.LOW, {}, Mode.BRAKE, True, AfterSticks.UNKNOWN),
+        (Receiver.CENTRED, {}, Mode.BRAKE, True, AfterSticks.UNKNOWN),
+        (Receiver.LOW, STAYS_IN_GUIDED, Mode.GUIDED, False, AfterSticks.STAYS),
+        (Receiver.LOW, NO_FAILSAFE, Mode.BRAKE, False, AfterSticks.STAYS),
         (Receiver.NONE, {}, Mode.BRAKE, True, AfterSticks.RETURNS),
         (Receiver.NONE, STAYS_IN_GUIDED, Mode.GUIDED, False, AfterSticks.STAYS),
         (Receiver.NONE, {"FS_OPTIONS": 29.0}, Mode.GUIDED, False, AfterSticks.STAYS),
