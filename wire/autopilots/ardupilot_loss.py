@@ -158,7 +158,14 @@ def _radio(values: dict[str, float], has_radio: bool | None) -> Iterable[Sentenc
 
 def _with_receiver(values: dict[str, float]) -> Iterable[Sentence]:
     lasts_s = values.get("RC_OVERRIDE_TIME", _DEFAULT_OVERRIDE_S)
-    yield info("radio", "There is a receiver: a hold stays in BRAKE or GUIDED without anybody's sticks.")
+    if values.get("FS_THR_ENABLE", 1.0) <= 0 or _bits(values, "FS_OPTIONS") & GUIDED_GOES_ON_WITHOUT_RADIO:
+        yield info("radio", "There is a receiver: a hold stays in BRAKE or GUIDED without anybody's sticks.")
+    else:
+        yield info(
+            "radio",
+            "There is a receiver: a hold stays in BRAKE or GUIDED. After a flight by hand the agent keeps centred "
+            "sticks coming, because FS_OPTIONS lacks 4 and they hide whether the transmitter is lost.",
+        )
     yield warning(
         "radio",
         "If the computer on board fails while the drone is flown by hand, or in the first seconds of a hold, the "
