@@ -67,6 +67,8 @@ def the_satellites_are_gone(flown: FlownHub) -> Scene:
 @scene("failsafe", "emergency", parameters=(("FS_THR_ENABLE", 1.0),))
 def the_transmitter_is_lost(flown: FlownHub) -> Scene:
     flown.hand = None
+    flown.send(mode_command(Mode.GUIDED))
+    flown.pass_time(4.0)  # sticks in force would hide it
     flown.fail(Failure.RADIO_LOST, 6.0)
     yield
 
