@@ -64,6 +64,10 @@ class VehicleSettings:
     """A receiver of ADS-B, which hears a few aircraft."""
 
 
+def ticks_until(now_s: float) -> int:
+    return int(now_s / TICK_S + 1e-6)
+
+
 class Vehicle:
     def __init__(self, settings: VehicleSettings, failures: Iterable[Failure] = ()) -> None:
         self.settings = settings
@@ -130,10 +134,15 @@ class Vehicle:
 
     def step(self, now_s: float) -> None:
         """Advances to `now_s`."""
-        last = int(now_s / TICK_S + 1e-6)
+        last = ticks_until(now_s)
         while self._ticks < last:
             self._ticks += 1
             self._tick(self._ticks * TICK_S)
+
+    @property
+    def ticks(self) -> int:
+        """Those flown."""
+        return self._ticks
 
     def plan_failure(self, planned: PlannedFailure) -> None:
         """Adds a failure, also in flight; one in the past sets in at the next tick."""
