@@ -9,11 +9,11 @@ from dataclasses import replace
 from simulator.airframe_model import AirframeModel
 from simulator.failure_modes import Failure, PlannedFailure
 from simulator.firmware.fault_table import TABLE, parse
-from simulator.flight_constants import TICK_S
+from simulator.flight_constants import TICK_S, ticks_until
 from simulator.geodesy import LocalFrame, Place
 from simulator.links import Endpoint
 from simulator.terrain import ground_around, hills_m
-from simulator.vehicle import Vehicle, VehicleSettings, ticks_until
+from simulator.vehicle import Vehicle, VehicleSettings
 
 SPACING_M = 20.0
 

@@ -20,7 +20,7 @@ from simulator.dialect import COMPONENT_METADATA, Codec, Message, mavlink
 from simulator.failure_modes import Failure, PlannedFailure
 from simulator.flavour import Flavour
 from simulator.flight import Flight
-from simulator.flight_constants import TICK_S
+from simulator.flight_constants import TICK_S, ticks_until
 from simulator.flight_state import FlightSettings
 from simulator.log_protocol import LogServer
 from simulator.logbook import Logbook
@@ -62,10 +62,6 @@ class VehicleSettings:
     gimbal: bool = False
     traffic: bool = False
     """A receiver of ADS-B, which hears a few aircraft."""
-
-
-def ticks_until(now_s: float) -> int:
-    return int(now_s / TICK_S + 1e-6)
 
 
 class Vehicle:
