@@ -46,7 +46,7 @@ STEP_S: Final = 0.005
 TICK_EVERY: Final = 5
 """Steps."""
 BEGAN_S: Final = 1000.0
-BOOT_S: Final = 2.0
+BOOT_S: Final = {AirframeModel.EXACT: 0.5, AirframeModel.SENSING: 2.0}
 """A filter starts from what its sensors say in three tenths of this."""
 PICTURES_HZ: Final = 4.0
 LATENCY_S: Final = 0.15
@@ -169,7 +169,7 @@ class World:
         home = Place(*HOME)
         wind, wind_from = task.wind
         flight = FlightSettings(
-            place=home, boot_s=BOOT_S, wind_mps=wind, wind_from_deg=wind_from, seed=seed, model=model
+            place=home, boot_s=BOOT_S[model], wind_mps=wind, wind_from_deg=wind_from, seed=seed, model=model
         )
         self.vehicle = Vehicle(VehicleSettings(flight, flavour=ARDUPILOT, parameters=GRIPS), ())
         frame, targets = LocalFrame(home), []
@@ -250,7 +250,7 @@ def fly_on_one_clock(task: Task, seed: int, model: AirframeModel) -> Flown:
     """Flies one task. Raises TimeoutError."""
     cv2.setNumThreads(1)
     world = World(task, seed, model)
-    world.run(BOOT_S + 2.5)
+    world.run(BOOT_S[model] + 2.5)
     uploaded = world.work(PlanUploadWork(PlanKind.MISSION, mission()), 30.0)
     settings: dict[str, str | float] = {"letter": task.letter, "alphabet": ALPHABET}
     began_at = world.now
