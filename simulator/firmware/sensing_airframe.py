@@ -6,14 +6,20 @@ truth is in `group.truth`; only the ground, the camera and tests look at it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence, Set
 
 import numpy as np
 
-from simulator.airframe import Airframe, Commands, impact_mps
+from simulator.airframe import Airframe, Commands, GpsQuality, impact_mps
 from simulator.failure_modes import Failure
 from simulator.firmware.faults import JUMP_GAUSS, JUMP_M, NOISE_FACTOR
 from simulator.firmware.sensing_group import SensingGroup
+from simulator.sensors.satellites import MULTIPATH_M, SATELLITES, SLOW_M, VELOCITY_NOISE_MPS, Fix
+
+SENSED_GPS = GpsQuality(
+    int(Fix.FIX_3D), SATELLITES, math.hypot(*SLOW_M[:2], *MULTIPATH_M[:2]), SLOW_M[2], VELOCITY_NOISE_MPS[0]
+)
 
 
 class SensingAirframe(Airframe):
@@ -34,6 +40,9 @@ class SensingAirframe(Airframe):
         noise = NOISE_FACTOR if Failure.IMU_NOISE in failures else 1.0
         board.accelerometer.noise_factor[seat] = board.gyroscope.noise_factor[seat] = noise
         board.barometer.stuck[seat] = Failure.BARO_STUCK in failures
+
+    def gps_quality(self) -> GpsQuality:
+        return SENSED_GPS
 
     def contradictions(self) -> tuple[str, ...]:
         return self.group.contradictions[self.seat]
