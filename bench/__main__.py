@@ -32,6 +32,7 @@ from bench import (
 )
 from bench.rows import Report
 from bench.video import bench_run as video
+from simulator.airframe_model import AirframeModel
 
 BENCHES: dict[str, tuple[Callable[[Report, argparse.Namespace], Coroutine[Any, Any, None]], str]] = {
     "anonymous": (anonymous.run, anonymous.__doc__ or ""),
@@ -122,6 +123,8 @@ def parse(words: list[str]) -> argparse.Namespace:
     parser.add_argument("--messages", type=int, metavar="N", help="fuzz: so many WebSocket messages (100,000)")
     parser.add_argument("--rows", type=int, metavar="N", help="audit: so many events (5,000,000)")
     parser.add_argument("--kills", type=int, metavar="N", help="recorder: ends the tower so often (50)")
+    model = "challenge: whether the vehicle knows the truth, or has sensors with errors (exact)"
+    parser.add_argument("--model", type=AirframeModel, choices=AirframeModel, default=AirframeModel.EXACT, help=model)
     parser.add_argument("--seed", type=int, default=1, help="fuzz, vision: another one makes other input (1)")
     return parser.parse_args(words)
 

@@ -3,7 +3,8 @@ place and light on the simulator's land, another one with another letter, wind. 
 payload are from the truth, and how long it takes.
 
 All in one process and on one clock, with the pictures that the simulator's camera draws; `--flown`: with tower, agent
-and simulator as programs, in real time. `--rounds N` flies so many (20), `--seed N` others; `--keep FOLDER` keeps logs.
+and simulator as programs, in real time. `--model sensing`: on sensors with errors.
+`--rounds N` flies so many (20), `--seed N` others; `--keep FOLDER` keeps logs.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from bench.person import Person
 from bench.rig import HOME, Kind, Rig, free_udp_port, wait_for
 from bench.rows import Report
 from bench.video.video_rig import free_tcp_port
+from simulator.airframe_model import AirframeModel
 from wire.plans import plan_to_json
 
 FLIGHTS: Final = 20
@@ -39,8 +41,9 @@ _LANDED: Final = re.compile(r"Payload landed at (-?[\d.]+),(-?[\d.]+)")
 class ChallengeRig(Rig):
     """A Rig without a tap: the simulator starts anew for each flight, on the same ports."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, model: AirframeModel) -> None:
         super().__init__(folder, Kind("ardupilot", radio=True), None)
+        self._model = model
         self._agent_port, self._camera_port = free_udp_port(), free_tcp_port()
         self._simulator: asyncio.subprocess.Process | None = None
         self.flights = 0
@@ -66,7 +69,7 @@ class ChallengeRig(Rig):
             *self._drone_command("tower-sim", "--home", ",".join(str(one) for one in HOME) + ",0"),
             *("--out", f"udp:127.0.0.1:{self._agent_port}", "--camera", str(self._camera_port), "--boot-s", "3"),
             *("--param", "GRIP_ENABLE=1", "--param", "SERVO9_FUNCTION=28"),
-            *("--speed", f"{SPEED:g}", "--seed", str(self.flights), *task.options()),
+            *("--model", self._model, "--speed", f"{SPEED:g}", "--seed", str(self.flights), *task.options()),
         )
 
     def payload(self) -> tuple[float, float] | None:
@@ -134,16 +137,16 @@ async def run(report: Report, options: argparse.Namespace) -> None:
         else:
             for number in range(1, count + 1):
                 task = Task.drawn(options.seed, number)
-                flights.append(fly_on_one_clock(task, number))
+                flights.append(fly_on_one_clock(task, number, options.model))
                 _say(report, number, task, flights[-1])
     finally:
-        _rows(report, f"{len(flights)} flights of seed {options.seed}", flights)
+        _rows(report, f"{len(flights)} flights of seed {options.seed}, {options.model}", flights)
 
 
 async def _with_programs(report: Report, options: argparse.Namespace, count: int, flights: list[Flown]) -> None:
     folder = (options.keep or Path(tempfile.mkdtemp(prefix="challenge-"))) / f"flights-{options.seed}"
     folder.mkdir(parents=True)
-    rig = ChallengeRig(folder)
+    rig = ChallengeRig(folder, options.model)
     try:
         await rig.start()
         await rig.operator.control("acquire")

@@ -26,6 +26,7 @@ from onboard_agent.autonomy.pose_history import PoseHistory
 from onboard_agent.autonomy.service import ControllerHandler
 from onboard_agent.autonomy.target_watch import TargetWatch
 from onboard_agent.onboard import Onboard
+from simulator.airframe_model import AirframeModel
 from simulator.ardupilot import ARDUPILOT
 from simulator.camera.scene import Scene
 from simulator.camera.targets import GroundTarget, parse_target
@@ -45,6 +46,8 @@ STEP_S: Final = 0.005
 TICK_EVERY: Final = 5
 """Steps."""
 BEGAN_S: Final = 1000.0
+BOOT_S: Final = {AirframeModel.EXACT: 0.5, AirframeModel.SENSING: 2.0}
+"""A filter starts from what its sensors say in three tenths of this."""
 PICTURES_HZ: Final = 4.0
 LATENCY_S: Final = 0.15
 WIDTH_PX, HEIGHT_PX = 640, 480
@@ -159,13 +162,15 @@ class StepPort:
 class World:
     """One vehicle, its land, and its agent."""
 
-    def __init__(self, task: Task, seed: int) -> None:
+    def __init__(self, task: Task, seed: int, model: AirframeModel) -> None:
         self.now = BEGAN_S
         self.reported: list[Any] = []
         self.texts: list[str] = []
         home = Place(*HOME)
         wind, wind_from = task.wind
-        flight = FlightSettings(place=home, boot_s=0.5, wind_mps=wind, wind_from_deg=wind_from, seed=seed)
+        flight = FlightSettings(
+            place=home, boot_s=BOOT_S[model], wind_mps=wind, wind_from_deg=wind_from, seed=seed, model=model
+        )
         self.vehicle = Vehicle(VehicleSettings(flight, flavour=ARDUPILOT, parameters=GRIPS), ())
         frame, targets = LocalFrame(home), []
         for number, text in enumerate(task.targets, start=seed):
@@ -241,11 +246,11 @@ class World:
         raise TimeoutError(f"{type(work).__name__} never ended")
 
 
-def fly_on_one_clock(task: Task, seed: int) -> Flown:
+def fly_on_one_clock(task: Task, seed: int, model: AirframeModel) -> Flown:
     """Flies one task. Raises TimeoutError."""
     cv2.setNumThreads(1)
-    world = World(task, seed)
-    world.run(3.0)
+    world = World(task, seed, model)
+    world.run(BOOT_S[model] + 2.5)
     uploaded = world.work(PlanUploadWork(PlanKind.MISSION, mission()), 30.0)
     settings: dict[str, str | float] = {"letter": task.letter, "alphabet": ALPHABET}
     began_at = world.now

@@ -29,8 +29,8 @@ SHELL: Final = "simulator.sock"
 """Of `tower-sim shell --attach`, in the folder of the tower."""
 MAX_SOCKET_PATH: Final = 100
 """Bytes; no system takes fewer."""
-MAX_SENSING: Final = 4
-"""Drones that fly on sensors and a filter without being asked to: each takes a tenth of a core."""
+MAX_SENSING: Final = 100
+"""Drones that fly on sensors and a filter without being asked to: so many take less than a core, as measured."""
 MODELS: Final = ("sensing", "exact")
 READY_WITHIN_S: Final = 60.0
 LAND_WITHIN_S: Final = 20.0

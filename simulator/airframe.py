@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Set
+from dataclasses import dataclass
 
 from simulator.failure_modes import Failure
 from simulator.terrain import Ground
@@ -62,6 +63,20 @@ def euler_rad(w: float, x: float, y: float, z: float) -> tuple[float, float, flo
     return roll, pitch, yaw
 
 
+@dataclass(frozen=True, slots=True)
+class GpsQuality:
+    """What a receiver with a fix says of itself; `fix` and the accuracies as GPS_RAW_INT has them."""
+
+    fix: int
+    satellites: int
+    horizontal_m: float
+    vertical_m: float
+    speed_mps: float
+
+
+EXACT_GPS = GpsQuality(6, 10, 0.3, 0.3, 0.04)
+"""As ArduCopter's own simulator."""
+
 Commands = tuple[float, float, float, float]
 """Motors 1 to 4 in ArduPilot's numbering (front right, rear left, front left, rear right), 0..1."""
 
@@ -99,6 +114,9 @@ class Airframe:
 
     def suffer(self, failures: Set[Failure]) -> None:
         """Called each tick with the failures at work. This body knows the truth: no sensor can fail."""
+
+    def gps_quality(self) -> GpsQuality:
+        return EXACT_GPS
 
     def contradictions(self) -> tuple[str, ...]:
         """What is wrong with its sensors, as the vehicle notices it: texts for the ground station."""

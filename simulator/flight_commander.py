@@ -19,7 +19,6 @@ from simulator.firmware.health import (
     Fault,
 )
 from simulator.firmware.states import SystemState
-from simulator.flight_constants import TICK_S
 from simulator.flight_state import FlightState
 from simulator.notices import Notice
 
@@ -72,26 +71,28 @@ class FlightCommander:
 
     def update(self, flight: FlightState) -> list[Notice]:
         """Called each tick. Returns what is to be told."""
-        self._measure(flight)
         if flight.now_s >= self._due_s - 1e-9:
             self._due_s = flight.now_s + PERIOD_S
+            self._measure(flight)
             self._look(flight)
             self._commander.update(flight.now_s)
+        if not self._commander.texts:
+            return []
         told = list(self._commander.texts)
         self._commander.texts.clear()
         return told
 
     def _measure(self, flight: FlightState) -> None:
         volts = flight.battery.voltage_v
-        self._volts = volts if self._volts == math.inf else self._volts + (volts - self._volts) * TICK_S / VOLTAGE_S
+        self._volts = volts if self._volts == math.inf else self._volts + (volts - self._volts) * PERIOD_S / VOLTAGE_S
         flying = flight.armed and not flight.landed and not flight.body.on_ground
         wrong = flying and flight.attitude.lean_error_rad(flight.body) > MAX_LEAN_ERROR_RAD
         if self._leans_wrong_s < MOTOR_FAILED_S:  # a motor that failed stays failed until the next arming
-            self._leans_wrong_s = self._leans_wrong_s + TICK_S if wrong else 0.0
+            self._leans_wrong_s = self._leans_wrong_s + PERIOD_S if wrong else 0.0
         target, body = flight.target, flight.body
         apart_m = math.hypot(target.north_m - body.north_m, target.east_m - body.east_m)
         away = flying and flight.estimator.position_ok and apart_m > BLOWN_M
-        self._away_s = self._away_s + TICK_S if away else 0.0
+        self._away_s = self._away_s + PERIOD_S if away else 0.0
 
     def _look(self, flight: FlightState) -> None:
         """Sets the flags. Those of tasks and outputs stay: software alone cannot lose them."""

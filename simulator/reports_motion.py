@@ -56,11 +56,11 @@ def global_position(flight: Flight) -> Message:
 def gps_raw(flight: Flight) -> Message:
     if not flight.estimator.gps_fix:
         return mavlink.MAVLink_gps_raw_int_message(us(flight), 1, 0, 0, 0, 65535, 65535, 65535, 65535, 0)
-    body, place = flight.body, flight.place()
+    body, place, quality = flight.body, flight.place(), flight.body.gps_quality()
     course = heading_deg(math.atan2(body.ve_mps, body.vn_mps))
     return mavlink.MAVLink_gps_raw_int_message(
         us(flight),
-        6,
+        quality.fix,
         e7(place.lat_deg),
         e7(place.lon_deg),
         milli(place.alt_amsl_m),
@@ -68,11 +68,11 @@ def gps_raw(flight: Flight) -> Message:
         200,
         centi(body.ground_speed_mps()),
         centi(course) % 36000,
-        10,
+        quality.satellites,
         milli(place.alt_amsl_m),
-        300,
-        300,
-        40,
+        milli(quality.horizontal_m),
+        milli(quality.vertical_m),
+        milli(quality.speed_mps),
         0,
     )
 

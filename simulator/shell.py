@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from simulator.flight_constants import TICK_S
 from simulator.links import Endpoint, Link, open_link
+from simulator.squad import step_together
 from simulator.vehicle import Vehicle
 from simulator.vehicle_ports import VehiclePort
 
@@ -103,7 +104,7 @@ async def _keep_time(
     terminals: ShellSocket | None,
     logs: FlightLogs | None,
 ) -> None:
-    loop = asyncio.get_running_loop()
+    loop, vehicles = asyncio.get_running_loop(), [berth.vehicle for berth in berths]
     next_s, stepped_s, late_s, report_s = loop.time(), 0.0, 0.0, loop.time() + LATE_REPORT_S
     while not stop.is_set():
         behind_s = clock.now_s() - stepped_s - BEHIND_MAX_S * clock.speed
@@ -115,7 +116,8 @@ async def _keep_time(
             for port, link in berth.ports:
                 if answers := port.step(stepped_s):
                     link.send([answers])
-            berth.vehicle.step(stepped_s)
+        step_together(vehicles, stepped_s)
+        for berth in berths:
             frames = berth.vehicle.datagrams_to_send()
             if frames:
                 berth.link.send(frames)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from simulator.airframe_model import AirframeModel
 from simulator.failure_modes import Failure, PlannedFailure
 from simulator.firmware.fault_table import TABLE, parse
+from simulator.flight_constants import TICK_S, ticks_until
 from simulator.geodesy import LocalFrame, Place
 from simulator.links import Endpoint
 from simulator.terrain import ground_around, hills_m
@@ -29,7 +30,8 @@ def standing_places() -> Iterator[tuple[float, float]]:
 
 
 def make_squad(count: int, settings: VehicleSettings, *, hills: bool = False) -> list[Vehicle]:
-    """Each vehicle has its own position and seed; everything else, including the sysid, is the same."""
+    """Each vehicle has its own position and seed; everything else, including the sysid, is the same. Those with
+    sensors are one group: only `step_together` advances them."""
     frame = LocalFrame(settings.flight.place)
     vehicles = []
     for index, (north_m, east_m) in zip(range(count), standing_places(), strict=False):
@@ -41,7 +43,19 @@ def make_squad(count: int, settings: VehicleSettings, *, hills: bool = False) ->
             ground=ground_around(north_m, east_m) if hills else None,
         )
         vehicles.append(Vehicle(replace(settings, flight=flight)))
+    if settings.flight.model is AirframeModel.SENSING:
+        # NumPy takes time and memory, so it is imported only for this model.
+        from simulator.firmware.sensing_airframe import fly_together
+
+        fly_together([vehicle.flight.body for vehicle in vehicles])
     return vehicles
+
+
+def step_together(vehicles: Sequence[Vehicle], now_s: float) -> None:
+    """Advances all to `now_s`, in turn: those with sensors share the physics of each tick."""
+    for tick in range(vehicles[0].ticks + 1, ticks_until(now_s) + 1):
+        for vehicle in vehicles:
+            vehicle.step(tick * TICK_S)
 
 
 def spread_endpoints(outs: list[Endpoint], count: int) -> list[Endpoint]:

@@ -20,7 +20,7 @@ from simulator.dialect import COMPONENT_METADATA, Codec, Message, mavlink
 from simulator.failure_modes import Failure, PlannedFailure
 from simulator.flavour import Flavour
 from simulator.flight import Flight
-from simulator.flight_constants import TICK_S
+from simulator.flight_constants import TICK_S, ticks_until
 from simulator.flight_state import FlightSettings
 from simulator.log_protocol import LogServer
 from simulator.logbook import Logbook
@@ -130,10 +130,15 @@ class Vehicle:
 
     def step(self, now_s: float) -> None:
         """Advances to `now_s`."""
-        last = int(now_s / TICK_S + 1e-6)
+        last = ticks_until(now_s)
         while self._ticks < last:
             self._ticks += 1
             self._tick(self._ticks * TICK_S)
+
+    @property
+    def ticks(self) -> int:
+        """Those flown."""
+        return self._ticks
 
     def plan_failure(self, planned: PlannedFailure) -> None:
         """Adds a failure, also in flight; one in the past sets in at the next tick."""

@@ -12,8 +12,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from simulator.physics.rotation import Floats, from_vector, matrix, multiply, normalised
+
+Indices = npt.NDArray[np.intp]
 
 ATTITUDE, VELOCITY, POSITION = slice(0, 3), slice(3, 6), slice(6, 9)
 ACCELEROMETER_BIAS, GYRO_BIAS, COMPASS_BIAS = slice(9, 12), slice(12, 15), slice(15, 18)
@@ -61,6 +64,8 @@ class FirstDoubts:
     gyro_bias_rps: float = math.radians(0.06)
     compass_bias_gauss: float = 0.008
     """Of a calibrated compass."""
+    barometer_m: float = 0.05
+    """Its error at the start is what it reads as zero."""
 
 
 class ErrorState:
@@ -82,8 +87,17 @@ class ErrorState:
         self.barometer_bias_m = np.zeros(count)
         self.covariance = np.zeros((count, STATES, STATES))
 
-    def doubt(self, doubts: FirstDoubts) -> None:
-        """Starts the covariance again."""
+    def start(self, which: Indices, attitude: Floats, position_m: Floats, gyro_bias_rps: Floats) -> None:
+        """These vehicles stand here with this attitude; of their sensors' errors only the gyroscope's is known."""
+        self.attitude[:, which] = attitude
+        self.rotation[:, :, which] = matrix(attitude)
+        self.position_m[:, which], self.gyro_bias_rps[:, which] = position_m, gyro_bias_rps
+        unknown = (self.velocity_mps, self.acceleration_bias_mss, self.compass_bias_gauss, self.gps_bias_m)
+        for part in (*unknown, self.gps_multipath_m, self.barometer_bias_m):
+            part[..., which] = 0.0
+
+    def doubt(self, doubts: FirstDoubts, which: Indices) -> None:
+        """Starts the covariance of these vehicles again."""
         noise = self.noise
         spread = np.concatenate(
             (
@@ -95,10 +109,10 @@ class ErrorState:
                 [doubts.compass_bias_gauss] * 3,
                 [doubts.gps_error_m] * 3,
                 noise.gps_multipath_m,
-                [0.05],
+                [doubts.barometer_m],
             )
         )
-        self.covariance = np.tile(np.diag(spread**2), (self.count, 1, 1))
+        self.covariance[which] = np.diag(spread**2)
 
     def spread(self, part: slice) -> Floats:
         """Returns the standard deviations of these states, (states, vehicles)."""

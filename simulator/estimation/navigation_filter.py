@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.estimation.error_state import ErrorState, FilterNoise, FirstDoubts
+from simulator.estimation.error_state import ErrorState, FilterNoise, FirstDoubts, Indices
 from simulator.estimation.fusion import Component, Flags, Fused, fuse
 from simulator.physics.rigid_body import GRAVITY_MSS
 from simulator.physics.rotation import Floats, from_euler, from_vector, matrix, multiply, normalised, to_body, to_world
@@ -74,17 +74,33 @@ class NavigationFilter:
     def position_ok(self) -> Flags:
         return np.asarray(self._now_s - self.gps_accepted_s < AIDED_S)
 
-    def align(self, acceleration_mss: Floats, rates_rps: Floats, field_gauss: Floats, doubts: FirstDoubts) -> None:
-        """Starts from means over a second or more of standing still: attitude, and the bias of the gyroscope."""
-        state = self.state
+    def align(
+        self,
+        acceleration_mss: Floats,
+        rates_rps: Floats,
+        field_gauss: Floats,
+        doubts: FirstDoubts,
+        which: Indices | None = None,
+        position_m: Floats | None = None,
+    ) -> None:
+        """Starts from means over a second or more of standing still: attitude, and the bias of the gyroscope.
+
+        `which`: the vehicles that start, all if None; every array has only theirs. `position_m`: where they stand, the
+        origin if None. The others fly on."""
+        state, seats = self.state, np.arange(self.state.count) if which is None else which
         ax, ay, az = acceleration_mss
         roll, pitch = np.arctan2(-ay, -az), np.arctan2(ax, np.hypot(ay, az))
         level = to_world(matrix(from_euler(roll, pitch, np.zeros_like(roll))), field_gauss)
         declination = math.atan2(self._field[1, 0], self._field[0, 0])
-        state.attitude = from_euler(roll, pitch, declination - np.arctan2(level[1], level[0]))
-        state.rotation = matrix(state.attitude)
-        state.gyro_bias_rps = rates_rps.copy()
-        state.doubt(doubts)
+        attitude = from_euler(roll, pitch, declination - np.arctan2(level[1], level[0]))
+        state.start(seats, attitude, np.zeros_like(rates_rps) if position_m is None else position_m, rates_rps)
+        state.doubt(doubts, seats)
+        for sums in (self._corrected, self._turn, self._force):
+            sums[:, seats] = 0.0
+        for then in self._history:  # what they believed before says nothing of now
+            then.position_m[:, seats], then.velocity_mps[:, seats] = state.position_m[:, seats], 0.0
+            then.rotation[:, :, seats], then.corrected[:, seats] = state.rotation[:, :, seats], 0.0
+        self.gps_accepted_s[seats] = self.compass_accepted_s[seats] = self.barometer_accepted_s[seats] = -math.inf
         self.aligned = True
 
     def step(self, readings: Readings, dt_s: float, standing: Flags | None = None) -> None:

@@ -91,7 +91,7 @@ def test_alignment_finds_the_attitude_and_the_bias_of_the_gyroscope() -> None:
 
 def state() -> ErrorState:
     error_state = ErrorState(3, FilterNoise())
-    error_state.doubt(FirstDoubts())
+    error_state.doubt(FirstDoubts(), np.arange(3))
     return error_state
 
 

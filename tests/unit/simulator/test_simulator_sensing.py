@@ -14,10 +14,16 @@ import pytest
 from simulator.airframe_model import AirframeModel
 from simulator.dialect import mavlink
 from simulator.failure_modes import Failure
+from simulator.flight_state import FlightSettings
+from simulator.geodesy import Place
 from simulator.modes import Mode
+from simulator.reports_motion import gps_raw
 from simulator.sensors.satellites import Fix
+from simulator.squad import make_squad, step_together
+from simulator.vehicle import Vehicle, VehicleSettings
 
 MakeGround = Callable[..., Any]
+HOME = Place(47.3977, 8.5456, 488.0)
 
 
 def apart_m(station: Any) -> float:
@@ -43,8 +49,15 @@ def test_without_gps_its_position_drifts_and_it_lands_as_measured(ground: MakeGr
     station.flight.failures.add(Failure.GPS_LOST)
     station.until(lambda: station.flight.mode is Mode.LAND, timeout_s=12.0)
     assert "EKF Failsafe: changed to LAND Mode" in station.texts()
-    assert bool(station.body.board.gps.lost[0])
-    assert station.now_s - station.body.filter.gps_accepted_s[0] > 5.0
+    assert bool(station.body.group.board.gps.lost[0])
+    assert station.now_s - station.body.group.filter.gps_accepted_s[0] > 5.0
+
+
+def test_its_receiver_claims_no_more_than_it_has(ground: MakeGround) -> None:
+    claims = {model: gps_raw(ground(model=model, boot_s=1.0).ready().flight) for model in AirframeModel}
+    assert claims[AirframeModel.EXACT].fix_type == mavlink.GPS_FIX_TYPE_RTK_FIXED
+    assert claims[AirframeModel.SENSING].fix_type == mavlink.GPS_FIX_TYPE_3D_FIX
+    assert claims[AirframeModel.SENSING].h_acc > 1500, "millimetres"
 
 
 def test_a_gps_that_comes_back_is_no_glitch(ground: MakeGround) -> None:
@@ -52,10 +65,10 @@ def test_a_gps_that_comes_back_is_no_glitch(ground: MakeGround) -> None:
     station.flight.failures.add(Failure.GPS_LOST)
     station.run(3.0)
     station.flight.failures.discard(Failure.GPS_LOST)
-    station.until(lambda: station.body.board.gps.fix[0] >= Fix.FIX_3D)
+    station.until(lambda: station.body.group.board.gps.fix[0] >= Fix.FIX_3D)
     station.run(2.0)
     assert "GPS glitch" not in station.texts()
-    assert station.body.filter.gps_accepted_s[0] > station.now_s - 0.5
+    assert station.body.group.filter.gps_accepted_s[0] > station.now_s - 0.5
 
 
 def test_each_failure_of_a_sensor_is_told_once_and_flown_with(ground: MakeGround) -> None:
@@ -86,10 +99,64 @@ def test_the_same_seed_gives_the_same_bytes_and_another_one_others(ground: MakeG
         station = ground(model=AirframeModel.SENSING, seed=seed, boot_s=1.0).ready()
         station.run(0.5)
         body = station.body
-        return [body.north_m, body.alt_m, body.qx, *np.ravel(body.board.gyroscope.bias)]
+        return [body.north_m, body.alt_m, body.qx, *np.ravel(body.group.board.gyroscope.bias)]
 
     assert believed(1) == believed(1)
     assert believed(1) != believed(2)
+
+
+@pytest.fixture
+def squad() -> list[Vehicle]:
+    """Three in wind, with the commander, just ready to arm."""
+    flight = FlightSettings(HOME, boot_s=1.0, wind_mps=4.0, model=AirframeModel.SENSING, commander=True)
+    vehicles = make_squad(3, VehicleSettings(flight))
+    step_together(vehicles, 2.0)
+    return vehicles
+
+
+def test_a_squad_flies_on_one_group_each_with_an_error_of_its_own(squad: list[Vehicle]) -> None:
+    bodies = [vehicle.flight.body for vehicle in squad]
+    for vehicle, height_m in zip(squad, (3.0, 4.0, 5.0), strict=True):
+        vehicle.flight.set_mode(Mode.GUIDED)
+        assert vehicle.flight.arm()
+        assert vehicle.flight.flying.take_off(height_m)
+    step_together(squad, 11.0)
+    for body, height_m in zip(bodies, (3.0, 4.0, 5.0), strict=True):
+        assert body.true_pose[2] == pytest.approx(height_m, abs=0.6)
+        assert math.hypot(*body.true_pose[:2]) < 1.5
+    errors = [body.true_pose[0] - body.north_m for body in bodies]
+    assert len(set(errors)) == 3
+    squad[1].failures.add(Failure.MOTOR_LOST)
+    step_together(squad, 14.0)
+    assert [vehicle.flight.armed for vehicle in squad] == [True, False, True], "a fault hits one alone"
+    assert bodies[0].true_pose[2] == pytest.approx(3.0, abs=0.6)
+
+
+def test_one_of_a_squad_restarts_and_flies_again(squad: list[Vehicle]) -> None:
+    other, again = squad[0], squad[2]
+    other.flight.set_mode(Mode.GUIDED)
+    assert other.flight.arm()
+    assert other.flight.flying.take_off(3.0)
+    step_together(squad, 7.0)
+    again.restart_soon()
+    step_together(squad, 7.1)
+    assert not again.flight.estimator.position_ok
+    assert again.flight.body.attitude()[2] == pytest.approx(0.0, abs=0.1)
+    step_together(squad, 11.0)
+    assert again.flight.body.contradictions() == ()
+    again.flight.set_mode(Mode.GUIDED)
+    assert again.flight.arm()
+    assert again.flight.flying.take_off(3.0)
+    step_together(squad, 17.0)
+    for vehicle in (other, again):
+        north_m, east_m, height_m, _ = vehicle.flight.body.true_pose
+        assert height_m == pytest.approx(3.0, abs=0.6)
+        assert math.hypot(north_m, east_m) < 1.5
+
+
+def test_a_squad_is_stepped_in_turn(squad: list[Vehicle]) -> None:
+    with pytest.raises(RuntimeError, match="stepped twice"):
+        squad[0].step(3.0)
 
 
 def test_the_exact_model_needs_no_numpy() -> None:
