@@ -49,6 +49,21 @@ export class ReplaySession {
   );
   readonly holders = $derived(holderSpans(this.index, this.fromMs, this.wholeToMs));
   readonly silences = $derived(silentSpans(this.index, this.wholeToMs));
+  readonly videos = $derived(
+    (this.detail?.video ?? [])
+      .filter(({ state }) => state === 'ready')
+      .map(({ id, began_at, ended_at, quality }) => ({
+        id,
+        fromMs: Date.parse(began_at),
+        toMs: ended_at ? Date.parse(ended_at) : Infinity,
+        label: quality,
+      })),
+  );
+  /** Curves are read anew when there is twice as much: with each piece, they would cost more than it. */
+  readonly chartVersion = $derived.by(() => {
+    const { frames, isWhole } = this.progress ?? { frames: 0, isWhole: false };
+    return isWhole ? frames : 2 ** Math.floor(Math.log2(Math.max(1, frames)));
+  });
   readonly track = $derived<readonly TrackPoint[]>(this.overview?.track ?? []);
   /** How much higher its home is than that of the flight on whose map it is: heights there are above one home. */
   homeUpM = $state(0);
