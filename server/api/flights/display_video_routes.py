@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import asyncio
-from typing import Annotated, Final
+from typing import Annotated
 
 from fastapi import APIRouter, Path, Response
 from fastapi.responses import FileResponse
@@ -12,6 +11,7 @@ from server.api.access import Viewer
 from server.api.dependencies import DatabaseDep, FlightsDep, FlightVideosDep, HubDep, RecordingsDep
 from server.api.flights.readable import known_flight
 from server.api.http.problem_docs import answers
+from server.api.recordings.video_answer import VIDEO_ANSWERS, video_answer
 from server.domain.access import NotSignedIn, SessionExpired
 from server.domain.people import Principal
 from server.live.flight_videos.refusals import FlightVideoNotMade, FlightVideosBusy
@@ -36,7 +36,6 @@ router = APIRouter(
     responses=answers(NotSignedIn, SessionExpired, UnknownFlight, UnknownRecording),
 )
 
-MEDIA_TYPE: Final = "video/mp4"
 FlightPath = Annotated[int, Path(ge=1, le=2**31 - 1)]
 RecordingPath = Annotated[int, Path(ge=1, le=2**31 - 1)]
 
@@ -107,10 +106,7 @@ async def get_display_video(
     "/file",
     response_class=Response,
     responses={
-        200: {"content": {MEDIA_TYPE: {}}, "description": "The whole video, in MP4"},
-        206: {"content": {MEDIA_TYPE: {}}, "description": "The range that was asked for"},
-        400: {"description": "The range cannot be read"},
-        416: {"description": "The file has no such range"},
+        **VIDEO_ANSWERS,
         **answers(FlightVideoNotMade),
     },
 )
@@ -125,7 +121,6 @@ async def get_display_video_file(
     """Downloads the video, as MP4 with H.264."""
     flight, recording, drone = await _known(hub, database, principal, flight_id, recording_id)
     path = videos.path((flight.id, recording.id))
-    if not await asyncio.to_thread(path.is_file):
-        raise FlightVideoNotMade
-    name = f"{drone.record.name}-{recording.began_at:%Y%m%d-%H%M%S}-display.mp4"
-    return FileResponse(path, media_type=MEDIA_TYPE, filename=name, headers={"Cache-Control": "private, no-cache"})
+    return await video_answer(
+        path, FlightVideoNotMade, drone=drone.record.name, began_at=recording.began_at, suffix="-display"
+    )

@@ -14,6 +14,7 @@ from server.api.access import Pilot, Viewer
 from server.api.dependencies import AuditDep, DatabaseDep, HubDep, RecordingsDep
 from server.api.http.problem_docs import answers
 from server.api.operations.operation_requests import refuse_observers, watched_drone
+from server.api.recordings.video_answer import VIDEO_ANSWERS, video_answer
 from server.domain.access import UnknownDrone
 from server.domain.people import Principal
 from server.domain.relations import Right
@@ -41,7 +42,6 @@ from wire.video import Quality
 
 router = APIRouter(prefix="/api/v1/drones/{drone_id}/recordings", tags=["recordings"])
 
-MEDIA_TYPE: Final = "video/mp4"
 DronePath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
 RecordingPath = Annotated[int, Path(ge=1, le=2**31 - 1)]
 _WATCH: Final = (UnknownDrone, ViewTaken, OnlyWatches)
@@ -149,10 +149,7 @@ async def end_recording(
     "/{recording_id}/file",
     response_class=Response,
     responses={
-        200: {"content": {MEDIA_TYPE: {}}, "description": "The whole video, in MP4"},
-        206: {"content": {MEDIA_TYPE: {}}, "description": "The range that was asked for"},
-        400: {"description": "The range cannot be read"},
-        416: {"description": "The file has no such range"},
+        **VIDEO_ANSWERS,
         **answers(*_WATCH, UnknownRecording, NotReady),
     },
 )
@@ -173,10 +170,7 @@ async def get_recording_file(
     if row.state != "ready":
         raise NotReady(row.words if row.state == "failed" else "it is not ready yet: it is being recorded or processed")
     path = recordings.store.path(row.drone_id, row.file, MP4)
-    if not await asyncio.to_thread(path.is_file):
-        raise UnknownRecording
-    name = f"{drone.record.name}-{row.began_at:%Y%m%d-%H%M%S}.mp4"
-    return FileResponse(path, media_type=MEDIA_TYPE, filename=name, headers={"Cache-Control": "private, no-cache"})
+    return await video_answer(path, UnknownRecording, drone=drone.record.name, began_at=row.began_at)
 
 
 @router.delete(

@@ -7,14 +7,9 @@ On standard output: a line of JSON about once a second, `{"done": pictures}`, an
 `{"problem": words}` with exit code 1.
 """
 
-import json
-import os
 import sys
-import threading
-import time
-from contextlib import suppress
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import av
 
@@ -22,52 +17,31 @@ from server.live.flight_videos.display_values import DisplayTimeline, in_order
 from server.live.flights.index import entry_of, whole_lines
 from server.live.flights.tlog import read_entries
 from server.store.bounded_program import limit_this_process
+from server.store.child_program import end_with_parent, progress_writer, say, say_problem
 from server.store.flight_videos.burning import Burnt, NoVideo, burn
 
 MAX_MEMORY_BYTES: Final = 2 * 1024**3
 """Limit of address space."""
 MAX_PROCESSOR_S: Final = 4 * 3600
-SAY_EVERY_S: Final = 1.0
 
 
 def main(arguments: list[str]) -> int:
     film, telemetry, index, target = (Path(arguments[number]) for number in (0, 1, 2, 4))
     began_us, max_bytes = int(arguments[3]), int(arguments[5])
     limit_this_process(memory_bytes=MAX_MEMORY_BYTES, processor_s=MAX_PROCESSOR_S, file_bytes=max_bytes)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    end_with_parent()
     av.logging.set_level(None)
-    said = time.monotonic()
-
-    def report(done: int) -> None:
-        nonlocal said
-        if time.monotonic() - said >= SAY_EVERY_S:
-            said = time.monotonic()
-            _say({"done": done})
-
+    report = progress_writer()
     try:
         lines = [entry_of(line) for line in whole_lines(index.read_bytes())] if index.is_file() else []
         with telemetry.open("rb") as file:
             timeline = DisplayTimeline(read_entries(file), in_order(lines))
             made: Burnt = burn(film, target, began_us, timeline, report)
     except (NoVideo, OSError, MemoryError, av.error.FFmpegError) as error:
-        words = getattr(error, "strerror", None) or str(error) or type(error).__name__
-        _say({"problem": words[:150]})
+        say_problem(error)
         return 1
-    _say(made._asdict())
+    say(made._asdict())
     return 0
-
-
-def _say(what: dict[str, Any]) -> None:
-    sys.stdout.write(json.dumps(what) + "\n")
-    sys.stdout.flush()
-
-
-def _end_with_parent() -> None:
-    """Standard input is a pipe from the parent."""
-    with suppress(OSError):
-        while os.read(0, 1024):
-            pass
-    os._exit(3)
 
 
 if __name__ == "__main__":
