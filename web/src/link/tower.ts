@@ -30,6 +30,7 @@ import { Squad } from './squad';
 import { Store } from './store';
 import { Surroundings } from './surroundings';
 import { splitTagged } from './tagged_frames';
+import { eventInWords } from './tower_words';
 import { Vehicle } from './vehicle';
 import type { ControlEvent, Drone, HoldEvent, NoticeEvent, TowerEvent, User } from './wire_types';
 
@@ -89,7 +90,7 @@ export class Tower {
     this.live = new Live({
       clock: this.clock,
       openSocket: options.openSocket ?? openBrowserSocket,
-      onEvent: (event) => this.#onEvent(event),
+      onEvent: (event) => this.#onEvent(eventInWords(event)),
       onFrames: (message) => this.#onFrames(message),
     });
     this.#squad = new Squad({

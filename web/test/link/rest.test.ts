@@ -35,7 +35,7 @@ describe('the REST client', () => {
   });
 
   it('sends a reason only where there is one', async () => {
-    const { rest, calls } = answering(200, '{}');
+    const { rest, calls } = answering(200, '{"sentences": []}');
     await rest.control(4, 'take', { reason: 'storm', watch: false });
     await rest.control(4, 'acquire');
     await rest.control(4, 'stay');
