@@ -5,7 +5,6 @@ import { untrack } from 'svelte';
 import { t } from '../languages/text';
 import type { Schemas } from '../link/rest_types';
 import type { Rest } from '../link/rest';
-import type { Vehicle } from '../link/vehicle';
 import { flightFileHref, flightIdOf } from '../link/flights';
 import { importIdOf, importFileHref, type FlightKey, type ImportedFlight } from '../link/flight_imports';
 import type { TrackPlace } from '../map/curtain';
@@ -23,8 +22,7 @@ import type { Progress } from './worker_messages';
 export type FlightDetail = Schemas['FlightDetailView'];
 
 const FILE_DRONE_ID = 0;
-/** Digits that change faster cannot be read, and lay out the page anew each time; the map, the horizon and the timeline
- * follow each step. */
+/** Digits that change faster cannot be read; the map and the timeline follow each step. */
 const READ_MS = 120;
 
 export class ReplaySession {
@@ -36,9 +34,8 @@ export class ReplaySession {
   imported = $state.raw<ImportedFlight | null>(null);
   progress = $state.raw<Progress | null>(null);
   shown = $state.raw<PlayerState>()!;
-  /** For numbers: follow the moment on view, less often. */
+  /** For numbers: changes less often while it plays. */
   readMs = $state(0);
-  readVehicle = $state.raw<Vehicle>()!;
   problem = $state('');
   readonly index = $derived<readonly IndexEntry[]>(this.detail?.index ?? []);
   readonly overview = $derived<FlightOverview | null>(this.progress?.overview ?? null);
@@ -49,21 +46,6 @@ export class ReplaySession {
   );
   readonly holders = $derived(holderSpans(this.index, this.fromMs, this.wholeToMs));
   readonly silences = $derived(silentSpans(this.index, this.wholeToMs));
-  readonly videos = $derived(
-    (this.detail?.video ?? [])
-      .filter(({ state }) => state === 'ready')
-      .map(({ id, began_at, ended_at, quality }) => ({
-        id,
-        fromMs: Date.parse(began_at),
-        toMs: ended_at ? Date.parse(ended_at) : Infinity,
-        label: quality,
-      })),
-  );
-  /** Curves are read anew when there is twice as much: with each piece, they would cost more than it. */
-  readonly chartVersion = $derived.by(() => {
-    const { frames, isWhole } = this.progress ?? { frames: 0, isWhole: false };
-    return isWhole ? frames : 2 ** Math.floor(Math.log2(Math.max(1, frames)));
-  });
   readonly track = $derived<readonly TrackPoint[]>(this.overview?.track ?? []);
   /** How much higher its home is than that of the flight on whose map it is: heights there are above one home. */
   homeUpM = $state(0);
@@ -71,20 +53,18 @@ export class ReplaySession {
     this.track.map(({ latDeg, lonDeg, altRelM }) => ({ latDeg, lonDeg, upM: altRelM + this.homeUpM })),
   );
   #readAt = -Infinity;
-  #reading: ReturnType<typeof setTimeout> | null = null;
 
   constructor(droneId: number, name: string) {
     this.name = name;
     this.file = new ReplayFile(openReplayWorker());
     this.player = new Player(this.file, recordedDrone(droneId, name));
     this.shown = this.player.state.get();
-    this.#read();
     this.player.state.subscribe((state) => {
       this.shown = state;
-      if (this.#reading !== null) return;
-      const waitMs = this.#readAt + READ_MS - performance.now();
-      if (waitMs <= 0) this.#read();
-      else this.#reading = setTimeout(() => this.#read(), waitMs);
+      const now = performance.now();
+      if (state.isPlaying && now - this.#readAt < READ_MS) return;
+      this.#readAt = now;
+      this.readMs = state.atMs;
     });
     this.file.problem.subscribe((words) => (this.problem = words));
     this.file.progress.subscribe((progress) => {
@@ -140,17 +120,8 @@ export class ReplaySession {
     if (found) this.player.seek(found.atMs);
   }
 
-  #read(): void {
-    this.#reading = null;
-    this.#readAt = performance.now();
-    const { atMs, vehicle } = this.player.state.get();
-    this.readMs = atMs;
-    this.readVehicle = vehicle;
-  }
-
   close(): void {
     this.player.pause();
-    if (this.#reading !== null) clearTimeout(this.#reading);
     this.file.close();
   }
 }
