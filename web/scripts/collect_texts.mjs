@@ -43,6 +43,21 @@ function write(messages) {
   }
 }
 
+/** What the tower writes (tower_texts.py): the keys are in the files themselves, so that only translations can be wrong. */
+function checkTower(language) {
+  const folder = join(folderOf(language), 'tower');
+  const translations = new Map();
+  for (const file of readdirSync(folder))
+    for (const [key, words] of Object.entries(JSON.parse(readFileSync(join(folder, file), 'utf8'))))
+      translations.set(key, words);
+  const messages = new Map([...translations.keys()].map((key) => [key, { names: holesOf(key), isPlural: false }]));
+  const lacking = [...translations].filter(([, words]) => words === '').map(([key]) => key);
+  console.log(`${language}: ${translations.size - lacking.length} of ${translations.size} texts of the tower`);
+  return [...faultsOf(language, messages, translations), ...lacking.map((key) => `${language}/tower: lacks "${key}"`)];
+}
+
+const holesOf = (key) => [...key.matchAll(/\{(\w+)(?::\w+)?\}/g)].map(([, name]) => name);
+
 function check(messages) {
   const problems = [];
   const offered = offeredLanguages();
@@ -51,6 +66,7 @@ function check(messages) {
     const lacking = [...messages.keys()].filter((key) => !isTranslated(translations.get(key)));
     problems.push(...twice.map((words) => `${language}/${words}`), ...faultsOf(language, messages, translations));
     if (offered.has(language)) problems.push(...lacking.map((key) => `${language}: lacks "${key}"`));
+    if (offered.has(language)) problems.push(...checkTower(language));
     console.log(`${language}: ${messages.size - lacking.length} of ${messages.size} texts, ${lacking.length} lacking`);
   }
   return problems;

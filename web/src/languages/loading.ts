@@ -5,13 +5,15 @@
 
 import { isLanguageChoice, languageFor, type Language } from './languages';
 import { useCatalogue, type Catalogue } from './text';
+import { useTowerTexts, type TowerTexts } from './tower_text';
 
 /** Where preferences.svelte.ts keeps the choice: it cannot be asked, because it has texts. */
 export const PREFERENCES_KEY = 'tower.preferences';
 
-const CATALOGUES: Readonly<Record<Exclude<Language, 'en'>, () => Promise<{ default: Catalogue }>>> = {
-  pt: () => import('./pt/portuguese'),
-};
+const CATALOGUES: Readonly<Record<Exclude<Language, 'en'>, () => Promise<{ default: Catalogue; tower: TowerTexts }>>> =
+  {
+    pt: () => import('./pt/portuguese'),
+  };
 
 function chosenHere(): Language {
   try {
@@ -28,7 +30,9 @@ export async function loadLanguage(): Promise<void> {
   const language = chosenHere();
   if (language === 'en') return;
   try {
-    useCatalogue(language, (await CATALOGUES[language]()).default);
+    const { default: texts, tower } = await CATALOGUES[language]();
+    useCatalogue(language, texts);
+    useTowerTexts(tower);
     document.documentElement.lang = language;
   } catch {
     useCatalogue('en', null);

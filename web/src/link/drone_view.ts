@@ -2,6 +2,7 @@
  * Completes the tower's view of a drone: fields that an older tower omits get the value that held before they existed.
  */
 
+import { droneInWords } from './tower_words';
 import type { Drone, User } from './wire_types';
 
 const BEFORE_THESE_FIELDS = {
@@ -28,7 +29,7 @@ const BEFORE_THESE_FIELDS = {
 type DroneOnWire = Omit<Drone, keyof typeof BEFORE_THESE_FIELDS> & Partial<Drone>;
 
 export function readDrone(raw: DroneOnWire): Drone {
-  return { ...BEFORE_THESE_FIELDS, ...raw };
+  return droneInWords({ ...BEFORE_THESE_FIELDS, ...raw });
 }
 
 /** Combines two sources: true if either says so, null if neither knows. */

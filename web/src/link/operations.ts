@@ -8,6 +8,7 @@ import type { Operation, OperationWork, PlanKind } from './operation_types';
 import { RestError, type LooseRequest, type Rest } from './rest';
 import type { AnswerOf, Method, PathOf, RequestArguments } from './rest_types';
 import { Store } from './store';
+import { operationInWords } from './tower_words';
 
 /** Above this, the oldest ended operations are dropped. */
 const MAX_KEPT = 300;
@@ -37,7 +38,8 @@ export class Operations {
    * Takes the newest state from the live channel. Returns false if the operation had ended before: the agent may report
    * later how an operation of unknown outcome ended.
    */
-  put(operation: Operation): boolean {
+  put(sent: Operation): boolean {
+    const operation = operationInWords(sent);
     const known = this.all.get().get(operation.id);
     if (known && isOver(known) && (known.state !== 'timed_out' || !isOver(operation))) return false;
     const kept = new Map(this.all.get()).set(operation.id, operation);

@@ -3,6 +3,7 @@
 import { t } from '../languages/text';
 import type { Rest } from './rest';
 import type { Schemas } from './rest_types';
+import { preflightInWords } from './tower_words';
 
 export type Preflight = Schemas['PreflightView'];
 export type PreflightLine = Schemas['PreflightLineView'];
@@ -39,13 +40,15 @@ export class PreflightRest {
   }
 
   of(droneId: number): Promise<Preflight> {
-    return this.#rest.call('GET', '/drones/{drone_id}/preflight', { path: { drone_id: droneId } });
+    return this.#rest
+      .call('GET', '/drones/{drone_id}/preflight', { path: { drone_id: droneId } })
+      .then(preflightInWords);
   }
 
   /** For whoever has the controls. `checked`: the text of every own line. */
   sign(droneId: number, checked: readonly string[], weather: string): Promise<Preflight> {
     const request = { path: { drone_id: droneId }, body: { checked: [...checked], weather } };
-    return this.#rest.call('POST', '/drones/{drone_id}/preflight/sign', request);
+    return this.#rest.call('POST', '/drones/{drone_id}/preflight/sign', request).then(preflightInWords);
   }
 
   /** The own lines of one drone. */

@@ -7,10 +7,12 @@
  */
 
 import { t } from '../languages/text';
+import { towerText } from '../languages/tower_text';
 import { readDrone } from './drone_view';
 import type { PasskeyCredential, PasskeyOptions } from './passkeys';
 import type { AnswerOf, Method, PathOf, RequestArguments, Schemas } from './rest_types';
 import type { LossCheck } from './safety_types';
+import { alertInWords, lossCheckInWords } from './tower_words';
 import type { Drone, RehearsedLoss, User } from './wire_types';
 
 export interface FieldError {
@@ -149,12 +151,12 @@ export class Rest {
   }
 
   acknowledgeAlert(alertId: number): Promise<Schemas['AlertView']> {
-    return this.call('POST', '/alerts/{alert_id}/acknowledge', { path: { alert_id: alertId } });
+    return this.call('POST', '/alerts/{alert_id}/acknowledge', { path: { alert_id: alertId } }).then(alertInWords);
   }
 
   /** The newest, of the whole squad. */
   pastAlerts(): Promise<readonly Schemas['AlertView'][]> {
-    return this.call('GET', '/alerts', { query: { limit: 100 } });
+    return this.call('GET', '/alerts', { query: { limit: 100 } }).then((alerts) => alerts.map(alertInWords));
   }
 
   async control(droneId: number, action: ControlAction, words: ControlWords = {}): Promise<Drone> {
@@ -163,13 +165,13 @@ export class Rest {
   }
 
   lossCheck(droneId: number): Promise<LossCheck> {
-    return this.call('GET', '/drones/{drone_id}/loss-check', { path: { drone_id: droneId } });
+    return this.call('GET', '/drones/{drone_id}/loss-check', { path: { drone_id: droneId } }).then(lossCheckInWords);
   }
 
   /** `droneName`: as the user typed it, to confirm that they mean this drone. */
   acknowledgeLossCheck(droneId: number, droneName: string): Promise<LossCheck> {
     const request = { path: { drone_id: droneId }, body: { drone: droneName } };
-    return this.call('POST', '/drones/{drone_id}/loss-check/acknowledge', request);
+    return this.call('POST', '/drones/{drone_id}/loss-check/acknowledge', request).then(lossCheckInWords);
   }
 
   rehearse(droneId: number, what: RehearsedLoss, isInFlight: boolean): Promise<unknown> {
@@ -227,8 +229,8 @@ async function problemOf(answer: Response): Promise<RestError> {
     // A proxy in between answers in HTML: then the status suffices.
   }
   const words = (key: string): string => (typeof problem[key] === 'string' ? problem[key] : '');
-  const title = words('title') || answer.statusText || t('Error {status}', { status: answer.status });
-  const detail = words('detail') || t('The tower answered with status {status}.', { status: answer.status });
+  const title = towerText(words('title')) || answer.statusText || t('Error {status}', { status: answer.status });
+  const detail = towerText(words('detail')) || t('The tower answered with status {status}.', { status: answer.status });
   const waits = Number(answer.headers.get('Retry-After') ?? NaN);
   const retryAfterS = Number.isFinite(waits) ? waits : null;
   const item = typeof problem['item'] === 'number' ? problem['item'] : null;
@@ -241,6 +243,6 @@ function fieldErrors(value: unknown): FieldError[] {
   if (!Array.isArray(value)) return [];
   return value.flatMap((one: unknown) => {
     const { field, message } = (one ?? {}) as Record<string, unknown>;
-    return typeof field === 'string' && typeof message === 'string' ? [{ field, message }] : [];
+    return typeof field === 'string' && typeof message === 'string' ? [{ field, message: towerText(message) }] : [];
   });
 }

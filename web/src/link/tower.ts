@@ -30,6 +30,7 @@ import { Squad } from './squad';
 import { Store } from './store';
 import { Surroundings } from './surroundings';
 import { splitTagged } from './tagged_frames';
+import { eventInWords } from './tower_words';
 import { Vehicle } from './vehicle';
 import type { ControlEvent, Drone, HoldEvent, NoticeEvent, TowerEvent, User } from './wire_types';
 
@@ -195,7 +196,8 @@ export class Tower {
     else this.live.stop();
   }
 
-  #onEvent(event: TowerEvent): void {
+  #onEvent(sent: TowerEvent): void {
+    const event = eventInWords(sent);
     this.around.take(event);
     switch (event.type) {
       case 'welcome':

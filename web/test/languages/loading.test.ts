@@ -36,7 +36,7 @@ async function started(offered: readonly Languages.Language[]): Promise<[string,
   return [currentLanguage(), page.documentElement.lang, t('Hold')];
 }
 const withCatalogue = (): unknown =>
-  vi.doMock('../../src/languages/pt/portuguese', () => ({ default: { Hold: 'Parar' } }));
+  vi.doMock('../../src/languages/pt/portuguese', () => ({ default: { Hold: 'Parar' }, tower: {} }));
 
 it('starts in the language of the browser, if it is offered', async () => {
   withCatalogue();

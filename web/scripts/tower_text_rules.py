@@ -1,0 +1,224 @@
+"""What tower_texts.py takes for a text, and which sources never reach the console. Tables only."""
+
+import re
+from typing import Final
+
+AREAS: Final = (
+    (
+        "safety",
+        r"onboard_agent/failsafe/|server/live/(alerts|control|relay)/|server/domain/lease|server/store/control/|"
+        r"wire/zones/|server/live/zones/watch|wire/autopilots/.*_loss",
+    ),
+    ("flight", r"onboard_agent/|wire/|server/live/"),
+    ("tower", r""),
+)
+"""The files of a language, and which sources use their texts. A text is in the first that uses it."""
+
+TEXT_VALUES: Final = frozenset(
+    [
+        "actions",
+        "advice",
+        "after",
+        "asked",
+        "at",
+        "away",
+        "before",
+        "begin",
+        "between",
+        "beyond",
+        "black_box_problem",
+        "both",
+        "by",
+        "count",
+        "detail",
+        "direction",
+        "doing",
+        "does",
+        "error",
+        "estimator_fault",
+        "event",
+        "excepted",
+        "far",
+        "fence_breach",
+        "field",
+        "given_up",
+        "ground",
+        "height",
+        "hold_reason",
+        "hold_unconfirmed",
+        "holds",
+        "how",
+        "how_many",
+        "ignored",
+        "in_zone",
+        "known",
+        "label_of",
+        "last",
+        "leave",
+        "level",
+        "limits",
+        "lines",
+        "lost",
+        "meter",
+        "modes",
+        "needs_none",
+        "not_armed",
+        "note",
+        "on_the_ground",
+        "otherwise",
+        "outcome",
+        "own_action",
+        "parts",
+        "phase",
+        "plan_names",
+        "problem",
+        "reason",
+        "refusal",
+        "response",
+        "rest",
+        "room",
+        "said",
+        "seen",
+        "sensor",
+        "soon",
+        "stage",
+        "state",
+        "stays_away",
+        "step",
+        "the",
+        "then",
+        "there",
+        "throttle_actions",
+        "told",
+        "unless",
+        "up_to",
+        "upper",
+        "verb",
+        "warning",
+        "was",
+        "what",
+        "what_is_left",
+        "when",
+        "where",
+        "which",
+        "who",
+        "why",
+        "why_not",
+        "work",
+    ]
+)
+"""Variables, attributes and functions whose values are texts themselves; so is what ends with `words`."""
+
+NOT_SHOWN: Final = re.compile(
+    "|".join(
+        (
+            # Command lines, settings, logs and what an agent says on its own computer.
+            r"server/app/",
+            r"onboard_agent/(agent|check|cli|command_line|doctor|install|settings|state_directory|work)\.py",
+            r"onboard_agent/(autopilot|autopilot_port|landing|link|sockets|vision|black_box/flight_files)",
+            r"onboard_agent/(payload/(payload_port|sensor_lines|servo\.)|telemetry/t|update/(release_keys|launch))",
+            r"onboard_agent/autonomy/(.*sett?ings?|loading|scripted|frame_sharing|target_watch|core/payload_release)",
+            r"onboard_agent/video/(channel|child|trial|entry|core/units|encoders|sources)",
+            r"server/runtime/(settings|listening|mail_source|bus_certificate|feed_source|vault|tower_condition)",
+            r"server/runtime/notify/(push_encryption|sending_threads|vapid)",
+            r"server/domain/tower_lease",
+            r"server/store/(backup|schema|tower_lock|database|audit/|.*/tables|tables|folder_id|repeated|towers/[cm])",
+            r"server/store/(accounts/(hashing|sealed|passwords\.py)|fleet/tower_identity|operations|bounded)",
+            # What crosses the wires, or is read by programs only.
+            r"wire/(black_box|content|controllers|credential|drone_key|frames|parameter_metadata|parameters|plans|sealing)",
+            r"wire/(sign_in|state_messages|tagged|transport_stream|urgency|video)",
+            r"server/api/(metrics|telemetry|websocket|audit|bus/(nats|video)|tiles/(routes|tile_routes))",
+            r"server/api/http/(console|problem_docs|problem_kinds|security|health)",
+            r"server/api/relay/(agent_|connected|link_ticket|tls_)|server/api/video/agent",
+            r"server/live/(hub|accounts/(totp|webauthn)|aircraft/feed|alerts/(rules_table|finding)|control/diagram)",
+            r"server/live/(towers/.*messages|relay/live_messages|separation|recordings/units|operations/person)",
+            # Files to be downloaded, and pictures.
+            r"server/live/flights/(exports|index|report|track)|server/live/flight_videos/display",
+            r"server/store/flight_videos/drawing",
+        )
+    )
+)
+
+NO_TEXTS: Final = re.compile(
+    "|".join(
+        (
+            # Headers, queries, names of sources and of things, mails.
+            r"^(private|public), |attachment|charset|^Bearer |^MAV_|^Control Tower$|©|^Esri|^USGS|^U\.S\.|^Powered by",
+            r"^Sentinel|^(SELECT|PRAGMA|SET|BEGIN|REPEATABLE) |^\w+ IN \(|xmlns|wants alerts of drones to be sent",
+            r"^(A code for alerts of drones|A test of your alerts|Nobody has answered:|This is a test for .*)$",
+            r"^(A GeoJSON or KML file.*|A table with a line of names|Begun: with.*|tower-agent|enrol|ControlTower/.*)$",
+            # Labels of state machines, tasks and counters, and words of enumerations.
+            r"^(count|otherwise|outcome|holder|warning|failed|database-unavailable|refused|unknown|begun|arming|done)$",
+            r"^(taken|battery|return-height|failsafes|open|closed|opened|disabled|waiting|making|seen|link|plan)$",
+            r"^(logged text|flight gaps|handing over|mode shown|deadline passed|called off|due, .*|too long)$",
+            r"^(sticks while disarmed.*|sticks not centred after.*|sticks too late|command too late|param[{]})$",
+            r"^((session|browser) [{]}|finishing recordings|web push of the tower|enrolling agent|[{]}-.*)$",
+            r"^(alert channel of user.*|(A|The|Seen|Since|Over at) ?[{]}.*UTC|changed meanwhile|removed meanwhile)$",
+            r"^(unknown name|(no|wrong) user handle|of another user)$",
+            # What MORE has in other words, because a rule takes their parts wrongly.
+            r"^([{]} is lent to you|Nothing was sent to [{]}: its way|[{]}[{]}\. Nothing was changed\.)$",
+            r"^(No p|P)osition fix[{]}\.$|^[{]} (on a loss|in the check).*|^A (mission|fence) of [{]}.*",
+        )
+    )
+)
+
+MACHINE_CALLS: Final = re.compile(
+    r"(^|\.)_?log(ger)?\.|^print$|(^|\.)(compile|execute|text|startswith|endswith|getLogger|Thread|create_task|open|get"
+    r"|add_argument|spawn|strftime|split|pack|unpack|Field|Query|Path|Body|Header|Doc|encode|RuntimeError|AssertionError"
+    r"|ValueError|TypeError|MalformedMessage|Dropped|fromisoformat|Seal|APIRouter|getattr|Depends|(router|routes)\.\w+"
+    r"|Meta|StringConstraints|AfterValidator|seal|unseal|background|remove_prefix|removeprefix|environ)$"
+)
+"""Calls whose arguments are read by programs, logs or programmers."""
+
+MACHINE_KEYWORDS: Final = frozenset({"when", "name", "key", "summary", "description", "media_type", "headers", "slug"})
+
+MORE: Final[dict[str, tuple[str, ...]]] = {
+    "onboard_agent/failsafe/lost_action_table.py": ("return", "land", "stay"),
+    "onboard_agent/transactions/command_handler.py": ("armed", "disarmed", "on the ground"),
+    "server/live/alerts/flight_conditions.py": ("low", "critical", ": {percent:number} %"),
+    "server/live/alerts/link_conditions.py": ("returns", "lands", "was flown by hand", ": {why:text}"),
+    "server/live/alerts/pair_alerts.py": (
+        "north",
+        "north-east",
+        "east",
+        "south-east",
+        "south",
+        "south-west",
+        "west",
+        "north-west",
+        "are",
+    ),
+    "server/live/alerts/rules.py": ("Failsafe", "Emergency", "Vibration", "Unattended"),
+    "server/live/preflight/checks.py": (
+        "{number:number} danger",
+        "{number:number} dangers",
+        "{number:number} warning",
+        "{number:number} warnings",
+        "{number:number} item",
+        "{number:number} items",
+        "{number:number} point",
+        "{number:number} points",
+        "acknowledged",
+        "GPS",
+        "{count:text} on a loss, {told:text}: read the check before flight.",
+        "{count:text} in the check before flight.",
+        "A fence of {count:text} is on board.",
+        "A mission of {count:text} is on board. Check that it is the one you mean.",
+        "No position fix{count:text}.",
+        "Position fix{count:text}.",
+    ),
+    "server/live/relay/refusals.py": (
+        "{name} is lent to you {words:text}",
+        "Nothing was sent to {name}: its way {words:text}",
+    ),
+    "server/live/relay/open_hold.py": ("continue", "none", "altitude", "not known"),
+    "server/store/control/rehearsal.py": ("tower", "person", "operator"),
+    "wire/autopilots/ardupilot_loss.py": ("lands", "brakes"),
+    "wire/autopilots/px4_loss.py": ("a mission", "a hold"),
+    "wire/zones/zone.py": (
+        "the no-fly zone {name}",
+        "the corridor {name}",
+        "the zone with at most {ceiling_m:number} m, {name}",
+    ),
+}
+"""Texts that no rule finds, by their source."""
