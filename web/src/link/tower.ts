@@ -90,7 +90,7 @@ export class Tower {
     this.live = new Live({
       clock: this.clock,
       openSocket: options.openSocket ?? openBrowserSocket,
-      onEvent: (event) => this.#onEvent(event),
+      onEvent: (event) => this.#onEvent(eventInWords(event)),
       onFrames: (message) => this.#onFrames(message),
     });
     this.#squad = new Squad({
@@ -196,8 +196,7 @@ export class Tower {
     else this.live.stop();
   }
 
-  #onEvent(sent: TowerEvent): void {
-    const event = eventInWords(sent);
+  #onEvent(event: TowerEvent): void {
     this.around.take(event);
     switch (event.type) {
       case 'welcome':
