@@ -71,6 +71,7 @@ docs: $(DEV_READY) ## build the documentation site into site/
 generate: $(DEV_READY) $(WEB_READY) ## write the files that are made from the dialect, the profiles and the OpenAPI document
 	@$(BIN)/python web/scripts/generate_mavlink.py
 	@$(BIN)/python web/scripts/generate_autopilots.py
+	@$(BIN)/python web/scripts/tower_texts.py
 	@cd web && PYTHON=$(CURDIR)/$(BIN)/python npm run --silent generate
 
 .PHONY: test

@@ -12,6 +12,7 @@ from console_page import SIMULATOR, ConsolePage, Somebody, visitors
 from playwright.sync_api import Browser, Request, expect
 from worlds.processes import World
 
+NEW = "seven quiet herons at noon"
 CATALOGUE = re.compile(r"/portuguese-[^/]+\.js$")
 PAGES = {
     "/": "Esquadrilha",
@@ -107,6 +108,17 @@ def test_the_bar_and_the_questions_name_the_drone_in_portuguese(come: Somebody) 
     expect(alice.part("bar-own")).to_contain_text("Os comandos são seus")
     alice.page.keyboard.press("h")
     expect(alice.part("bar-answer")).to_contain_text("Parar")
+
+    # The tower and the agent write in English; the console shows it in Portuguese: how a drone holds, a refusal.
+    alice.page.locator("summary", has_text="nenhum perigo").click()
+    expect(alice.page.get_by_text("Uma paragem não termina por si.").first).to_be_visible()
+    there = alice.page.context.new_page()
+    there.goto(alice.page.url.split("/#")[0].rstrip("/") + "/#/account")
+    for field, words in (("old-password", "not this one"), ("new-password", NEW), ("new-password-again", NEW)):
+        there.get_by_test_id(field).fill(words)
+    there.get_by_test_id("change-password").click()
+    expect(there.get_by_test_id("password-problem")).to_have_text("esta não é a sua palavra-passe")
+    there.close()
 
     # Another language loads the page anew: who has controls is asked first.
     alice.part("user-menu").click()

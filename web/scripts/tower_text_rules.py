@@ -176,7 +176,18 @@ MACHINE_KEYWORDS: Final = frozenset({"when", "name", "key", "summary", "descript
 MORE: Final[dict[str, tuple[str, ...]]] = {
     "onboard_agent/failsafe/lost_action_table.py": ("return", "land", "stay"),
     "onboard_agent/transactions/command_handler.py": ("armed", "disarmed", "on the ground"),
-    "server/live/alerts/flight_conditions.py": ("low", "critical", ": {percent:number} %"),
+    "server/live/alerts/flight_conditions.py": (
+        "low",
+        "critical",
+        ": {percent:number} %",
+        "{name} is in {words:text}.",
+        "{name} is outside of {words:text}.",
+        "{name} is above the {ceiling_m:number} m of the zone {zone}.",
+        "{name} is within {near_m:number} m of the edge of {words:text}.",
+        "{name} leaves {words:text} in about {s:number} s{far:text}.",
+        "{name} reaches {words:text} in about {s:number} s{far:text}.",
+        "{name} goes above the {ceiling_m:number} m of the zone {zone} in about {s:number} s{far:text}.",
+    ),
     "server/live/alerts/link_conditions.py": ("returns", "lands", "was flown by hand", ": {why:text}"),
     "server/live/alerts/pair_alerts.py": (
         "north",

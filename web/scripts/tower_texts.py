@@ -86,22 +86,21 @@ def _is_number(node: ast.expr, name: str) -> bool:
     return _NUMERIC.fullmatch(name) is not None
 
 
+def _is_choice(value: ast.expr) -> bool:
+    """Whether it is one of two literals."""
+    return isinstance(value, ast.IfExp) and all(_written(one) is not None for one in (value.body, value.orelse))
+
+
 def _hole(node: ast.FormattedValue) -> Alternatives:
     """What stands for a value, or the words of both branches of a choice."""
     value = node.value
-    if isinstance(value, ast.IfExp):
-        branches = [_written(one) for one in (value.body, value.orelse)]
-        if all(one is not None for one in branches):
-            return [text for one in branches for text in one or []]
+    if isinstance(value, ast.IfExp) and _is_choice(value):
+        return [text for one in (value.body, value.orelse) for text in _written(one) or []]
     name = _name_of(value)
     spec = "" if node.format_spec is None else ast.unparse(node.format_spec)[2:-1]
     if (spec and _NUMBER.fullmatch(spec)) or (not spec and _is_number(value, name)):
         return [f"{{{name}:number}}"]
     return [f"{{{name}:text}}" if is_text_name(name) and not spec else f"{{{name}}}"]
-
-
-def _is_choice_of_literals(node: ast.expr) -> bool:
-    return isinstance(node, ast.IfExp) and all(_written(one) is not None for one in (node.body, node.orelse))
 
 
 def _product(parts: list[Alternatives]) -> Alternatives:
@@ -151,9 +150,9 @@ class _Finder(ast.NodeVisitor):
         super().visit(node)
 
     def _visit_values(self, node: ast.expr) -> None:
-        """Texts within the values of a text, but of a choice between two literals: `_hole` has written them."""
+        """Texts within the values of a text. The words of a choice are in the text already."""
         for part in ast.walk(node):
-            if isinstance(part, ast.FormattedValue) and not _is_choice_of_literals(part.value):
+            if isinstance(part, ast.FormattedValue) and not _is_choice(part.value):
                 self._at(part.value, is_place=True)
 
     def _at(self, node: ast.AST | None, *, is_place: bool) -> None:

@@ -47,7 +47,7 @@ def test_rules_name_sources_that_exist(script: ModuleType) -> None:
         ('say(f"above {height_m:.0f} m of {zone.name}")', ["above {height_m:number} m of {name}"]),
         ('say(f"{name} holds: {why}.")', ["{name} holds: {why:text}."]),
         ('say(f"{a.name} follows {b.name}")', ["{name} follows {name2}"]),
-        ('''say(f"it {'is' if n == 1 else 'was'} {n:d}")''', ["it is {n:number}", "it was {n:number}"]),
+        ('''say(f"it {'is' if n == 1 else 'was'} there")''', ["it is there", "it was there"]),
         ('say("The autopilot says: " + words)', ["The autopilot says: {words:text}"]),
         ('words = "low"', ["low"]),
         ('level = "low" if charge < 30 else "critical"', ["low", "critical"]),

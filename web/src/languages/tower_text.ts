@@ -48,6 +48,12 @@ export function useTowerTexts(catalogue: TowerTexts | null): void {
   remembered.clear();
 }
 
+/** Wraps a translation of whole answers, so that readers of English copy nothing. */
+export const forReaders =
+  <T>(translate: (value: T) => T): ((value: T) => T) =>
+  (value) =>
+    texts === null ? value : translate(value);
+
 /** `said` in the chosen language; as it is where the catalogue does not know it. */
 export function towerText(said: string): string {
   if (texts === null || said === '') return said;
@@ -65,48 +71,58 @@ export function inTowerWords<T extends object, K extends keyof T>(value: T, ...n
   return changed;
 }
 
-/** The translation of a text, of the same text that begins with the other case, or of all its sentences. */
+/**
+ * The translation of a text, of the same text with another beginning or end, or of its sentences. First what is known
+ * in all its parts.
+ */
 function whole(said: string, depth: number): string | null {
+  if (depth > MAX_DEPTH) return null;
   const known = remembered.get(said);
   if (known !== undefined) return known;
-  const found = depth > MAX_DEPTH ? null : (plain(said, depth) ?? otherCase(said, depth) ?? inSentences(said, depth));
-  if (depth > MAX_DEPTH) return null;
+  const found =
+    plain(said, depth, true) ??
+    otherEnds(said, depth, true) ??
+    inSentences(said, depth, true) ??
+    plain(said, depth, false) ??
+    otherEnds(said, depth, false) ??
+    inSentences(said, depth, false);
   if (remembered.size >= MAX_REMEMBERED) remembered.clear();
   remembered.set(said, found);
   return found;
 }
 
-function plain(said: string, depth: number): string | null {
+function plain(said: string, depth: number, isStrict: boolean): string | null {
   const exact = texts?.[said];
   if (exact) return exact;
-  for (const isStrict of [true, false]) {
-    for (const pattern of known()) {
-      if (pattern.weight < LEAST_WEIGHT && (depth === 0 || !isStrict)) break; // the heaviest come first
-      if (!said.includes(pattern.longest)) continue;
-      const values = match(pattern, said, depth, isStrict);
-      if (values) return pattern.translation.replace(HOLE, (hole, name: string) => values[name] ?? hole);
-    }
+  for (const pattern of known()) {
+    if (pattern.weight < LEAST_WEIGHT && (depth === 0 || !isStrict)) break; // the heaviest come first
+    if (!said.includes(pattern.longest)) continue;
+    const values = match(pattern, said, depth, isStrict);
+    if (values) return pattern.translation.replace(HOLE, (hole, name: string) => values[name] ?? hole);
   }
   return null;
 }
 
 /** The console and the tower put a capital at the beginning of a text, and a full stop behind it. */
-function otherCase(said: string, depth: number): string | null {
+function otherEnds(said: string, depth: number, isStrict: boolean): string | null {
   const lower = said.charAt(0).toLowerCase() + said.slice(1);
   if (lower !== said) {
-    const found = plain(lower, depth);
+    const found = plain(lower, depth, isStrict);
     if (found) return found.charAt(0).toUpperCase() + found.slice(1);
   }
   if (!said.endsWith('.')) return null;
-  const found = plain(said.slice(0, -1), depth) ?? (lower === said ? null : otherCase(said.slice(0, -1), depth));
+  const bare = said.slice(0, -1);
+  const found = plain(bare, depth, isStrict) ?? (lower === said ? null : otherEnds(bare, depth, isStrict));
   return found && `${found}.`;
 }
 
-function inSentences(said: string, depth: number): string | null {
+/** Strict: each sentence is known. */
+function inSentences(said: string, depth: number, isStrict: boolean): string | null {
   const sentences = said.split(SENTENCE_END);
   if (sentences.length < 2) return null;
   const found = sentences.map((one) => whole(one, depth + 1));
-  return found.some((one) => one !== null) ? found.map((one, at) => one ?? sentences[at]).join(' ') : null;
+  const isKnown = isStrict ? found.every((one) => one !== null) : found.some((one) => one !== null);
+  return isKnown ? found.map((one, at) => one ?? sentences[at]).join(' ') : null;
 }
 
 /** A part of a text that is a text itself, or a list of such. Null: unknown. */
@@ -147,8 +163,7 @@ function compiled(key: string, translation: string): Pattern {
   return { translation, literals, holes, weight: literals.join('').length, longest };
 }
 
-/** The values of a pattern in a text, by name; null if it does not match. Strict: each part of kind text is known,
- * and no value ends a sentence. */
+/** The values of a pattern in a text, by name; null if it does not match. Strict: each part of kind text is known. */
 function match({ literals, holes, weight }: Pattern, said: string, depth: number, isStrict: boolean): Values | null {
   const first = literals[0] ?? '';
   if (!said.startsWith(first)) return null;
@@ -177,6 +192,5 @@ function match({ literals, holes, weight }: Pattern, said: string, depth: number
 function valueOf({ kind }: Hole, said: string, depth: number, isStrict: boolean): string | null {
   if (kind === 'number') return NUMBER.test(said) ? inLanguage(said) : null;
   if (kind === 'text') return part(said, depth + 1) ?? (isStrict ? null : said);
-  // "Nobody flies {name}." is not what two sentences say, unless nothing else is.
   return said === '' || (isStrict && SENTENCE_END.test(said)) ? null : said;
 }

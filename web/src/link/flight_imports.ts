@@ -1,6 +1,7 @@
 /** Flights from files of other programs: uploaded to the tower, converted there, and replayed like recorded ones. */
 
 import { t } from '../languages/text';
+import { towerText } from '../languages/tower_text';
 import type { Rest } from './rest';
 import type { Schemas } from './rest_types';
 
@@ -52,5 +53,6 @@ function parsed(text: string): Record<string, unknown> {
 
 function wordsIn({ detail }: Record<string, unknown>): string {
   if (typeof detail !== 'string' || detail === '') return '';
-  return `${detail[0]!.toUpperCase()}${detail.slice(1)}.`;
+  const words = towerText(detail);
+  return `${words[0]!.toUpperCase()}${words.slice(1)}.`;
 }

@@ -1,6 +1,7 @@
 /** Sends a map file to the tower, with progress: `fetch` has none for what is sent. */
 
 import { t } from '../languages/text';
+import { towerText } from '../languages/tower_text';
 
 const MEDIA_TYPE = 'application/vnd.pmtiles';
 const ELEVATION_MEDIA_TYPE = 'image/tiff';
@@ -50,7 +51,7 @@ function send(path: string, mediaType: string, file: File, onprogress: (share: n
 function detailOf(text: string): string {
   try {
     const { detail } = JSON.parse(text) as { detail?: unknown };
-    return typeof detail === 'string' ? detail : '';
+    return typeof detail === 'string' ? towerText(detail) : '';
   } catch {
     return '';
   }

@@ -1,6 +1,6 @@
 /** What the tower sent, with its texts in the chosen language (languages/tower_text.ts). Values stay as they are. */
 
-import { inTowerWords } from '../languages/tower_text';
+import { forReaders, inTowerWords } from '../languages/tower_text';
 import type { Operation } from './operation_types';
 import type { Preflight } from './preflight';
 import type { Schemas } from './rest_types';
@@ -11,25 +11,25 @@ type AlertView = Schemas['AlertView'];
 
 export const alertInWords = (alert: AlertView): AlertView => inTowerWords(alert, 'badge', 'words', 'advice');
 
-export const operationInWords = (operation: Operation): Operation => ({
+export const operationInWords = forReaders((operation: Operation): Operation => ({
   ...inTowerWords(operation, 'phase', 'words'),
   refusals: operation.refusals?.map((one) => inTowerWords(one, 'words')),
-});
+}));
 
-export const droneInWords = (drone: Drone): Drone => ({
+export const droneInWords = forReaders((drone: Drone): Drone => ({
   ...inTowerWords(drone, 'profile_why'),
   hold: drone.hold && inTowerWords(drone.hold, 'waiting_for', 'detail'),
-});
+}));
 
-export const lossCheckInWords = (check: LossCheck): LossCheck => ({
+export const lossCheckInWords = forReaders((check: LossCheck): LossCheck => ({
   ...check,
   sentences: check.sentences.map((one) => inTowerWords(one, 'text')),
-});
+}));
 
-export const preflightInWords = (preflight: Preflight): Preflight => ({
+export const preflightInWords = forReaders((preflight: Preflight): Preflight => ({
   ...preflight,
   lines: preflight.lines.map((line) => inTowerWords(line, 'title', 'words')),
-});
+}));
 
 /** Drones and operations are translated where they are kept: they come by REST as well. */
 export function eventInWords(event: TowerEvent): TowerEvent {

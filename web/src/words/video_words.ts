@@ -1,6 +1,7 @@
 /** The video of a drone in words: what is wrong and who is affected, and the figures of the picture. */
 
 import { t } from '../languages/text';
+import { towerText } from '../languages/tower_text';
 import type { Drone } from '../link/wire_types';
 import type { QualityName, VideoStats, VideoStatus } from '../video/video_types';
 import { clockTime, fixed, UNKNOWN } from './format';
@@ -28,7 +29,7 @@ export function videoWords(
   stats: VideoStats | null,
   nowMs: number,
 ): VideoSays | null {
-  const { words } = status;
+  const words = status.words === `${drone} is offline.` ? '' : towerText(status.words);
   const since = clockTime(status.sinceMs);
   switch (status.state) {
     case 'live':
@@ -52,7 +53,7 @@ export function videoWords(
         words || t('Its agent keeps trying to open it.'),
       );
     case 'offline':
-      return says(t('{drone} is offline.', { drone }), words === `${drone} is offline.` ? '' : words, false);
+      return says(t('{drone} is offline.', { drone }), words, false);
     case 'thin-link':
       return says(t('The link of {drone} is too thin for video.', { drone }), words || t('A lower quality may pass.'));
     case 'no-agent-video':

@@ -94,6 +94,11 @@ describe('the Portuguese catalogue', () => {
       'Nobody flies Merlin. It returns at 12:00:05 UTC, unless somebody flies it or says "stay".',
       'Ninguém pilota Merlin. O drone regressa às 12:00:05 UTC, a não ser que alguém o pilote ou diga "ficar".',
     ],
+    ['Merlin is in the no-fly zone Airport (fair).', 'Merlin está dentro da zona de exclusão Airport (fair).'],
+    [
+      'Merlin reaches the no-fly zone Airport in about 15 s, 120 m ahead.',
+      'Merlin chega à zona de exclusão Airport dentro de cerca de 15 s, 120 m à frente.',
+    ],
     ['the tower is lost: return in 12 s', 'perdeu-se a torre: regressar dentro de 12 s'],
     ['Merlin holds: at the edge of the no-fly zone Airport.', 'Merlin pára: no limite da zona de exclusão Airport.'],
     [
