@@ -16,6 +16,7 @@ from simulator.dialect import mavlink
 from simulator.failure_modes import Failure
 from simulator.flight_state import FlightSettings
 from simulator.geodesy import Place
+from simulator.guided import GoTo
 from simulator.modes import Mode
 from simulator.reports_motion import gps_raw
 from simulator.sensors.satellites import Fix
@@ -130,6 +131,23 @@ def test_a_squad_flies_on_one_group_each_with_an_error_of_its_own(squad: list[Ve
     step_together(squad, 14.0)
     assert [vehicle.flight.armed for vehicle in squad] == [True, False, True], "a fault hits one alone"
     assert bodies[0].true_pose[2] == pytest.approx(3.0, abs=0.6)
+
+
+def test_who_flies_fast_in_still_air_is_not_blown_away() -> None:
+    flight = FlightSettings(HOME, boot_s=1.0, model=AirframeModel.SENSING, commander=True)
+    vehicles = make_squad(4, VehicleSettings(flight))
+    step_together(vehicles, 2.0)
+    for vehicle in vehicles:
+        vehicle.flight.set_mode(Mode.GUIDED)
+        assert vehicle.flight.arm()
+        assert vehicle.flight.flying.take_off(3.0)
+    step_together(vehicles, 8.0)
+    for vehicle in vehicles:
+        vehicle.flight.flying.go(GoTo(100.0, 0.0, 3.0))
+    step_together(vehicles, 16.0)
+    for vehicle in vehicles:
+        assert vehicle.flight.target.vn_mps > 8.0
+        assert "Blown away" not in vehicle.said
 
 
 def test_one_of_a_squad_restarts_and_flies_again(squad: list[Vehicle]) -> None:
