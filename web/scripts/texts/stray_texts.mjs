@@ -10,7 +10,7 @@ import { endOf, startOf, treesOf, walk } from './source_tree.mjs';
 /** Attributes and properties whose value people read. */
 const SHOWN_ATTRIBUTES = new Set(
   `title aria-label aria-description aria-valuetext aria-roledescription placeholder alt label lead hint closes empty
-  emptyWords about problem fault words note notice`.split(/\s+/),
+  emptyWords about problem fault words note notice button`.split(/\s+/),
 );
 const NOT_SHOWN_ATTRIBUTES =
   /^(class|style|id|type|role|href|for|name|key|value|autocomplete|transform|d|data-.*|test[iI]d|.*Testid|fieldId|aria-(?!label|desc|valuetext|role).*|points|path|viewBox|download)$/;
