@@ -4,7 +4,8 @@ Rules, each tested:
 - Received values are counted by index, whatever their name; a name that is sent again has the newer value.
 - A change of the parameter count during the reading shifts all indexes, and so does a name that appears at two indexes:
   the list is requested again, at most a few times.
-- While the list flows nothing else is requested; it is over when its last index arrives or when it falls silent.
+- While the list flows nothing else is requested; it is over when its last index arrives or when it falls silent: for
+  twice its longest pause, within limits.
 - A value that does not arrive is requested again after about one measured round trip.
 - If single requests would take longer than the list did, at their measured pace, the list is requested again and known
   values stay: an autopilot that sends a thousand in a second as a list may answer single requests far more slowly.
@@ -26,6 +27,9 @@ SETTLE_S: Final = 0.3
 """After a change of the count: one switch adds many parameters, and values in transit have the old count."""
 HASH_TRIES: Final = 2
 MAX_REPEATS: Final = 4
+LONGEST_QUIETS: Final = 4
+"""A list that paused is waited for longer than one that flows evenly, but at most so many times `quiet_s`: a pause of
+seconds tells of a stalled line, not of a slow autopilot, and values asked for one by one cost little."""
 GAPS_MEASURED: Final = 12
 """Single answers needed to estimate their rate."""
 
@@ -236,7 +240,8 @@ class ParameterListing:
         self._list_ended = self._list_ended or received.index == received.count - 1
 
     def _flows(self, now: float) -> bool:
-        quiet_s = max(self._pace.quiet_s, 2 * self._longest_pause_s)
+        quiet_s = self._pace.quiet_s
+        quiet_s = min(max(quiet_s, 2 * self._longest_pause_s), LONGEST_QUIETS * quiet_s)
         return not self._list_ended and self._flowed_at is not None and now - self._flowed_at < quiet_s
 
     def _list_is_faster(self, now: float) -> bool:

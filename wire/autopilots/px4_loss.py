@@ -15,11 +15,11 @@ _ACTIONS: Final = {
 TERMINATE: Final = 5
 DISARM: Final = 6
 
-STICKS_RADIO_ONLY: Final = 0
-STICKS_OF_THE_FIRST: Final = 3
-"""Whoever was there first, and a radio nearly always is."""
-STICKS_OFF: Final = 4
-"""Values of COM_RC_IN_MODE that leave no room for sticks from the tower."""
+_STICKS_IGNORED: Final = (0, 4)
+"""Values of COM_RC_IN_MODE that leave no room for sticks from the tower: radio only, nobody."""
+_RADIO_BEFORE_STICKS: Final = (2, 3, 5, 7)
+"""Values with which a radio that is on keeps the sticks: the source in use until it falls silent, or for good (a radio
+nearly always comes first); since 1.17 a radio's priority (5, 7). With 6 and 8 the tower's sticks come first."""
 
 HOLDS_WITHOUT_STICKS: Final = "AUTO.LOITER"
 
@@ -58,9 +58,9 @@ def loss_sentences(parameters: LossParameters, safety: SafetySettings) -> Iterab
     """In no particular order."""
     values = parameters.values
     source = values.get("COM_RC_IN_MODE")
-    if source in (STICKS_RADIO_ONLY, STICKS_OFF) or (source == STICKS_OF_THE_FIRST and parameters.has_radio):
+    if source in _STICKS_IGNORED or (source in _RADIO_BEFORE_STICKS and parameters.has_radio):
         ignored = f"COM_RC_IN_MODE is {source:g}: the autopilot ignores sticks from the tower"
-        if source == STICKS_OF_THE_FIRST:
+        if source in _RADIO_BEFORE_STICKS:
             ignored += " while the radio is on"
         if HOLDS_WITHOUT_STICKS in safety.hold_ladder:
             yield warning(

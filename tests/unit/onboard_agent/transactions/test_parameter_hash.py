@@ -7,6 +7,8 @@ from parameter_reading_line import MemoryStore, complete, parameter_line, rememb
 
 from onboard_agent.transactions.parameter_frames import FAST
 from onboard_agent.transactions.parameter_handler import SAVE_AFTER_S
+from onboard_agent.transactions.parameter_listing import LONGEST_QUIETS
+from simulator.dialect import Message
 from wire.transactions import (
     ParameterCache,
     ParameterChanged,
@@ -103,3 +105,18 @@ def test_a_pause_in_the_list_that_is_like_those_before_is_no_end_of_it() -> None
     line.to_agent = lambda number, _message: (0.2 * (number // 300),)
     line.until(lambda: complete(line))
     assert line.sent_count("PARAM_REQUEST_READ") == 0
+
+
+def test_after_a_moment_without_the_processor_the_lost_end_of_the_list_is_soon_asked_for() -> None:
+    line = parameter_line(total_count=1400)
+    begun = line.now + FAST.list_after_s + 0.1
+
+    def loses_the_end(number: int, _message: Message) -> tuple[float, ...]:
+        return () if 1300 <= number < 1420 else (0.1 * (number // 300) if number < 1300 else 0.0,)
+
+    line.to_agent = loses_the_end
+    line.until(lambda: line.now > begun and line.sent_count("PARAM_REQUEST_LIST") == 1)
+    line.run(0.15)
+    line.now += 7.0  # the program is suspended; what came meanwhile is read at once afterwards
+    assert line.until(lambda: complete(line)) < LONGEST_QUIETS * FAST.quiet_s + 2.5, "the rest of the list, and its end"
+    assert line.sent_count("PARAM_REQUEST_READ") > 0

@@ -20,8 +20,8 @@ COM_ARM_WO_GPS | Arming without a place |  |  | 1 |  | Whether it may arm when i
   = 0 Refused, 1 Allowed; with a warning, 2 Allowed
 COM_DISARM_LAND | Disarms after landing | s |  | 2 |  | So long after it landed; -1 for never.
 COM_DISARM_PRFLT | Disarms without take-off | s |  | 10 |  | So long after arming; -1 for never.
-COM_RC_IN_MODE | Who has the sticks |  |  | 3 |  | Radio, ground station, or both. A ground station's sticks need 1, 2 or 3.
-  = 0 Radio only, 1 Ground station only, 2 Either; the first one stays, 3 Either; the other one when lost, 4 Nobody
+COM_RC_IN_MODE | Who has the sticks |  |  | 3 |  | Radio, ground station, or both. A ground station's sticks need any value but 0 and 4. 5 to 8 are new in 1.17.
+  = 0 Radio only, 1 Ground station only, 2 Either; the other one when lost, 3 Either; the first one stays, 4 Nobody, 5 Radio first; then ground station, 6 Ground station first; then radio, 7 Radio first; then the other ground station, 8 The other ground station first; then radio
 COM_RC_LOSS_T | Sticks count as lost after | s | 0..35 | 0.5 |  | So long without any new ones.
 COM_RC_OVERRIDE | Sticks end a mission |  | 0..3 | 1 |  | Where moving them gives the drone to the pilot.
   & 0 In missions and returns, 1 Offboard
