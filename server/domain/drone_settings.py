@@ -5,6 +5,7 @@ from typing import Any, Final
 
 import msgspec
 
+from server.domain.bad_field import BadField
 from server.domain.refusal import Refusal
 from wire.autopilots.registry import PROFILES
 from wire.control_messages import SafetySettings, StreamSettings
@@ -58,13 +59,14 @@ _RENAMED: Final = {"nothing": "stay"}
 
 
 def check_ladder(ladder: list[str]) -> list[str]:
-    """Returns the ladder unchanged. Raises ValueError with the reason if it is invalid."""
+    """Returns the ladder unchanged. Raises BadField if it is invalid."""
     if not any(set(ladder) <= set(known) for known in LADDERS):
-        raise ValueError(f"modes of one autopilot only: {' or '.join(', '.join(known) for known in LADDERS)}")
+        ladders = " or ".join(", ".join(known) for known in LADDERS)
+        raise BadField(f"modes of one autopilot only: {ladders}")
     if len(set(ladder)) != len(ladder):
-        raise ValueError("each mode once")
+        raise BadField("each mode once")
     if any(mode in ALTITUDE_HOLDS for mode in ladder[:-1]):
-        raise ValueError("altitude hold needs nothing that can fail, so it comes last")
+        raise BadField("altitude hold needs nothing that can fail, so it comes last")
     return ladder
 
 

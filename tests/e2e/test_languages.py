@@ -13,6 +13,7 @@ from playwright.sync_api import Browser, Request, expect
 from worlds.processes import World
 
 NEW = "seven quiet herons at noon"
+WEAK = "abcdefghijkl"
 CATALOGUE = re.compile(r"/portuguese-[^/]+\.js$")
 PAGES = {
     "/": "Esquadrilha",
@@ -95,6 +96,25 @@ def test_all_pages_are_in_the_language_that_a_person_chooses(come: Somebody, axe
     expect(there.part("squad-row").first).to_be_visible()
     choose(there, "en")
     expect(there.page.get_by_text("Squad").first).to_be_visible()
+
+
+def test_a_wrong_field_and_a_weak_password_are_told_in_portuguese(come: Somebody) -> None:
+    admin = come()
+    admin.sign_in("admin")
+    expect(admin.part("squad-row").first).to_be_visible()
+    choose(admin, "pt")
+    admin.open("/#/drone/1")
+    admin.part("open-settings").click()
+    admin.part("setting-lost_hold_s").fill("31")
+    admin.part("setting-sticks_stale_s").fill("0.1")
+    admin.part("settings-save").click()
+    expect(admin.part("fault-lost_hold_s")).to_have_text("tem de ser 30 no máximo")
+    expect(admin.part("fault-sticks_stale_s")).to_have_text("tem de ser 0,2 no mínimo")
+    expect(admin.part("settings-problem")).to_have_text("não é válido: lost_hold_s, sticks_stale_s")
+
+    admin.open("/#/account")
+    admin.part("new-password").fill(WEAK)
+    expect(admin.part("password-form")).to_contain_text("porque contém letras ou algarismos por ordem")
 
 
 def test_the_bar_and_the_questions_name_the_drone_in_portuguese(come: Somebody) -> None:

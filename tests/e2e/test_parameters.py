@@ -3,11 +3,15 @@
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Final
 
 import pytest
 from console_page import SIMULATOR, ConsolePage, Somebody, signed_in, visitors
-from playwright.sync_api import Browser, expect
+from playwright.sync_api import Browser, ViewportSize, expect
+from touch_targets import PHONE
 from worlds.processes import World
+
+SIDEWAYS: Final[ViewportSize] = {"width": 844, "height": 390}
 
 
 @pytest.fixture(scope="module")
@@ -76,6 +80,25 @@ def test_what_is_written_is_seen_by_others_and_what_is_refused_is_said(come: Som
     expect(row).to_have_attribute("data-value", "3000")
     expect(row).to_contain_text("was 1500")
     expect(admin.part("value-of-RTL_ALT")).to_have_value("3000")
+
+
+def test_names_can_be_read_whole_on_a_phone(come: Somebody, workshop: World) -> None:
+    values = workshop.visitor("alice").ask("GET", "/drones/1/parameters").json["values"]
+    longest = sorted((one["name"] for one in values), key=len)[-4:]
+    assert {len(name) for name in longest} == {16}, "as long as MAVLink allows"
+    alice = at_parameters(come, "alice", "Kestrel")
+    for size in (PHONE, SIDEWAYS):
+        alice.page.set_viewport_size(size)
+        for words in ("", *longest):
+            searched(alice, words)
+            names = alice.part("parameter-name")
+            expect(names.filter(has_text=words).first).to_be_visible()
+            # Half of a phone's height shows at least these, besides headings of groups.
+            assert words or names.count() > (5 if size == PHONE else 0)
+            clipped = names.evaluate_all(
+                "names => names.filter((one) => one.scrollWidth > one.clientWidth).map((one) => one.textContent)"
+            )
+            assert clipped == []
 
 
 def test_values_go_to_a_file_and_back_and_to_another_drone(come: Somebody, tmp_path: Path) -> None:

@@ -29,7 +29,7 @@ _PROSE: Final = re.compile(
 _WORD: Final = re.compile(r"[A-Za-z][A-Za-z' -]+[a-z]|[A-Z][a-z]+")
 _NUMBER: Final = re.compile(r",?(\.\d+)?[fgd%]|,|\+?\d*d|0\d+d?")
 _NUMERIC: Final = re.compile(
-    r"count|number|items?|total|missing|refused|seconds|code|status|(max|min)_.*", re.IGNORECASE
+    r"count|number|items?|limit|total|missing|refused|seconds|code|status|(max|min)_.*", re.IGNORECASE
 )
 _BRACES: Final = re.compile(r"\{(\w*)\}")
 
@@ -110,11 +110,18 @@ def _product(parts: list[Alternatives]) -> Alternatives:
     return texts
 
 
+def _hole_of_template(hole: re.Match[str]) -> str:
+    """The same for a literal that `format` fills in."""
+    if not hole[1]:
+        return "{who:text}"
+    return f"{{{hole[1]}:number}}" if _NUMERIC.fullmatch(hole[1]) else hole[0]
+
+
 def _written(node: ast.expr) -> Alternatives | None:
     """The texts that an expression writes; None: it is no literal."""
     match node:
         case ast.Constant(value=str() as text):
-            return [_BRACES.sub(lambda hole: f"{{{hole[1]}}}" if hole[1] else "{who:text}", text)]
+            return [_BRACES.sub(_hole_of_template, text)]
         case ast.JoinedStr():
             return _product(
                 [_hole(one) if isinstance(one, ast.FormattedValue) else _written(one) or [""] for one in node.values]

@@ -270,7 +270,7 @@ async def change_settings(drone_id: int, request: Request) -> Response:
     changes = await request.json()
     if changes.get("lost_hold_s", 2) > 60:
         body = {"title": "The request is not valid", "status": 422, "detail": "One field is at fault."}
-        errors = [{"in": "body", "field": "lost_hold_s", "message": "Input should be less than or equal to 60"}]
+        errors = [{"in": "body", "field": "lost_hold_s", "message": "must be 60 at most"}]
         return JSONResponse({**body, "errors": errors}, status_code=422)
     tower.drones[drone_id].settings.update(changes)
     await tower.show(tower.drones[drone_id])

@@ -17,6 +17,7 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 
+from server.api.http.field_errors import field_error
 from server.api.http.problem_kinds import (
     BODY_TIMEOUT,
     DATABASE,
@@ -117,7 +118,7 @@ async def _on_invalid(request: Request, error: Exception) -> JSONResponse:
         {
             "in": str(one["loc"][0]) if one["loc"] else "body",
             "field": ".".join(str(step) for step in one["loc"][1:]),
-            "message": one["msg"],
+            "message": field_error(one),
         }
         for one in found
     ]

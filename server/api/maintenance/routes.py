@@ -14,6 +14,7 @@ from server.api.flights.readable import readable_drones
 from server.api.http.problem_docs import answers
 from server.api.operations.operation_requests import watched_drone
 from server.domain.access import NotSignedIn, SessionExpired, UnknownDrone
+from server.domain.bad_field import BadField
 from server.domain.people import Principal
 from server.domain.relations import Right
 from server.live.hub import Hub
@@ -31,10 +32,10 @@ SOON: Final = 0.1
 
 
 def _clean(text: str) -> str:
-    """Raises ValueError."""
+    """Raises BadField."""
     words = " ".join(text.split())
     if not words or not words.isprintable():
-        raise ValueError("a title is 1 to 80 printable characters")
+        raise BadField("a title is 1 to 80 printable characters")
     return words
 
 

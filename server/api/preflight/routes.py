@@ -15,6 +15,7 @@ from server.api.dependencies import AuditDep, ClockDep, DatabaseDep, HubDep, Los
 from server.api.http.problem_docs import answers
 from server.api.operations.operation_requests import watched_drone
 from server.domain.access import NotSignedIn, SessionExpired, UnknownDrone
+from server.domain.bad_field import BadField
 from server.domain.clock import Clock
 from server.domain.people import Principal, UserRef
 from server.domain.relations import Right
@@ -39,10 +40,10 @@ MAX_LINE_LENGTH: Final = 160
 
 
 def _clean(text: str) -> str:
-    """Raises ValueError."""
+    """Raises BadField."""
     words = " ".join(text.split())
     if not words or not words.isprintable():
-        raise ValueError("a line is 1 to 160 printable characters")
+        raise BadField("a line is 1 to 160 printable characters")
     return words
 
 

@@ -6,6 +6,7 @@ from typing import Annotated, Final, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from server.domain.bad_field import BadField
 from server.live.operations.person import MAX_M, MIN_M, USUAL_M
 from wire.autopilots.commands import Sensor
 from wire.autopilots.payload_commands import (
@@ -92,9 +93,9 @@ class SetHome(_Command):
     def _one_or_the_other(self) -> Self:
         place = (self.lat, self.lon, self.altitude_m)
         if self.here and place != (None, None, None):
-            raise ValueError("either here, or a place")
+            raise BadField("either here, or a place")
         if not self.here and None in place[:2]:
-            raise ValueError("lat and lon are needed, or here")
+            raise BadField("lat and lon are needed, or here")
         return self
 
 
@@ -136,7 +137,7 @@ class Orbit(_Command):
     @model_validator(mode="after")
     def _round_something(self) -> Self:
         if abs(self.radius_m) < 1.0:
-            raise ValueError("radius_m is 1 at least, or -1")
+            raise BadField("radius_m is 1 at least, or -1")
         return self
 
 
@@ -153,9 +154,9 @@ class LookAt(_Command):
     def _one_or_the_other(self) -> Self:
         place = (self.lat, self.lon, self.height_m)
         if self.none and place != (None, None, None):
-            raise ValueError("either none, or a place")
+            raise BadField("either none, or a place")
         if not self.none and None in place:
-            raise ValueError("lat, lon and height_m are needed, or none")
+            raise BadField("lat, lon and height_m are needed, or none")
         return self
 
 
@@ -204,7 +205,7 @@ class ZoomCamera(_Camera):
     @model_validator(mode="after")
     def _one_or_the_other(self) -> Self:
         if (self.percent is None) == (self.direction is None):
-            raise ValueError("either percent or direction is needed")
+            raise BadField("either percent or direction is needed")
         return self
 
 
@@ -219,7 +220,7 @@ class TakePhotos(_Camera):
     @model_validator(mode="after")
     def _apart(self) -> Self:
         if self.count != 1 and not self.stop and self.every_s <= 0:
-            raise ValueError("every_s is needed for more than one")
+            raise BadField("every_s is needed for more than one")
         return self
 
 

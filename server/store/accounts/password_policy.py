@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
@@ -31,6 +31,23 @@ MAX_LEET_SIGNS: Final = 2
 MAX_WAITING: Final = 8
 RESTS_FOR: Final = 4.0
 """Multiple of the time that a judgement took: judging uses at most a fifth of one core."""
+_WARNINGS: Final[Mapping[str, str]] = {
+    "This is a top-10 common password.": "it is one of the ten most common",
+    "This is a top-100 common password.": "it is one of the hundred most common",
+    "This is a very common password.": "many people use it",
+    "This is similar to a commonly used password.": "it is like one that many people use",
+    "A word by itself is easy to guess.": "it is a single word",
+    "Names and surnames by themselves are easy to guess.": "it is a name",
+    "Common names and surnames are easy to guess.": "it has a common name in it",
+    "Straight rows of keys are easy to guess.": "it is a row of keys",
+    "Short keyboard patterns are easy to guess.": "it is a short pattern of keys",
+    'Repeats like "aaa" are easy to guess.': "it repeats a character",
+    'Repeats like "abcabcabc" are only slightly harder to guess than "abc".': "it repeats the same characters",
+    'Sequences like "abc" or "6543" are easy to guess.': "it has letters or digits in their order",
+    "Recent years are easy to guess.": "it has a recent year in it",
+    "Dates are often easy to guess.": "it has a date in it",
+}
+"""The library's warnings in our words, which the console translates. One without a row is not told."""
 _NO_LETTER: Final = "#"
 _ALWAYS_TRIED: Final = ("tower", "control", "controltower", "drone")
 
@@ -74,8 +91,10 @@ def judge_password(password: str, names: Collection[str] = ()) -> Judgement:
     found: dict[str, Any] = zxcvbn(_bounded(password), user_inputs=known)
     if found["score"] >= MIN_SCORE:
         return Judgement()
-    warning = str(found["feedback"]["warning"]).rstrip(".")
-    return Judgement(f"this password is easy to guess{f' ({warning})' if warning else ''}: add another word or two")
+    warning = _WARNINGS.get(found["feedback"]["warning"])
+    if warning is None:
+        return Judgement("this password is easy to guess: add another word or two")
+    return Judgement(f"this password is easy to guess, because {warning}: add another word or two")
 
 
 def check_password(password: str, names: Collection[str] = ()) -> None:

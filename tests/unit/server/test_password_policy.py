@@ -1,9 +1,12 @@
 """New passwords: long enough, hard to guess, and judged at a bounded cost."""
 
+import ast
 import asyncio
+import inspect
 import time
 
 import pytest
+from zxcvbn import feedback
 
 from server.store.accounts import password_policy
 from server.store.accounts.password_policy import (
@@ -49,6 +52,29 @@ def test_what_is_taken(good: str) -> None:
 def test_what_is_not(bad: str, why: str) -> None:
     with pytest.raises(BadPassword, match=why):
         check_password(bad)
+
+
+def test_every_warning_of_the_library_has_our_words() -> None:
+    tree = ast.parse(inspect.getsource(feedback))
+    told = [call.args[0] for call in ast.walk(tree) if isinstance(call, ast.Call) and ast.unparse(call.func) == "_"]
+    texts = {one.value for one in told if isinstance(one, ast.Constant)}
+    suggestions = {
+        one.value
+        for holder in ast.walk(tree)
+        if isinstance(holder, ast.List) or (isinstance(holder, ast.Call) and "append" in ast.unparse(holder.func))
+        for one in ast.walk(holder)
+        if isinstance(one, ast.Constant)
+    }
+    suggestions |= {"Add another word or two. Uncommon words are better."}
+    assert texts - suggestions == set(password_policy._WARNINGS)
+
+
+@pytest.mark.parametrize(
+    ("bad", "why"),
+    [("111111111111", "it repeats a character"), ("abcdefghijkl", "it has letters or digits in their order")],
+)
+def test_what_makes_it_easy_to_guess_is_told(bad: str, why: str) -> None:
+    assert judge_password(bad).message == f"this password is easy to guess, because {why}: add another word or two"
 
 
 def test_names_that_an_attacker_tries_first_count_for_nothing() -> None:

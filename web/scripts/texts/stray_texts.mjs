@@ -15,7 +15,7 @@ const SHOWN_ATTRIBUTES = new Set(
 const NOT_SHOWN_ATTRIBUTES =
   /^(class|style|id|type|role|href|for|name|key|value|autocomplete|transform|d|data-.*|test[iI]d|.*Testid|fieldId|aria-(?!label|desc|valuetext|role).*|points|path|viewBox|download)$/;
 const SHOWN_KEYS =
-  /^(label|title|words|detail|text|said|badge|verb|does|lead|hint|now|next|why|note|doing|confirmLabel|reasonLabel|checkLabel|.*Words)$/;
+  /^(choices|label|title|words|detail|text|said|badge|verb|does|lead|hint|now|next|why|note|doing|confirmLabel|reasonLabel|checkLabel|.*Words)$/;
 const NOT_SHOWN_KEYS =
   /^(type|path|id|key|testid|.*Testid|method|icon|url|codec|unit|symbol|part|format|source|Accept|Range|'?Content-Type'?|class|part|fragment|vertex)$/;
 const SHOWN_NAMES = /(WORDS|LABELS|NAMES|TITLES|TEXTS|[wW]ords|Text|Label|Title|Brief|Sentence|Phrase)$/;
@@ -93,6 +93,20 @@ function isShownPlace(node, ancestors) {
   return false;
 }
 
+const isCatalogueCall = (node) => node?.type === 'CallExpression' && /^(t|tAs|plural)$/.test(node.callee.name ?? '');
+
+/** In a table, or in a list of pairs, whose other entries are texts of the catalogue. */
+function isBesideTexts(node, ancestors) {
+  const [table, holder] = [ancestors.at(-2), ancestors.at(-1)];
+  if (holder?.type === 'Property' && table?.type === 'ObjectExpression') {
+    const others = table.properties.filter((one) => one !== holder);
+    return others.length > 1 && others.every((one) => isCatalogueCall(one.value) && !SHOWN_KEYS.test(nameOfKey(one)));
+  }
+  if (holder?.type !== 'ArrayExpression' || table?.type !== 'ArrayExpression') return false;
+  const at = holder.elements.indexOf(node);
+  return table.elements.some((one) => one !== holder && isCatalogueCall(one?.elements?.[at]));
+}
+
 function isTextLiteral(node, ancestors, code, path) {
   const shown = shownOf(node);
   if (!/[a-z]{2}|[A-Z]{2}|\b[aA]\b/i.test(shown.replaceAll('{}', '')) || !hasWords(shown)) return false;
@@ -103,6 +117,7 @@ function isTextLiteral(node, ancestors, code, path) {
   const property = ancestors.at(-1).type === 'Property' ? nameOfKey(ancestors.at(-1)) : '';
   if (isString(node) && looksLikeCode(shown)) return false;
   if (!isString(node) && looksLikeCode(shown) && !/[a-z]{2} [a-z{]/.test(shown)) return false;
+  if (isBesideTexts(node, ancestors)) return true;
   if (PROSE.test(shown)) return !NOT_SHOWN_KEYS.test(property);
   if (CAPITALISED.test(shown)) return !NOT_SHOWN_KEYS.test(property);
   return isShownPlace(node, ancestors) && !NOT_SHOWN_KEYS.test(property);

@@ -137,9 +137,9 @@ const SPECS: readonly CommandSpec[] = [
       param(0, t('Abort height'), 'm', { least: 0, most: 1_000 }),
       param(1, t('Precision landing'), '', {
         choices: [
-          [0, 'no'],
+          [0, t('no')],
           [1, t('if a target is visible')],
-          [2, 'required'],
+          [2, t('required')],
         ],
       }),
       YAW,
@@ -188,14 +188,14 @@ const SPECS: readonly CommandSpec[] = [
     param(1, t('Turn rate'), 'deg/s', { least: 0, most: 360 }),
     param(2, t('Direction'), '', {
       choices: [
-        [-1, 'counter-clockwise'],
-        [0, 'shortest'],
-        [1, 'clockwise'],
+        [-1, t('counter-clockwise')],
+        [0, t('shortest')],
+        [1, t('clockwise')],
       ],
     }),
     param(3, t('Reference'), '', {
       choices: [
-        [0, 'north'],
+        [0, t('north')],
         [1, t('current heading')],
       ],
     }),
@@ -207,7 +207,7 @@ const SPECS: readonly CommandSpec[] = [
   spec(CMD.CHANGE_SPEED, t('Speed'), 'none', [
     param(0, t('Type'), '', {
       choices: [
-        [0, 'airspeed'],
+        [0, t('airspeed')],
         [1, t('ground speed')],
         [2, t('climb speed')],
         [3, t('descent speed')],
@@ -247,11 +247,11 @@ const SPECS: readonly CommandSpec[] = [
     [
       param(0, t('Target'), '', {
         choices: [
-          [0, 'nothing'],
+          [0, t('nothing')],
           [1, t('the next waypoint')],
-          [2, 'a waypoint'],
-          [3, 'a position'],
-          [4, 'a target'],
+          [2, t('a waypoint')],
+          [3, t('a position')],
+          [4, t('a target')],
         ],
         initial: 3,
       }),
@@ -268,8 +268,8 @@ const SPECS: readonly CommandSpec[] = [
     param(1, t('Shutter, milliseconds'), '', { least: -1, most: 60_000, mayBeOpen: true }),
     param(2, t('First picture at once'), '', {
       choices: [
-        [0, 'no'],
-        [1, 'yes'],
+        [0, t('no')],
+        [1, t('yes')],
       ],
     }),
     param(3, t('Camera, 0: all'), '', { least: 0, most: 255, whole: true, mayBeOpen: true }),
@@ -318,8 +318,8 @@ const SPECS: readonly CommandSpec[] = [
     param(0, t('Relay'), '', { least: 0, most: 15, whole: true }),
     param(1, t('Switch'), '', {
       choices: [
-        [0, 'off'],
-        [1, 'on'],
+        [0, t('off')],
+        [1, t('on')],
       ],
     }),
   ]),
@@ -327,8 +327,8 @@ const SPECS: readonly CommandSpec[] = [
     param(0, t('Gripper'), '', { least: 0, most: 6, whole: true, initial: 1 }),
     param(1, t('Action'), '', {
       choices: [
-        [0, 'release'],
-        [1, 'grab'],
+        [0, t('release')],
+        [1, t('grab')],
       ],
     }),
   ]),
@@ -336,7 +336,7 @@ const SPECS: readonly CommandSpec[] = [
   spec(3000, t('VTOL transition'), 'none', [
     param(0, t('To'), '', {
       choices: [
-        [3, 'hovering'],
+        [3, t('hovering')],
         [4, t('forward flight')],
       ],
       initial: 4,

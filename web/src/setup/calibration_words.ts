@@ -20,7 +20,7 @@ export const MAG_CAL_STATES: Readonly<Record<number, string>> = {
   1: t('waits to start'),
   2: t('turn it about every axis'),
   3: t('turn it on'),
-  [MAG_CAL_SUCCESS]: 'done',
+  [MAG_CAL_SUCCESS]: t('done'),
   5: t('failed: try farther from metal'),
   6: t('failed: mounted otherwise than its parameter says'),
   7: t('failed: the field is too weak or too strong'),

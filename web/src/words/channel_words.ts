@@ -1,12 +1,13 @@
 /** Words about alert channels. */
 
 import { t } from '../languages/text';
+import { towerText } from '../languages/tower_text';
 import type { AlertChannel } from '../link/admin_types';
 
 export const SEVERITY_CHOICES: Readonly<Record<AlertChannel['severity'], string>> = {
   critical: t('critical only'),
   warning: t('warnings and critical'),
-  notice: 'all',
+  notice: t('all'),
 };
 
 /** A mail address, a browser, or the host of a webhook: the rest of its address may be a secret. */
@@ -20,6 +21,6 @@ export function channelName({ kind, target, browser }: Pick<AlertChannel, 'kind'
 export function channelState(channel: AlertChannel): string {
   if (!channel.is_confirmed) return t('waits for its code');
   const waiting = channel.waiting > 0 ? t('{waiting} on the way', { waiting: channel.waiting }) : '';
-  const problem = channel.problem && t('last attempt: {problem}', { problem: channel.problem });
+  const problem = channel.problem && t('last attempt: {problem}', { problem: towerText(channel.problem) });
   return [problem, waiting].filter(Boolean).join('; ') || (channel.sent_at ? t('works') : t('not used yet'));
 }

@@ -1,6 +1,7 @@
 /** Recordings of video in words. */
 
 import { t } from '../languages/text';
+import { towerText } from '../languages/tower_text';
 import { mayRecord } from '../link/drone_view';
 import type { Recording } from '../link/recordings';
 import type { Drone, User } from '../link/wire_types';
@@ -32,7 +33,7 @@ export function lengthWords({ state, began_at, duration_s }: Recording, nowMs: n
 /** With the reason, if there is one. */
 export function recordingState({ state, words }: Recording): string {
   const said = STATE_WORDS[state] ?? state;
-  return words ? `${said}: ${words}` : said;
+  return words ? `${said}: ${towerText(words)}` : said;
 }
 
 /** The flights that it contains. */

@@ -70,6 +70,8 @@ describe('a text outside the catalogue', () => {
     ['throw new Error(`The tower answered ${status}.`);', 'The tower answered {}.'],
     ["const end = isLast ? ', paused' : '';", ', paused'],
     ["t('Hold {name}', { name: name || 'the drone' });", 'the drone'],
+    ["const SEVERITIES = { critical: t('critical only'), warning: t('warnings'), notice: 'all' };", 'all'],
+    ["const LASTS = [['1', t('One day')], ['30', '30 days']];", '30 days'],
   ])('is found in %s', (code, shown) => {
     expect(script(code)).toContain(shown);
   });
@@ -82,6 +84,8 @@ describe('a text outside the catalogue', () => {
     "import { Drone } from './Some words';",
     "type Choice = 'on the drone' | 'nowhere at all';",
     "const unit = { symbol: 'm/s' };",
+    "const EDGES = [['north', t('North')], ['south', t('South')]];",
+    "const filter = { value: 'all', label: t('All'), title: t('All of them') };",
   ])('is not seen in %s', (code) => {
     expect(script(code)).toEqual([]);
   });
