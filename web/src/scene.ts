@@ -12,6 +12,7 @@ import { measured, type UnitSystem } from './words/units';
 
 /** On the monitor a trail shows where a drone comes from; the whole track is on its own page. */
 export const TRAIL_POINTS = 60;
+const NO_TRACK: SceneDrone['track'] = [];
 
 /** Null without a position. */
 export function sceneDrone(
@@ -38,7 +39,7 @@ export function sceneDrone(
     upM: values.airborne ? Math.max(0, Math.round(values.altRelM ?? 0)) : 0,
     headingDeg: values.headingDeg ?? 0,
     state: values.state,
-    track: vehicle.telemetry.track.slice(-trackPoints),
+    track: trackPoints > 0 ? vehicle.telemetry.track.slice(-trackPoints) : NO_TRACK,
     isUnattended,
     ...(trouble && trouble.kind !== 'unattended' ? { alarm: trouble.severity } : {}),
     isStale: age !== '' || values.state === 'lost',

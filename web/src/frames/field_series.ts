@@ -47,37 +47,87 @@ export function seriesOf(
   toMs: number,
   maxPoints: number,
 ): Series {
-  const times: number[] = [];
-  const values: number[] = [];
-  log.each(kind, log.entryAt(fromMs), log.entryAt(toMs + 1), (atMs, bytes, at) => {
-    times.push(atMs);
-    values.push(read(bytes, at));
-  });
-  return thinned(times, values, maxPoints);
+  const from = log.entryAt(fromMs);
+  const to = log.entryAt(toMs + 1);
+  let count = 0;
+  log.each(kind, from, to, () => (count += 1));
+  const kept = new Thinning(count, maxPoints);
+  log.each(kind, from, to, (atMs, bytes, at) => kept.push(atMs, read(bytes, at)));
+  return kept.series;
 }
 
 /** Of each stretch the least and the greatest value, so that no peak is lost. */
 export function thinned(times: ArrayLike<number>, values: ArrayLike<number>, maxPoints: number): Series {
-  const count = times.length;
-  if (count <= maxPoints) return { times: Float64Array.from(times), values: Float64Array.from(values) };
-  const stretches = Math.max(1, Math.floor(maxPoints / 2));
-  const keptTimes = new Float64Array(stretches * 2);
-  const keptValues = new Float64Array(stretches * 2);
-  let kept = 0;
-  for (let stretch = 0; stretch < stretches; stretch++) {
-    const from = Math.floor((stretch * count) / stretches);
-    const to = Math.floor(((stretch + 1) * count) / stretches);
-    let least = from;
-    let greatest = from;
-    for (let at = from + 1; at < to; at++) {
-      if (values[at]! < values[least]!) least = at;
-      if (values[at]! > values[greatest]!) greatest = at;
-    }
-    for (const at of least < greatest ? [least, greatest] : least > greatest ? [greatest, least] : [least]) {
-      keptTimes[kept] = times[at]!;
-      keptValues[kept] = values[at]!;
-      kept += 1;
+  const kept = new Thinning(times.length, maxPoints);
+  for (let at = 0; at < times.length; at++) kept.push(times[at]!, values[at]!);
+  return kept.series;
+}
+
+class Extreme {
+  at = 0;
+  atMs = 0;
+  value = 0;
+
+  set(at: number, atMs: number, value: number): void {
+    this.at = at;
+    this.atMs = atMs;
+    this.value = value;
+  }
+}
+
+/** Takes the values one by one: lists of all those of a long flight would outlive their use by minutes. */
+class Thinning {
+  readonly #count: number;
+  readonly #stretches: number;
+  readonly #times: Float64Array<ArrayBuffer>;
+  readonly #values: Float64Array<ArrayBuffer>;
+  #kept = 0;
+  #taken = 0;
+  #stretch = 0;
+  #nextAt = 0;
+  readonly #least = new Extreme();
+  readonly #greatest = new Extreme();
+
+  /** `count`: how many values will come. */
+  constructor(count: number, maxPoints: number) {
+    this.#count = count;
+    this.#stretches = count <= maxPoints ? 0 : Math.max(1, Math.floor(maxPoints / 2));
+    const room = this.#stretches === 0 ? count : this.#stretches * 2;
+    this.#times = new Float64Array(room);
+    this.#values = new Float64Array(room);
+  }
+
+  push(atMs: number, value: number): void {
+    const at = this.#taken++;
+    if (this.#stretches === 0) this.#keep(atMs, value);
+    else {
+      if (at === this.#nextAt) {
+        this.#endStretch();
+        this.#stretch += 1;
+        this.#nextAt = Math.floor((this.#stretch * this.#count) / this.#stretches);
+        this.#least.set(at, atMs, value);
+        this.#greatest.set(at, atMs, value);
+      } else if (value < this.#least.value) this.#least.set(at, atMs, value);
+      else if (value > this.#greatest.value) this.#greatest.set(at, atMs, value);
     }
   }
-  return { times: keptTimes.slice(0, kept), values: keptValues.slice(0, kept) };
+
+  get series(): Series {
+    if (this.#taken > 0) this.#endStretch();
+    return { times: this.#times.slice(0, this.#kept), values: this.#values.slice(0, this.#kept) };
+  }
+
+  #endStretch(): void {
+    if (this.#stretch === 0) return;
+    const [first, second] =
+      this.#least.at <= this.#greatest.at ? [this.#least, this.#greatest] : [this.#greatest, this.#least];
+    this.#keep(first.atMs, first.value);
+    if (first.at !== second.at) this.#keep(second.atMs, second.value);
+  }
+
+  #keep(atMs: number, value: number): void {
+    this.#times[this.#kept] = atMs;
+    this.#values[this.#kept] = value;
+    this.#kept += 1;
+  }
 }

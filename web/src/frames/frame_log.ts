@@ -41,7 +41,7 @@ export class FrameLog {
   readonly kinds: FrameKind[] = [];
   readonly #bounds: FrameLogBounds | null;
   readonly #chunks: Chunk[] = [];
-  readonly #kindOf = new Map<number, number>();
+  readonly #kindOf = new Map<number, Map<number, number>>();
   #count = 0;
   #lastMs = -Infinity;
 
@@ -154,13 +154,28 @@ export class FrameLog {
     }
   }
 
+  /** Calls back for each entry from this number on, in order. */
+  eachFrom(
+    from: number,
+    visit: (kind: number, atMs: number, bytes: Uint8Array, at: number, length: number) => void,
+  ): void {
+    for (const { first, count, kinds, times, bytes, starts, lengths } of this.#chunks) {
+      for (let at = Math.max(0, from - first); at < count; at++) {
+        visit(kinds[at]!, times[at]!, bytes, starts[at]!, lengths[at]!);
+      }
+    }
+  }
+
   #kind(sysid: number, compid: number, msgid: number): number {
-    const key = (sysid * 256 + compid) * 0x1000000 + msgid;
-    const known = this.#kindOf.get(key);
+    // Of two small numbers: a larger key would be an object for each frame.
+    const sender = sysid * 256 + compid;
+    let kindOf = this.#kindOf.get(sender);
+    const known = kindOf?.get(msgid);
     if (known !== undefined) return known;
     if (this.kinds.length >= MAX_KINDS) return -1;
+    if (!kindOf) this.#kindOf.set(sender, (kindOf = new Map()));
     this.kinds.push({ sysid, compid, msgid, count: 0, last: -1 });
-    this.#kindOf.set(key, this.kinds.length - 1);
+    kindOf.set(msgid, this.kinds.length - 1);
     return this.kinds.length - 1;
   }
 

@@ -17,7 +17,7 @@ export const trackPoint = (projection: Projection, place: TrackPlace): Point =>
 export function drawCurtain(
   pen: CanvasRenderingContext2D,
   projection: Projection,
-  way: readonly TrackPlace[],
+  way: Iterable<TrackPlace>,
   colour: string,
   alpha: number,
 ): void {
@@ -26,10 +26,9 @@ export function drawCurtain(
   let lastTop: Point | null = null;
   let lastFoot: Point | null = null;
   let stemFoot: Point | null = null;
-  for (const [index, place] of way.entries()) {
+  const hang = (place: TrackPlace, isEnd: boolean): void => {
     const top = trackPoint(projection, place);
-    const isEnd = index === way.length - 1;
-    if (lastTop && !isEnd && isNear(top, lastTop, STEP_PX)) continue;
+    if (lastTop && !isEnd && isNear(top, lastTop, STEP_PX)) return;
     const foot = projection.at(place);
     if (lastTop && lastFoot) {
       addArea(areas, [lastTop, top, foot, lastFoot]);
@@ -43,7 +42,13 @@ export function drawCurtain(
       stemFoot = foot;
     }
     [lastTop, lastFoot] = [top, foot];
+  };
+  let next: TrackPlace | null = null;
+  for (const place of way) {
+    if (next) hang(next, false);
+    next = place;
   }
+  if (next) hang(next, true);
   pen.fillStyle = pen.strokeStyle = colour;
   pen.globalAlpha = alpha * 0.3;
   pen.fill(areas);

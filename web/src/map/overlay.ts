@@ -10,7 +10,7 @@ import type { Place } from '../link/messages';
 import type { NearLine } from '../link/separation';
 import { CLUSTER_DISC_PX, drawCluster } from './cluster_marker';
 import { CLUSTER_BELOW_ZOOM, CLUSTER_RADIUS_PX, gather, type Cluster } from './clusters';
-import { drawCurtain, trackPoint, type TrackPlace } from './curtain';
+import { drawCurtain, type TrackPlace } from './curtain';
 import { drawLabels } from './drone_labels';
 import { drawMarker, MARKER_RADIUS_PX } from './drone_marker';
 import { drawGraticule } from './graticule';
@@ -22,7 +22,7 @@ import type { Point, Projection } from './projection';
 import { sameScene } from './scene_change';
 import { drawStems } from './stems';
 import { readTheme, type MapTheme } from './theme';
-import { thinned } from './trail';
+import { pointsOf, thinned, wayAhead, wayBehind } from './trail';
 
 const HIT_RADIUS_PX = MARKER_RADIUS_PX + 8;
 const LABEL_MARGIN_PX = 160;
@@ -39,8 +39,8 @@ export interface SceneDrone {
   readonly state: DroneState;
   /** With heights above home, or on the ground. */
   readonly track: readonly TrackPlace[];
-  /** Of a recorded flight: the way that follows. */
-  readonly ahead?: readonly TrackPlace[];
+  /** Of a recorded flight: how many points of the track are behind the drone; the others follow. Absent: all. */
+  readonly passed?: number;
   /** Of the other flight of a replay of two: its way is dashed. */
   readonly isBeside?: boolean;
   /** In the air without a holder. */
@@ -165,23 +165,24 @@ export class Overlay {
   }
 
   #drawTrack(projection: Projection, drone: SceneDrone): void {
-    const { track, ahead = [], state, isStale, isBeside } = drone;
+    const { track, passed = track.length, state, isStale, isBeside } = drone;
     const { pen } = this.#canvas;
-    const hasHeights = (track[0] ?? ahead[0])?.upM !== undefined;
-    const place = hasHeights ? { ...drone.place, upM: drone.upM ?? 0 } : drone.place;
+    const hasHeights = track[0]?.upM !== undefined;
+    const place: TrackPlace = hasHeights ? { ...drone.place, upM: drone.upM ?? 0 } : drone.place;
+    const draw = (way: () => Iterable<TrackPlace>, colour: string, alpha: number): void => {
+      if (projection.isTilted && hasHeights) drawCurtain(pen, projection, way(), colour, alpha);
+      this.#drawWay(projection, way(), colour, alpha);
+    };
     if (isBeside) pen.setLineDash(BESIDE_DASH_PX);
-    if (ahead.length > 0) this.#drawWay(projection, [place, ...ahead], this.#theme.states.idle, 0.35);
-    if (track.length > 0) {
-      this.#drawWay(projection, [...track, place], this.#theme.states[state], isStale ? 0.25 : 0.55);
-    }
+    if (passed < track.length) draw(() => wayAhead(track, passed, place), this.#theme.states.idle, 0.35);
+    if (passed > 0) draw(() => wayBehind(track, passed, place), this.#theme.states[state], isStale ? 0.25 : 0.55);
     pen.setLineDash([]);
   }
 
-  #drawWay(projection: Projection, way: readonly TrackPlace[], colour: string, alpha: number): void {
+  #drawWay(projection: Projection, way: Iterable<TrackPlace>, colour: string, alpha: number): void {
     const { pen } = this.#canvas;
-    if (projection.isTilted && way[0]?.upM !== undefined) drawCurtain(pen, projection, way, colour, alpha);
     pen.beginPath();
-    for (const { x, y } of thinned(way.map((point) => trackPoint(projection, point)))) pen.lineTo(x, y);
+    for (const { x, y } of thinned(pointsOf(projection, way))) pen.lineTo(x, y);
     pen.strokeStyle = colour;
     pen.globalAlpha = alpha;
     pen.lineWidth = 2;

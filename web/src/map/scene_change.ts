@@ -12,8 +12,6 @@ const samePlace = (a: Place | null, b: Place | null): boolean =>
 const sameTrack = (a: readonly Place[], b: readonly Place[]): boolean =>
   a === b || (a.length === b.length && a[0] === b[0] && a.at(-1) === b.at(-1));
 
-const NO_WAY: readonly Place[] = [];
-
 const sameDrone = (a: SceneDrone, b: SceneDrone): boolean =>
   a === b ||
   (a.id === b.id &&
@@ -26,8 +24,8 @@ const sameDrone = (a: SceneDrone, b: SceneDrone): boolean =>
     a.isUnattended === b.isUnattended &&
     a.isStale === b.isStale &&
     a.alarm === b.alarm &&
-    sameTrack(a.track, b.track) &&
-    sameTrack(a.ahead ?? NO_WAY, b.ahead ?? NO_WAY));
+    a.passed === b.passed &&
+    sameTrack(a.track, b.track));
 
 const sameTarget = (a: MapTarget | null, b: MapTarget | null): boolean =>
   a === b ||

@@ -19,15 +19,15 @@ class Refused extends Error {}
 /** Calls back for each piece with the length of the whole. Raises Error with words for people. */
 export async function fetchFlight(
   url: string,
-  onPiece: (piece: Uint8Array, totalBytes: number) => void,
+  onPiece: (piece: Uint8Array<ArrayBuffer>, totalBytes: number) => void,
   fetcher: Fetch = (from, init) => fetch(from, init),
   pause: Wait = wait,
 ): Promise<void> {
   const range = (from: number) => fetchRange(url, from, fetcher, pause);
   let at = 0;
-  let coming: Promise<[Uint8Array, number]> | null = range(0);
+  let coming: Promise<[Uint8Array<ArrayBuffer>, number]> | null = range(0);
   while (coming) {
-    const [piece, total]: [Uint8Array, number] = await coming;
+    const [piece, total]: [Uint8Array<ArrayBuffer>, number] = await coming;
     if (total > MAX_FLIGHT_BYTES) throw new Error(TOO_LARGE);
     if (piece.length === 0) return;
     at += piece.length;
@@ -39,7 +39,12 @@ export async function fetchFlight(
 
 export const TOO_LARGE = t('This flight is too large to be replayed in the browser. Download it as tlog.');
 
-async function fetchRange(url: string, at: number, fetcher: Fetch, pause: Wait): Promise<[Uint8Array, number]> {
+async function fetchRange(
+  url: string,
+  at: number,
+  fetcher: Fetch,
+  pause: Wait,
+): Promise<[Uint8Array<ArrayBuffer>, number]> {
   for (let tries = 1; ; tries++) {
     try {
       const answer = await fetcher(url, { headers: { Range: `bytes=${at}-${at + RANGE_BYTES - 1}` } });

@@ -1,5 +1,7 @@
 /** What a whole flight looks like from far: its way, its modes, and what the autopilot said. Read once, in order. */
 
+import { definitionOf } from '../frames/definitions';
+import { fieldReader, type FieldReader } from '../frames/field_series';
 import type { FrameLog } from '../frames/frame_log';
 import { distanceM } from '../link/geometry';
 import { decode } from '../link/mavlink';
@@ -45,6 +47,23 @@ const HEARTBEAT = 0;
 const GLOBAL_POSITION_INT = 33;
 const STATUSTEXT = 253;
 
+/** Of tens of thousands of positions: a decoded message for each would be more garbage than the flight has bytes, and a
+ * worker keeps the memory in which it collected it. The log has checked the frames. */
+function readerOf(msgid: number, name: string): FieldReader {
+  return fieldReader(definitionOf(msgid)!.fields.find((field) => field.name === name)!);
+}
+
+const heartbeat = {
+  autopilot: readerOf(HEARTBEAT, 'autopilot'),
+  type: readerOf(HEARTBEAT, 'type'),
+  customMode: readerOf(HEARTBEAT, 'custom_mode'),
+};
+const position = {
+  lat: readerOf(GLOBAL_POSITION_INT, 'lat'),
+  lon: readerOf(GLOBAL_POSITION_INT, 'lon'),
+  altMm: readerOf(GLOBAL_POSITION_INT, 'relative_alt'),
+};
+
 export class OverviewReader {
   readonly #log: FrameLog;
   readonly #texts = new Map<number, SaidText>();
@@ -69,36 +88,38 @@ export class OverviewReader {
 
   /** Reads what has come into the log. */
   update(): void {
-    for (; this.#read < this.#log.end; this.#read++) {
-      const kind = this.#log.kinds[this.#log.kindOf(this.#read)]!;
-      if (kind.msgid === STATUSTEXT) this.#take(this.#read);
-      else if (kind.compid === AUTOPILOT_COMPID && (kind.msgid === HEARTBEAT || kind.msgid === GLOBAL_POSITION_INT)) {
-        this.#take(this.#read);
-      }
-    }
+    const log = this.#log;
+    log.eachFrom(this.#read, (kind, atMs, bytes, at, length) => {
+      const { msgid, sysid, compid } = log.kinds[kind]!;
+      if (msgid === STATUSTEXT) this.#hear(bytes.subarray(at, at + length), atMs);
+      else if (compid !== AUTOPILOT_COMPID) return;
+      else if (msgid === HEARTBEAT) this.#beat(sysid, atMs, bytes, at);
+      else if (msgid === GLOBAL_POSITION_INT && sysid === (this.#sysid ?? sysid)) this.#move(atMs, bytes, at);
+    });
+    this.#read = log.end;
   }
 
-  #take(entry: number): void {
-    const message = decode(this.#log.frameOf(entry));
-    if (!message) return;
-    const atMs = this.#log.timeOf(entry);
-    if (message.name === 'STATUSTEXT') {
-      const { key, severity, text, atMs: saidMs } = this.#assembler.receive(message.header, message.fields, atMs);
-      if (this.#texts.size < MAX_TEXTS || this.#texts.has(key)) this.#texts.set(key, { atMs: saidMs, severity, text });
-    } else if (message.name === 'HEARTBEAT') {
-      const { autopilot, type: vehicleType, custom_mode: customMode } = message.fields;
-      if (autopilot === MAV_AUTOPILOT.INVALID) return;
-      this.#sysid = message.header.sysid;
-      const isNew = this.#modes.at(-1)?.customMode !== customMode;
-      if (isNew && this.#modes.length < MAX_MODES) this.#modes.push({ atMs, autopilot, vehicleType, customMode });
-    } else if (
-      message.name === 'GLOBAL_POSITION_INT' &&
-      message.header.sysid === (this.#sysid ?? message.header.sysid)
-    ) {
-      const { lat, lon, relative_alt: altMm } = message.fields;
-      if (lat === 0 && lon === 0) return; // no position yet
-      this.#follow({ atMs, latDeg: lat / 1e7, lonDeg: lon / 1e7, altRelM: altMm / 1000 });
-    }
+  #hear(frame: Uint8Array, saidAtMs: number): void {
+    const message = decode(frame);
+    if (message?.name !== 'STATUSTEXT') return;
+    const { key, severity, text, atMs } = this.#assembler.receive(message.header, message.fields, saidAtMs);
+    if (this.#texts.size < MAX_TEXTS || this.#texts.has(key)) this.#texts.set(key, { atMs, severity, text });
+  }
+
+  #beat(sysid: number, atMs: number, bytes: Uint8Array, at: number): void {
+    const autopilot = heartbeat.autopilot(bytes, at);
+    if (autopilot === MAV_AUTOPILOT.INVALID) return;
+    this.#sysid = sysid;
+    const customMode = heartbeat.customMode(bytes, at);
+    if (this.#modes.at(-1)?.customMode === customMode || this.#modes.length >= MAX_MODES) return;
+    this.#modes.push({ atMs, autopilot, vehicleType: heartbeat.type(bytes, at), customMode });
+  }
+
+  #move(atMs: number, bytes: Uint8Array, at: number): void {
+    const lat = position.lat(bytes, at);
+    const lon = position.lon(bytes, at);
+    if (lat === 0 && lon === 0) return; // no position yet
+    this.#follow({ atMs, latDeg: lat / 1e7, lonDeg: lon / 1e7, altRelM: position.altMm(bytes, at) / 1000 });
   }
 
   #follow(point: TrackPoint): void {

@@ -75,6 +75,11 @@ export class Player {
     return this.#begins.length === 0 ? atMs : Math.min(Math.max(atMs, this.#fromMs), this.#toMs);
   }
 
+  /** Where a jump under way leads, else the moment on view: a step that follows a step before it was shown adds to it. */
+  get headedMs(): number {
+    return this.#begins.length === 0 ? this.state.get().atMs : this.#clamped(this.#wantedMs ?? this.state.get().atMs);
+  }
+
   get fromMs(): number {
     return this.#fromMs;
   }
@@ -138,7 +143,7 @@ export class Player {
 
   /** Shows this moment: at once if its piece is at hand, else when the worker has sent it. */
   seek(wantedMs: number): void {
-    const toMs = this.#begins.length === 0 ? wantedMs : Math.min(Math.max(wantedMs, this.#beginMs), this.#endMs);
+    const toMs = this.#begins.length === 0 ? wantedMs : this.#clamped(wantedMs);
     const number = pieceAt(this.#begins, toMs);
     const piece = this.#pieces.get(number);
     if (!piece) {
@@ -158,6 +163,10 @@ export class Player {
 
   get #endMs(): number {
     return Math.max(this.#toMs, this.#wider.toMs);
+  }
+
+  #clamped(atMs: number): number {
+    return Math.min(Math.max(atMs, this.#beginMs), this.#endMs);
   }
 
   #show(piece: Piece, atMs: number): void {

@@ -12,9 +12,9 @@ export function pressed(event: KeyboardEvent, session: ReplaySession): void {
   if (!wanted || (wanted.do === 'toggle' && event.target instanceof HTMLButtonElement)) return;
   event.preventDefault();
   const { player } = session;
-  const { atMs, speed } = player.state.get();
+  const { speed } = player.state.get();
   if (wanted.do === 'toggle') player.toggle();
-  else if (wanted.do === 'by') player.seek(atMs + wanted.ms);
+  else if (wanted.do === 'by') player.seek(player.headedMs + wanted.ms);
   else if (wanted.do === 'to') player.seek(wanted.end === 'begin' ? -Infinity : Infinity);
   else if (wanted.do === 'event') session.jump(wanted.way);
   else player.setSpeed(nextSpeed(speed, wanted.way));

@@ -3,8 +3,10 @@
 import { untrack } from 'svelte';
 
 import { t } from '../languages/text';
+import type { SeriesSource } from '../frames/chart_field';
 import type { Schemas } from '../link/rest_types';
 import type { Rest } from '../link/rest';
+import type { Vehicle } from '../link/vehicle';
 import { flightFileHref, flightIdOf } from '../link/flights';
 import { importIdOf, importFileHref, type FlightKey, type ImportedFlight } from '../link/flight_imports';
 import type { TrackPlace } from '../map/curtain';
@@ -22,7 +24,8 @@ import type { Progress } from './worker_messages';
 export type FlightDetail = Schemas['FlightDetailView'];
 
 const FILE_DRONE_ID = 0;
-/** Digits that change faster cannot be read; the map and the timeline follow each step. */
+/** Digits that change faster cannot be read, and lay out the page anew each time. The map, the horizon, the timeline and
+ * the video follow each step, and a single jump is read at once. */
 const READ_MS = 120;
 
 export class ReplaySession {
@@ -34,8 +37,9 @@ export class ReplaySession {
   imported = $state.raw<ImportedFlight | null>(null);
   progress = $state.raw<Progress | null>(null);
   shown = $state.raw<PlayerState>()!;
-  /** For numbers: changes less often while it plays. */
+  /** For numbers: follow the moment on view, less often. */
   readMs = $state(0);
+  readVehicle = $state.raw<Vehicle>()!;
   problem = $state('');
   readonly index = $derived<readonly IndexEntry[]>(this.detail?.index ?? []);
   readonly overview = $derived<FlightOverview | null>(this.progress?.overview ?? null);
@@ -46,6 +50,31 @@ export class ReplaySession {
   );
   readonly holders = $derived(holderSpans(this.index, this.fromMs, this.wholeToMs));
   readonly silences = $derived(silentSpans(this.index, this.wholeToMs));
+  readonly videos = $derived(
+    (this.detail?.video ?? [])
+      .filter(({ state }) => state === 'ready')
+      .map(({ id, began_at, ended_at, quality }) => ({
+        id,
+        fromMs: Date.parse(began_at),
+        toMs: ended_at ? Date.parse(ended_at) : Infinity,
+        label: quality,
+      })),
+  );
+  /** On view, by the moment of the map and not by that of the numbers: one that came later would be of another moment. */
+  readonly video = $derived.by(() => {
+    const { atMs } = this.shown;
+    return this.videos.find(({ fromMs, toMs }) => fromMs <= atMs && atMs < toMs) ?? null;
+  });
+  /** Curves are read anew when there is twice as much: with each piece, they would cost more than it. */
+  readonly chartVersion = $derived.by(() => {
+    const { frames, isWhole } = this.progress ?? { frames: 0, isWhole: false };
+    return isWhole ? frames : 2 ** Math.floor(Math.log2(Math.max(1, frames)));
+  });
+  readonly chartSource = $derived.by<SeriesSource>(() => {
+    void this.chartVersion;
+    const kinds = untrack(() => this.progress?.kinds ?? []);
+    return { kinds, series: (request) => this.file.series(request) };
+  });
   readonly track = $derived<readonly TrackPoint[]>(this.overview?.track ?? []);
   /** How much higher its home is than that of the flight on whose map it is: heights there are above one home. */
   homeUpM = $state(0);
@@ -53,18 +82,23 @@ export class ReplaySession {
     this.track.map(({ latDeg, lonDeg, altRelM }) => ({ latDeg, lonDeg, upM: altRelM + this.homeUpM })),
   );
   #readAt = -Infinity;
+  /** What was read last. No `$state`: whoever seeks in an effect must not depend on it. */
+  #last: PlayerState;
+  #reading: ReturnType<typeof setTimeout> | null = null;
 
   constructor(droneId: number, name: string) {
     this.name = name;
     this.file = new ReplayFile(openReplayWorker());
     this.player = new Player(this.file, recordedDrone(droneId, name));
-    this.shown = this.player.state.get();
+    this.shown = this.#last = this.player.state.get();
+    this.#read();
     this.player.state.subscribe((state) => {
       this.shown = state;
-      const now = performance.now();
-      if (state.isPlaying && now - this.#readAt < READ_MS) return;
-      this.#readAt = now;
-      this.readMs = state.atMs;
+      // What changes nothing to read, as a jump that begins to wait for the worker, must not put off what does.
+      if (this.#reading !== null || (state.atMs === this.#last.atMs && state.vehicle === this.#last.vehicle)) return;
+      const waitMs = this.#readAt + READ_MS - performance.now();
+      if (waitMs <= 0) this.#read();
+      else this.#reading = setTimeout(() => this.#read(), waitMs);
     });
     this.file.problem.subscribe((words) => (this.problem = words));
     this.file.progress.subscribe((progress) => {
@@ -105,9 +139,7 @@ export class ReplaySession {
     const here = sceneDrone(vehicle, values, 0, units);
     // Exact, also below home: its track is beside it.
     const upM = values.airborne && values.altRelM !== null ? values.altRelM + this.homeUpM : 0;
-    const passed = this.passedPoints(atMs);
-    const ways = { track: this.ways.slice(0, passed), ahead: this.ways.slice(passed) };
-    return here && { ...here, ...ways, upM, isBeside: place === 'beside' };
+    return here && { ...here, track: this.ways, passed: this.passedPoints(atMs), upM, isBeside: place === 'beside' };
   }
 
   /** The mark before or after the moment on view. */
@@ -120,8 +152,17 @@ export class ReplaySession {
     if (found) this.player.seek(found.atMs);
   }
 
+  #read(): void {
+    this.#reading = null;
+    this.#readAt = performance.now();
+    this.#last = this.player.state.get();
+    this.readMs = this.#last.atMs;
+    this.readVehicle = this.#last.vehicle;
+  }
+
   close(): void {
     this.player.pause();
+    if (this.#reading !== null) clearTimeout(this.#reading);
     this.file.close();
   }
 }

@@ -10,9 +10,14 @@ const SAY_EVERY_MS = 150;
 const reader = new FlightReader();
 const say = (message: FromWorker, transfer: Transferable[] = []): void => self.postMessage(message, { transfer });
 
-/** At once: pieces that wait for the garbage collector are as large as the flight. Older browsers leave them to it. */
-const free = ({ buffer }: Uint8Array): void =>
-  void (buffer as { transfer?: (length: number) => unknown }).transfer?.(0);
+/** At once: pieces that wait for the garbage collector are as large as the flight. `transfer(0)` would not do: what the
+ * browser fetched keeps its memory as long as its object. A message to nobody takes the memory along. */
+function free({ buffer }: Uint8Array<ArrayBuffer>): void {
+  const { port1, port2 } = new MessageChannel();
+  port2.close();
+  port1.postMessage(null, [buffer]);
+  port1.close();
+}
 
 let saidMs = -Infinity;
 function report(totalBytes: number, isLast = false): void {

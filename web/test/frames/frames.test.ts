@@ -122,4 +122,13 @@ describe('a field', () => {
     expect(Math.min(...few.values)).toBe(-99);
     expect([...few.times]).toEqual([...few.times].sort((one, other) => one - other));
   });
+
+  it('thinned has the least and the greatest value of each stretch, in order', () => {
+    const series = thinned([0, 1, 2, 3, 4, 5, 6, 7, 8, 9], [5, 1, 9, 4, 2, 7, 7, 7, 3, 8], 4);
+    expect([...series.times]).toEqual([1, 2, 8, 9]);
+    expect([...series.values]).toEqual([1, 9, 3, 8]);
+    const flat = thinned([0, 1, 2, 3, 4, 5], [2, 2, 2, 2, 1, 1], 4);
+    expect([...flat.times]).toEqual([0, 3, 4]); // one value where all are the same
+    expect(thinned([], [], 4).times).toHaveLength(0);
+  });
 });

@@ -44,6 +44,7 @@ describe('a scene', () => {
     { isStale: true },
     { track: [...path, { latDeg: 47, lonDeg: 8 }] },
     { track: path.slice(1) },
+    { passed: 1 },
   ])('is drawn again when a drone has %j', (change) => {
     expect(sameScene(scene(), scene({ drones: [drone(change)] }))).toBe(false);
   });

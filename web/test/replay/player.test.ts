@@ -52,6 +52,20 @@ describe('a replay', () => {
     );
   });
 
+  it('adds up steps that follow each other before they are shown', async () => {
+    const { player } = opened();
+    await settled();
+    player.seek(-Infinity);
+    for (let step = 0; step < 4; step++) player.seek(player.headedMs + 10_000);
+    expect(player.state.get()).toMatchObject({ atMs: BEGAN_MS, isSeeking: true });
+    await settled();
+    expect(player.state.get()).toMatchObject({ atMs: BEGAN_MS + 40_000, isSeeking: false });
+    player.seek(Infinity);
+    player.seek(player.headedMs - 10_000);
+    await settled();
+    expect(player.state.get().atMs).toBe(player.toMs - 10_000);
+  });
+
   it('stays as it was beyond its end, while a longer flight beside it goes on', async () => {
     const { player } = opened();
     await settled();
