@@ -1,8 +1,8 @@
 """What `make test` runs: every test, a few at a time, and the few that failed once more, alone.
 
 Tests share the machine, and some assert how long a thing takes. A test that fails beside others and passes alone
-does not fail the run, but it is a defect all the same, of the test or of what it tests: the run names it at the end.
-More than `MAX_SECOND_TRIES` failures are no coincidence, and get no second try.
+does not fail the run, but it is a defect all the same, of the test or of what it tests: the run names it at the end,
+with the last lines of its failure. More than `MAX_SECOND_TRIES` failures are no coincidence, and get no second try.
 """
 
 import json
@@ -11,12 +11,16 @@ import subprocess
 import sys
 from pathlib import Path
 from typing import Final
+from xml.etree import ElementTree
 
-MAX_SECOND_TRIES: Final = 5
+MAX_SECOND_TRIES: Final = 8
 TESTS_FAILED: Final = 1
 """pytest's exit status when tests ran and some failed; 2 and up are errors of the run itself."""
+LAST_LINES: Final = 15
+"""How much of a failure is printed again at the end: the assertion, and what led to it."""
 
 LAST_FAILED: Final = Path(".pytest_cache/v/cache/lastfailed")
+FIRST_TRY: Final = Path(".pytest_cache/first_try.xml")
 
 
 def run(*options: str) -> int:
@@ -29,16 +33,43 @@ def failed_tests() -> list[str]:
     return sorted(json.loads(LAST_FAILED.read_text())) if LAST_FAILED.exists() else []
 
 
+def failures_of_first_try() -> dict[str, str]:
+    """The failures of the first run, by the address that pytest's report has for a test."""
+    found: dict[str, str] = {}
+    for case in ElementTree.parse(FIRST_TRY).iter("testcase") if FIRST_TRY.exists() else ():
+        for failure in (*case.findall("failure"), *case.findall("error")):
+            found[f"{case.get('classname')}.{case.get('name')}"] = failure.text or failure.get("message") or ""
+    return found
+
+
+def address_of(test: str) -> str:
+    """`tests/unit/test_it.py::test_that[a/b]` as the report writes it: `tests.unit.test_it.test_that[a/b]`."""
+    place, bracket, parameters = test.partition("[")
+    module, *names = place.split("::")
+    return ".".join([module.removesuffix(".py").replace("/", "."), *names]) + bracket + parameters
+
+
+def print_failures(tests: list[str]) -> None:
+    """Print why each of these failed in the first run."""
+    failures = failures_of_first_try()
+    for test in tests:
+        lines = failures.get(address_of(test), "(the report has no words of it)").strip().splitlines()
+        print(f"\n{test} failed beside other tests:", *lines[-LAST_LINES:], sep="\n    ", flush=True)
+
+
 def main() -> int:
     """Run all tests; the exit status for `make`."""
     workers = os.environ.get("TEST_WORKERS", "3")
-    LAST_FAILED.unlink(missing_ok=True)
-    status = run("-n", workers, "--durations=40", "--durations-min=10")
+    for leftover in (LAST_FAILED, FIRST_TRY):
+        leftover.unlink(missing_ok=True)
+    status = run("-n", workers, "--durations=40", "--durations-min=10", f"--junit-xml={FIRST_TRY}")
     failed = failed_tests()
     if status != TESTS_FAILED or not 0 < len(failed) <= MAX_SECOND_TRIES or not all("::" in one for one in failed):
         return status  # a name without "::" is no test: workers that disagree on what there is to run, for example
     print(f"\n{len(failed)} failed beside other tests. Once more, alone:", *failed, sep="\n  ", flush=True)
     status = run("--last-failed", "--last-failed-no-failures=none")
+    still = failed_tests()
+    print_failures([test for test in failed if test not in still])
     if status == 0:
         print("\nThese pass only alone. Find the reason:", *failed, sep="\n  ", flush=True)
     return status

@@ -1,8 +1,7 @@
-/** How the console is built, served while developing, and tested. */
+/** How the console is built and served while developing. */
 
 import { svelte } from '@sveltejs/vite-plugin-svelte';
-import type { HtmlTagDescriptor, Plugin } from 'vite';
-import { defineConfig } from 'vitest/config';
+import { defineConfig, type HtmlTagDescriptor, type Plugin } from 'vite';
 
 import { mpeg1DecoderFile } from './scripts/mpeg1_decoder_file.ts';
 
@@ -94,12 +93,5 @@ export default defineConfig({
         headers: { origin: tower },
       },
     },
-  },
-  test: {
-    include: ['test/**/*.test.ts'],
-    environment: 'node',
-    setupFiles: ['test/same_examples_in_ci.ts'],
-    // A property tries hundreds of examples; five seconds are few for that on a busy machine.
-    testTimeout: 30_000,
   },
 });

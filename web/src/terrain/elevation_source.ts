@@ -29,8 +29,9 @@ export class ElevationSource {
   /** Raises if the layer cannot be read. */
   static async open({ source, url, maxZoom }: ElevationLayer): Promise<ElevationSource> {
     if (source === 'addresses') return new ElevationSource(maxZoom ?? USUAL_MAX_ZOOM, null, url);
-    const { PMTiles } = await import('pmtiles');
-    const file = new PMTiles(url);
+    const { PMTiles, ResolvedValueCache } = await import('pmtiles');
+    // The usual cache keeps what failed to load too: a list of tiles that failed once would fail without end.
+    const file = new PMTiles(url, new ResolvedValueCache());
     return new ElevationSource((await file.getHeader()).maxZoom, file, url);
   }
 

@@ -8,15 +8,14 @@ import type { Rest } from '../link/rest';
 import { latDegOf, lonDegOf, type Spot } from '../plan/plan_types';
 import { ElevationSource } from './elevation_source';
 import { heightAt, type GroundHeight, type HeightTile } from './height_tiles';
+import { AGAIN_MS, LoadedTiles } from './loaded_tiles';
 
 /** Each takes 260 kB, or 1 MB at 512 pixels. */
 const MAX_TILES = 64;
-const AGAIN_MS = 30_000;
 
 export class Ground {
   #revision = $state(0);
-  #source: ElevationSource | null | undefined = undefined;
-  readonly #tiles = new Map<string, HeightTile | null | undefined>();
+  #source: { readonly zoom: number; readonly tiles: LoadedTiles<HeightTile> } | null | undefined = undefined;
   readonly #rest: Rest;
 
   constructor(rest: Rest) {
@@ -34,7 +33,7 @@ export class Ground {
     void this.#revision;
     const source = this.#source;
     if (!source) return source;
-    return heightAt(place, source.zoom, (x, y) => this.#tileAt(source, x, y));
+    return heightAt(place, source.zoom, (x, y) => source.tiles.at(x, y));
   }
 
   /** As a value of its own for each state of what is loaded: a derived value depends on it. */
@@ -49,32 +48,13 @@ export class Ground {
       const layer = layers.find(({ role }) => role === 'terrain');
       if (layer) {
         const url = layer.url.startsWith('/') ? new URL(document.baseURI).origin + layer.url : layer.url;
-        this.#source = await ElevationSource.open({ source: layer.source, url, maxZoom: layer.max_zoom });
+        const source = await ElevationSource.open({ source: layer.source, url, maxZoom: layer.max_zoom });
+        const changed = (): void => void (this.#revision += 1);
+        this.#source = { zoom: source.zoom, tiles: new LoadedTiles((x, y) => source.tile(x, y), changed, MAX_TILES) };
       } else this.#source = null;
       this.#revision += 1;
     } catch {
       setTimeout(() => void this.#open(), AGAIN_MS);
-    }
-  }
-
-  #tileAt(source: ElevationSource, x: number, y: number): HeightTile | null | undefined {
-    const key = `${x}/${y}`;
-    if (this.#tiles.has(key)) return this.#tiles.get(key);
-    this.#tiles.set(key, undefined);
-    void this.#load(source, key, x, y);
-    return undefined;
-  }
-
-  async #load(source: ElevationSource, key: string, x: number, y: number): Promise<void> {
-    try {
-      this.#tiles.set(key, await source.tile(x, y));
-      for (const oldest of this.#tiles.keys()) {
-        if (this.#tiles.size <= MAX_TILES) break;
-        this.#tiles.delete(oldest);
-      }
-      this.#revision += 1;
-    } catch {
-      setTimeout(() => this.#tiles.delete(key), AGAIN_MS);
     }
   }
 }
