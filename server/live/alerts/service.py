@@ -189,7 +189,8 @@ class AlertService:
     def _look(self, drone: LiveDrone, now: float) -> None:
         watched = self._watched(drone)
         if drone.place in (Place.ELSEWHERE, Place.OUT_OF_REACH):
-            self._leave(watched, drone)
+            if not watched.blank:
+                self._leave(watched, drone)
             return
         if not drone.last_heard.ever:
             return  # nothing is known of it since the start: what was open stays open
@@ -203,9 +204,7 @@ class AlertService:
 
     def _leave(self, watched: WatchedDrone, drone: LiveDrone) -> None:
         """Another tower is its home now, and judges it."""
-        if not watched.has_alerts:
-            pass  # nearly all of a large fleet
-        elif self.are_taken_over(drone.drone_id):
+        if self.are_taken_over(drone.drone_id):
             for alert in list(watched.alerts()):
                 self._live.pop(alert.id, None)
                 watched.drop(alert)

@@ -21,6 +21,10 @@ class WatchedDrone:
         self._awaiting: dict[int, Alert] = {}
         """Over, and not acknowledged; oldest first."""
         self._settled = False
+        self.blank = True
+        """Nothing is known of it, and nothing waits: there is nothing to leave to another tower."""
+        self._has_texts = False
+        """The end of a text is still to be found."""
         self._judged: Facts | None = None
         """Facts that the rules have judged, with no delay left and nothing changed: the same ones change nothing."""
 
@@ -34,18 +38,19 @@ class WatchedDrone:
 
     def forget_conditions(self) -> None:
         """Another tower watches it now. What waits for a person stays."""
-        self._judged = None
-        if not (self.lasting.idle and self.lasting.steady and self.texts.idle):
-            self.lasting, self.texts = Lasting(), TextAlerts()
+        self.lasting, self.texts = Lasting(), TextAlerts()
+        self._judged, self._has_texts, self.blank = None, False, not self.has_alerts
 
     def restore(self, alert: Alert, now: float) -> None:
         """It was open before the tower restarted, or at another one."""
-        self._judged = None
+        self._judged, self.blank = None, False
         self.lasting.restore(alert.key, alert.words)
         if alert.rule.name in text_alerts.RULES:
+            self._has_texts = True
             self.texts.restore(alert.key, alert.words, now)
 
     def add(self, alert: Alert) -> None:
+        self.blank = False
         if alert.closed_at is None:
             self.open[alert.key] = alert
         else:
@@ -79,6 +84,7 @@ class WatchedDrone:
         runs."""
         if facts == self._judged:
             return []
+        self.blank = False
         lasting, found = self.lasting, list[Changed]()
         for rule, condition, key in EVALUATED:
             is_open = key in lasting.open
@@ -95,15 +101,13 @@ class WatchedDrone:
     def texts_found(self, drone: LiveDrone, facts: Facts, now: float) -> list[Changed]:
         """What the autopilot's own texts tell."""
         texts, arrived = self.texts, drone.telemetry.texts
-        if facts.silence or (not arrived and texts.idle and not self._has_texts()):
+        if facts.silence or (not arrived and texts.idle and not self._has_texts):
             return []
         while arrived:
             texts.take(facts.name, arrived.popleft(), now)
         if facts.armed is False:
             texts.disarmed(now)
-        return self.lasting.take_all(text_alerts.RULES, texts.found(now), now)
-
-    def _has_texts(self) -> bool:
-        """Whether the end of a text is still to be found."""
-        lasting = self.lasting
-        return not lasting.idle and any(key[0] in text_alerts.RULES for key in (*lasting.open, *lasting.waiting))
+        changed = self.lasting.take_all(text_alerts.RULES, texts.found(now), now)
+        known = (*self.lasting.open, *self.lasting.waiting)
+        self._has_texts = any(key[0] in text_alerts.RULES for key in known)
+        return changed
