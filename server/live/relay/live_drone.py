@@ -97,7 +97,7 @@ class Viewpoint(NamedTuple):
     """What it did before it fell silent."""
 
 
-@dataclass
+@dataclass(slots=True)
 class LiveDrone:
     """Mutable; touched by the hub and its parts only, and never across an await."""
 
