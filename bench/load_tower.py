@@ -8,6 +8,7 @@ import os
 import re
 import secrets
 import sys
+import time
 from collections.abc import AsyncIterator, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
@@ -33,6 +34,7 @@ CHECKOUT: Final = Path(__file__).resolve().parent.parent
 PASSWORD: Final = "correct horse battery"
 ADMIN: Final = "admin"
 START_S: Final = 60.0
+BUSY: Final = 503
 AT_ONCE: Final = 100
 """Drones that are made in one transaction."""
 BROWSER_SUBPROTOCOL: Final = "tower.v1"
@@ -139,15 +141,24 @@ async def load_tower(
             os.sched_setaffinity(process.pid, cpus)
         url = await _address(process, log)
         async with httpx.AsyncClient(base_url=url, timeout=30, trust_env=False) as client:
-            answer = await client.post("/api/v1/session", json={"name": ADMIN, "password": PASSWORD})
-            answer.raise_for_status()
-            cookie = "; ".join(f"{name}={value}" for name, value in client.cookies.items())
+            cookie = await _sign_in(client)
         tower = LoadTower(url, process, keys, cookie, _udp_port(log))
         yield tower
     finally:
         if tower is not None:
             tower.close_browsers()
         await end(process)
+
+
+async def _sign_in(client: httpx.AsyncClient) -> str:
+    """The admin's cookie. A tower on a busy machine may refuse at first. Raises httpx.HTTPStatusError."""
+    began = time.monotonic()
+    while True:
+        answer = await client.post("/api/v1/session", json={"name": ADMIN, "password": PASSWORD})
+        if answer.status_code != BUSY or time.monotonic() - began > START_S:
+            answer.raise_for_status()
+            return "; ".join(f"{name}={value}" for name, value in client.cookies.items())
+        await asyncio.sleep(0.5)
 
 
 async def as_somebody(tower: LoadTower, name: str) -> LoadTower:

@@ -8,6 +8,7 @@ from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metri
 from prometheus_client.registry import Collector
 
 from server.store.alert_channels.deliverer import OUTCOMES, AlertDeliverer
+from server.store.alerts.writer import AlertWriter
 from server.store.database import Database
 from server.store.retention import Retention
 from server.store.tower_lock import TowerLock
@@ -23,11 +24,13 @@ class UpkeepCollector(Collector):
         lock: TowerLock | TowerMembership,
         retention: Retention,
         deliverer: AlertDeliverer,
+        alerts: AlertWriter,
     ) -> None:
         self._database = database
         self._lock = lock
         self._retention = retention
         self._deliverer = deliverer
+        self._alerts = alerts
 
     def collect(self) -> Iterator[Metric]:
         writes = "1: the database took the last write of the tower's lock, half a second ago; 0: not"
@@ -45,3 +48,5 @@ class UpkeepCollector(Collector):
         yield deliveries
         words = "Deliveries that were given up in the last seven days, of all towers of the database"
         yield GaugeMetricFamily("tower_alert_deliveries_given_up", words, value=self._deliverer.given_up)
+        words = "Changes of alerts that were not stored, because too many waited for the database"
+        yield CounterMetricFamily("tower_alerts_not_stored", words, value=self._alerts.lost)

@@ -30,7 +30,7 @@ class Facts:
     """Empty: not known."""
     task: FlightTask | None = None
     height_m: float | None = None
-    """Above home."""
+    """Above home; None as well where no limit applies to a drone that is heard."""
     height_limit_m: float | None = None
     """The lowest that applies."""
     lost_action: LostAction = LostAction.RETURN

@@ -36,7 +36,7 @@ def facts_of(drone: LiveDrone, height_limit_m: float, now: float) -> Facts:
     if drone.online and drone.autopilot_heard:
         facts.armed, facts.airborne = drone.armed, drone.airborne
         _add_telemetry(facts, drone, now)
-        facts.height_limit_m = _height_limit(drone, height_limit_m)
+        _add_height(facts, drone, height_limit_m)
     else:
         facts.silence = "autopilot" if drone.online and drone.link is not None else "link"
         if last is not None:
@@ -58,7 +58,12 @@ def _add_telemetry(facts: Facts, drone: LiveDrone, now: float) -> None:
     if drone.heartbeat is not None:
         heart = payload(drone.heartbeat).ljust(_HEARTBEAT, b"\0")
         facts.system_status = heart[_STATUS]
-    if drone.airborne and drone.position_frame is not None:
+
+
+def _add_height(facts: Facts, drone: LiveDrone, of_tower_m: float) -> None:
+    """The height changes all the time, and the rules run again when a fact changes: left out where no limit applies."""
+    facts.height_limit_m = _height_limit(drone, of_tower_m)
+    if facts.height_limit_m is not None and drone.airborne and drone.position_frame is not None:
         place = whole_place_in(drone.position_frame)
         facts.height_m = None if place is None else place.alt_rel_m
 
@@ -71,6 +76,8 @@ def _add_mode(facts: Facts, autopilot: int, vehicle_type: int, custom_mode: int)
 
 
 def _height_limit(drone: LiveDrone, of_tower_m: float) -> float | None:
+    if not drone.record.loans:
+        return of_tower_m or None
     limits = [of_tower_m] if of_tower_m else []
     limits += [
         loan.max_height_m

@@ -45,6 +45,11 @@ class Lasting:
         """Nothing is open, and nothing is about to be."""
         return not self.open and not self.waiting
 
+    @property
+    def steady(self) -> bool:
+        """No delay runs: with the same findings, time alone opens and closes nothing."""
+        return not self.waiting and not self._ending
+
     def restore(self, key: Key, words: str) -> None:
         """It was open before the tower restarted."""
         self.open[key] = words

@@ -13,13 +13,12 @@ from typing import Final
 from server.domain.access import AccessRequest, Action, judge
 from server.domain.people import Principal, UserRef
 from server.domain.relations import Right
-from server.live.alerts import text_alerts
 from server.live.alerts.alert import Alert
 from server.live.alerts.facts_of import facts_of
 from server.live.alerts.lasting import Change, Changed
 from server.live.alerts.pair_alerts import PairFound, PairKey, pairs_found
 from server.live.alerts.refusals import MayNotAcknowledge, UnknownAlert
-from server.live.alerts.rules import BY_NAME, EVALUATED, NEAR, OF_TOWER, TOO_NEAR
+from server.live.alerts.rules import BY_NAME, NEAR, OF_TOWER, TOO_NEAR
 from server.live.alerts.tower_facts import TowerFacts
 from server.live.alerts.views import AlertView
 from server.live.alerts.watched_drone import WatchedDrone
@@ -160,9 +159,7 @@ class AlertService:
             watched.add(alert)
             if alert.closed_at is not None:
                 continue
-            watched.lasting.restore(alert.key, alert.words)
-            if alert.rule.name in text_alerts.RULES:
-                watched.texts.restore(alert.key, alert.words, now)
+            watched.restore(alert, now)
 
     # -- time ------------------------------------------------------------------------------------------------
 
@@ -192,22 +189,16 @@ class AlertService:
     def _look(self, drone: LiveDrone, now: float) -> None:
         watched = self._watched(drone)
         if drone.place in (Place.ELSEWHERE, Place.OUT_OF_REACH):
-            self._leave(watched, drone)
+            if not watched.blank:
+                self._leave(watched, drone)
             return
         if not drone.last_heard.ever:
             return  # nothing is known of it since the start: what was open stays open
         if not watched.needs_look(drone):
             return
         facts = facts_of(drone, self._height_limit_m, now)
-        lasting = watched.lasting
-        for rule, condition, key in EVALUATED:
-            is_open = key in lasting.open
-            finding = condition(facts, is_open)
-            if finding.__class__ is not str and not is_open and key not in lasting.waiting:
-                continue  # nothing is found and nothing was: nearly all of them, nearly every time
-            changed = lasting.take(rule, "", finding, now)
-            if changed is not None:
-                self._apply(watched, drone.drone_id, changed)
+        for changed in watched.conditions_found(facts, now):
+            self._apply(watched, drone.drone_id, changed)
         for changed in watched.texts_found(drone, facts, now):
             self._apply(watched, drone.drone_id, changed)
 

@@ -6,6 +6,7 @@ from server.live.alerts import text_alerts
 from server.live.alerts.alert import Alert
 from server.live.alerts.facts import Facts
 from server.live.alerts.lasting import Changed, Key, Lasting
+from server.live.alerts.rules import EVALUATED
 from server.live.alerts.text_alerts import TextAlerts
 from server.live.relay.live_drone import LiveDrone
 
@@ -20,16 +21,36 @@ class WatchedDrone:
         self._awaiting: dict[int, Alert] = {}
         """Over, and not acknowledged; oldest first."""
         self._settled = False
+        self.blank = True
+        """Nothing is known of it, and nothing waits: there is nothing to leave to another tower."""
+        self._has_texts = False
+        """The end of a text is still to be found."""
+        self._judged: Facts | None = None
+        """Facts that the rules have judged, with no delay left and nothing changed: the same ones change nothing."""
 
     def alerts(self) -> Iterator[Alert]:
         yield from self.open.values()
         yield from self._awaiting.values()
 
+    @property
+    def has_alerts(self) -> bool:
+        return bool(self.open or self._awaiting)
+
     def forget_conditions(self) -> None:
         """Another tower watches it now. What waits for a person stays."""
         self.lasting, self.texts = Lasting(), TextAlerts()
+        self._judged, self._has_texts, self.blank = None, False, not self.has_alerts
+
+    def restore(self, alert: Alert, now: float) -> None:
+        """It was open before the tower restarted, or at another one."""
+        self._judged, self.blank = None, False
+        self.lasting.restore(alert.key, alert.words)
+        if alert.rule.name in text_alerts.RULES:
+            self._has_texts = True
+            self.texts.restore(alert.key, alert.words, now)
 
     def add(self, alert: Alert) -> None:
+        self.blank = False
         if alert.closed_at is None:
             self.open[alert.key] = alert
         else:
@@ -58,13 +79,35 @@ class WatchedDrone:
         settled, self._settled = self._settled, self.lasting.idle
         return not settled
 
+    def conditions_found(self, facts: Facts, now: float) -> list[Changed]:
+        """What the rules find. They are pure, so they need not run again while neither a fact changes nor a delay
+        runs."""
+        if facts == self._judged:
+            return []
+        self.blank = False
+        lasting, found = self.lasting, list[Changed]()
+        for rule, condition, key in EVALUATED:
+            is_open = key in lasting.open
+            finding = condition(facts, is_open)
+            if finding.__class__ is not str and not is_open and key not in lasting.waiting:
+                continue  # nothing is found and nothing was: nearly all of them, nearly every time
+            changed = lasting.take(rule, "", finding, now)
+            if changed is not None:
+                found.append(changed)
+        # An alert that has just opened or closed may be judged by another limit: once more.
+        self._judged = facts if lasting.steady and not found else None
+        return found
+
     def texts_found(self, drone: LiveDrone, facts: Facts, now: float) -> list[Changed]:
         """What the autopilot's own texts tell."""
         texts, arrived = self.texts, drone.telemetry.texts
-        if facts.silence or (not arrived and texts.idle and self.lasting.idle):
+        if facts.silence or (not arrived and texts.idle and not self._has_texts):
             return []
         while arrived:
             texts.take(facts.name, arrived.popleft(), now)
         if facts.armed is False:
             texts.disarmed(now)
-        return self.lasting.take_all(text_alerts.RULES, texts.found(now), now)
+        changed = self.lasting.take_all(text_alerts.RULES, texts.found(now), now)
+        known = (*self.lasting.open, *self.lasting.waiting)
+        self._has_texts = any(key[0] in text_alerts.RULES for key in known)
+        return changed

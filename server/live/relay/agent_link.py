@@ -270,7 +270,11 @@ class AgentLink:
 
     def wants_time(self, now: float) -> bool:
         """Whether `send_keepalives` has something, or the agent has been silent for too long."""
-        return bool(self._repeats) or self.sealed.has_to_send(now) or not self.is_heard(now)
+        sealed = self.sealed  # `is_heard` without its calls: this is asked of each link, ten times a second
+        silent_s = now - sealed.keepalive.heard_at
+        if silent_s > SILENT_AFTER_S or self._repeats or self.routes.newest is None:
+            return True
+        return sealed.has_to_send(now)
 
     def send_keepalives(self, now: float) -> None:
         """Sends a keep-alive and another copy of urgent messages, if the agent's address is known."""

@@ -12,7 +12,7 @@ MAX_CLOSE: Final = 256
 def close_addresses(state: LiveState) -> frozenset[Address]:
     """The UDP addresses that datagrams of these drones come from, those in focus first, of MAX_CLOSE drones."""
     close = {browser.outbox.focus for browser in state.browsers.values()}
-    drones = [drone for drone_id, drone in state.drones.items() if drone_id in close]
+    drones = [state.drones[drone_id] for drone_id in close if drone_id in state.drones]
     drones += [one for one in state.drones.values() if one.lease.holder is not None and one.drone_id not in close]
     found: set[Address] = set()
     for drone in drones[:MAX_CLOSE]:

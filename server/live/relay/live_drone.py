@@ -97,7 +97,7 @@ class Viewpoint(NamedTuple):
     """What it did before it fell silent."""
 
 
-@dataclass
+@dataclass(slots=True)
 class LiveDrone:
     """Mutable; touched by the hub and its parts only, and never across an await."""
 
@@ -158,8 +158,9 @@ class LiveDrone:
     """The last recorded need to repeat a hold on the next link."""
     close_until: float = NEVER
     """Until then the tower measures the round trip itself (`safety_watch`)."""
-    settled: bool = False
-    """Nobody flies the drone and time changes nothing about it: `safety_watch` checks only its link."""
+    settled_lease: LeaseView | None = None
+    settled_record: DroneRecord | None = None
+    """While lease and record are these, time changes nothing about it: `safety_watch` checks only its link."""
     onboard: OnboardState = field(default_factory=OnboardState)
     """The plans on board, as the agent reports."""
     telemetry: KeptTelemetry = field(default_factory=KeptTelemetry)

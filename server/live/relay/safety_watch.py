@@ -30,7 +30,13 @@ class SafetyWatch:
         flying: set[UserId] = set()
         for drone in list(self._state.drones.values()):
             lease = drone.lease
-            # Nobody flies most drones of a large fleet: ten times a second they cost no more than these lines.
+            # Nobody flies most drones of a large fleet: ten times a second they cost no more than these lines. Lease
+            # and record are frozen, so the same ones still say that.
+            if lease is drone.settled_lease and drone.record is drone.settled_record:
+                link = drone.link
+                if link is not None and link.wants_time(now):
+                    self._watch_link(drone, now)
+                continue
             if (
                 lease.holder is None
                 and lease.assistant is None
@@ -38,14 +44,10 @@ class SafetyWatch:
                 and not drone.record.loans
                 and now > drone.close_until
             ):
-                if drone.settled:
-                    link = drone.link
-                    if link is not None and link.wants_time(now):
-                        self._watch_link(drone, now)
-                    continue
-                drone.settled = True  # after this last look, which takes everything back
+                # After this last look, which takes everything back.
+                drone.settled_lease, drone.settled_record = lease, drone.record
             else:
-                drone.settled = False
+                drone.settled_lease = None
                 flying.update(user.id for user in (lease.holder, lease.assistant) if user is not None)
             self._watch_link(drone, now)
             if drone.place is not Place.HERE:

@@ -131,8 +131,10 @@ class SeparationNotifier:
 
     def _check_motion(self, drone: LiveDrone, now: float) -> None:
         frame = drone.position_frame
-        motion = motion_in(frame, drone.position_at) if frame is not None else None
-        if frame is None or motion is None:
+        if frame is None or drone.motion_check.is_settled(drone.position_at):
+            return
+        motion = motion_in(frame, drone.position_at)
+        if motion is None:
             return
         if drone.motion_check.check(motion, boot_s_in(frame), now):
             self._state.publish_drone(drone)

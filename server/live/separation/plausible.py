@@ -67,6 +67,11 @@ class MotionCheck:
             self.why = None
         return self.why != before
 
+    def is_settled(self, position_at: float) -> bool:
+        """Whether `check` would find nothing: it has seen the position of that time, and nothing is to end."""
+        last = self._last
+        return last is not None and self.why is None and position_at <= last.motion.at
+
     def is_known(self, now: float) -> bool:
         """Whether its positions have been plausible for long enough."""
         since = self._plausible_since

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import structlog
+from sqlalchemy import select
 from sqlalchemy.exc import SQLAlchemyError
 
 from server.domain.clock import Clock
@@ -45,10 +46,13 @@ class AlertWriter:
         self._waiting: dict[int, Alert] = {}
         self._acknowledged: dict[int, Acknowledgement] = {}
         self._something = asyncio.Event()
+        self.lost = 0
+        """States of alerts that were not stored because too many waited, since the tower started."""
 
     def changed(self, alert: Alert) -> None:
         """The alert is to be stored as it is when its turn comes."""
         if alert.id not in self._waiting and len(self._waiting) >= MAX_WAITING:
+            self.lost += 1
             _log.error("alert_not_stored", alert=alert.id, rule=alert.rule.name, drone_id=alert.drone_id)
             return
         self._waiting[alert.id] = alert
@@ -94,8 +98,13 @@ class AlertWriter:
         acknowledged = {alert_id: self._acknowledged[alert_id] for alert_id in batch if alert_id in self._acknowledged}
         before = {alert_id: _state(self._waiting[alert_id]) for alert_id in batch}
         async with self._database.writing() as session:
+            stored = select(AlertRow).where(AlertRow.id.in_(batch))
+            known = {row.id: row for row in await session.scalars(stored)}
             for alert_id, row in batch.items():
-                await session.merge(row)
+                if alert_id in known:
+                    await session.merge(row)  # asks nothing: the session has it
+                else:
+                    session.add(row)
                 if alert_id in acknowledged:
                     by = acknowledged[alert_id]
                     record(

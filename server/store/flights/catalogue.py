@@ -109,7 +109,8 @@ async def add(
     )
     session.add(row)
     await session.flush()
-    await _set_pilots(session, row.id, pilots)
+    if pilots:  # a new row has none
+        await _set_pilots(session, row.id, pilots)
     return row
 
 
@@ -144,6 +145,12 @@ async def _set_pilots(session: AsyncSession, flight_id: int, pilots: Sequence[Pi
 
 async def by_file(session: AsyncSession, file: str) -> FlightRow | None:
     return await session.scalar(select(FlightRow).where(FlightRow.file == file))
+
+
+async def ids_by_file(session: AsyncSession, files: Collection[str]) -> dict[str, int]:
+    """Those that there are."""
+    query = select(FlightRow.file, FlightRow.id).where(FlightRow.file.in_(files))
+    return {row.file: row.id for row in await session.execute(query)}
 
 
 async def files_of_store(session: AsyncSession, store: str) -> dict[str, tuple[int, str]]:

@@ -9,8 +9,10 @@ from __future__ import annotations
 import asyncio
 import time
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import islice, takewhile
 from pathlib import Path
 from typing import Final
 
@@ -30,6 +32,8 @@ from server.store.flights.writer import FlightFile
 from wire.ids import DroneId
 
 LOOK_EVERY_S: Final = 0.5
+FOUND_AT_ONCE: Final = 100
+"""Gaps that get their rows in one transaction: a tower that stood still has one in each of its flights."""
 MERGE_EVERY_S: Final = 2.0
 MAX_WAITING: Final = 4096
 """Found gaps and pieces that database and disk have not taken yet; more are lost, and fetched again after a restart."""
@@ -104,43 +108,52 @@ class GapService:
             await asyncio.sleep(LOOK_EVERY_S)
 
     async def _step(self) -> None:
-        for _ in range(len(self._jobs)):
-            job = self._jobs[0]
-            if isinstance(job, GapFound):
-                if not await self._found(job):
-                    self._jobs.append(job)  # its flight has no row yet
-            elif isinstance(job, _Piece):
-                self._shifts[job.gap.id] = job.shift_us
-                await asyncio.to_thread(self._append, job)
+        left = len(self._jobs)
+        while left:
+            found = self._found_next(left)
+            if found:
+                left -= len(found)
+                self._jobs.extend(await self._found(found))
             else:
-                await self._done(job)
-            self._jobs.popleft()
+                left -= 1
+                job = self._jobs[0]
+                if isinstance(job, _Piece):
+                    self._shifts[job.gap.id] = job.shift_us
+                    await asyncio.to_thread(self._append, job)
+                elif isinstance(job, _Done):
+                    await self._done(job)
+            for _ in range(len(found) or 1):
+                self._jobs.popleft()
         if self._dirty and time.monotonic() >= self._merge_at:
             self._merge_at = time.monotonic() + MERGE_EVERY_S
             self._dirty = await self._merge_all()
 
-    async def _found(self, found: GapFound) -> bool:
-        """Whether it has a row now, or needs none."""
-        if not isinstance(found.sink, FlightFile):
-            return True
+    def _found_next(self, most: int) -> list[GapFound]:
+        """The gaps at the head of the queue; empty if something else is there."""
+        head = islice(self._jobs, min(most, FOUND_AT_ONCE))
+        return [one for one in takewhile(lambda job: isinstance(job, GapFound), head) if isinstance(one, GapFound)]
+
+    async def _found(self, found: Sequence[GapFound]) -> list[GapFound]:
+        """Returns those whose flights have no row yet. The others have a row now, or need none."""
+        files = {one.sink.file for one in found if isinstance(one.sink, FlightFile)}
+        waiting: list[GapFound] = []
+        rows: list[tuple[GapFound, str, FlightGapRow]] = []
         async with self._database.writing() as session:
-            flight = await catalogue.by_file(session, found.sink.file)
-            if flight is None:
-                return found.sink.closed
-            row = FlightGapRow(
-                flight_id=flight.id,
-                from_us=found.from_us,
-                to_us=found.to_us,
-                state=WANTED,
-                words="",
-                frames=0,
-                shift_us=0,
-            )
-            session.add(row)
+            flights = await catalogue.ids_by_file(session, files)
+            for one in found:
+                if not isinstance(one.sink, FlightFile):
+                    continue
+                flight_id = flights.get(one.sink.file)
+                if flight_id is not None:
+                    rows.append((one, one.sink.file, _row_of(one, flight_id)))
+                elif not one.sink.closed:
+                    waiting.append(one)
+            session.add_all(row for _, _, row in rows)
             await session.flush()
-            gap = Gap(row.id, found.drone_id, found.sink.file, found.from_us, found.to_us)
-        self._fetcher.add(gap)
-        return True
+            gaps = [Gap(row.id, one.drone_id, file, one.from_us, one.to_us) for one, file, row in rows]
+        for gap in gaps:
+            self._fetcher.add(gap)
+        return waiting
 
     def _append(self, piece: _Piece) -> None:
         with self._part(piece.gap).open("ab") as file:
@@ -209,3 +222,9 @@ class GapService:
 
     def _part_of(self, drone_id: int, file: str, gap_id: int) -> Path:
         return self._files.path(drone_id, file, f".{gap_id}.part")
+
+
+def _row_of(found: GapFound, flight_id: int) -> FlightGapRow:
+    return FlightGapRow(
+        flight_id=flight_id, from_us=found.from_us, to_us=found.to_us, state=WANTED, words="", frames=0, shift_us=0
+    )

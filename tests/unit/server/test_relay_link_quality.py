@@ -75,7 +75,8 @@ def test_a_drone_that_nobody_flies_still_goes_offline_and_comes_back(scene: Scen
     for second in range(70):
         scene.keep_alive(float(second))
     drone = scene.hub.state.drones.get(ONE)
-    assert drone is not None and drone.settled and drone.online
+    assert drone is not None and drone.online
+    assert drone.settled_lease is drone.lease, "it is looked at less"
     scene.hub.tick(72.0)
     assert drone.online
     scene.hub.tick(72.5)

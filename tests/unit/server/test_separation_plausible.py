@@ -1,5 +1,6 @@
 """Which motions are plausible: real flight passes, jumps and impossible values do not."""
 
+import random
 from math import cos, radians, sin
 
 import pytest
@@ -98,3 +99,28 @@ def test_a_clock_that_runs_ahead_does_not_make_any_way_possible() -> None:
     check = MotionCheck()
     path = [motion(at, north_m=250.0 * at, v=(30.0, 0, 0)) for at in range(30)]
     assert fly(check, path, faster=8.3) != []
+
+
+def test_a_position_that_was_seen_need_not_be_checked_again() -> None:
+    """Each position is looked at several times, and changes what was found at the same looks as if all were checked."""
+    chance = random.Random(3)
+    checked, spared = MotionCheck(), MotionCheck()
+    seen: set[str | None] = set()
+    spared_looks = 0
+    newest, now = motion(0.0), 0.0
+    for _ in range(4000):
+        now += STEP_S
+        if chance.random() < 0.3:
+            off_m = chance.choice((0.0, 0.0, 0.0, 0.0, 90_000.0)) if now % 400 < 100 else 0.0
+            newest = motion(now, north_m=off_m, v=(chance.choice((0.0, 0.0, 500.0)) if now % 700 < 50 else 0.0, 0, 0))
+        changed = checked.check(newest, newest.at, now)
+        if spared.is_settled(newest.at):
+            spared_looks += 1
+            assert not changed
+        else:
+            assert spared.check(newest, newest.at, now) == changed
+        assert spared.why == checked.why
+        assert spared.is_known(now) == checked.is_known(now)
+        seen.add(checked.why)
+    assert {None, "jump", "speed"} <= seen
+    assert spared_looks > 1000

@@ -1,0 +1,91 @@
+"""A drone that nobody flies costs little at each tick, and still its silence, its lease and its link count at once."""
+
+from dataclasses import replace
+
+from hub_world import NOW, FakeAgent, HubWorld, heartbeat, record
+from safety_scene import ADMIN, ALICE, HELD, ONE
+
+from server.domain.fleet import LoanRecord
+from server.live.relay.agent_link import SILENT_AFTER_S, AgentLink
+from server.live.relay.live_drone import LiveDrone
+from wire.ids import DroneId
+
+TICK_S = 0.1
+
+
+def settled(world: HubWorld, number: int = 1) -> tuple[FakeAgent, LiveDrone]:
+    """A drone whose link was heard at 1.0 s, after it was looked at as one that nobody flies."""
+    agent = world.agent(number)
+    drone = world.hub.state.drones[DroneId(number)]
+    agent.send(heartbeat(), now=0.5)
+    world.hub.tick(0.5)
+    world.hub.tick(0.6)
+    assert drone.settled_lease is drone.lease
+    agent.send(heartbeat(), now=1.0)
+    return agent, drone
+
+
+def offline_at(world: HubWorld, drone: LiveDrone) -> float:
+    for tick in range(100):
+        now = 1.0 + tick * TICK_S
+        world.hub.tick(now)
+        if not drone.online:
+            return now
+    raise AssertionError("it never went offline")
+
+
+def test_a_settled_drone_is_silent_at_the_same_tick_as_one_that_is_held() -> None:
+    quiet, flown = HubWorld(), HubWorld()
+    _, quiet_drone = settled(quiet)
+    _, flown_drone = settled(flown)
+    flown.hub.apply_lease(ONE, HELD, event="acquired", by=ALICE, reason="", now=1.0)
+    at = offline_at(quiet, quiet_drone)
+    assert at == offline_at(flown, flown_drone)
+    assert SILENT_AFTER_S < at - 1.0 <= SILENT_AFTER_S + 2 * TICK_S
+
+
+def test_a_lease_and_a_loan_count_at_the_next_tick() -> None:
+    world = HubWorld()
+    agent, drone = settled(world)
+    world.hub.apply_lease(ONE, HELD, event="acquired", by=ADMIN, reason="", now=1.0)
+    world.hub.tick(1.1)
+    assert drone.settled_lease is None
+    assert agent.link.sealed.keepalive.next_ping_at < 2.0, "the tower measures the round trip itself"
+
+    world = HubWorld()
+    _, drone = settled(world)
+    loan = LoanRecord(user=ALICE, may_arm=True, until=NOW.replace(year=2100), max_height_m=50.0, radius_m=None)
+    world.apply(replace(record(1, (1,)), loans=(loan,)), record(2, (2,)))
+    world.hub.tick(1.1)
+    assert drone.settled_lease is None
+
+
+def test_a_new_record_of_a_drone_that_nobody_flies_settles_again() -> None:
+    world = HubWorld()
+    _, drone = settled(world)
+    world.apply(replace(record(1, (1,)), name="Merlin"), record(2, (2,)))
+    assert drone.settled_record is not drone.record
+    world.hub.tick(1.1)
+    assert drone.settled_record is drone.record
+
+
+def test_wants_time_is_what_its_parts_say() -> None:
+    world = HubWorld()
+
+    def as_its_parts_say(link: AgentLink, now: float) -> bool:
+        return bool(link._repeats) or link.sealed.has_to_send(now) or not link.is_heard(now)
+
+    new = FakeAgent(world.hub, 2, link_id=300)
+    assert new.link.wants_time(0.1), "no datagram has come yet"
+    agent, drone = settled(world)
+    seen = set()
+    for tick in range(60):
+        now = 1.0 + tick * TICK_S
+        if tick == 5:
+            world.hub.state.send_holder_to_agent(drone)
+        for link in (agent.link, new.link):
+            assert link.wants_time(now) == as_its_parts_say(link, now)
+            seen.add(link.wants_time(now))
+        if tick % 7 == 0:
+            world.hub.tick(now)
+    assert seen == {True, False}
