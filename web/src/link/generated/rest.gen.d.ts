@@ -3149,6 +3149,8 @@ export interface components {
             /** Format: date-time */
             readonly began_at: string;
             readonly ended_at: string | null;
+            /** @description When its first picture was taken; null: none came yet, or an old recording */
+            readonly first_picture_at: string | null;
             readonly id: number;
             readonly quality: string;
             readonly state: string;
@@ -4345,7 +4347,10 @@ export interface components {
         };
         /** @description One recording of a drone's video. */
         readonly RecordingView: {
-            /** Format: date-time */
+            /**
+             * Format: date-time
+             * @description When it was asked for
+             */
             readonly began_at: string;
             readonly by: components["schemas"]["RecordedByView"];
             /**
@@ -4357,6 +4362,8 @@ export interface components {
             /** @description Of the file */
             readonly duration_s: number | null;
             readonly ended_at: string | null;
+            /** @description When the first picture of the file was taken; null: none came yet, or an old recording */
+            readonly first_picture_at: string | null;
             /** @description Start times of the recorded flights, as the drone's `airborne_since` */
             readonly flights: readonly string[];
             readonly height: number | null;
