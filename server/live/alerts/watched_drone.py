@@ -29,6 +29,12 @@ class WatchedDrone:
         """Another tower watches it now. What waits for a person stays."""
         self.lasting, self.texts = Lasting(), TextAlerts()
 
+    def forget(self, alert: Alert) -> None:
+        """Whether its condition lasts is not known any more."""
+        self.lasting.forget(alert.key)
+        if alert.rule.name in text_alerts.RULES:
+            self.texts = TextAlerts()
+
     def add(self, alert: Alert) -> None:
         if alert.closed_at is None:
             self.open[alert.key] = alert

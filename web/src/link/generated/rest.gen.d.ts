@@ -2436,6 +2436,8 @@ export interface components {
             /** @description A few words for a row */
             readonly badge: string;
             readonly closed_at: string | null;
+            /** @description Why it was closed though nobody saw that it is over; else empty */
+            readonly closed_why: string;
             /** @description None: it is about the tower itself, for admins */
             readonly drone_id: number | null;
             /** @description Random */
