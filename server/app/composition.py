@@ -65,6 +65,7 @@ from server.store.accounts.sessions import Sessions
 from server.store.accounts.sign_in import SignInService
 from server.store.accounts.tokens import ApiTokens
 from server.store.alert_channels.channels import reseal_channels
+from server.store.alerts.left_behind import LeftBehind
 from server.store.alerts.loading import load_alerts
 from server.store.alerts.takeover import AlertTakeover
 from server.store.alerts.writer import AlertWriter
@@ -348,6 +349,13 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
             takeover = AlertTakeover(tower.hub, tower.database, tower.clock, tower.alert_writer, tower.announcer)
             several.claims.on_came = takeover.came
             await stack.enter_async_context(in_background("alerts of other towers", takeover.work))
+            several.keeps_alerts_as(tower.hub.alerts.tower)
+            left = LeftBehind(
+                *(tower.hub, tower.database, tower.clock, tower.alert_writer, tower.announcer),
+                alert_towers=several.alert_subjects,
+                is_first=several.is_first,
+            )
+            await stack.enter_async_context(in_background("alerts that were left", left.work))
             await stack.enter_async_context(several.running(tower.roster))
         with unsearched():
             prepare_routes(app)

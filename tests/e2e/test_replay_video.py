@@ -15,7 +15,9 @@ from worlds.processes import DATABASE, World
 
 LASTS_S: Final = 90.0
 FILM_S: Final = (10.0, 85.0)
-"""When the recording began and ended, by the replay's clock."""
+"""When the first picture was taken and the recording ended, by the replay's clock."""
+LATE_S: Final = 4.0
+"""For so long the recording went on before the camera sent a picture."""
 IN_STEP_S: Final = 0.1
 
 WATCH: Final = f"""async ([frames, beganS]) => {{
@@ -47,9 +49,10 @@ def hangar(prepared_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> I
         people = {"pilot": "alice", "admin": "admin", "drone": "Kestrel"}
         armed_at = datetime.now(UTC)
         write_flight(folder / "files" / "flights", drone_id=1, began_at=armed_at, lasts_s=LASTS_S, **people)
-        film_at = armed_at + timedelta(seconds=FILM_S[0] - EVENTS_S["armed"])
+        film_at = armed_at + timedelta(seconds=FILM_S[0] - LATE_S - EVENTS_S["armed"])
+        lasts_s = FILM_S[1] - FILM_S[0] + LATE_S
         write_recording(
-            folder / DATABASE, folder / "files", drone_id=1, began_at=film_at, lasts_s=FILM_S[1] - FILM_S[0]
+            folder / DATABASE, folder / "files", drone_id=1, began_at=film_at, lasts_s=lasts_s, late_s=LATE_S
         )
         world.start_tower()
         yield world

@@ -66,8 +66,9 @@ class RecordingScene(Scene):
         await self.stop(begun["id"])
         return await self.came_to(begun["id"], "ready", "failed")
 
-    def send(self, *, codec: Codec = Codec.H264, pictures: int = 12) -> None:
-        begun = time.monotonic_ns() // 1000
+    def send(self, *, codec: Codec = Codec.H264, pictures: int = 12, since_us: int | None = None) -> None:
+        """`since_us`: when the first picture was taken, by the monotonic clock; None: now."""
+        begun = time.monotonic_ns() // 1000 if since_us is None else since_us
         self.video.send(self.drone.id, units(codec, [begun + 40_000 * number for number in range(pictures)], group=6))
 
     @property

@@ -89,6 +89,7 @@ def test_every_picture_is_there_at_its_time(tmp_path: Path, codec: Codec, times:
         "height": 240,
         "pictures": 48,
         "recoded": codec is Codec.MPEG1,
+        "first_lag_s": 0.0,
     }
     assert_shown(target, range(48), times)
 

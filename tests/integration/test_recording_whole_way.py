@@ -6,6 +6,7 @@ import subprocess
 import time
 from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -157,6 +158,7 @@ async def test_a_tower_that_is_killed_finishes_what_it_was_recording_when_it_is_
                 begun = (await client.post(recordings)).json()
                 await agent.open_video()
                 taken = await film(agent, Codec.MPEG1, 40)
+                first_s = time.time() - (agent_us() - taken[0]) / 1e6
                 # A killed process loses nothing of the page cache.
                 await until(lambda: written(world.folder) > 20_000, what="the units on the disk")
                 await came_to(client, f"{recordings}/{begun['id']}", lambda one: one["pictures"] == 40)
@@ -167,7 +169,8 @@ async def test_a_tower_that_is_killed_finishes_what_it_was_recording_when_it_is_
             path = f"{recordings}/{begun['id']}"
             ready = await came_to(client, path, is_over)
             assert (ready["state"], ready["words"]) == ("ready", "the tower stopped during the recording")
-            assert ready["ended_at"] > ready["began_at"]
+            assert ready["ended_at"] > ready["first_picture_at"] > ready["began_at"]
+            assert datetime.fromisoformat(ready["first_picture_at"]).timestamp() == pytest.approx(first_s, abs=0.2)
             reported = await downloaded(client, path, tmp_path / "a.mp4")
             # Units received in the last instant may not have been written.
             shown = int(reported["nb_read_frames"])

@@ -3,7 +3,9 @@
 import asyncio
 import json
 import subprocess
+import time
 from collections.abc import AsyncIterator
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +42,7 @@ async def test_what_is_recorded_can_be_downloaded(scene: RecordingScene, tmp_pat
             "quality": "medium",
             "codec": "h264",
             "began_at": "",
+            "first_picture_at": None,
             "ended_at": None,
             "flights": [],
             "size_bytes": begun["size_bytes"],
@@ -79,6 +82,27 @@ async def test_what_is_recorded_can_be_downloaded(scene: RecordingScene, tmp_pat
         for one in await audit(scene.admin, "recording.")
     ]
     assert [action for action, _ in actions] == ["recording.ended", "recording.began"]
+
+
+async def test_a_camera_that_starts_late_gives_the_time_of_its_first_picture(scene: RecordingScene) -> None:
+    begun = await scene.record()
+    scene.world.clock.advance(7)
+    began_at = datetime.fromisoformat(begun["began_at"])
+    scene.send(pictures=24)
+    going_on = await scene.get(begun["id"])
+    late_s = (datetime.fromisoformat(going_on["first_picture_at"]) - began_at).total_seconds()
+    assert late_s == pytest.approx(7.0, abs=0.1)
+    await scene.stop(begun["id"])
+    ready = await scene.came_to(begun["id"], "ready")
+    assert (ready["began_at"], ready["first_picture_at"]) == (begun["began_at"], going_on["first_picture_at"])
+
+
+async def test_a_stream_that_runs_already_begins_before_its_recording(scene: RecordingScene) -> None:
+    begun = await scene.record()
+    scene.send(pictures=24, since_us=time.monotonic_ns() // 1000 - 900_000)
+    found = await scene.get(begun["id"])
+    early = datetime.fromisoformat(begun["began_at"]) - datetime.fromisoformat(found["first_picture_at"])
+    assert early.total_seconds() == pytest.approx(0.9, abs=0.1)
 
 
 def _probe(tmp_path: Path, content: bytes) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 import asyncio
 import time
 from collections import Counter
+from dataclasses import replace
 from math import cos, radians
 
 import httpx
@@ -14,8 +15,11 @@ from shared_bus_world import AUTOPILOT, Two, frame_of
 from tower_world import TowerWorld, assert_problem
 
 from server.domain.people import Role
+from server.live.alerts.left_alerts import GONE_FOR_S
+from server.live.alerts.tower_facts import Disk, StoredThere
 from server.live.separation.motion import METRES_PER_DEGREE
 from server.live.towers.place import Place
+from server.store.alerts.left_behind import LeftBehind
 from wire.content import Frames
 from wire.dialect import mavlink
 from wire.ids import DroneId, Epoch
@@ -143,3 +147,50 @@ async def test_a_drone_that_moves_takes_its_alerts_along(two: Two) -> None:
             while inbox.of(rule) != ["opened", "closed"]:  # noqa: ASYNC110  # the webhook's own task
                 await asyncio.sleep(0.05)
         assert max(Counter(inbox.told).values()) == 1, f"each exactly once: {inbox.told}"
+
+
+async def test_what_a_tower_leaves_behind_is_closed_with_a_reason_where_nobody_will_see_its_end(
+    two: Two,
+) -> None:
+    hub = two.a.tower.hub
+    hub.alerts.tower_facts = replace(hub.alerts.tower_facts, disk=Disk(StoredThere.BOTH, 1), disk_low_bytes=2)
+    two.agent.fall_silent()
+    rules = ("unattended", "link-lost", "tower-disk-full")
+    left: dict[str, int] = {}
+
+    def are_open() -> bool:
+        left.update({one.rule.name: one.id for one in hub.alerts.live() if one.rule.name in rules})
+        return len(left) == len(rules)
+
+    await until("its alerts", are_open)
+    await until("them to be stored", lambda: not two.a.tower.alert_writer.waiting())
+
+    async def closed() -> dict[str, str]:
+        stored = (await two.root.get("/api/v1/alerts")).json()
+        return {one["rule"]: one["closed_why"] for one in stored if one["closed_at"] and one["id"] in left.values()}
+
+    several = two.b.tower.several
+    assert several is not None
+    await until("b to know them", lambda: len(several.alert_subjects() or ()) == 2)
+    look = LeftBehind(
+        *(two.b.tower.hub, two.b.tower.database, two.b.tower.clock, two.b.tower.alert_writer, two.b.tower.announcer),
+        alert_towers=several.alert_subjects,
+        is_first=several.is_first,
+    )
+    assert await look.look(0.0) == await look.look(10 * GONE_FOR_S) == 0, "its tower is there"
+    await two.end("a")
+    await until("b to have the drone", lambda: two.at(two.b).place is Place.HERE)
+    await until("b to have its alerts", lambda: two.b.tower.hub.alerts.has(left["unattended"]))
+    await until("b to be the only tower", lambda: len(several.alert_subjects() or ()) == 1)
+    assert await look.look(20 * GONE_FOR_S) == 0
+    assert await look.look(21 * GONE_FOR_S - 1) == 0
+    assert await closed() == {}
+    assert await look.look(21 * GONE_FOR_S) == 2
+    await until("them to be stored", lambda: not two.b.tower.alert_writer.waiting())
+    assert await closed() == {
+        "unattended": "The tower that saw it is gone, and no tower has heard Kestrel for 12 hours since.",
+        "tower-disk-full": "The tower that it is about has been gone for 12 hours.",
+    }
+    lost = (await two.alice.get("/api/v1/alerts", params={"rule": "link-lost", "state": "open"})).json()
+    assert [(one["id"], one["closed_why"]) for one in lost] == [(left["link-lost"], "")], "it is still lost"
+    assert await look.look(22 * GONE_FOR_S) == 0

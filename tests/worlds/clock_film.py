@@ -63,14 +63,17 @@ def write_film(path: Path, lasts_s: float) -> int:
     return pictures
 
 
-def write_recording(database: Path, files: Path, *, drone_id: int, began_at: datetime, lasts_s: float) -> None:
-    """Writes the file and its row: a recording that is ready. `files`: the tower's folder of files."""
+def write_recording(
+    database: Path, files: Path, *, drone_id: int, began_at: datetime, lasts_s: float, late_s: float = 0.0
+) -> None:
+    """Writes the file and its row: a recording that is ready. `files`: the tower's folder of files. `late_s`: how long
+    after its beginning the first picture was taken."""
     root = files / "recordings"
     store = open_folder(root)
     stem = secrets.token_hex(8)
     path = root / f"drone-{drone_id}" / f"{stem}.mp4"
     path.parent.mkdir(mode=0o700, exist_ok=True)
-    pictures = write_film(path, lasts_s)
+    pictures = write_film(path, lasts_s - late_s)
     row = {
         "drone_id": drone_id,
         "store": store,
@@ -81,10 +84,11 @@ def write_recording(database: Path, files: Path, *, drone_id: int, began_at: dat
         "state": "ready",
         "words": "",
         "began_at": began_at.replace(tzinfo=None).isoformat(" "),
+        "first_picture_at": (began_at + timedelta(seconds=late_s)).replace(tzinfo=None).isoformat(" "),
         "ended_at": (began_at + timedelta(seconds=lasts_s)).replace(tzinfo=None).isoformat(" "),
         "flights": "[]",
         "size_bytes": path.stat().st_size,
-        "duration_s": lasts_s,
+        "duration_s": lasts_s - late_s,
         "pictures": pictures,
         "width": WIDTH,
         "height": HEIGHT,

@@ -108,4 +108,5 @@ def _view(row: AlertRow) -> AlertView:
         acknowledged_at=row.acknowledged_at,
         acknowledged_by=None if by is None else UserRefView(id=by, name=row.acknowledged_by_name),
         closed_at=row.closed_at,
+        closed_why=row.closed_why,
     )

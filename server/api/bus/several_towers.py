@@ -149,6 +149,20 @@ class SeveralTowers:
         if mine is not None and mine.draining and self._draining is None:
             self._draining = asyncio.create_task(self._drain())
 
+    def keeps_alerts_as(self, subject: str) -> None:
+        """The subject of this tower's own alerts, for the others."""
+        self._membership.alerts_as = subject
+
+    def alert_subjects(self) -> frozenset[str] | None:
+        """The subjects of all running towers' own alerts; None if one is not known."""
+        subjects = frozenset(one.alerts_as for one in self._membership.present)
+        return subjects if subjects and "" not in subjects else None
+
+    def is_first(self) -> bool:
+        """Whether this tower does what one of the running towers has to do."""
+        membership = self._membership
+        return membership.is_renewed and membership.tower == min(membership.members, default="")
+
     @property
     def is_draining(self) -> bool:
         return self._draining is not None

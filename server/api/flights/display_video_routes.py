@@ -50,7 +50,7 @@ async def _known(
     async with database.reading() as session:
         recording = await recordings_catalogue.known_to(session, principal, drone, recording_id)
     is_before = recording.ended_at is not None and recording.ended_at <= flight.began_at
-    is_after = flight.ended_at is not None and recording.began_at >= flight.ended_at
+    is_after = flight.ended_at is not None and recording.shows_from >= flight.ended_at
     if is_before or is_after:
         raise UnknownRecording
     return flight, recording, drone
@@ -82,7 +82,7 @@ async def make_display_video(
         recording=recordings.store.path(recording.drone_id, recording.file, MP4),
         telemetry=flights.files.path(flight.drone_id, flight.file, TLOG),
         index=flights.files.path(flight.drone_id, flight.file, INDEX),
-        began_us=round(recording.began_at.timestamp() * 1e6),
+        began_us=round(recording.shows_from.timestamp() * 1e6),
         pictures=recording.pictures,
     )
     return await videos.begin((flight.id, recording.id), sources, principal)

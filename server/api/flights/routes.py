@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Iterable
 from pathlib import Path as FilePath
 from typing import Annotated, Final
 from urllib.parse import quote
@@ -18,6 +19,7 @@ from server.api.flights.readable import known_flight, readable_drones
 from server.api.http.problem_docs import answers
 from server.domain.access import UnknownDrone
 from server.domain.names import is_name
+from server.domain.people import Principal
 from server.live.flights.refusals import BadPage, FlightElsewhere, FlightRunning, UnknownFlight
 from server.live.flights.report import report
 from server.live.flights.views import FlightDetailView, FlightPageView, FlightVideoView
@@ -29,6 +31,7 @@ from server.store.flights.flights import Flights
 from server.store.flights.index_document import detail_document, index_entries
 from server.store.flights.tables import FlightRow
 from server.store.recordings import catalogue as recordings_catalogue
+from server.store.recordings.tables import RecordingRow
 
 router = APIRouter(prefix="/api/v1/flights", tags=["flights"])
 
@@ -93,15 +96,9 @@ async def get_flight(
     row, drone = await known_flight(hub, database, principal, flight_id)
     async with database.reading() as session:
         pilots = await catalogue.pilots_of(session, [row.id])
-        videos = await recordings_catalogue.of_drone(session, row.drone_id)
+        recordings = await recordings_catalogue.of_drone(session, row.drone_id)
     view = catalogue.view_of(row, drone.record.name, pilots.get(row.id, []))
-    video = [
-        FlightVideoView(id=one.id, began_at=one.began_at, ended_at=one.ended_at, quality=one.quality, state=one.state)
-        for one in videos
-        if principal.user_id != drone.no_video_user_id
-        and (row.ended_at is None or one.began_at < row.ended_at)
-        and (one.ended_at is None or one.ended_at > row.began_at)
-    ]
+    video = _video(recordings, row, drone, principal)
     is_here = row.store == flights.files.id
     document = await asyncio.to_thread(
         detail_document, flights.files if is_here else None, row.drone_id, row.file, view, video
@@ -180,11 +177,14 @@ async def report_flight(
         raise FlightElsewhere
     async with database.reading() as session:
         pilots = await catalogue.pilots_of(session, [row.id])
+        recordings = await recordings_catalogue.of_drone(session, row.drone_id)
     view = catalogue.view_of(row, drone.record.name, pilots.get(row.id, []))
+    video = _video(recordings, row, drone, principal)
 
     def made() -> bytes:
         index, is_whole = index_entries(flights.files, row.drone_id, row.file)
-        return report(view, index, is_whole=is_whole, made_at=hub.state.clock(), made_for=principal.name).encode()
+        made_at = hub.state.clock()
+        return report(view, index, video, is_whole=is_whole, made_at=made_at, made_for=principal.name).encode()
 
     async with flights.export_turns:
         document = await asyncio.to_thread(made)
@@ -200,6 +200,27 @@ async def report_flight(
 async def delete_flight(principal: Admin, flights: FlightsDep, audit: AuditDep, flight_id: FlightPath) -> None:
     """Admins: deletes a flight for good. Owners cannot: it may be wanted after an incident."""
     await flights.service.delete(flight_id, audit.action(principal))
+
+
+def _video(
+    recordings: Iterable[RecordingRow], flight: FlightRow, drone: LiveDrone, principal: Principal
+) -> list[FlightVideoView]:
+    """The recordings that show a part of the flight; none for somebody from whom the video was taken."""
+    if principal.user_id == drone.no_video_user_id:
+        return []
+    return [
+        FlightVideoView(
+            id=one.id,
+            began_at=one.began_at,
+            first_picture_at=one.first_picture_at,
+            ended_at=one.ended_at,
+            quality=one.quality,
+            state=one.state,
+        )
+        for one in recordings
+        if (flight.ended_at is None or one.shows_from < flight.ended_at)
+        and (one.ended_at is None or one.ended_at > flight.began_at)
+    ]
 
 
 def _whole(flights: Flights, row: FlightRow) -> FilePath:

@@ -32,6 +32,8 @@ class Alert:
     acknowledged_at: datetime | None = None
     acknowledged_by: UserRef | None = None
     closed_at: datetime | None = None
+    closed_why: str = ""
+    """Why it was closed though nobody saw that it is over; empty: it is over."""
     told: set[int] = field(default_factory=set)
     """Browsers that know of it, by their number."""
 

@@ -54,6 +54,10 @@ class Lasting:
         """It was open before the tower restarted."""
         self.open[key] = words
 
+    def forget(self, key: Key) -> None:
+        """Nothing is known of it."""
+        self.open.pop(key, None)
+
     def take(self, rule: Rule, subject: str, found: Finding, now: float) -> Changed | None:
         """What is found of one rule now."""
         key = (rule.name, subject)

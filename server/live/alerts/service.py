@@ -161,6 +161,15 @@ class AlertService:
                 continue
             watched.restore(alert, now)
 
+    def end(self, alert_id: int, why: str) -> None:
+        """Nobody will see that it is over. Harmless for one that is."""
+        alert = self._live.get(alert_id)
+        watched = None if alert is None or alert.closed_at is not None else self._watched_by(alert)
+        if alert is not None and watched is not None:
+            watched.forget(alert)
+            alert.closed_why = why
+            self._close(alert)
+
     # -- time ------------------------------------------------------------------------------------------------
 
     def tick(self, now: float) -> None:

@@ -31,6 +31,7 @@ class AlertView(BaseModel):
     acknowledged_at: datetime | None
     acknowledged_by: UserRefView | None
     closed_at: datetime | None
+    closed_why: Annotated[str, Field(description="Why it was closed though nobody saw that it is over; else empty")]
 
     @classmethod
     def of(cls, alert: Alert) -> AlertView:
@@ -49,6 +50,7 @@ class AlertView(BaseModel):
             acknowledged_at=alert.acknowledged_at,
             acknowledged_by=UserRefView.of(by) if by else None,
             closed_at=alert.closed_at,
+            closed_why=alert.closed_why,
         )
 
 

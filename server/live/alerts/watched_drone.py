@@ -49,6 +49,12 @@ class WatchedDrone:
             self._has_texts = True
             self.texts.restore(alert.key, alert.words, now)
 
+    def forget(self, alert: Alert) -> None:
+        """Whether its condition lasts is not known any more."""
+        self.lasting.forget(alert.key)
+        if alert.rule.name in text_alerts.RULES:
+            self.texts = TextAlerts()
+
     def add(self, alert: Alert) -> None:
         self.blank = False
         if alert.closed_at is None:

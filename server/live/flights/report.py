@@ -16,7 +16,7 @@ from server.live.flights.holds import holds_in
 from server.live.flights.report_style import STYLE
 from server.live.flights.report_words import command_words, name_of, told_words
 from server.live.flights.track_picture import track_picture
-from server.live.flights.views import FlightView
+from server.live.flights.views import FlightVideoView, FlightView
 
 Entry = dict[str, Any]
 """A line of the index."""
@@ -25,10 +25,19 @@ MAX_ROWS: Final = 5000
 NOBODY: Final = "nobody"
 
 
-def report(flight: FlightView, index: Sequence[Entry], *, is_whole: bool, made_at: datetime, made_for: str) -> str:
-    """`index`: in order of time. `made_for`: the name of the user who asked."""
-    began_us = round(flight.began_at.timestamp() * 1e6)
-    ended_us = round((flight.ended_at or flight.began_at).timestamp() * 1e6)
+def report(
+    flight: FlightView,
+    index: Sequence[Entry],
+    video: Sequence[FlightVideoView] = (),
+    *,
+    is_whole: bool,
+    made_at: datetime,
+    made_for: str,
+) -> str:
+    """`index`: in order of time. `video`: recordings that the reader may see. `made_for`: the name of the user who
+    asked."""
+    began_us = _us(flight.began_at)
+    ended_us = _us(flight.ended_at or flight.began_at)
     title = f"Flight report: {flight.drone}, {_moment(began_us)} UTC"
     parts = [
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">',
@@ -41,13 +50,14 @@ def report(flight: FlightView, index: Sequence[Entry], *, is_whole: bool, made_a
         _table("Commands", ("Time", "After arming", "Person", "Command", "Answer"), _commands(index, began_us)),
         _holds(index, began_us),
         _table("Alerts", ("Time", "After arming", "Severity", "State", "Alert"), _alerts(index, began_us)),
+        _table("Video", ("First picture", "After arming", "Until", "Recording"), _videos(video, began_us)),
         _table("Link", ("Time", "After arming", "What"), _link(index, began_us)),
         _table(
             f"Timeline: what people who may see {flight.drone} were told, and what happened",
             ("Time", "After arming", "What"),
             _timeline(index, began_us, flight.drone),
         ),
-        f"<footer>Made at {_moment(round(made_at.timestamp() * 1e6))} UTC for {escape(made_for)} from the index of "
+        f"<footer>Made at {_moment(_us(made_at))} UTC for {escape(made_for)} from the index of "
         f"flight {flight.id}. Times are UTC, by the clock of the tower.",
         "" if is_whole else " The index is not whole: more happened than the tower kept.",
         "</footer></body></html>\n",
@@ -133,6 +143,18 @@ def _alerts(index: Iterable[Entry], began_us: int) -> list[tuple[str, ...]]:
     ]
 
 
+def _videos(video: Iterable[FlightVideoView], began_us: int) -> list[tuple[str, ...]]:
+    """In order of their first pictures. A recording of which that is not known counts from its beginning."""
+    return [
+        (
+            *_times(_us(one.shows_from), began_us),
+            "not yet" if one.ended_at is None else _moment(_us(one.ended_at)),
+            f"{one.id}, {one.quality} quality" + ("" if one.first_picture_at else ", first picture not known"),
+        )
+        for one in sorted(video, key=lambda one: (one.shows_from, one.id))
+    ]
+
+
 def _link(index: Sequence[Entry], began_us: int) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = [
         (*_times(_at(entry), began_us), "not heard any more" if entry["kind"] == "link_lost" else "heard again")
@@ -170,6 +192,10 @@ def _table(title: str, heads: Sequence[str], rows: Sequence[tuple[str, ...]]) ->
 def _at(entry: Entry) -> int:
     at_us = entry.get("at_us")
     return at_us if isinstance(at_us, int) else 0
+
+
+def _us(at: datetime) -> int:
+    return round(at.timestamp() * 1e6)
 
 
 def _times(at_us: int, began_us: int) -> tuple[str, str]:

@@ -53,9 +53,17 @@ class FlightVideoView(BaseModel):
 
     id: int
     began_at: datetime
+    first_picture_at: Annotated[
+        datetime | None, Field(description="When its first picture was taken; null: none came yet, or an old recording")
+    ]
     ended_at: datetime | None
     quality: str
     state: str
+
+    @property
+    def shows_from(self) -> datetime:
+        """The moment at which its file begins, as far as it is known."""
+        return self.first_picture_at or self.began_at
 
 
 class FlightDetailView(FlightView):

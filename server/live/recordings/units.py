@@ -89,11 +89,19 @@ class Taken(NamedTuple):
     rate_hz: float
 
 
+MAX_LAG_US: Final = 30_000_000
+
+
 class Shown(NamedTuple):
     """In ticks from the beginning of the file."""
 
     at: int
     lasts: int
+
+
+def taken_us(one: Taken) -> int:
+    """When the picture was taken; when it came, if the time of capture is not known or not to be believed."""
+    return one.capture_us if _is_believed(one) else one.came_us
 
 
 def shown_times(taken: Sequence[Taken]) -> list[Shown]:
@@ -118,7 +126,10 @@ def shown_times(taken: Sequence[Taken]) -> list[Shown]:
     return [Shown(moment, step) for moment, step in zip(at, [*steps, max(_MIN_STEP, last)], strict=True)]
 
 
-MAX_LAG_US: Final = 30_000_000
+def first_lag_us(taken: Sequence[Taken]) -> int:
+    """By how much the file begins before `taken_us` of its first picture: 0 where the time of capture is known.
+    `taken`: at least one."""
+    return taken_us(taken[0]) - _moment(taken[0], _least_lag(taken))
 
 
 def _least_lag(taken: Sequence[Taken]) -> int:
@@ -127,5 +138,8 @@ def _least_lag(taken: Sequence[Taken]) -> int:
 
 
 def _moment(one: Taken, lag_us: int) -> int:
-    believed = one.capture_us and -1_000_000 <= one.came_us - one.capture_us <= MAX_LAG_US
-    return one.capture_us if believed else one.came_us - lag_us
+    return one.capture_us if _is_believed(one) else one.came_us - lag_us
+
+
+def _is_believed(one: Taken) -> bool:
+    return one.capture_us != 0 and -1_000_000 <= one.came_us - one.capture_us <= MAX_LAG_US

@@ -31,7 +31,11 @@ class RecordingView(BaseModel):
     words: Annotated[str, Field(description="Why it ended by itself or failed; for people")]
     quality: Literal["low", "medium", "high"]
     codec: Annotated[Literal["mpeg1", "h264"], Field(description="As received; the file is always H.264")]
-    began_at: datetime
+    began_at: Annotated[datetime, Field(description="When it was asked for")]
+    first_picture_at: Annotated[
+        datetime | None,
+        Field(description="When the first picture of the file was taken; null: none came yet, or an old recording"),
+    ]
     ended_at: datetime | None
     flights: Annotated[
         list[datetime], Field(description="Start times of the recorded flights, as the drone's `airborne_since`")

@@ -261,6 +261,7 @@ class AlertDeliverer:
             "about_stranger": alert.about_stranger,
             "opened_at": alert.opened_at.isoformat(),
             "closed_at": None if alert.closed_at is None else alert.closed_at.isoformat(),
+            "closed_why": alert.closed_why,
             "happening": one.happening.value,
             "url": f"{self._public_url}/{page_of(alert.drone_id)}" if self._public_url else "",
         }
@@ -313,6 +314,8 @@ def message_of(happening: str, content: dict[str, Any], key: str) -> Message:
     lines += [f"Since {content['opened_at'][:19].replace('T', ' ')} UTC"]
     if content["closed_at"]:
         lines += [f"Over at {content['closed_at'][:19].replace('T', ' ')} UTC"]
+    if content.get("closed_why"):  # one that waits since an older version has none
+        lines += [content["closed_why"]]
     if content["url"]:
         lines += ["", content["url"]]
     about = "Control Tower" if content["drone"] is None else content["drone"]["name"]

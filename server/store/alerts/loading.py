@@ -13,6 +13,7 @@ from server.domain.clock import Clock
 from server.domain.people import UserRef
 from server.live.alerts.alert import Alert
 from server.live.alerts.announcer import Announcer
+from server.live.alerts.left_alerts import OpenAlert
 from server.live.alerts.rules import BY_NAME
 from server.live.alerts.severity import Severity
 from server.live.hub import Hub
@@ -23,6 +24,8 @@ from wire.ids import DroneId, UserId
 AWAITED_FOR: Final = timedelta(hours=24)
 """An alert that has been over for longer waits for nobody."""
 MAX_LOADED: Final = 5_000
+MAX_AT_ONCE: Final = 500
+"""Named in one query."""
 
 
 async def read_alerts(
@@ -40,12 +43,23 @@ async def read_alerts(
     return [alert_of(row) for row in reversed(rows) if row.rule in BY_NAME]
 
 
-async def read_open(database: Database) -> list[tuple[int, DroneId]]:
-    """Every alert of a drone that has not ended, and its drone: little of each, for a look every few seconds."""
-    query = select(AlertRow.id, AlertRow.drone_id).where(AlertRow.closed_at.is_(None), AlertRow.drone_id.is_not(None))
+async def read_open(database: Database) -> list[OpenAlert]:
+    """Every alert that has not ended: little of each, for a look every few seconds."""
+    query = select(AlertRow.id, AlertRow.rule, AlertRow.subject, AlertRow.drone_id).where(AlertRow.closed_at.is_(None))
     async with database.reading() as session:
         rows = await session.execute(query.order_by(AlertRow.opened_at.desc()).limit(MAX_LOADED))
-        return [(row.id, DroneId(row.drone_id)) for row in rows]
+        return [
+            OpenAlert(row.id, row.rule, row.subject, None if row.drone_id is None else DroneId(row.drone_id))
+            for row in rows
+        ]
+
+
+async def read_open_of(database: Database, alert_ids: Collection[int]) -> list[Alert]:
+    """Those of these alerts that are open and whose rule this version has, oldest first."""
+    query = select(AlertRow).where(AlertRow.id.in_(list(alert_ids)[:MAX_AT_ONCE]), AlertRow.closed_at.is_(None))
+    async with database.reading() as session:
+        rows = (await session.scalars(query.order_by(AlertRow.opened_at))).all()
+    return [alert_of(row) for row in rows if row.rule in BY_NAME]
 
 
 def restore_alerts(hub: Hub, announcer: Announcer, alerts: list[Alert], clock: Clock) -> None:
@@ -74,4 +88,5 @@ def alert_of(row: AlertRow) -> Alert:
         acknowledged_at=row.acknowledged_at,
         acknowledged_by=None if by is None else UserRef(UserId(by), row.acknowledged_by_name),
         closed_at=row.closed_at,
+        closed_why=row.closed_why,
     )

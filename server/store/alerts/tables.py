@@ -33,3 +33,5 @@ class AlertRow(Base):
     acknowledged_by_id: Mapped[int | None]
     acknowledged_by_name: Mapped[str] = mapped_column(String(64), default="")
     closed_at: Mapped[datetime | None] = mapped_column(UtcDateTime, index=True)
+    closed_why: Mapped[str] = mapped_column(String(200), default="", server_default="")
+    """Why it was closed though nobody saw that it is over; empty: it is over."""

@@ -105,7 +105,7 @@ class AlertTakeover:
             return set()
         stored = await read_open(self._database)
         self._look_at = now + EVERY_S
-        return {drone_id for alert_id, drone_id in stored if self._lacks(alert_id, drone_id)}
+        return {one.drone_id for one in stored if one.drone_id is not None and self._lacks(one.id, one.drone_id)}
 
     def _lacks(self, alert_id: int, drone_id: DroneId) -> bool:
         drone = self._hub.state.drones.get(drone_id)

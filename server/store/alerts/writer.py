@@ -142,6 +142,7 @@ def row_of(alert: Alert) -> AlertRow:
         acknowledged_by_id=by.id if by else None,
         acknowledged_by_name=by.name[:64] if by else "",
         closed_at=alert.closed_at,
+        closed_why=alert.closed_why[:200],
     )
 
 

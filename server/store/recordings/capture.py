@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import IO, Final, Protocol
 
 from server.live.hub import Hub
-from server.live.recordings.units import MAGIC, entry_of
+from server.live.recordings.units import MAGIC, Taken, entry_of, taken_us
 from server.live.relay.live_drone import LiveDrone
 from server.live.video.situation import VideoCondition, VideoSituation
 from server.live.video.streams import StreamKey, StreamSink
@@ -175,7 +175,8 @@ TOO_LARGE: Final = "it has reached the largest size of a recording"
 
 class RecordingSink:
     """A server.live.video.streams.StreamSink. `on_over`: called once with the reason why no more units are accepted.
-    `last_at`: when the last unit arrived, in monotonic seconds; the beginning before the first one."""
+    `on_first`: called once, when the first picture has come. `wall_clock`: of a moment in monotonic seconds. `last_at`:
+    when the last unit arrived, in monotonic seconds; the beginning before the first one."""
 
     def __init__(
         self,
@@ -184,13 +185,19 @@ class RecordingSink:
         *,
         largest_bytes: int,
         began: float,
+        wall_clock: Callable[[float], datetime],
+        on_first: Callable[[], None],
         on_over: Callable[[str], None],
     ) -> None:
         self._key = key
         self._writer = writer
         self._largest_bytes = largest_bytes
+        self._wall_clock = wall_clock
+        self._on_first = on_first
         self._on_over = on_over
         self._over = False
+        self.first_picture_at: datetime | None = None
+        """When the first picture was taken, or when it came if the time of capture is not known."""
         self.pictures = 0
         self.last_at = began
 
@@ -206,9 +213,14 @@ class RecordingSink:
         """Writes one unit to the file."""
         if self._over:
             return
-        if not self._writer.put(message, round(now * 1_000_000)):
+        came_us = round(now * 1_000_000)
+        if not self._writer.put(message, came_us):
             self._end(self._writer.problem)
             return
+        if self.first_picture_at is None and head.key:
+            taken = taken_us(Taken(head.capture_us, came_us, head.rate_hz))
+            self.first_picture_at = self._wall_clock(taken / 1_000_000)
+            self._on_first()
         self.pictures += 1
         self.last_at = now
         if self._writer.taken_bytes >= self._largest_bytes:
@@ -230,7 +242,7 @@ class RecordingSink:
 @dataclass(eq=False)
 class Running:
     """`began`: monotonic seconds. `ending`: why it must end, as text for people, empty if a user ended it; None while
-    it runs. `ended_by`: that user."""
+    it runs. `ended_by`: that user. `first_noted`: whether the row has the time of the first picture."""
 
     row: RecordingRow
     drone_id: DroneId
@@ -242,6 +254,7 @@ class Running:
     ending: str | None = None
     ended_by: AuditAction | None = None
     detached: bool = False
+    first_noted: bool = False
     over: asyncio.Event = field(default_factory=asyncio.Event)
 
     def end(self, words: str, by: AuditAction | None = None) -> None:

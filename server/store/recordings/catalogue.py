@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import datetime, timedelta
 from typing import Any, Final
 
 from sqlalchemy import func, select
@@ -26,12 +26,14 @@ _MAX_TEXT_LENGTH: Final = 200
 
 @dataclass(frozen=True)
 class Finished:
-    """The content of the file. Sizes in pixels; `pictures`: those that could be decoded."""
+    """The content of the file. Sizes in pixels; `pictures`: those that could be decoded. `first_lag_s`: by how much it
+    begins before its first picture came, if the time of capture is not known; otherwise 0."""
 
     duration_s: float
     width: int
     height: int
     pictures: int
+    first_lag_s: float
 
 
 async def of_drone(session: AsyncSession, drone_id: int) -> Sequence[RecordingRow]:
@@ -93,6 +95,7 @@ async def mark_ended(
     at: datetime,
     size_bytes: int,
     pictures: int,
+    first_picture_at: datetime | None,
     flights: Iterable[datetime],
     action: AuditAction,
 ) -> RecordingRow | None:
@@ -102,7 +105,7 @@ async def mark_ended(
     if row is None or row.state != "recording":
         return row
     row.state, row.words, row.ended_at = "finishing", words[:_MAX_TEXT_LENGTH], at
-    row.size_bytes, row.pictures = size_bytes, pictures
+    row.size_bytes, row.pictures, row.first_picture_at = size_bytes, pictures, first_picture_at
     row.flights = [one.isoformat() for one in flights]
     detail = about(row) | ({"words": row.words} if words else {})
     action.record(session, "recording.ended", drone_id=row.drone_id, **detail)
@@ -117,6 +120,8 @@ async def mark_ready(
     if row is not None:
         row.state, row.size_bytes, row.duration_s = "ready", size_bytes, finished.duration_s
         row.width, row.height, row.pictures = finished.width, finished.height, finished.pictures
+        if row.first_picture_at is not None:
+            row.first_picture_at -= timedelta(seconds=finished.first_lag_s)
     return row
 
 
@@ -178,6 +183,7 @@ def view_of(row: RecordingRow) -> RecordingView:
             "quality": row.quality,
             "codec": row.codec,
             "began_at": row.began_at,
+            "first_picture_at": row.first_picture_at,
             "ended_at": row.ended_at,
             "flights": row.flights,
             "size_bytes": row.size_bytes,

@@ -25,6 +25,7 @@ from server.live.recordings.units import (
     NoRecording,
     Shown,
     Taken,
+    first_lag_us,
     parameter_sets,
     read_entries,
     shown_times,
@@ -57,13 +58,15 @@ class Survey(NamedTuple):
 
 
 class Made(NamedTuple):
-    """`pictures`: those in the file, without damaged ones."""
+    """`pictures`: those in the file, without damaged ones. `first_lag_s`: by how much the file begins before its first
+    picture came, if the time of capture is not known; otherwise 0."""
 
     duration_s: float
     width: int
     height: int
     pictures: int
     recoded: bool
+    first_lag_s: float
 
 
 def survey(file: IO[bytes], on_progress: OnProgress) -> Survey:
@@ -126,7 +129,7 @@ def _pack(units: Iterator[Unit], found: Survey, shown: list[Shown], target: Path
             done += 1
             on_progress(done)
         width, height = template.codec_context.width, template.codec_context.height
-    return Made(_seconds(shown), width, height, done, recoded=False)
+    return Made(_seconds(shown), width, height, done, recoded=False, first_lag_s=_first_lag_s(found))
 
 
 def _code_again(
@@ -166,7 +169,7 @@ def _code_again(
         if last is None:
             raise NoRecording("no picture could be decoded")
         put(stream.encode(None))
-    return Made(_seconds(shown), width, height, pictures, recoded=True)
+    return Made(_seconds(shown), width, height, pictures, recoded=True, first_lag_s=_first_lag_s(found))
 
 
 class _Decoder:
@@ -201,6 +204,10 @@ def _file_size(width: int, height: int) -> tuple[int, int]:
 
 def _seconds(shown: list[Shown]) -> float:
     return (shown[-1].at + shown[-1].lasts) / TICKS_PER_S
+
+
+def _first_lag_s(found: Survey) -> float:
+    return first_lag_us(found.taken) / 1_000_000
 
 
 _MAX_GRAPHS: Final = 8

@@ -71,7 +71,8 @@ async def make_mp4(source: Path, target: Path) -> Finished:
         if code != 0:
             words = str(last.get("problem", "")) or f"the program that makes the file ended with {code}"
             raise CannotFinish(words[:_MAX_TEXT_LENGTH], hopeless=code == HOPELESS)
-        finished = Finished(last["duration_s"], last["width"], last["height"], last["pictures"])
+        sizes = last["width"], last["height"], last["pictures"]
+        finished = Finished(last["duration_s"], *sizes, last["first_lag_s"])
         done = True
         return finished
     except TimeoutError:

@@ -11,6 +11,7 @@ import secrets
 import time
 from collections import Counter
 from contextlib import suppress
+from datetime import datetime, timedelta
 from typing import Final
 
 import structlog
@@ -98,7 +99,8 @@ class RecordingService:
         if running is None or row.state != "recording":
             return view
         counts = {"size_bytes": running.writer.taken_bytes, "pictures": running.sink.pictures}
-        return view.model_copy(update=counts | {"flights": list(running.flights)})
+        times = {"first_picture_at": running.sink.first_picture_at, "flights": list(running.flights)}
+        return view.model_copy(update=counts | times)
 
     def running_bytes(self) -> int:
         """Bytes being recorded."""
@@ -182,7 +184,15 @@ class RecordingService:
             running.end(why)
             self._something.set()
 
-        sink = RecordingSink(key, writer, largest_bytes=self._largest_bytes, began=now, on_over=over)
+        sink = RecordingSink(
+            key,
+            writer,
+            largest_bytes=self._largest_bytes,
+            began=now,
+            wall_clock=self._wall_clock,
+            on_first=self._something.set,
+            on_over=over,
+        )
         running = Running(row, drone.drone_id, key, writer, sink, now)
         running.note_flight(drone)
         self._running[row.id] = running
@@ -191,6 +201,9 @@ class RecordingService:
         view = self.view(row)
         self._notifier.publish("begun", view)
         return view
+
+    def _wall_clock(self, at: float) -> datetime:
+        return self._clock() - timedelta(seconds=time.monotonic() - at)
 
     async def end(self, recording_id: int, action: AuditAction) -> None:
         """A user ends it. Returns when it has ended; harmless if it already has."""
@@ -239,11 +252,14 @@ class RecordingService:
             running.end(TOO_LONG)
         elif now - running.sink.last_at >= NOTHING_COMES_S:
             running.end(NOTHING_CAME)
-        elif running.note_flight(drone):
+        elif running.note_flight(drone) or (running.sink.first_picture_at is not None and not running.first_noted):
+            first_picture_at = running.sink.first_picture_at
             async with self._database.writing() as session:
                 row = await session.get(RecordingRow, running.row.id)
                 if row is not None:
                     row.flights = [one.isoformat() for one in running.flights]
+                    row.first_picture_at = first_picture_at
+            running.first_noted = first_picture_at is not None
 
     async def _end(self, running: Running) -> None:
         if not running.detached:
@@ -260,6 +276,7 @@ class RecordingService:
                 at=action.at,
                 size_bytes=running.writer.taken_bytes,
                 pictures=running.sink.pictures,
+                first_picture_at=running.sink.first_picture_at,
                 flights=running.flights,
                 action=action,
             )

@@ -30,6 +30,8 @@ class RecordingRow(Base):
     words: Mapped[str] = mapped_column(String(200), default="")
     """Why it ended, if no user ended it, or why it failed."""
     began_at: Mapped[datetime] = mapped_column(UtcDateTime, index=True)
+    first_picture_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    """When the first picture of the file was taken; null: none came yet, or the recording is older than this column."""
     ended_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     flights: Mapped[list[str]] = mapped_column(JSON, default=list)
     """When each of the flights that it shows began, if known: ISO 8601, in order."""
@@ -38,3 +40,9 @@ class RecordingRow(Base):
     pictures: Mapped[int] = mapped_column(default=0)
     width: Mapped[int | None]
     height: Mapped[int | None]
+
+    @property
+    def shows_from(self) -> datetime:
+        """The moment at which its file begins, as far as it is known. A camera may begin long after `began_at`, and a
+        stream that runs already begins before it."""
+        return self.first_picture_at or self.began_at

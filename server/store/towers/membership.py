@@ -50,6 +50,7 @@ class Member:
     url: str = ""
     bus_version: int = 0
     draining: bool = False
+    alerts_as: str = ""
 
 
 def _by_tower(member: Member) -> str:
@@ -92,6 +93,8 @@ class TowerMembership:
         self.bus_version = 0
         self.doing = ""
         """How far this tower is with ending its work, for people: written with each renewal."""
+        self.alerts_as = ""
+        """The subject of this tower's own alerts: written with each renewal."""
         self.on_present: Callable[[], None] = lambda: None
         """`present` has changed."""
         self.others_decide: Callable[[], bool] = lambda: True
@@ -204,12 +207,12 @@ class TowerMembership:
             lock = update(TowerLockRow).where(TowerLockRow.id == THE_ROW, TowerLockRow.owner == BUS)
             lock = lock.values(renewals=TowerLockRow.renewals + 1, renewed_at=self._clock())
             mine = update(TowerMemberRow).where(TowerMemberRow.tower == self.tower)
-            mine = mine.values(renewals=TowerMemberRow.renewals + 1, doing=self.doing[:255])
+            mine = mine.values(renewals=TowerMemberRow.renewals + 1, doing=self.doing[:255], alerts_as=self.alerts_as)
             for one in (lock.returning(TowerLockRow.id), mine.returning(TowerMemberRow.tower)):
                 if await session.scalar(one) is None:
                     return None
             return [
-                Member(row.tower, row.renewals, row.url, row.bus_version, row.draining)
+                Member(row.tower, row.renewals, row.url, row.bus_version, row.draining, row.alerts_as)
                 for row in await session.scalars(select(TowerMemberRow))
             ]
 

@@ -30,6 +30,8 @@ class TowerMemberRow(Base):
     """Somebody has asked it to end its work (`tower drain`)."""
     doing: Mapped[str] = mapped_column(String(255), default="", server_default="")
     """How far it is with that, for people."""
+    alerts_as: Mapped[str] = mapped_column(String(64), default="", server_default="")
+    """The subject of this tower's own alerts. Empty: not known, or an older version."""
 
 
 class DroneHomeRow(Base):

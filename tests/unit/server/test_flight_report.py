@@ -6,7 +6,7 @@ from html.parser import HTMLParser
 from typing import Any
 
 from server.live.flights.report import report
-from server.live.flights.views import FlightView, PilotView
+from server.live.flights.views import FlightVideoView, FlightView, PilotView
 
 BEGAN = datetime(2026, 3, 4, 5, 6, 7, tzinfo=UTC)
 ALICE = {"id": 1, "name": "alice"}
@@ -37,7 +37,7 @@ INDEX = [
 ]
 
 
-def made(index: list[dict[str, Any]], **change: Any) -> str:
+def made(index: list[dict[str, Any]], video: list[FlightVideoView] | None = None, **change: Any) -> str:
     flight = FlightView(
         id=9,
         drone_id=1,
@@ -55,7 +55,7 @@ def made(index: list[dict[str, Any]], **change: Any) -> str:
         lost_frames=2,
         size_bytes=10,
     ).model_copy(update=change)
-    return report(flight, index, is_whole=True, made_at=BEGAN + timedelta(days=1), made_for="admin")
+    return report(flight, index, video or [], is_whole=True, made_at=BEGAN + timedelta(days=1), made_for="admin")
 
 
 class Page(HTMLParser):
@@ -109,6 +109,20 @@ def test_the_report_says_what_happened_in_order() -> None:
     ]
 
 
+def test_a_recording_is_placed_by_its_first_picture() -> None:
+    begun = {"id": 4, "quality": "high", "state": "ready", "ended_at": BEGAN + timedelta(seconds=50)}
+    late = FlightVideoView(began_at=BEGAN, first_picture_at=BEGAN + timedelta(seconds=12.25), **begun)
+    old = FlightVideoView(**late.model_dump() | {"id": 3, "began_at": BEGAN + timedelta(seconds=7)})
+    old = old.model_copy(update={"first_picture_at": None})
+    going_on = late.model_copy(update={"id": 5, "began_at": BEGAN - timedelta(seconds=2), "ended_at": None})
+    rows = [row for row in Page(made([], [late, old, going_on])).rows if "quality" in "".join(row)]
+    assert rows == [
+        ["2026-03-04 05:06:14.000", "0:07.0", "2026-03-04 05:06:57.000", "3, high quality, first picture not known"],
+        ["2026-03-04 05:06:19.250", "0:12.2", "2026-03-04 05:06:57.000", "4, high quality"],
+        ["2026-03-04 05:06:19.250", "0:12.2", "not yet", "5, high quality"],
+    ]
+
+
 def test_the_report_needs_no_other_file_and_runs_nothing() -> None:
     text = made(INDEX)
     page = Page(text)
@@ -119,5 +133,5 @@ def test_the_report_needs_no_other_file_and_runs_nothing() -> None:
 
 def test_a_flight_of_which_nothing_was_noted_is_a_report_too() -> None:
     text = made([], track=[], distance_m=None, max_height_m=None, pilots=[])
-    assert text.count("<p>None.</p>") == 5  # commands, holds, alerts, link, timeline
+    assert text.count("<p>None.</p>") == 6  # commands, holds, alerts, video, link, timeline
     assert "nobody" in text and "<svg" not in text

@@ -15,9 +15,11 @@ from server.live.recordings.units import (
     NoRecording,
     Taken,
     entry_of,
+    first_lag_us,
     parameter_sets,
     read_entries,
     shown_times,
+    taken_us,
 )
 from wire.transport_stream import MalformedPackets, pictures_in, video_in
 from wire.video import Codec, decode_unit
@@ -141,3 +143,16 @@ def test_parameter_sets_are_found_at_key_pictures_and_differ_with_the_size() -> 
     assert len(larger) == 2
     assert larger != sets
     assert parameter_sets(b"") == parameter_sets(b"\x00\x00\x01") == ()
+
+
+def test_a_file_begins_when_its_first_picture_was_taken() -> None:
+    known = [Taken(5 * US + number * 40_000, 5 * US + number * 40_000 + 90_000, 25.0) for number in range(3)]
+    assert (taken_us(known[0]), first_lag_us(known)) == (5 * US, 0)
+    # The clocks were not compared yet when the first one came: the least delay of the others places it.
+    guessed = [known[0]._replace(capture_us=0), *known[1:]]
+    assert (taken_us(guessed[0]), first_lag_us(guessed)) == (5 * US + 90_000, 90_000)
+    absurd = [known[0]._replace(capture_us=US), *known[1:]]
+    absurd[0] = absurd[0]._replace(came_us=absurd[0].capture_us + 31 * US)
+    assert (taken_us(absurd[0]), first_lag_us(absurd)) == (32 * US, 90_000)
+    nothing_known = [one._replace(capture_us=0) for one in known]
+    assert (taken_us(nothing_known[0]), first_lag_us(nothing_known)) == (5 * US + 90_000, 0)

@@ -137,6 +137,7 @@ const OWN: Alert = {
   acknowledged_at: null,
   acknowledged_by: null,
   closed_at: null,
+  closed_why: '',
 };
 
 function bounded(all: readonly Alert[]): readonly Alert[] {

@@ -9,7 +9,8 @@ import type { Drone, TowerEvent } from './wire_types';
 
 type AlertView = Schemas['AlertView'];
 
-export const alertInWords = (alert: AlertView): AlertView => inTowerWords(alert, 'badge', 'words', 'advice');
+export const alertInWords = (alert: AlertView): AlertView =>
+  inTowerWords(alert, 'badge', 'words', 'advice', 'closed_why');
 
 export const operationInWords = forReaders((operation: Operation): Operation => ({
   ...inTowerWords(operation, 'phase', 'words'),

@@ -53,9 +53,10 @@ export class ReplaySession {
   readonly videos = $derived(
     (this.detail?.video ?? [])
       .filter(({ state }) => state === 'ready')
-      .map(({ id, began_at, ended_at, quality }) => ({
+      .map(({ id, began_at, first_picture_at, ended_at, quality }) => ({
         id,
-        fromMs: Date.parse(began_at),
+        // A recording may begin long before its first picture.
+        fromMs: Date.parse(first_picture_at ?? began_at),
         toMs: ended_at ? Date.parse(ended_at) : Infinity,
         label: quality,
       })),

@@ -179,5 +179,6 @@ export const anAlert = (changes: Partial<Alert> = {}): Alert => ({
   acknowledged_at: null,
   acknowledged_by: null,
   closed_at: null,
+  closed_why: '',
   ...changes,
 });

@@ -21,6 +21,7 @@ const recording = (id: number, state: RecordingState = 'ready', more: Partial<Re
   quality: 'medium',
   codec: 'h264',
   began_at: '2026-11-22T09:00:00Z',
+  first_picture_at: null,
   ended_at: null,
   flights: [],
   size_bytes: 100,

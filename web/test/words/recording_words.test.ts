@@ -20,6 +20,7 @@ const recording: Recording = {
   quality: 'medium',
   codec: 'h264',
   began_at: '2026-11-22T09:00:00Z',
+  first_picture_at: null,
   ended_at: '2026-11-22T09:01:05Z',
   flights: [],
   size_bytes: 100,

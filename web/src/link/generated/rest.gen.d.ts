@@ -2436,6 +2436,8 @@ export interface components {
             /** @description A few words for a row */
             readonly badge: string;
             readonly closed_at: string | null;
+            /** @description Why it was closed though nobody saw that it is over; else empty */
+            readonly closed_why: string;
             /** @description None: it is about the tower itself, for admins */
             readonly drone_id: number | null;
             /** @description Random */
@@ -3149,6 +3151,8 @@ export interface components {
             /** Format: date-time */
             readonly began_at: string;
             readonly ended_at: string | null;
+            /** @description When its first picture was taken; null: none came yet, or an old recording */
+            readonly first_picture_at: string | null;
             readonly id: number;
             readonly quality: string;
             readonly state: string;
@@ -4345,7 +4349,10 @@ export interface components {
         };
         /** @description One recording of a drone's video. */
         readonly RecordingView: {
-            /** Format: date-time */
+            /**
+             * Format: date-time
+             * @description When it was asked for
+             */
             readonly began_at: string;
             readonly by: components["schemas"]["RecordedByView"];
             /**
@@ -4357,6 +4364,8 @@ export interface components {
             /** @description Of the file */
             readonly duration_s: number | null;
             readonly ended_at: string | null;
+            /** @description When the first picture of the file was taken; null: none came yet, or an old recording */
+            readonly first_picture_at: string | null;
             /** @description Start times of the recorded flights, as the drone's `airborne_since` */
             readonly flights: readonly string[];
             readonly height: number | null;
