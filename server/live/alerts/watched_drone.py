@@ -50,7 +50,8 @@ class WatchedDrone:
             self.texts.restore(alert.key, alert.words, now)
 
     def forget(self, alert: Alert) -> None:
-        """Whether its condition lasts is not known any more."""
+        """Whether its condition lasts is not known any more: the rules judge it anew."""
+        self._judged = None
         self.lasting.forget(alert.key)
         if alert.rule.name in text_alerts.RULES:
             self.texts = TextAlerts()
