@@ -38,8 +38,7 @@ def come(chromium: Browser, office: World) -> Iterator[Somebody]:
 
 
 def entered(come: Somebody, name: str, address: str = "/") -> ConsolePage:
-    console = come()
-    console.sign_in(name)
+    console = come(who=name)
     expect(console.part("squad-row").first).to_be_visible()
     if address != "/":
         console.open(address)

@@ -4,6 +4,7 @@ import math
 import shutil
 from collections.abc import Iterator
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -11,7 +12,7 @@ import pytest
 from console_page import METRES_PER_DEGREE, ConsolePage, Somebody, signed_in
 from playwright.sync_api import TimeoutError as Unclickable
 from playwright.sync_api import expect
-from worlds.processes import World
+from worlds.processes import Visitor, World, wait_for
 
 SQUAD: Final = {1: "Kestrel", 2: "Merlin", 3: "Osprey"}
 
@@ -121,6 +122,7 @@ def test_an_admin_forms_a_line_and_lets_all_hold(somebody: Somebody, world: Worl
     expect(admin.part("squad-row")).to_have_count(3)
     visitor = world.visitor("admin")
     for number, drone_id in enumerate(SQUAD):
+        wait_for(f"drone {drone_id} to know its place and home", partial(may_take_off, visitor, drone_id))
         assert visitor.ask("POST", f"/drones/{drone_id}/control/acquire").status == 200
         command = {"command": "takeoff", "height_m": 12 + 10 * (number % 2)}
         answer = visitor.ask("POST", f"/drones/{drone_id}/commands", command)
@@ -145,6 +147,12 @@ def test_an_admin_forms_a_line_and_lets_all_hold(somebody: Somebody, world: Worl
     admin.wait("both hold", lambda: states(admin) == ["ended"] * 2)
     for answer in admin.part("formation-answer").all():
         expect(answer).to_contain_text("It holds in BRAKE")
+
+
+def may_take_off(visitor: Visitor, drone_id: int) -> bool:
+    """An autopilot that is still starting refuses it."""
+    lines = {line["key"]: line["state"] for line in visitor.ask("GET", f"/drones/{drone_id}/preflight").json["lines"]}
+    return {lines["position"], lines["home"]} == {"good"}
 
 
 def formed(console: ConsolePage) -> bool:
