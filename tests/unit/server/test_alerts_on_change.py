@@ -103,6 +103,11 @@ class EveryLook:
         if alert.rule.name in text_alerts.RULES:
             self.texts.restore(alert.key, alert.words, now)
 
+    def forget_one(self, alert: Alert) -> None:
+        self.lasting.forget(alert.key)
+        if alert.rule.name in text_alerts.RULES:
+            self.texts = TextAlerts()
+
     def conditions(self, facts: Facts, now: float) -> list[Changed]:
         taken = [
             self.lasting.take(rule, "", condition(facts, key in self.lasting.open), now)
@@ -154,6 +159,11 @@ def run(seed: int, changes: tuple[int, ...], seen: Counter[tuple[str, Change]]) 
             if alert.key not in every.lasting.open:
                 every.restore(alert, now)
                 watched.restore(alert, now)
+        if every.lasting.open and chance.random() < 0.02:
+            rule_name, subject = chance.choice(sorted(every.lasting.open))
+            left = Alert(look, BY_NAME[rule_name], subject, DroneId(1), "", NOW)
+            every.forget_one(left)
+            watched.forget(left)
         arrived = [StatusText(2, chance.choice(TEXTS))] if chance.random() < 0.05 else []
         drone.telemetry.texts.extend(arrived)
         expected = every.conditions(Facts(**values), now) + every.heard(Facts(**values), arrived, now)
