@@ -19,10 +19,7 @@ Theme = Literal["dark", "light", "contrast"]
 THEMES: Final[tuple[Theme, ...]] = ("dark", "light", "contrast")
 CHECKS: Final[tuple[tuple[Theme, int, int], ...]] = (("dark", 1440, 900), ("light", 1024, 768))
 
-OF_A_THEME: Final = ("color-contrast", "link-in-text-block", "scrollable-region-focusable")
-"""Rules that may find something in one theme only: a theme changes colours, and one of them the size of the type."""
-
-RUN: Final = """async (rules) => {
+RUN: Final = """async () => {
   // What a modal dialog covers was looked at before it opened, and cannot be reached now.
   // The flight bar stays usable beside it.
   const dialog = document.querySelector('[role=dialog]');
@@ -32,7 +29,6 @@ RUN: Final = """async (rules) => {
     resultTypes: ['violations'],
     preload: false,
     elementRef: false,
-    ...(rules && { runOnly: { type: 'rule', values: rules } }),
   });
   return violations.map(({ id, impact, help, nodes }) => ({
     id, impact, help, nodes: nodes.map(({ target, failureSummary }) => `${target.join(' ')}: ${failureSummary}`),
@@ -63,15 +59,14 @@ class Axe:
             console.page.set_viewport_size({"width": width, "height": height})
             self.look_in(console, theme, state)
 
-    def look_in(self, console: ConsolePage, theme: Theme, state: str, *, rules: tuple[str, ...] | None = None) -> None:
-        """Checks all rules, or the given ones."""
+    def look_in(self, console: ConsolePage, theme: Theme, state: str) -> None:
         page = console.page
         use_theme(page, theme)
         if not page.evaluate("'axe' in window"):
             page.evaluate(self._script)
         if self._pictures:
             page.screenshot(path=Path(self._pictures) / f"{state}-{theme}.png")
-        found: list[dict[str, Any]] = page.evaluate(RUN, rules)
+        found: list[dict[str, Any]] = page.evaluate(RUN)
         self.faults += [
             f"{state} ({theme}): {one['impact']} {one['id']}: {one['help']}: {json.dumps(one['nodes'], indent=1)}"
             for one in found

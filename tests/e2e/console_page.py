@@ -36,12 +36,9 @@ TOURED: Final = "localStorage.setItem('tower.console', '{\"hasToured\": true}')"
 
 class Somebody(Protocol):
     """Opens the console in a separate browser profile; with `has_touch` on a tablet, with `is_first` for a user who has
-    not seen the tour, with `is_sharp` for a test that reads pixels. `who` has signed in there before, which saves the
-    visit to the sign-in page."""
+    not seen the tour, with `is_sharp` for a test that reads pixels."""
 
-    def __call__(
-        self, *, has_touch: bool = False, is_first: bool = False, is_sharp: bool = False, who: str = ""
-    ) -> "ConsolePage": ...
+    def __call__(self, *, has_touch: bool = False, is_first: bool = False, is_sharp: bool = False) -> "ConsolePage": ...
 
 
 class ConsolePage:
@@ -172,8 +169,9 @@ class ConsolePage:
 def signed_in(
     somebody: Somebody, name: str, drone: str | None = None, *, has_touch: bool = False, is_sharp: bool = False
 ) -> ConsolePage:
-    """Opens the console of somebody who has signed in, and sees the squad or the page of one drone."""
-    console = somebody(has_touch=has_touch, is_sharp=is_sharp, who=name)
+    """Signs somebody in, who then sees the squad or the page of one drone."""
+    console = somebody(has_touch=has_touch, is_sharp=is_sharp)
+    console.sign_in(name)
     expect(console.part("squad-row").first).to_be_visible()
     if drone is not None:
         console.open_drone(drone)
@@ -184,7 +182,7 @@ def signed_in(
 def visitors(chromium: Browser, address: str) -> Iterator[Somebody]:
     contexts = []
 
-    def come(*, has_touch: bool = False, is_first: bool = False, is_sharp: bool = False, who: str = "") -> ConsolePage:
+    def come(*, has_touch: bool = False, is_first: bool = False, is_sharp: bool = False) -> ConsolePage:
         size: ViewportSize = {"width": 1180, "height": 820} if has_touch else {"width": 1280, "height": 800}
         # The offline cache has tests of its own; filling it would cost each profile seconds.
         context = chromium.new_context(
@@ -198,9 +196,6 @@ def visitors(chromium: Browser, address: str) -> Iterator[Somebody]:
         contexts.append(context)
         if not is_first:
             context.add_init_script(TOURED)
-        if who:
-            session = context.request.post(f"{address}/api/v1/session", data={"name": who, "password": PASSWORD})
-            assert session.ok, session.text()
         page = ConsolePage(context.new_page(), address)
         page.open()
         return page

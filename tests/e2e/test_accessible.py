@@ -38,7 +38,8 @@ def come(chromium: Browser, office: World) -> Iterator[Somebody]:
 
 
 def entered(come: Somebody, name: str, address: str = "/") -> ConsolePage:
-    console = come(who=name)
+    console = come()
+    console.sign_in(name)
     expect(console.part("squad-row").first).to_be_visible()
     if address != "/":
         console.open(address)

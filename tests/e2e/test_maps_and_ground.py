@@ -82,8 +82,9 @@ def plan_file(*points: tuple[float, float, float]) -> FilePayload:
 
 
 def planning(come: Somebody) -> ConsolePage:
-    console = come(who="alice")
+    console = come()
     console.page.on("dialog", lambda dialog: dialog.accept())
+    console.sign_in("alice")
     expect(console.part("squad-row").first).to_be_visible()
     console.open("/#/missions/1")
     console.wait("the drone's place", lambda: float(console.part("map").get_attribute("data-zoom") or 0) > 10)

@@ -36,8 +36,9 @@ def come(chromium: Browser, field: World) -> Iterator[Somebody]:
 
 
 def planning(come: Somebody, name: str, drone_id: int | None) -> ConsolePage:
-    console = come(who=name)
+    console = come()
     console.page.on("dialog", lambda dialog: dialog.accept())  # "leave the page?"
+    console.sign_in(name)
     expect(console.part("squad-row").first).to_be_visible()
     console.open("/#/missions" if drone_id is None else f"/#/missions/{drone_id}")
     expect(console.part("map")).to_have_attribute("data-zoom", re.compile(r"\d"))
