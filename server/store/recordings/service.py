@@ -85,6 +85,8 @@ class RecordingService:
         self._taken: set[tuple[DroneId, Quality]] = set()
         self._running: dict[int, Running] = {}
         self._something = asyncio.Event()
+        self._one_at_a_time = asyncio.Lock()
+        """Of ticks: two would end the same recording."""
         self._quota_checked_at = float("-inf")
         quota.in_use = self._running_by_drone
 
@@ -229,6 +231,10 @@ class RecordingService:
 
     async def tick(self, now: float) -> None:
         """Ends recordings that are due, and records which flights the others show."""
+        async with self._one_at_a_time:
+            await self._look(now)
+
+    async def _look(self, now: float) -> None:
         if self._running and now - self._quota_checked_at >= ROOM_EVERY_S:
             self._quota_checked_at = now
             if not await self._quota.make_space(0):
