@@ -16,8 +16,9 @@ from worlds.processes import CHECKOUT, World
 from control_tower import ControlLost, LossCause, Refused, Tower, sync
 
 DRONES = ("Kestrel", "Merlin", "Hobby", "Falcon", "Harrier")
-SPEED = 12
-FAST = ("--param", "LAND_SPEED=200", "--param", "RTL_LOIT_TIME=0")
+SPEED = 8
+# On a busy machine a drone at this speed would disarm between arming and take-off.
+FAST = ("--param", "LAND_SPEED=200", "--param", "RTL_LOIT_TIME=0", "--param", "DISARM_DELAY=0")
 """Landings take most of the time otherwise."""
 
 
