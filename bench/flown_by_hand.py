@@ -224,7 +224,7 @@ async def flown_by_hand(
     cookie. `made`: creates its autopilot, for a port."""
     drone_id = len(tower.keys)
     pilot = pilot or tower
-    async with real_agent(folder, tower, made) as autopilot:
+    async with real_agent(folder, tower.url, tower.keys[-1], made) as autopilot:
         browser = await pilot.browser()
         flight = HandFlight(tower, drone_id, autopilot, browser)
         browser.send_text(json.dumps({"type": "focus", "drone_id": drone_id}))

@@ -43,6 +43,7 @@ from wire.video import ClockAnswer, ClockProbe, VideoWanted
 SIGN_IN_AT_ONCE: Final = 16
 ALL_TAKE: Final = (TRANSACTIONS, FOLLOW, FOLLOW_PERSON)
 KEEPALIVE_S: Final = 0.5
+AT_ONCE_KEPT_ALIVE: Final = 50
 MAX_RETRY_PAUSE_S: Final = 2.0
 HELD_UP_S: Final = 0.02
 """A load that the machine delays for longer than this continues from there: it must not catch up with a flood."""
@@ -223,9 +224,10 @@ async def _sign_in(url: TowerUrl, key: str, takes: tuple[str, ...], airborne: bo
 @contextlib.asynccontextmanager
 async def kept_alive(agents: Sequence[LoadAgent]) -> AsyncIterator[None]:
     """Sends their pings twice per second, spread evenly, until the block ends; then disconnects all of them."""
+    # Few at a time: pings of 500 agents would hold up the telemetry by more than HELD_UP_S.
+    slices = max(10, len(agents) // AT_ONCE_KEPT_ALIVE)
 
     async def ping() -> None:
-        slices = 10
         while True:
             for one in range(slices):
                 for agent in agents[one::slices]:

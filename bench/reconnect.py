@@ -1,9 +1,9 @@
 """A thousand browsers of different users come back at once: after a kill of the tower, and after a cut beside a flight.
 
-A pilot flies a drone through a real agent all the while, 50 sticks a second. "restart": the tower is killed and started
-again; measured from the kill until each browser is live, and the longest gap in the pilot's sticks from their return to
-the end of the storm. "cut": every connection but the pilot's breaks and comes back; the longest gap in the sticks of
-the whole storm.
+A pilot flies a drone through a real agent all the while, 50 sticks a second, in a process of their own. "restart": the
+tower is killed and started again; measured from the kill until each browser is live, and the longest gap in the pilot's
+sticks from their return to the end of the storm. "cut": every connection but the pilot's breaks and comes back; the
+longest gap in the sticks of the whole storm.
 """
 
 from __future__ import annotations
@@ -11,14 +11,12 @@ from __future__ import annotations
 import argparse
 import asyncio
 import contextlib
-import itertools
 import os
 import random
 import socket
 import tempfile
 import time
 from collections.abc import AsyncIterator
-from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any, Final
@@ -26,11 +24,10 @@ from typing import Any, Final
 from bench.load_agents import Telemetry, allow_files, fly, kept_alive, sign_in_all
 from bench.load_frames import STATE_KINDS
 from bench.load_tower import LoadTower, load_tower, make_fleet
-from bench.pilot_sticks import STICKS_S, stick, take
-from bench.precise_timer import PreciseTimer
+from bench.pilot_process import PilotProcess, longest_gap, pilot_process
+from bench.pilot_sticks import take
 from bench.process_cost import cpu_us
 from bench.reconnecting_browsers import Reconnecting, Seat, all_live
-from bench.relay_sticks import StubAutopilot, real_agent
 from bench.rows import Report
 from server.api.authentication import COOKIE
 from server.store.accounts.sessions import Sessions
@@ -39,57 +36,19 @@ from server.store.audit.action import AuditAction
 from server.store.audit.trail import COMMAND_LINE
 from server.store.database import open_database
 from server.store.fleet.drones import add_owner
-from wire.ids import DroneId
 
 BROWSERS: Final = 1000
 DRONES: Final = 200
 FRAMES_PER_S: Final = 4.0
 BEFORE_S: Final = 2.0
 AFTER_S: Final = 2.0
+LOOK_EVERY_S: Final = 0.2
 GAP: Final = "longest gap in the sticks at the autopilot"
 PAUSE: Final = "longest pause of the pilot's own sending"
 ALL_LIVE_S: Final = 120.0
 AGENTS_AT_ONCE: Final = 50
 IDLE: Final = timedelta(minutes=2)
 """Since the last use of each session, so that each is written to at its return: the worst case."""
-
-
-@dataclass
-class Pilot:
-    """Sends a numbered stick every 20 ms while the browser is open, and compares with what the autopilot got."""
-
-    browser: Reconnecting
-    autopilot: StubAutopilot
-    sent: dict[int, float] = field(default_factory=dict)
-
-    async def fly(self) -> None:
-        timer, begin = PreciseTimer(), time.monotonic()
-        try:
-            for number in range(1, 65_536):
-                await timer.until(begin + number * STICKS_S)
-                if self.browser.welcomed_at is not None and self.browser.now_open is not None:
-                    self.sent[number] = time.monotonic()
-                    self.browser.now_open.send_binary(stick(DroneId(self.browser.seat.drone_id), number))
-        finally:
-            timer.close()
-
-    def first_after(self, moment: float) -> float | None:
-        """When the first stick sent after this moment reached the autopilot."""
-        return min((at for number, at in self.autopilot.arrived.items() if self.sent[number] > moment), default=None)
-
-    def longest_gap(self, begin: float, end: float) -> tuple[float, float]:
-        """Between two sticks at the autopilot, over this time."""
-        return longest_gap(list(self.autopilot.arrived.values()), begin, end)
-
-    def longest_pause(self, begin: float, end: float) -> tuple[float, float]:
-        """Of the sender itself, which shares a processor with the load."""
-        return longest_gap(list(self.sent.values()), begin, end)
-
-
-def longest_gap(moments: list[float], begin: float, end: float) -> tuple[float, float]:
-    """The longest time without any of these moments between `begin` and `end`, and when that began; s."""
-    inside = [begin, *sorted(at for at in moments if begin < at < end), end]
-    return max((after - before, before) for before, after in itertools.pairwise(inside))
 
 
 async def run(report: Report, options: argparse.Namespace) -> None:
@@ -120,15 +79,15 @@ async def _run(report: Report, folder: Path, browsers: int, drones: int, cpus: s
     async with contextlib.AsyncExitStack() as whole:
         async with load_tower(folder, drones=drones + 1, keys=keys, settings=settings, cpus=cpus) as tower:
             chance = random.Random(1)
-            crowd = [Reconnecting(tower.url, seat, random.Random(chance.random())) for seat in seats]
+            crowd = [Reconnecting(tower.url, seat, random.Random(chance.random())) for seat in seats[1:]]
+            pilot = await whole.enter_async_context(pilot_process(folder, tower.url, keys[-1], seats[0]))
             for one in crowd:
                 whole.push_async_callback(_cancelled, asyncio.create_task(one.run()))
-            autopilot = await whole.enter_async_context(real_agent(folder, tower))
-            pilot = Pilot(crowd[0], autopilot)
             async with _flying_fleet(tower):
                 await all_live(crowd, ALL_LIVE_S)
+                await pilot.live()
                 await take(_as(tower, seats[0]), drones + 1, "acquire")
-                whole.push_async_callback(_cancelled, asyncio.create_task(pilot.fly()))
+                await pilot.fly()
                 await asyncio.sleep(BEFORE_S)
             killed_at = time.monotonic()
             for one in crowd:
@@ -145,7 +104,7 @@ async def _run(report: Report, folder: Path, browsers: int, drones: int, cpus: s
                     one.attempts = 0
                 cpu_before = cpu_us(tower.process.pid)
                 cut_at = time.monotonic()
-                for one in crowd[1:]:
+                for one in crowd:
                     one.cut()
                 await asyncio.sleep(0.1)
                 await _storm(report, "cut", tower, crowd, pilot, cut_at, flown=True)
@@ -158,31 +117,33 @@ async def _storm(
     case: str,
     tower: LoadTower,
     crowd: list[Reconnecting],
-    pilot: Pilot,
+    pilot: PilotProcess,
     began: float,
     *,
     flown: bool,
 ) -> None:
-    live = await all_live(crowd, ALL_LIVE_S)
+    live = [*await all_live(crowd, ALL_LIVE_S), await pilot.live()]
     if not flown:
         async with asyncio.timeout(ALL_LIVE_S):
-            while pilot.first_after(began) is None:  # noqa: ASYNC110
-                await asyncio.sleep(0.05)
+            while pilot.first_after(began) is None:
+                await asyncio.sleep(LOOK_EVERY_S)
+                await pilot.look()
     await asyncio.sleep(AFTER_S)
+    await pilot.look()
     returned = pilot.first_after(began)
     assert returned is not None
     end = max(max(live), returned) + AFTER_S / 2
     came_back = [(at - began) for at in live if at > began]
     report.spread(case, "until a browser is live", came_back, "s")
     report.add(case, "all live after", max(came_back), "s")
-    report.add(case, "attempts of all browsers", sum(one.attempts for one in crowd), "count")
+    report.add(case, "attempts of all browsers but the pilot's", sum(one.attempts for one in crowd), "count")
     report.add(case, "largest welcome", max(one.welcome_bytes for one in crowd) / 1024, "KiB")
     begin = began if flown else returned
     if not flown:
         report.add(case, "until the pilot's sticks are back at the autopilot", returned - began, "s")
     report.add(case, "storm that the sticks were measured in", end - begin, "s")
-    gap_s, gap_at = pilot.longest_gap(begin, end)
-    pause_s, pause_at = pilot.longest_pause(begin, end)
+    gap_s, gap_at = longest_gap(pilot.arrived.values(), begin, end)
+    pause_s, pause_at = longest_gap(pilot.sent.values(), begin, end)
     report.add(case, GAP, gap_s * 1e3, "ms")
     report.add(case, "when that gap began", gap_at - began, "s")
     report.add(case, PAUSE, pause_s * 1e3, "ms")

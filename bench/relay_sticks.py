@@ -14,7 +14,7 @@ from typing import Final
 from bench.lean_browser import LeanBrowser
 from bench.load_agents import Telemetry, fly, kept_alive, sign_in_all
 from bench.load_frames import EVENT_KINDS
-from bench.load_tower import LoadTower, end, load_tower
+from bench.load_tower import end, load_tower
 from bench.pilot_sticks import STICKS_S, answer_ping, stick, stick_number, take
 from bench.precise_timer import PreciseTimer
 from bench.relay_systems import under_test
@@ -74,7 +74,7 @@ async def stick_latencies_ms(
     agent; the others are load."""
     async with load_tower(folder, drones=drones + 1, cpus=under_test()) as tower:
         agents = await sign_in_all(tower.url, tower.keys[:-1])
-        async with kept_alive(agents), real_agent(folder, tower) as autopilot:
+        async with kept_alive(agents), real_agent(folder, tower.url, tower.keys[-1]) as autopilot:
             browser = await tower.browser()
             browser.on_text = lambda text: answer_ping(browser, text)
             await take(tower, drones + 1)
@@ -103,16 +103,16 @@ async def _send_sticks(browser: LeanBrowser, drone_id: DroneId, for_s: float) ->
 
 @contextlib.asynccontextmanager
 async def real_agent(
-    folder: Path, tower: LoadTower, made: Callable[[int], StubAutopilot] = StubAutopilot
+    folder: Path, tower_url: str, key: str, made: Callable[[int], StubAutopilot] = StubAutopilot
 ) -> AsyncIterator[StubAutopilot]:
-    """Runs an agent process for the tower's last drone, with an autopilot that `made` creates for a port."""
+    """Runs an agent process for the drone with this key, with an autopilot that `made` creates for a port."""
     token = folder / "drone.token"
     token.touch(mode=0o600)
-    token.write_text(tower.keys[-1])
+    token.write_text(key)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
-    words = [str(AGENT), "run", "--tower", tower.url, "--token", str(token), "--autopilot", f"udpin:127.0.0.1:{port}"]
+    words = [str(AGENT), "run", "--tower", tower_url, "--token", str(token), "--autopilot", f"udpin:127.0.0.1:{port}"]
     words += ["--state", str(folder / "state")]
     with (folder / "agent.log").open("wb") as log:
         process = await asyncio.create_subprocess_exec(*words, stdin=asyncio.subprocess.DEVNULL, stdout=log, stderr=log)
