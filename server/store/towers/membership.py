@@ -204,17 +204,21 @@ class TowerMembership:
     async def _write_renewal(self) -> list[Member] | None:
         """Returns all towers with their counters; None if this one is none of them."""
         async with self._open().writing() as session:
-            lock = update(TowerLockRow).where(TowerLockRow.id == THE_ROW, TowerLockRow.owner == BUS)
-            lock = lock.values(renewals=TowerLockRow.renewals + 1, renewed_at=self._clock())
             mine = update(TowerMemberRow).where(TowerMemberRow.tower == self.tower)
             mine = mine.values(renewals=TowerMemberRow.renewals + 1, doing=self.doing[:255], alerts_as=self.alerts_as)
-            for one in (lock.returning(TowerLockRow.id), mine.returning(TowerMemberRow.tower)):
-                if await session.scalar(one) is None:
-                    return None
-            return [
+            if await session.scalar(mine.returning(TowerMemberRow.tower)) is None:
+                return None
+            members = [
                 Member(row.tower, row.renewals, row.url, row.bus_version, row.draining, row.alerts_as)
                 for row in await session.scalars(select(TowerMemberRow))
             ]
+            # All towers write this row: it is locked last, for no longer than the commit.
+            lock = update(TowerLockRow).where(TowerLockRow.id == THE_ROW, TowerLockRow.owner == BUS)
+            lock = lock.values(renewals=TowerLockRow.renewals + 1, renewed_at=self._clock())
+            if await session.scalar(lock.returning(TowerLockRow.id)) is None:
+                await session.rollback()
+                return None
+            return members
 
     async def _watch_others(self, found: list[Member]) -> None:
         members = {one.tower for one in found}
