@@ -29,6 +29,8 @@ from wire.tagged import split_tagged
 OPEN_WITHIN_S: Final = 15.0
 ASK_AGAIN_S: Final = 2.0
 """How often an operation is looked up in case its last event was missed."""
+IN_TURN_WITHIN_S: Final = 2.0
+"""A request waits for the tower's answer to the one before it about the same drone, for no longer than this."""
 MAX_ENDED: Final = 256
 """Operations whose end is remembered: an event may come before the answer to the request that began it."""
 
@@ -55,6 +57,8 @@ class Connection:
         self._events: list[tuple[int | None, Stream[Event]]] = []
         self._ended: dict[str, Operation] = {}
         self._changed = asyncio.Event()
+        self._beginning: dict[str, asyncio.Task[Any]] = {}
+        """The last request that began an operation, by the drone's path."""
         self._flying = 0
         self._failure: TowerError | None = None
 
@@ -141,8 +145,17 @@ class Connection:
         return await self.follow(await self.begin(method, path, body))
 
     async def begin(self, method: str, path: str, body: Any = None) -> Operation:
-        """Begins an operation, and returns when the tower has accepted the request."""
-        return Operation.of(await self.request(method, path, body, Prefer="respond-async"))
+        """Begins an operation, and returns when the tower has accepted the request. One at a time for a drone: a
+        request whose caller was cancelled is on its way all the same, and must not arrive after the next one."""
+        drone = "/".join(path.split("/")[:3])
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(IN_TURN_WITHIN_S):
+                while (before := self._beginning.get(drone)) is not None and not before.done():
+                    await asyncio.wait({before})
+        asking = asyncio.create_task(self.request(method, path, body, Prefer="respond-async"))
+        self._beginning[drone] = asking
+        asking.add_done_callback(lambda task: task.cancelled() or task.exception())  # its caller may be gone
+        return Operation.of(await asyncio.shield(asking))
 
     async def follow(self, operation: Operation) -> Operation:
         """Waits for the end. Raises OperationFailed unless it is `done`."""
