@@ -76,3 +76,34 @@ def test_every_target_is_as_large_as_a_finger(come: Somebody) -> None:
     expect(part("section-password")).to_be_visible()
     measured.look("account")
     assert not measured.faults, "\n".join(measured.faults)
+
+
+def test_records_are_cards_within_a_phone(come: Somebody) -> None:
+    console = come(has_touch=True)
+    measured = Measured(console)
+    part = console.part
+    console.sign_in("admin")
+    for section, rows in (
+        ("users", "user-row"),
+        ("drones", "drone-row"),
+        ("sessions", "session-row"),
+        ("audit", "audit-row"),
+    ):
+        console.open(f"/#/admin/{section}")
+        expect(part(rows).first).to_be_visible()
+        measured.look(section)
+        beyond = (
+            part(rows)
+            .locator("td")
+            .evaluate_all(
+                "cells => cells.filter((one) => one.getBoundingClientRect().right > innerWidth).map((one) => one.outerHTML)"
+            )
+        )
+        assert beyond == [], section
+    console.open("/#/admin/drones")
+    kestrel = part("drone-row").filter(has_text="Kestrel")
+    shown = kestrel.locator("td").evaluate_all(
+        "cells => cells.map((one) => [getComputedStyle(one, '::before').content, one.innerText])"
+    )
+    assert ['"Owners"', "alice"] in shown
+    assert not measured.faults, "\n".join(measured.faults)
