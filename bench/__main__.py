@@ -7,7 +7,7 @@ import asyncio
 import sys
 from collections.abc import Callable, Coroutine
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import uvloop
 
@@ -54,6 +54,9 @@ BENCHES: dict[str, tuple[Callable[[Report, argparse.Namespace], Coroutine[Any, A
     "video": (video.run, video.__doc__ or ""),
     "vision": (vision.run, vision.__doc__ or ""),
 }
+
+UVLOOP: Final = frozenset({"relay", "towers"})
+"""Their load shares a processor with other work, so it runs on the fastest loop available."""
 
 
 def parse(words: list[str]) -> argparse.Namespace:
@@ -134,8 +137,7 @@ def main() -> int:
     report = Report(options.name)
     problem: Exception | None = None
     try:
-        # The relay's load shares a processor with other work, so it runs on the fastest loop available.
-        with asyncio.Runner(loop_factory=uvloop.new_event_loop if options.name == "relay" else None) as runner:
+        with asyncio.Runner(loop_factory=uvloop.new_event_loop if options.name in UVLOOP else None) as runner:
             runner.run(BENCHES[options.name][0](report, options))
     except Exception as error:  # the results so far are still useful
         problem = error

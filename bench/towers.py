@@ -225,8 +225,7 @@ async def _takes(
             await asyncio.sleep(0.5)
             continue
         _check(answer)
-        async with asyncio.timeout(CONFIRMED_S if refused is None else MANY_CONFIRMED_S):
-            await watcher.confirmed.wait()
+        await watcher.confirmation(CONFIRMED_S if refused is None else MANY_CONFIRMED_S)
         took_ms.append((time.monotonic() - began) * 1000.0)
         _check(await client.post(f"{path}/release", json={}))
         await asyncio.sleep(0.05)
@@ -260,10 +259,21 @@ class _Watcher:
         self.drones: set[int] = set()
         """Whose frames came."""
         self.confirmed = asyncio.Event()
+        self.steps: list[str] = []
+        """Of all holds that it was told of."""
         self._browser = browser
         self._drone_id = drone_id
         browser.on_binary, browser.on_text = self._frames, self._event
         browser.send_text(json.dumps({"type": "focus", "drone_id": drone_id}))
+
+    async def confirmation(self, within_s: float) -> None:
+        """Waits for a confirmed hold. Raises RuntimeError with what the browser saw instead."""
+        try:
+            async with asyncio.timeout(within_s):
+                await self.confirmed.wait()
+        except TimeoutError:
+            last = f"hold steps: {self.steps[-3:]}; the browser is {'closed' if self._browser.closed else 'open'}"
+            raise RuntimeError(f"no hold was confirmed within {within_s:g} s; {last}") from None
 
     def _frames(self, message: bytes) -> None:
         now_us = time.monotonic() * 1e6
@@ -274,6 +284,7 @@ class _Watcher:
     def _event(self, text: bytes) -> None:
         if text.startswith(b'{"type":"hold"'):
             event: dict[str, Any] = json.loads(text)
+            self.steps.append(f"{event['drone_id']} {event['step']}")
             if event["step"] == "confirmed" and event["drone_id"] == self._drone_id:
                 self.confirmed.set()
         elif text.startswith(b'{"type":"ping"'):

@@ -11,9 +11,10 @@ from worlds.processes import CHECKOUT, World
 
 @pytest.fixture(scope="module")
 def yard(tmp_path_factory: pytest.TempPathFactory) -> Iterator[World]:
-    """alice owns Kestrel and Merlin, both switched on."""
+    """alice owns Kestrel and Merlin, both switched on; an admin."""
     with World(tmp_path_factory.mktemp("yard")) as world:
         world.add_user("alice")
+        world.add_user("admin", "admin")
         ids = [world.add_drone(name, "alice") for name in ("Kestrel", "Merlin")]
         world.start_tower()
         world.start_simulated("Kestrel", "Merlin", options=SIMULATOR)
