@@ -1,12 +1,18 @@
 """On a phone, 390 px wide: every target in the states of the pages that a pilot needs is 44 px wide and high."""
 
 from collections.abc import Iterator
+from typing import Final
 
 import pytest
 from console_page import SIMULATOR, Somebody, visitors
 from playwright.sync_api import Browser, expect
 from touch_targets import Measured
 from worlds.processes import CHECKOUT, World
+
+BEYOND_THE_PAGE: Final = """(cells) =>
+  cells.filter((one) => one.getBoundingClientRect().right > innerWidth).map((one) => one.outerHTML)"""
+HEADINGS_AND_VALUES: Final = """(cells) =>
+  cells.map((one) => [getComputedStyle(one, '::before').content, one.innerText])"""
 
 
 @pytest.fixture(scope="module")
@@ -93,18 +99,9 @@ def test_records_are_cards_within_a_phone(come: Somebody) -> None:
         console.open(f"/#/admin/{section}")
         expect(part(rows).first).to_be_visible()
         measured.look(section)
-        beyond = (
-            part(rows)
-            .locator("td")
-            .evaluate_all(
-                "cells => cells.filter((one) => one.getBoundingClientRect().right > innerWidth).map((one) => one.outerHTML)"
-            )
-        )
-        assert beyond == [], section
+        cells = part(rows).locator("td")
+        assert cells.evaluate_all(BEYOND_THE_PAGE) == [], section
     console.open("/#/admin/drones")
-    kestrel = part("drone-row").filter(has_text="Kestrel")
-    shown = kestrel.locator("td").evaluate_all(
-        "cells => cells.map((one) => [getComputedStyle(one, '::before').content, one.innerText])"
-    )
-    assert ['"Owners"', "alice"] in shown
+    cells = part("drone-row").filter(has_text="Kestrel").locator("td")
+    assert ['"Owners"', "alice"] in cells.evaluate_all(HEADINGS_AND_VALUES)
     assert not measured.faults, "\n".join(measured.faults)
