@@ -79,6 +79,10 @@ def test_every_target_is_as_large_as_a_finger(come: Somebody) -> None:
         part(f"tab-{tab}").click()
         measured.look(f"missions, {tab}")
 
+    console.open("/#/flights")
+    expect(part("flight-row").first).to_be_visible()
+    measured.look("flights")
+
     console.open("/#/account")
     expect(part("section-password")).to_be_visible()
     measured.look("account")

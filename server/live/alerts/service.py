@@ -89,15 +89,11 @@ class AlertService:
     def visible(self, viewer: Principal) -> Iterator[Alert]:
         """The alerts that are open or wait for a person, as far as this user may know of them."""
         # Most alerts are of drones of strangers: those are looked at once for each drone, not for each alert.
-        gets_frames: dict[DroneId, bool] = {}
+        gets_frames: dict[DroneId | None, bool] = {None: True}
         for alert in self._live.values():
-            drone_id = alert.drone_id
-            if drone_id is not None:
-                if drone_id not in gets_frames:
-                    gets_frames[drone_id] = self._gets_frames(drone_id, viewer)
-                if not gets_frames[drone_id]:
-                    continue
-            if self._knows(viewer, alert):
+            if alert.drone_id not in gets_frames:
+                gets_frames[alert.drone_id] = self._gets_frames(self._drone(alert), viewer)
+            if gets_frames[alert.drone_id] and self._knows(viewer, alert):
                 yield alert
 
     def live(self) -> list[Alert]:
@@ -394,14 +390,11 @@ class AlertService:
     def _sees(self, drone_id: DroneId, viewer: Principal, at: datetime) -> bool:
         """Whether this user gets the frames of the drone now, and may know what happened to it at that time."""
         drone = self._state.drones.get(drone_id)
-        return (
-            drone is not None
-            and self._gets_frames(drone_id, viewer)
-            and drone.knows_of(viewer.user_id, viewer.role, at)
-        )
-
-    def _gets_frames(self, drone_id: DroneId, viewer: Principal) -> bool:
-        drone = self._state.drones.get(drone_id)
-        if drone is None or viewer.user_id == drone.user_without_view:
+        if drone is None:
             return False
-        return drone.may(viewer.user_id, viewer.role, Right.SEE)
+        return self._gets_frames(drone, viewer) and drone.knows_of(viewer.user_id, viewer.role, at)
+
+    @staticmethod
+    def _gets_frames(drone: LiveDrone | None, viewer: Principal) -> bool:
+        user_id = viewer.user_id
+        return drone is not None and user_id != drone.user_without_view and drone.may(user_id, viewer.role, Right.SEE)
