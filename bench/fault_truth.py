@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import asyncpg  # type: ignore[import-untyped]
@@ -23,7 +23,11 @@ class Truth:
 
     def __init__(self) -> None:
         self._changes: list[tuple[int | None, float, float]] = []
-        self._doubts: list[float] = []
+        """Holder, asked at, answered at."""
+        self._in_doubt_since: dict[int, float] = {}
+        """When the change with this index may have happened, if a request before the acknowledged one is in doubt."""
+        self._doubts: dict[int | None, float] = {}
+        """When each holder asked first since the last change, without a certain answer."""
         self.epoch = 0
         self.acknowledged = 0
         self.taken_at = float("inf")
@@ -35,26 +39,45 @@ class Truth:
         return self._changes[-1][0] if self._changes else None
 
     def changed(self, holder: int | None, asked_at: float, answered_at: float, epoch: int) -> None:
-        """A tower has acknowledged it, or the database has it."""
+        """A tower has acknowledged it, or the database has it: perhaps since an earlier request in doubt."""
+        if holder in self._doubts:
+            self._in_doubt_since[len(self._changes)] = self._doubts[holder]
+        self._doubts.clear()
         self._changes.append((holder, asked_at, answered_at))
         self.epoch = epoch
         self.acknowledged += 1
         if holder == ADMIN:
             self.taken_at = asked_at
 
-    def in_doubt(self, asked_at: float) -> None:
-        """A request without an answer."""
-        self._doubts.append(asked_at)
+    def in_doubt(self, holder: int | None, asked_at: float) -> None:
+        """A request without an answer, or whose answer says that its outcome is not known."""
+        self._doubts.setdefault(holder, asked_at)
 
-    def intruders(self, sticks: Sequence[Stick], since: float) -> int:
+    def intruders(self, sticks: Sequence[Stick], since: float) -> list[Stick]:
         """Sticks at the port of somebody who was not the holder then."""
-        return sum(1 for one in sticks if one.at > since and one.who in (OPERATOR, ADMIN) and not self._may(one))
+        of_people = [one for one in sticks if one.at > since and one.who in (OPERATOR, ADMIN)]
+        return [one for one in of_people if not self._may(one, self._in_doubt_since)]
 
-    def _may(self, stick: Stick) -> bool:
+    def after_doubt(self, sticks: Sequence[Stick], since: float) -> list[Stick]:
+        """Those that are an intruder's unless a request whose outcome was not known has been carried out."""
+        of_people = [one for one in sticks if one.at > since and one.who in (OPERATOR, ADMIN)]
+        return [one for one in of_people if self._may(one, self._in_doubt_since) and not self._may(one, {})]
+
+    def in_words(self, sticks: Sequence[Stick], since: float) -> str:
+        """When each of these sticks came, and when each change was asked for and answered."""
+        came = ", ".join(f"{one.who} at {one.at - since:.3f}" for one in sticks)
+        changes = ", ".join(
+            f"{holder} asked {asked_at - since:.3f} answered {answered_at - since:.3f}"
+            for holder, asked_at, answered_at in self._changes
+        )
+        return f"sticks: {came}; changes: {changes} (s after the fault)"
+
+    def _may(self, stick: Stick, in_doubt_since: Mapping[int, float]) -> bool:
         for number, (holder, asked_at, _) in enumerate(self._changes):
+            begins_at = in_doubt_since.get(number, asked_at)
             following = self._changes[number + 1 :]
             ends_at = following[0][2] + UNDER_WAY_S if following else float("inf")
-            if holder == stick.who and asked_at <= stick.at <= ends_at:
+            if holder == stick.who and begins_at <= stick.at <= ends_at:
                 return True
         return False
 

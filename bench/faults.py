@@ -32,6 +32,8 @@ HOLD_MODES: Final = (2, 17)
 """ALT_HOLD and BRAKE."""
 STEADY_S: Final = 0.6
 AGAIN_S: Final = 0.1
+OUTCOME_UNKNOWN: Final = "check what became of the request"
+"""The tower's words if the drone's own tower did not answer."""
 BACK_WITHIN_S: Final = 60.0
 QUICK: Final = ("the drone's tower killed",)
 
@@ -84,6 +86,8 @@ async def _measure(report: Report, rig: FaultRig, case: Case, repeats: int) -> N
         if values:
             report.spread(case.name, kind, values, "s")
     report.add(case.name, "sticks of two people", sum(one.intruders for one in rounds), "count")
+    doubtful = sum(one.doubtful for one in rounds)
+    report.add(case.name, "sticks after a change that was done and not answered", doubtful, "count")
     report.add(case.name, "acknowledged", sum(one.acknowledged for one in rounds), "count")
     report.add(case.name, "acknowledged and lost", sum(one.lost for one in rounds), "count")
     report.add(case.name, "rounds", len(rounds), "count")
@@ -108,7 +112,8 @@ class Found:
         self.take_s: float | None = None
         self.take_holds_s: float | None = None
         self.take_outcome = ""
-        self.intruders = self.acknowledged = self.lost = 0
+        self.sticks_words = ""
+        self.intruders = self.doubtful = self.acknowledged = self.lost = 0
 
     def in_words(self) -> str:
         shown = {name: value for name, value in vars(self).items() if value not in (None, "")}
@@ -159,7 +164,11 @@ class _Round:
             await self._until_done(pilot, "acquire", OPERATOR)
             await self._sticks_of(OPERATOR)
             await asyncio.sleep(STEADY_S)
-            found.intruders = self._truth.intruders(rig.tap.sticks, fault_at)
+            intruders = self._truth.intruders(rig.tap.sticks, fault_at)
+            doubtful = self._truth.after_doubt(rig.tap.sticks, fault_at)
+            found.intruders, found.doubtful = len(intruders), len(doubtful)
+            if intruders or doubtful:
+                found.sticks_words = self._truth.in_words(intruders + doubtful, fault_at)
             found.acknowledged, found.lost = await writer.end()
             epoch, holder = await rig.lease()
             found.acknowledged += self._truth.acknowledged
@@ -184,9 +193,11 @@ class _Round:
             self._found.take_outcome = "done"
         except Refused as refused:
             self._found.take_outcome = f"refused ({str(refused).split(': ')[2][:3]})"
+            if OUTCOME_UNKNOWN in str(refused):
+                self._truth.in_doubt(ADMIN, asked_at)
         except GONE as error:
             self._found.take_outcome = f"no answer ({type(error).__name__})"
-            self._truth.in_doubt(asked_at)
+            self._truth.in_doubt(ADMIN, asked_at)
         self._found.take_s = admin.person.now - asked_at
         self._asked_at = asked_at
 
@@ -205,8 +216,8 @@ class _Round:
                 said = str(error)
                 if "already-yours" in said and self._truth.holder == holder:
                     return  # the TAKE in the fault was done
-                if not isinstance(error, Refused):
-                    self._truth.in_doubt(asked_at)
+                if not isinstance(error, Refused) or OUTCOME_UNKNOWN in said:
+                    self._truth.in_doubt(holder, asked_at)
             with contextlib.suppress(Exception):  # the database may still be away
                 epoch, is_now = await self._rig.lease()
                 if is_now == wanted and (verb != "take" or self._truth.epoch != epoch):

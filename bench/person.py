@@ -148,7 +148,7 @@ class Person:
         answer = await self.http.request(method, path, json=body)
         self.answered_at = self.now
         if answer.status_code >= 400:
-            raise Refused(f"{self.name}: {method} {path}: {answer.status_code} {answer.text[:200]}")
+            raise Refused(f"{self.name}: {method} {path}: {answer.status_code} {answer.text[:400]}")
         return answer.json() if answer.content else None
 
     async def control(self, verb: str, **body: Any) -> Any:
