@@ -1,5 +1,5 @@
 """The console script `tower`. It only selects the package: `tower connect` runs on machines without a tower, and must
-not load a database to start."""
+not load a database to start. Nor must `tower --version`."""
 
 import sys
 
@@ -10,6 +10,10 @@ def main() -> None:
         from connect.cli import main as connect_main
 
         connect_main(sys.argv[2:])
+    elif sys.argv[1:] == ["--version"]:
+        from server import VERSION
+
+        print(VERSION)
     else:
         from server.runtime.garbage import unsearched
 
