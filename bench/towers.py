@@ -2,6 +2,9 @@
 
 Each tower has as many drones, and an admin's browser that watches all of them. One drone of the first tower is in focus
 twice: in a browser of its own tower and in one of the last. TAKE goes to the last tower, for a drone of the first.
+
+The host of a shared machine stops all of it for milliseconds. `steady` are the frames beside such moments, which a
+process of its own notes (`bench.machine_pace`): what the bus adds is their difference.
 """
 
 from __future__ import annotations
@@ -23,13 +26,14 @@ from bench.lean_browser import LeanBrowser
 from bench.load_agents import LoadAgent, Telemetry, fly, kept_alive, sign_in_all
 from bench.load_frames import STATE_KINDS, read_tagged
 from bench.load_tower import LoadTower, load_tower, make_fleet
+from bench.machine_pace import MachinePace, machine_pace
 from bench.process_cost import cpu_us, rss_mb, udp_drops
 from bench.rows import Report, percentile
 from wire.control_messages import HoldOrder, HoldProgress, HoldStep, ToAgent
 
 TOWERS: Final = (1, 2, 3)
 DRONES: Final = 30
-FLY_S: Final = 10.0
+FLY_S: Final = 20.0
 ROUNDS: Final = 50
 SETTLE_S: Final = 2.0
 OUT_OF_REACH: Final = 503
@@ -113,18 +117,24 @@ async def _measure(
         await asyncio.sleep(SETTLE_S)
         before = sum(cpu_us(tower.process.pid) for tower in towers)
         sent = sum(agent.sent_frames for agent in agents)
-        near.ages_ms.clear()
-        far.ages_ms.clear()
-        await fly(agents, TELEMETRY, for_s=for_s)
-        await asyncio.sleep(0.2)
+        near.ages.clear()
+        far.ages.clear()
+        async with machine_pace() as pace:
+            await fly(agents, TELEMETRY, for_s=for_s)
+            await asyncio.sleep(0.2)
         used_s = (sum(cpu_us(tower.process.pid) for tower in towers) - before) / 1e6
         sent = sum(agent.sent_frames for agent in agents) - sent
         report.add(case, "frames per processor second", sent / used_s, "1/s")
         report.add(case, "frames", sent, "count")
         report.spread(case, "age at the drone's tower", near.ages_ms, "ms")
         report.spread(case, "age at the last tower", far.ages_ms, "ms")
+        near_ms, far_ms = near.steady_ms(pace), far.steady_ms(pace)
+        report.spread(case, "steady: age at the drone's tower", near_ms, "ms")
+        report.spread(case, "steady: age at the last tower", far_ms, "ms")
+        report.add(case, "steady: p99 added", percentile(far_ms, 0.99) - percentile(near_ms, 0.99), "ms")
         added = percentile(far.ages_ms, 0.99) - percentile(near.ages_ms, 0.99)
-        report.add(case, "p99 at the last less p99 at the drone's", added, "ms")
+        report.add(case, "p99 added", added, "ms")
+        report.add(case, "the machine stood still", 100 * pace.slow_share, "% of looks")
         confirmed_ms = await _takes(last, far, drone, rounds)
         report.spread(case, "TAKE to confirmed hold", confirmed_ms, "ms")
 
@@ -255,7 +265,8 @@ class _Watcher:
     """Notes the age of each frame of the drone in focus, and each confirmed hold."""
 
     def __init__(self, browser: LeanBrowser, drone_id: int) -> None:
-        self.ages_ms: list[float] = []
+        self.ages: list[tuple[int, float]] = []
+        """When each frame was sent, monotonic us, and its age, ms."""
         self.drones: set[int] = set()
         """Whose frames came."""
         self.confirmed = asyncio.Event()
@@ -265,6 +276,14 @@ class _Watcher:
         self._drone_id = drone_id
         browser.on_binary, browser.on_text = self._frames, self._event
         browser.send_text(json.dumps({"type": "focus", "drone_id": drone_id}))
+
+    @property
+    def ages_ms(self) -> list[float]:
+        return [age for _, age in self.ages]
+
+    def steady_ms(self, pace: MachinePace) -> list[float]:
+        """Without frames that met a halt of the machine."""
+        return [age for sent_us, age in self.ages if not pace.stood_still_at(sent_us)]
 
     async def confirmation(self, within_s: float) -> None:
         """Waits for a confirmed hold. Raises RuntimeError with what the browser saw instead."""
@@ -279,7 +298,9 @@ class _Watcher:
         now_us = time.monotonic() * 1e6
         frames = list(read_tagged(message))
         self.drones.update(one.drone_id for one in frames)
-        self.ages_ms += [(now_us - one.sent_us) / 1000.0 for one in frames if one.drone_id == self._drone_id]
+        self.ages += [
+            (one.sent_us, (now_us - one.sent_us) / 1000.0) for one in frames if one.drone_id == self._drone_id
+        ]
 
     def _event(self, text: bytes) -> None:
         if text.startswith(b'{"type":"hold"'):

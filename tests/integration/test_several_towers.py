@@ -11,6 +11,7 @@ import shared_bus_world
 from control_world import ObedientAgent, ask, audit, until
 from own_postgres import OwnPostgres
 from shared_bus_world import AUTOPILOT, Two, frame_of
+from sqlalchemy import select, update
 from tower_world import assert_problem, start_tower
 from worlds.nats import TemporaryNats
 
@@ -20,7 +21,9 @@ from server.live.towers.place import Place
 from server.store.database import open_database
 from server.store.schema import migrate
 from server.store.tower_lock import TowerLockHeld
+from server.store.tower_lock_table import TowerLockRow
 from server.store.towers.membership import TowerMembership
+from server.store.towers.tables import TowerMemberRow
 from wire.content import Frames
 from wire.dialect import mavlink
 from wire.ids import DroneId, Epoch
@@ -201,3 +204,35 @@ async def test_a_tower_joins_again_whose_first_answer_was_lost(postgres: OwnPost
         assert membership.may_act()
     finally:
         await membership.release()
+
+
+async def test_a_renewal_counts_in_both_rows_and_in_none_once_a_tower_without_a_bus_has_the_database(
+    postgres: OwnPostgres,
+) -> None:
+    url = postgres.url.replace("postgresql://", "postgresql+asyncpg://")
+    database = open_database(url)
+    await migrate(database)
+    membership = TowerMembership(url, clock=utc_now)
+
+    async def renewals() -> tuple[int, int]:
+        async with database.reading() as session:
+            mine = select(TowerMemberRow.renewals).where(TowerMemberRow.tower == membership.tower)
+            common = select(TowerLockRow.renewals)
+            return (await session.scalars(mine)).one(), (await session.scalars(common)).one()
+
+    try:
+        await membership.take(waits=False)
+        mine, common = await renewals()
+        assert await membership._renew_once()
+        assert await renewals() == (mine + 1, common + 1)
+        assert [one.tower for one in membership.present] == [membership.tower]
+
+        async with database.writing() as session:
+            await session.execute(update(TowerLockRow).values(owner="of another tower"))
+        assert not await membership._renew_once()
+        assert await renewals() == (mine + 1, common + 1)
+        assert not membership.may_act()
+        assert "declared this one dead" in membership.lost_words
+    finally:
+        await membership.release()
+        await database.close()

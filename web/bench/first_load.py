@@ -29,12 +29,17 @@ def rows_of(case: str, loads: list[FirstLoad]) -> list[dict[str, object]]:
         "first meaningful paint": (statistics.median(one.meaningful_ms for one in loads), "ms"),
         "slowest meaningful paint": (max(one.meaningful_ms for one in loads), "ms"),
         "transferred": (max(one.transferred for one in loads) / 1000, "kB"),
+        "of it, before the map": (max(map(_before_map, loads)) / 1000, "kB"),
         "of it, the map library": (max(one.transferred_of("create_map") for one in loads) / 1000, "kB"),
     }
     return [
         {"case": case, "system": "ours", "metric": metric, "value": value, "unit": unit}
         for metric, (value, unit) in figures.items()
     ]
+
+
+def _before_map(load: FirstLoad) -> int:
+    return load.transferred - load.transferred_of("create_map") - load.transferred_of("basemap")
 
 
 def main() -> None:

@@ -7,16 +7,17 @@ other way round. Each tower has a row of its own and renews it. Who does not, is
 from __future__ import annotations
 
 import asyncio
+import json
 import os
 import secrets
 import socket
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, replace
-from typing import Final
+from dataclasses import dataclass, fields, replace
+from typing import Final, cast
 
 import structlog
-from sqlalchemy import delete, select, update
+from sqlalchemy import Executable, Table, Text, bindparam, delete, exists, func, select
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.ext.asyncio import AsyncSession
 
@@ -32,6 +33,7 @@ from server.domain.tower_lease import (
     LockWatch,
 )
 from server.store.database import Database, LockLost, open_database
+from server.store.repeated_statement import RepeatedStatement
 from server.store.tower_lock import REACHED_WITHIN_S, TowerLockHeld, awake_or_asleep_s, state_of
 from server.store.tower_lock_table import THE_ROW, TowerLockRow
 from server.store.towers.tables import TowerMemberRow
@@ -57,6 +59,30 @@ def _by_tower(member: Member) -> str:
     return member.tower
 
 
+def _renewal_of(tower: str) -> Executable:
+    """One statement, because each tower repeats it twice a second. Its value: all towers as JSON, or NULL if `tower` is
+    none of them. All towers write the common row, so it comes last."""
+    members, common = cast("Table", TowerMemberRow.__table__), cast("Table", TowerLockRow.__table__)
+    with_a_bus = (common.c.id == THE_ROW, common.c.owner == BUS)
+    mine = (
+        members.update()
+        .where(members.c.tower == tower, exists(select(common.c.id).where(*with_a_bus)))
+        .values(renewals=members.c.renewals + 1, doing=bindparam("doing"), alerts_as=bindparam("alerts_as"))
+        .returning(members.c.tower)
+        .cte("mine")
+    )
+    lock = (
+        common.update()
+        .where(*with_a_bus, exists(select(mine.c.tower)))
+        .values(renewals=common.c.renewals + 1, renewed_at=bindparam("at"))
+        .returning(common.c.id)
+        .cte("lock")
+    )
+    values = [members.c[name.name] for name in fields(Member)]
+    found = func.json_agg(func.json_build_array(*values))
+    return select(found.cast(Text)).where(exists(select(lock.c.id)))
+
+
 class MemberBelief(LockBelief):
     """Whether a tower may trust that it still is one. While the database is silent, the bus tells whether another tower
     can reach it, and could declare this one dead."""
@@ -79,6 +105,7 @@ class TowerMembership:
         self._now = now
         self.tower = secrets.token_hex(16)
         self._database: Database | None = None
+        self._renewal: RepeatedStatement | None = None
         self._belief: MemberBelief | None = None
         self._watches: dict[str, LockWatch] = {}
         self._answered = True
@@ -203,22 +230,10 @@ class TowerMembership:
 
     async def _write_renewal(self) -> list[Member] | None:
         """Returns all towers with their counters; None if this one is none of them."""
-        async with self._open().writing() as session:
-            mine = update(TowerMemberRow).where(TowerMemberRow.tower == self.tower)
-            mine = mine.values(renewals=TowerMemberRow.renewals + 1, doing=self.doing[:255], alerts_as=self.alerts_as)
-            if await session.scalar(mine.returning(TowerMemberRow.tower)) is None:
-                return None
-            members = [
-                Member(row.tower, row.renewals, row.url, row.bus_version, row.draining, row.alerts_as)
-                for row in await session.scalars(select(TowerMemberRow))
-            ]
-            # All towers write this row: it is locked last, for no longer than the commit.
-            lock = update(TowerLockRow).where(TowerLockRow.id == THE_ROW, TowerLockRow.owner == BUS)
-            lock = lock.values(renewals=TowerLockRow.renewals + 1, renewed_at=self._clock())
-            if await session.scalar(lock.returning(TowerLockRow.id)) is None:
-                await session.rollback()
-                return None
-            return members
+        if self._renewal is None:
+            self._renewal = self._open().repeated(_renewal_of(self.tower))
+        found = await self._renewal.scalar(doing=self.doing[:255], alerts_as=self.alerts_as, at=self._clock())
+        return None if found is None else [Member(*values) for values in json.loads(found)]
 
     async def _watch_others(self, found: list[Member]) -> None:
         members = {one.tower for one in found}
@@ -301,7 +316,7 @@ class TowerMembership:
             await asyncio.wait(self._ending, timeout=RENEW_WITHIN_S)
         if self._database is not None:
             await self._database.close()
-            self._database = None
+            self._database, self._renewal = None, None
 
     def _ended(self, attempt: asyncio.Task[list[Member] | None]) -> None:
         self._ending.discard(attempt)
