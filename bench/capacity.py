@@ -51,7 +51,7 @@ FRAME_UP_BYTES: Final = 58
 """A frame of 45 bytes, its part of a datagram of five: tag, seal, UDP, IP."""
 FRAME_OUT_BYTES: Final = 52
 """With tag, in a WebSocket message of many."""
-BUS_FACTOR: Final = 40_900 / 14_600
+BUS_FACTOR: Final = 18_700 / 9_700
 """`bench towers`: frames per processor second of one tower, and of two on a bus."""
 USABLE: Final = 0.5
 """Of a core: sticks wait behind what is worked on, so half of it stays free (`bench anonymous`, `bench reconnect`)."""
