@@ -43,11 +43,10 @@ async def test_what_a_stranger_says_of_where_they_come_from_is_not_believed(worl
     """Otherwise each try could claim another address, even the known address of a user."""
     transport = httpx.AsyncHTTPTransport(local_address=STRANGER)
     async with httpx.AsyncClient(base_url=world.base_url, transport=transport, timeout=20) as stranger:
-        for number in range(5):
-            answer = await sign_in(stranger, f"203.0.113.{number}", anna.name, "wrong")
-            assert answer.status_code == 401
-        answer = await sign_in(stranger, "203.0.113.99", anna.name, PASSWORD)
-        assert answer.status_code == 429
+        # All at once: the delay after the fifth is shorter than a busy machine takes for a hash.
+        tries = [sign_in(stranger, f"203.0.113.{number}", anna.name, "wrong") for number in range(8)]
+        answers = await asyncio.gather(*tries)
+    assert Counter(one.status_code for one in answers) == {401: 5, 429: 3}
     assert await post_sign_in(world.base_url, anna.name, PASSWORD, "127.78.0.1") == 200
     assert not world.tower.anonymous.known.knows(origin_of("203.0.113.1"))
 

@@ -18,6 +18,8 @@ ALONE: Final = (
     "test_attacks_beside_a_flight.py",
     "test_tenants_beside_a_flight.py",
     "test_flight_bar.py",
+    "test_controllers_flown.py",
+    "test_challenge_flown.py",
 )
 """Modules whose measurements parallel tests would spoil: while one of them runs, no other test does."""
 
@@ -26,12 +28,10 @@ LONGEST_FIRST: Final = (
     "test_plans_round_trip.py",
     "test_bench_faults.py",
     "test_routes_without_database.py",
-    "test_controllers_flown.py",
     "test_one_tower.py",
     "test_several_towers_filmed.py",
     "test_make_run.py",
     "test_openapi_contract.py",
-    "test_challenge_flown.py",
     "test_bench_missions.py",
     "test_statistics_flown.py",
     "test_bench_recorder.py",
