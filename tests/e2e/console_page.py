@@ -152,11 +152,6 @@ class ConsolePage:
                 raise AssertionError(f"waited {timeout_s:g} s in vain for {what}; the page shows {seen}, {said}")
             self.page.wait_for_timeout(50)
 
-    def wait_until(self, expression: str) -> None:
-        """Waits until this JavaScript is true. `Page.wait_for_function` repeats it inside the page, where the console's
-        Content-Security-Policy forbids it: it works only for what is true at once."""
-        self.wait(expression, lambda: bool(self.page.evaluate(f"Boolean({expression})")))
-
     def wait_for_frames(self, drones: int = 1, *, timeout_s: float = 20.0) -> None:
         """Waits until frames of this many drones have arrived."""
         deadline = time.monotonic() + timeout_s

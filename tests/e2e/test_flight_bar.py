@@ -152,7 +152,8 @@ def test_hold_works_with_every_dialog_open_at_three_sizes(come: Somebody, field:
             opened = alice.page.locator(OPENED)
             expect(opened.last).to_be_visible()
             # The focus moves in with the frame after the one that shows it: only then does a key have its place.
-            alice.wait_until(f"document.activeElement?.closest('{OPENED}')")
+            # A function: an expression is evaluated anew in the page, where the Content-Security-Policy forbids that.
+            alice.page.wait_for_function(f"() => document.activeElement?.closest('{OPENED}')")
             takes_text = alice.page.evaluate(f"document.activeElement.matches('{TAKES_TEXT}')")
             assert takes_text == (way[-1] in FIRST_TAKES_TEXT), way
             for press in ("click", "tap") if takes_text else ("click", "key", "tap"):
@@ -239,7 +240,7 @@ def test_a_full_screen_keeps_the_figures_and_hold(come: Somebody, field: tuple[W
     alice.acquire("Kestrel")
     alice.page.keyboard.press("v")
     alice.page.evaluate("document.documentElement.requestFullscreen()")
-    alice.wait_until("document.fullscreenElement")
+    alice.page.wait_for_function("() => document.fullscreenElement")
     for part in ("height", "speed", "battery", "state", "alerts", "hold"):
         expect(alice.part(f"bar-{part}")).to_be_visible()
     for press in ("click", "key"):

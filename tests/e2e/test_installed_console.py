@@ -43,7 +43,7 @@ def visitor(profiles: BrowserContext, quiet_world: World) -> Iterator[ConsolePag
 
 def wait_until_kept(console: ConsolePage) -> None:
     console.page.evaluate("navigator.serviceWorker.ready.then((it) => it.active.state)")
-    console.wait_until("navigator.serviceWorker.controller")
+    console.page.wait_for_function("() => navigator.serviceWorker.controller")
 
 
 def kept_addresses(console: ConsolePage) -> list[str]:
@@ -126,9 +126,8 @@ def test_a_new_version_is_told_and_loaded_only_when_asked_for(
     expect(visitor.page.get_by_role("heading", name="Password", exact=True)).to_be_visible()
     assert visitor.page.evaluate("window.stillTheSamePage")
     assert NEXT not in visitor.page.content()
-    with visitor.page.expect_event("load"):
-        visitor.part("new-version").click()
-    assert visitor.page.evaluate("window.stillTheSamePage === undefined")
+    visitor.part("new-version").click()
+    visitor.page.wait_for_function("() => window.stillTheSamePage === undefined")
     expect(visitor.part("connection-state")).to_contain_text("Connected")
     assert NEXT in visitor.page.content()
     expect(visitor.part("new-version")).to_have_count(0)

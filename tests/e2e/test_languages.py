@@ -90,7 +90,7 @@ def test_all_pages_are_in_the_language_that_a_person_chooses(come: Somebody, axe
     assert recalled.value.json()["console"]["language"] == "pt"
     expect(there.part("squad-row").first).to_be_visible()
     # Storage shows that the page has read the answer.
-    there.wait_until('Object.values(localStorage).some((one) => one.includes(\'"language":"pt"\'))')
+    there.page.wait_for_function('() => Object.values(localStorage).some((one) => one.includes(\'"language":"pt"\'))')
     there.page.reload()
     expect(there.page.locator("html[lang=pt]")).to_have_count(1)
     expect(there.part("squad-row").first).to_be_visible()

@@ -232,7 +232,37 @@ async def test_a_renewal_counts_in_both_rows_and_in_none_once_a_tower_without_a_
         assert not await membership._renew_once()
         assert await renewals() == (mine + 1, common + 1)
         assert not membership.may_act()
-        assert "declared this one dead" in membership.lost_words
+        assert membership.lost_words
     finally:
         await membership.release()
+        await database.close()
+
+
+async def test_towers_that_renew_at_the_same_moment_all_renew(postgres: OwnPostgres) -> None:
+    """Who waits for the common row checks it again once it is free (READ COMMITTED), and not its own row."""
+    url = postgres.url.replace("postgresql://", "postgresql+asyncpg://")
+    database = open_database(url)
+    await migrate(database)
+    towers = [TowerMembership(url, clock=utc_now) for _ in range(3)]
+
+    async def renewals() -> int:
+        async with database.reading() as session:
+            return (await session.scalars(select(TowerLockRow.renewals))).one()
+
+    try:
+        for one in towers:
+            await one.take(waits=False)
+        before = await renewals()
+        async with database.writing() as session:
+            await session.execute(update(TowerLockRow).values(renewals=TowerLockRow.renewals + 1))
+            waiting = [asyncio.create_task(one._write_renewal()) for one in towers]
+            await asyncio.wait(waiting, timeout=0.2)
+            assert not any(one.done() for one in waiting)
+        for found in await asyncio.gather(*waiting):
+            assert found is not None
+            assert {one.tower for one in found} == {one.tower for one in towers}
+        assert await renewals() == before + 1 + len(towers)
+    finally:
+        for one in towers:
+            await one.release()
         await database.close()

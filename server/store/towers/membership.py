@@ -61,7 +61,8 @@ def _by_tower(member: Member) -> str:
 
 def _renewal_of(tower: str) -> Executable:
     """One statement, because each tower repeats it twice a second. Its value: all towers as JSON, or NULL if `tower` is
-    none of them. All towers write the common row, so it comes last."""
+    none of them. All towers write the common row, so it comes last. If a tower without a bus takes that row while this
+    waits for it, the own row is counted all the same, which decides nothing then."""
     members, common = cast("Table", TowerMemberRow.__table__), cast("Table", TowerLockRow.__table__)
     with_a_bus = (common.c.id == THE_ROW, common.c.owner == BUS)
     mine = (
