@@ -26,7 +26,7 @@ WEB_SOURCES := $(shell find web -type f -not -path '*/node_modules/*' -not -path
 .PHONY: help
 help: ## print this
 	@printf 'Control Tower\n\n'
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
 	@printf '\nSettings are environment variables: see docs/settings.md.\n'
 
 .PHONY: run
@@ -48,6 +48,7 @@ check-python: $(DEV_READY)
 	@$(BIN)/lint-imports
 	@$(BIN)/python deploy/check_structure.py
 	@$(BIN)/python deploy/check_autopilots.py
+	@$(BIN)/python tests/check_costs.py
 
 check-console: $(WEB_READY)
 	@$(SAY) "Console: format, lint, types"
@@ -74,15 +75,19 @@ generate: $(DEV_READY) $(WEB_READY) ## write the files that are made from the di
 	@$(BIN)/python web/scripts/tower_texts.py
 	@cd web && PYTHON=$(CURDIR)/$(BIN)/python npm run --silent generate
 
-.PHONY: test
-test: setup ## run every test: unit, integration, and the browser's; TEST_WORKERS=3 at a time
+.PHONY: test test-long
+test: TIER =
+test: ## run the tests that protect flight, access, data and pages; TEST_WORKERS=3 at a time
+test-long: TIER = --long
+test-long: ## run every test, with more examples: before a release
+test test-long: setup
 	@PYTHON=$(BIN)/python deploy/install_test_parts.sh & parts=$$!; \
 	trap 'kill $$parts 2>/dev/null || true' EXIT; \
 	$(SAY) "Console: unit tests"; \
-	(cd web && npm test --silent); \
+	(cd web && TEST_TIER=$(TIER) npm test --silent); \
 	wait $$parts
 	@$(SAY) "Unit, integration and browser tests"
-	@TEST_WORKERS=$(TEST_WORKERS) $(BIN)/python tests/run_all.py
+	@TEST_WORKERS=$(TEST_WORKERS) $(BIN)/python tests/run_all.py $(TIER)
 
 .PHONY: release
 release: setup ## build wheels, packages for Debian, checksums and bills of materials into dist/

@@ -24,6 +24,9 @@ for browser in chromium chromium-browser google-chrome; do
   command -v "$browser" >/dev/null 2>&1 && found=1
 done
 [ -n "${found:-}" ] || wanted+=(chromium fonts-dejavu-core)
+# Shows the same pages with half of the processor time. Not every distribution has it.
+shell=()
+command -v chromium-headless-shell >/dev/null 2>&1 || shell+=(chromium-headless-shell)
 ls /usr/lib/postgresql/*/bin/initdb >/dev/null 2>&1 || command -v initdb >/dev/null 2>&1 || wanted+=(postgresql)
 command -v ffprobe >/dev/null 2>&1 || wanted+=(ffmpeg)
 command -v ip >/dev/null 2>&1 || wanted+=(iproute2)
@@ -34,15 +37,17 @@ command -v caddy >/dev/null 2>&1 || [ -x "$prefix/programs/usr/bin/caddy" ] || p
 PATH="$PATH:/usr/sbin" command -v nats-server >/dev/null 2>&1 || [ -x "$prefix/programs/usr/sbin/nats-server" ] ||
   programs+=(nats-server)
 
-[ $((${#wanted[@]} + ${#programs[@]})) -gt 0 ] || exit 0
+[ $((${#wanted[@]} + ${#shell[@]} + ${#programs[@]})) -gt 0 ] || exit 0
 if [ "$(id -u)" -ne 0 ] || ! command -v apt-get >/dev/null; then
-  echo "Not installed: ${wanted[*]} ${programs[*]}. The tests that need them will be skipped." >&2
+  echo "Not installed: ${wanted[*]} ${shell[*]} ${programs[*]}. The tests that need them will be skipped." >&2
   exit 0
 fi
-printf '\033[1m==>\033[0m %s\n' "Installing for the tests: ${wanted[*]} ${programs[*]}"
+printf '\033[1m==>\033[0m %s\n' "Installing for the tests: ${wanted[*]} ${shell[*]} ${programs[*]}"
 export DEBIAN_FRONTEND=noninteractive
 apt-get update -qq
 [ ${#wanted[@]} -eq 0 ] || apt-get install -y -qq --no-install-recommends "${wanted[@]}" >/dev/null
+[ ${#shell[@]} -eq 0 ] || apt-get install -y -qq --no-install-recommends "${shell[@]}" >/dev/null ||
+  echo "Not installed: ${shell[*]}. The browser tests take longer with the whole Chromium." >&2
 for one in "${programs[@]}"; do
   packages="$(mktemp -d)"
   (cd "$packages" && apt-get download -qq "$one" >/dev/null && dpkg-deb --extract "$one"_*.deb "$prefix/programs")

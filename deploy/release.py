@@ -1,6 +1,6 @@
 """`make release`: everything that is released, into dist/, by one command.
 
-    python deploy/release.py [--out dist] [--architecture amd64 --architecture arm64] [--python 3.11]
+    python deploy/release.py [--out dist] [--architecture amd64 --architecture arm64] [--python 3.11] [--untested]
 
 Wheels of tower, agent and SDK, packages for Debian of each architecture, bills of materials (CycloneDX), the example of
 the agent's settings, the agent's signed update where TOWER_RELEASE_KEY names a key, and SHA256SUMS over all. The
@@ -28,6 +28,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from packages.agent_update import read_key, sign_wheel
 from packages.bill_of_materials import bill_of_materials
+from packages.long_stamp import NotTested, require_stamp
 from packages.debian import AGENT, AGENT_VIDEO, CHECKOUT, TOWER, Package, build_deb
 
 PLATFORMS: Final = {"amd64": "x86_64", "arm64": "aarch64", "armhf": "armv7l"}
@@ -48,6 +49,12 @@ class CannotRelease(Exception):
 
 def main() -> int:
     said = _arguments()
+    if not said.untested:
+        try:
+            print(f"the long tests passed at {require_stamp()}")
+        except NotTested as error:
+            print(f"release: {error}", file=sys.stderr)
+            return 1
     out: Path = said.out
     os.environ.setdefault("SOURCE_DATE_EPOCH", _git("log", "-1", "--format=%ct"))
     shutil.rmtree(out, ignore_errors=True)
@@ -87,6 +94,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--out", type=Path, default=CHECKOUT / "dist")
     parser.add_argument("--architecture", action="append", choices=sorted(PLATFORMS), help="Default: amd64 and arm64.")
     parser.add_argument("--python", default="3.11", help="Python's minor version in the target's Debian.")
+    parser.add_argument("--untested", action="store_true", help="Build also what did not pass `make test-long`.")
     return parser.parse_args()
 
 

@@ -11,22 +11,31 @@ from uuid import uuid4
 
 import asyncpg
 import pytest
-from hypothesis import settings
+from worlds.costs import CostsPlugin
 from worlds.postgres import postgres_programs, temporary_postgres
-from worlds.side_by_side import Groups, rank_of, turns_of_this_run
+from worlds.side_by_side import Groups, order_of_start, turns_of_this_run
+from worlds.tiers import register_tiers
 
 from server.store.database import open_database
 from server.store.schema import migrate
 
 CHROMIUM_NAMES: Final = ("chromium", "chromium-browser", "google-chrome")
+HEADLESS_SHELL: Final = "chromium-headless-shell"
 CONSOLE: Final = Path(__file__).resolve().parent.parent / "web" / "dist" / "index.html"
 
 
-# How long an example takes says something of the machine and nothing of us.
-settings.register_profile("tower", settings(), deadline=None)
-settings.load_profile("tower")
+register_tiers()
 
 _turns = turns_of_this_run()
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--costs", metavar="FILE", help="measure the processor time of each module, and write it to FILE")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    if file := config.getoption("--costs"):
+        config.pluginmanager.register(CostsPlugin(config, Path(file)), "costs")
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -36,7 +45,7 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Groups:
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     if _turns is not None:
-        items.sort(key=rank_of)
+        order_of_start(items)
 
 
 def pytest_collection_finish() -> None:
@@ -87,6 +96,13 @@ def chromium_path(missing: Callable[[str], None]) -> str:
         missing("Chromium (Debian: apt-get install chromium)")
     assert found is not None
     return found
+
+
+@pytest.fixture(scope="session")
+def page_browser_path(chromium_path: str) -> str:
+    """The same Chromium as a shell without the browser's own windows, where there is one: it opens a page with half of
+    the processor time. It has no installed apps and no push messages."""
+    return shutil.which(HEADLESS_SHELL) or chromium_path
 
 
 @pytest.fixture(scope="session")

@@ -1,10 +1,14 @@
-"""What `make test` runs: every test, a few at a time, and the few that failed once more, alone.
+"""What `make test` and `make test-long` run: a tier, a few tests at a time, and the few that failed once more, alone.
 
-Tests share the machine, and some assert how long a thing takes. A test that fails beside others and passes alone
-does not fail the run, but it is a defect all the same, of the test or of what it tests: the run names it at the end,
-with the last lines of its failure. More than `MAX_SECOND_TRIES` failures are no coincidence, and get no second try.
+Tests share the machine. A test that fails beside others and passes alone does not fail the run, but it is a defect all
+the same, of the test or of what it tests: the run names it at the end, with the last lines of its failure. More than
+`MAX_SECOND_TRIES` failures are no coincidence, and get no second try.
+
+`--long` adds what the short tier leaves out (README.md beside this file) and tries more examples. A long run of a clean
+checkout that passes leaves a stamp, without which `make release` releases nothing.
 """
 
+import argparse
 import json
 import os
 import subprocess
@@ -12,6 +16,10 @@ import sys
 from pathlib import Path
 from typing import Final
 from xml.etree import ElementTree
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "deploy"))
+
+from packages.long_stamp import write_stamp
 
 MAX_SECOND_TRIES: Final = 8
 TESTS_FAILED: Final = 1
@@ -21,6 +29,7 @@ LAST_LINES: Final = 15
 
 LAST_FAILED: Final = Path(".pytest_cache/v/cache/lastfailed")
 FIRST_TRY: Final = Path(".pytest_cache/first_try.xml")
+COSTS: Final = Path(".pytest_cache/costs.json")
 
 
 def run(*options: str) -> int:
@@ -57,21 +66,33 @@ def print_failures(tests: list[str]) -> None:
         print(f"\n{test} failed beside other tests:", *lines[-LAST_LINES:], sep="\n    ", flush=True)
 
 
-def main() -> int:
-    """Run all tests; the exit status for `make`."""
+def run_tier(*options: str) -> int:
+    """Run a tier; its exit status."""
     workers = os.environ.get("TEST_WORKERS", "3")
     for leftover in (LAST_FAILED, FIRST_TRY):
         leftover.unlink(missing_ok=True)
-    status = run("-n", workers, "--durations=40", "--durations-min=10", f"--junit-xml={FIRST_TRY}")
+    status = run(*options, "-n", workers, f"--costs={COSTS}", f"--junit-xml={FIRST_TRY}")
     failed = failed_tests()
     if status != TESTS_FAILED or not 0 < len(failed) <= MAX_SECOND_TRIES or not all("::" in one for one in failed):
         return status  # a name without "::" is no test: workers that disagree on what there is to run, for example
     print(f"\n{len(failed)} failed beside other tests. Once more, alone:", *failed, sep="\n  ", flush=True)
-    status = run("--last-failed", "--last-failed-no-failures=none")
+    status = run(*options, "--last-failed", "--last-failed-no-failures=none")
     still = failed_tests()
     print_failures([test for test in failed if test not in still])
     if status == 0:
         print("\nThese pass only alone. Find the reason:", *failed, sep="\n  ", flush=True)
+    return status
+
+
+def main() -> int:
+    """Run the tests; the exit status for `make`."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--long", action="store_true", help="everything, and more examples")
+    if not parser.parse_args().long:
+        return run_tier("-m", "not long")
+    status = run_tier("--hypothesis-profile=long")
+    if status == 0:
+        print(write_stamp(), flush=True)
     return status
 
 

@@ -24,7 +24,7 @@ export default mergeConfig(
         { extends: true, test: { name: 'alone', include: alone } },
       ],
       environment: 'node',
-      setupFiles: ['test/same_examples_in_ci.ts'],
+      setupFiles: ['test/examples.ts'],
       // A property tries hundreds of examples; five seconds are few for that on a busy machine.
       testTimeout: 30_000,
     },

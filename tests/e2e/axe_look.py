@@ -1,5 +1,7 @@
 """Runs axe-core on a page of the console, dark at desktop size and light at tablet size; or in a theme of choice.
 
+All rules apply once at each size. A theme changes colours alone, so other themes there are checked for contrast.
+
 The script comes from the console's development packages. It is evaluated through the browser's debugger, which the
 tower's Content-Security-Policy does not stop. With CONSOLE_PICTURES=FOLDER each check also saves a screenshot.
 """
@@ -19,13 +21,16 @@ Theme = Literal["dark", "light", "contrast"]
 THEMES: Final[tuple[Theme, ...]] = ("dark", "light", "contrast")
 CHECKS: Final[tuple[tuple[Theme, int, int], ...]] = (("dark", 1440, 900), ("light", 1024, 768))
 
-RUN: Final = """async () => {
+CONTRAST: Final = ["color-contrast"]
+
+RUN: Final = """async (rules) => {
   // What a modal dialog covers was looked at before it opened, and cannot be reached now.
   // The flight bar stays usable beside it.
   const dialog = document.querySelector('[role=dialog]');
   const bar = document.querySelector('#beside-dialogs');
   const looked = dialog ? { include: [dialog, bar].filter(Boolean) } : document;
   const { violations } = await axe.run(looked, {
+    ...(rules ? { runOnly: rules } : {}),
     resultTypes: ['violations'],
     preload: false,
     elementRef: false,
@@ -52,6 +57,8 @@ class Axe:
     def __init__(self) -> None:
         self._script = AXE.read_text()
         self._pictures = os.environ.get("CONSOLE_PICTURES")
+        self._looked_at = ("", "")
+        """State and size of the page at the last look."""
         self.faults: list[str] = []
 
     def look(self, console: ConsolePage, state: str) -> None:
@@ -66,7 +73,9 @@ class Axe:
             page.evaluate(self._script)
         if self._pictures:
             page.screenshot(path=Path(self._pictures) / f"{state}-{theme}.png")
-        found: list[dict[str, Any]] = page.evaluate(RUN)
+        looks_at, looked_at = (state, str(page.viewport_size)), self._looked_at
+        self._looked_at = looks_at
+        found: list[dict[str, Any]] = page.evaluate(RUN, CONTRAST if looks_at == looked_at else None)
         self.faults += [
             f"{state} ({theme}): {one['impact']} {one['id']}: {one['help']}: {json.dumps(one['nodes'], indent=1)}"
             for one in found

@@ -20,16 +20,22 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.fixture(scope="session")
 def modest_chromium(chromium_path: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Chromium at a low priority."""
+    """The whole Chromium at a low priority, for what the shell lacks."""
     return modest(chromium_path, tmp_path_factory.mktemp("chromium"))
+
+
+@pytest.fixture(scope="session")
+def modest_shell(page_browser_path: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What shows pages, at a low priority."""
+    return modest(page_browser_path, tmp_path_factory.mktemp("shell"))
 
 
 # Not for the session: Playwright keeps an event loop running in this thread, and the asyncio tests need their own.
 @pytest.fixture(scope="module")
-def chromium(modest_chromium: Path, console: Path) -> Iterator[Browser]:
+def chromium(modest_shell: Path, console: Path) -> Iterator[Browser]:
     expect.set_options(timeout=20_000)  # a deadline for a busy machine, not a delay
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=modest_chromium, args=list(FLAGS))
+        browser = playwright.chromium.launch(executable_path=modest_shell, args=list(FLAGS))
         yield browser
         browser.close()
 
@@ -57,24 +63,28 @@ def quiet_world(tmp_path: Path, prepared_folder: Path) -> Iterator[World]:
 
 
 @pytest.fixture
-def world(quiet_world: World) -> World:
-    """A tower and two simulated drones, both sysid 1, online."""
-    quiet_world.start_simulated("Kestrel", "Merlin", options=SIMULATOR)
-    quiet_world.wait_until_online(quiet_world.visitor("admin"), 1, 2)
+def world(quiet_world: World, request: pytest.FixtureRequest) -> World:
+    """A tower and Kestrel, simulated and online; Merlin as well, also sysid 1, where the module says
+    `DRONES = ("Kestrel", "Merlin")`."""
+    drones: tuple[str, ...] = getattr(request.module, "DRONES", ("Kestrel",))
+    quiet_world.start_simulated(*drones, options=SIMULATOR)
+    quiet_world.wait_until_online(quiet_world.visitor("admin"), *range(1, len(drones) + 1))
     return quiet_world
 
 
 @pytest.fixture
-def somebody(chromium: Browser, world: World) -> Iterator[Somebody]:
-    """Opens the console in a separate browser profile, so that several people can be signed in at once."""
-    with visitors(chromium, world.address) as come:
+def somebody(chromium: Browser, world: World, request: pytest.FixtureRequest) -> Iterator[Somebody]:
+    """Opens the console in a separate browser profile, so that several people can be signed in at once.
+
+    A module about the map says `HAS_MAP = True`."""
+    with visitors(chromium, world.address, has_map=getattr(request.module, "HAS_MAP", False)) as come:
         yield come
 
 
 @pytest.fixture
-def somebody_early(chromium: Browser, quiet_world: World) -> Iterator[Somebody]:
+def somebody_early(chromium: Browser, quiet_world: World, request: pytest.FixtureRequest) -> Iterator[Somebody]:
     """The same, before any drone is switched on."""
-    with visitors(chromium, quiet_world.address) as come:
+    with visitors(chromium, quiet_world.address, has_map=getattr(request.module, "HAS_MAP", False)) as come:
         yield come
 
 

@@ -34,18 +34,30 @@ TOURED: Final = "localStorage.setItem('tower.console', '{\"hasToured\": true}')"
 """For a browser in which the tour of the console was seen: it begins at a user's first sign-in."""
 
 
+NO_MAP: Final = (
+    "localStorage.getItem('tower.preferences') ?? localStorage.setItem('tower.preferences', '{\"map\": false}')"
+)
+"""For a test that is not about the map: loading and drawing it takes as long as all the rest of the console."""
+
+
 class Somebody(Protocol):
     """Opens the console in a separate browser profile; with `has_touch` on a tablet, with `is_first` for a user who has
-    not seen the tour, with `is_sharp` for a test that reads pixels."""
+    not seen the tour, with `is_sharp` for a test that reads pixels, with `has_map` for one that looks at the map."""
 
-    def __call__(self, *, has_touch: bool = False, is_first: bool = False, is_sharp: bool = False) -> "ConsolePage": ...
+    def __call__(
+        self, *, has_touch: bool = False, is_first: bool = False, is_sharp: bool = False, has_map: bool | None = None
+    ) -> "ConsolePage": ...
 
 
 class ConsolePage:
-    """Wraps the page and collects live-channel messages and the console's errors."""
+    """Wraps the page and collects live-channel messages and the console's errors.
+
+    Opens at the first look at it. Somebody who signs in before has a session already and never sees the sign-in page.
+    """
 
     def __init__(self, page: Page, address: str) -> None:
-        self.page = page
+        self._page = page
+        self._is_open = False
         self.address = address
         self.drones_heard: set[int] = set()
         self.frames_heard: Counter[int] = Counter()
@@ -72,13 +84,26 @@ class ConsolePage:
         if not socket.url.partition("?")[0].endswith("/video"):  # units, not frames
             socket.on("framereceived", received)
 
+    @property
+    def page(self) -> Page:
+        if not self._is_open:
+            self.open()
+        return self._page
+
     def part(self, testid: str) -> Locator:
         return self.page.get_by_test_id(testid)
 
     def open(self, path: str = "/") -> None:
-        self.page.goto(self.address + path)
+        self._is_open = True
+        self._page.goto(self.address + path)
 
     def sign_in(self, name: str, password: str = PASSWORD) -> None:
+        if not self._is_open:
+            who = {"name": name, "password": password}
+            answer = self._page.context.request.post(f"{self.address}/api/v1/session", data=who)
+            if answer.ok:
+                self.open()
+                return
         self.page.get_by_label("Name").fill(name)
         self.page.get_by_label("Password").fill(password)
         self.page.get_by_role("button", name="Sign in", exact=True).click()
@@ -150,14 +175,14 @@ class ConsolePage:
                 seen = {part.get_attribute("data-testid"): part.get_attribute("data-value") for part in shown}
                 said = [part.inner_text() for part in self.part("messages").get_by_test_id("message").all()[-5:]]
                 raise AssertionError(f"waited {timeout_s:g} s in vain for {what}; the page shows {seen}, {said}")
-            self.page.wait_for_timeout(50)
+            self.page.wait_for_timeout(150)  # each look is several questions to the browser
 
     def wait_for_frames(self, drones: int = 1, *, timeout_s: float = 20.0) -> None:
         """Waits until frames of this many drones have arrived."""
         deadline = time.monotonic() + timeout_s
         while len(self.drones_heard) < drones:
             assert time.monotonic() < deadline, f"heard {self.drones_heard} in {timeout_s:g} s"
-            self.page.wait_for_timeout(50)
+            self.page.wait_for_timeout(150)  # each look is several questions to the browser
 
     def distance_m(self, lat_deg: float, lon_deg: float) -> float:
         """Returns the distance from the position that the page shows for the drone."""
@@ -167,10 +192,16 @@ class ConsolePage:
 
 
 def signed_in(
-    somebody: Somebody, name: str, drone: str | None = None, *, has_touch: bool = False, is_sharp: bool = False
+    somebody: Somebody,
+    name: str,
+    drone: str | None = None,
+    *,
+    has_touch: bool = False,
+    is_sharp: bool = False,
+    has_map: bool | None = None,
 ) -> ConsolePage:
     """Signs somebody in, who then sees the squad or the page of one drone."""
-    console = somebody(has_touch=has_touch, is_sharp=is_sharp)
+    console = somebody(has_touch=has_touch, is_sharp=is_sharp, has_map=has_map)
     console.sign_in(name)
     expect(console.part("squad-row").first).to_be_visible()
     if drone is not None:
@@ -179,10 +210,14 @@ def signed_in(
 
 
 @contextlib.contextmanager
-def visitors(chromium: Browser, address: str) -> Iterator[Somebody]:
+def visitors(chromium: Browser, address: str, *, has_map: bool = False) -> Iterator[Somebody]:
+    """`has_map`: for those who do not say."""
     contexts = []
+    most_have_map = has_map
 
-    def come(*, has_touch: bool = False, is_first: bool = False, is_sharp: bool = False) -> ConsolePage:
+    def come(
+        *, has_touch: bool = False, is_first: bool = False, is_sharp: bool = False, has_map: bool | None = None
+    ) -> ConsolePage:
         size: ViewportSize = {"width": 1180, "height": 820} if has_touch else {"width": 1280, "height": 800}
         # The offline cache has tests of its own; filling it would cost each profile seconds.
         context = chromium.new_context(
@@ -196,9 +231,9 @@ def visitors(chromium: Browser, address: str) -> Iterator[Somebody]:
         contexts.append(context)
         if not is_first:
             context.add_init_script(TOURED)
-        page = ConsolePage(context.new_page(), address)
-        page.open()
-        return page
+        if not (most_have_map if has_map is None else has_map):
+            context.add_init_script(NO_MAP)
+        return ConsolePage(context.new_page(), address)
 
     yield come
     for context in contexts:

@@ -33,12 +33,12 @@ def office(prepared_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> I
 
 @pytest.fixture
 def come(chromium: Browser, office: World) -> Iterator[Somebody]:
-    with visitors(chromium, office.address) as somebody:
+    with visitors(chromium, office.address, has_map=True) as somebody:
         yield somebody
 
 
 def entered(come: Somebody, name: str, address: str = "/") -> ConsolePage:
-    console = come()
+    console = come(has_map=not address.startswith(("/#/admin", "/#/account")))
     console.sign_in(name)
     expect(console.part("squad-row").first).to_be_visible()
     if address != "/":

@@ -110,7 +110,7 @@ def test_a_whole_flight_without_a_pointer(somebody: Somebody, world: World) -> N
     # A browser that draws in software is sometimes late; other tests check the limits.
     patient = {"sticks_stale_s": 2.0, "sticks_late_s": 2.0, "rtt_limit_ms": 5000, "rtt_limit_s": 5.0}
     assert world.visitor("admin").ask("PATCH", "/drones/1/settings", patient).status == 200
-    alice = signed_in(somebody, "alice", "Kestrel")
+    alice = signed_in(somebody, "alice", "Kestrel", has_map=True)
     keyboard = alice.page.keyboard
     press(alice, "?")
     expect(alice.part("shortcut-sheet")).to_contain_text("Hold the drone that you control")
@@ -223,7 +223,7 @@ def test_a_whole_flight_without_a_pointer(somebody: Somebody, world: World) -> N
 
 
 def test_single_keys_can_be_switched_off(somebody: Somebody) -> None:
-    alice = signed_in(somebody, "alice", "Kestrel")
+    alice = signed_in(somebody, "alice", "Kestrel", has_map=True)
     press(alice, "?")
     alice.part("shortcuts-on").uncheck()
     alice.page.keyboard.press("Escape")

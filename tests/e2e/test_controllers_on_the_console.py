@@ -17,7 +17,7 @@ def finding(number: int, letter: str) -> dict[str, Any]:
 
 
 def test_what_was_found_is_listed_and_on_the_map(somebody: Somebody) -> None:
-    alice = signed_in(somebody, "alice", "Kestrel")
+    alice = signed_in(somebody, "alice", "Kestrel", has_map=True)
     expect(alice.part("findings-canvas")).to_have_count(0)
     found = [finding(2, "K"), finding(1, "")]
     alice.page.route("**/controller/findings", lambda route: route.fulfill(json=found))

@@ -7,6 +7,8 @@ from worlds.processes import World, free_udp_ports
 
 from onboard_agent import VERSION as AGENT_VERSION
 
+HAS_MAP = True
+
 HOME = (46.9481, 7.4474)
 """Position of this drone, far from those of the other tests."""
 

@@ -68,7 +68,7 @@ def office(prepared_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> I
 
 @pytest.fixture
 def come(chromium: Browser, office: World) -> Iterator[Somebody]:
-    with visitors(chromium, office.address) as somebody:
+    with visitors(chromium, office.address, has_map=True) as somebody:
         yield somebody
 
 

@@ -184,7 +184,7 @@ def test_hold_works_with_every_dialog_open_at_three_sizes(come: Somebody, field:
 def test_hold_works_over_a_place_an_upload_and_a_proof(come: Somebody, field: tuple[World, FrameTap]) -> None:
     """The dialogs that need a drone in flight, a plan, or a session whose proof is old."""
     _, tap = field
-    alice = signed_in(come, "alice", "Kestrel", has_touch=True)
+    alice = signed_in(come, "alice", "Kestrel", has_touch=True, has_map=True)
     page, dialog = alice.page, alice.page.get_by_role("dialog")
     alice.acquire("Kestrel")
     alice.take_off("Kestrel", 8)
@@ -271,7 +271,7 @@ def clicks(console: ConsolePage, deed: str, count: int) -> Iterator[None]:
 
 def test_the_commonest_deeds_counted_in_clicks(come: Somebody, field: tuple[World, FrameTap]) -> None:
     """Besides finding the drone in trouble, which takes none: see the tests of lost drones."""
-    alice = signed_in(come, "alice")
+    alice = signed_in(come, "alice", has_map=True)
     with clicks(alice, "open a drone", 1):
         alice.open_drone("Kestrel")
     with clicks(alice, "take up the controls", 1):

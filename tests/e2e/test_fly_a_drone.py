@@ -4,9 +4,11 @@ from console_page import Somebody, signed_in
 from playwright.sync_api import expect
 from worlds.processes import World, kill_9
 
+DRONES = ("Kestrel", "Merlin")
+
 
 def test_an_operator_flies_their_drone_there_and_back(somebody: Somebody) -> None:
-    alice = signed_in(somebody, "alice")
+    alice = signed_in(somebody, "alice", has_map=True)
     assert alice.squad() == ["1"]
     alice.open_drone("Kestrel")
     alice.wait("a position", lambda: alice.word("gps") != "" and alice.number("latitude") != 0)

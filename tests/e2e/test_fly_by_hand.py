@@ -1,7 +1,7 @@
 """Flying by hand: with a gamepad, on a touch screen, and when the pilot's hands or eyes leave the page."""
 
 import pytest
-from console_page import ConsolePage, Somebody, signed_in
+from console_page import SIMULATOR, ConsolePage, Somebody, signed_in
 from fake_pad import FakePad
 from playwright.sync_api import expect
 from worlds.processes import World
@@ -145,7 +145,7 @@ def test_touch_sticks_fly_and_spring_back(somebody: Somebody) -> None:
     alice.wait("height held", lambda: abs(alice.number("climb")) < 0.2)
 
 
-def test_settings_of_sticks_are_kept_for_their_pilot_in_any_browser(somebody: Somebody) -> None:
+def test_settings_of_sticks_are_kept_for_their_pilot_in_any_browser(somebody: Somebody, world: World) -> None:
     here = signed_in(somebody, "alice", "Kestrel")
     pad = plugged_in(here)
     here.part("stick-setup").click()
@@ -164,6 +164,8 @@ def test_settings_of_sticks_are_kept_for_their_pilot_in_any_browser(somebody: So
     pad.move(left=(0, 0.54))  # half of the range beyond the dead zone: 0.5 * 0.5 + 0.5 * 0.5 ** 3
     expect(there.part("setup-bars").get_by_test_id("axis-pitch")).to_have_attribute("data-value", "0.31")
 
+    world.start_simulated("Merlin", options=SIMULATOR)
+    world.wait_until_online(world.visitor("admin"), 2)
     bob = signed_in(somebody, "bob", "Merlin")
     plugged_in(bob)
     bob.part("stick-setup").click()

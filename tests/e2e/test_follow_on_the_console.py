@@ -43,7 +43,7 @@ def seen_from(leader: ConsolePage, follower: ConsolePage) -> tuple[float, float,
 
 
 def test_it_follows_keeps_its_place_and_holds_when_the_leader_lands(somebody: Somebody) -> None:
-    bob = signed_in(somebody, "bob", "Osprey")
+    bob = signed_in(somebody, "bob", "Osprey", has_map=True)
     alice = signed_in(somebody, "alice", "Kestrel")
     bob.acquire("Osprey")
     alice.acquire("Kestrel")

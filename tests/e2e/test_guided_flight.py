@@ -5,6 +5,8 @@ from typing import Any, Final
 from console_page import METRES_PER_DEGREE, ConsolePage, Somebody, signed_in
 from playwright.sync_api import expect
 
+HAS_MAP = True
+
 PUT_PLAN: Final = """async (items) => {
   const answer = await fetch('/api/v1/drones/1/mission', {
     method: 'PUT', headers: { 'Content-Type': 'application/json' }, body: JSON.stringify({ items }),

@@ -61,7 +61,7 @@ def expect_colours(console: ConsolePage, east: tuple[int, ...]) -> None:
 
 
 def test_tiles_are_drawn_where_the_file_has_some_and_the_coastline_elsewhere(chromium: Browser, tiled: World) -> None:
-    with visitors(chromium, tiled.address) as somebody:
+    with visitors(chromium, tiled.address, has_map=True) as somebody:
         alice = signed_in(somebody, "alice", is_sharp=True)
         expect(alice.part("map-attribution")).to_have_text("© The surveyors")
         # A small move makes the page report its position.
@@ -130,7 +130,7 @@ def test_imagery_and_names_come_from_the_tower_alone_and_the_choice_is_the_users
     chromium: Browser, mapped: World
 ) -> None:
     asked: list[str] = []
-    with visitors(chromium, mapped.address) as somebody:
+    with visitors(chromium, mapped.address, has_map=True) as somebody:
         alice = somebody(is_sharp=True)
         alice.page.context.on("request", lambda request: asked.append(request.url))
         alice.open()

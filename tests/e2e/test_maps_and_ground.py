@@ -56,7 +56,7 @@ def hills(prepared_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> It
 
 @pytest.fixture
 def come(chromium: Browser, hills: World) -> Iterator[Somebody]:
-    with visitors(chromium, hills.address) as somebody:
+    with visitors(chromium, hills.address, has_map=True) as somebody:
         yield somebody
 
 

@@ -31,7 +31,7 @@ def field(prepared_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> It
 
 @pytest.fixture
 def come(chromium: Browser, field: World) -> Iterator[Somebody]:
-    with visitors(chromium, field.address) as somebody:
+    with visitors(chromium, field.address, has_map=True) as somebody:
         yield somebody
 
 

@@ -9,6 +9,8 @@ from console_page import ConsolePage, Somebody, signed_in
 from playwright.sync_api import Locator, expect
 from worlds.processes import World
 
+HAS_MAP = True
+
 SQUAD = ("Kestrel", "Merlin", "Plover")
 
 

@@ -48,7 +48,7 @@ def test_a_video_is_recorded_downloaded_and_deleted(come: Somebody, tmp_path: Pa
     assert download.value.suggested_filename.startswith("Kestrel-20")
     with av.open(str(path)) as container:
         frames = sum(1 for _ in container.decode(video=0))
-    assert frames > 10
+    assert frames > 2
     alice.part("recording-delete").click()
     expect(alice.part("confirm-dialog")).to_contain_text("The recording of Kestrel that began on 20")
     alice.part("confirm-button").click()

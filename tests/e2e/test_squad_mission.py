@@ -16,6 +16,8 @@ from worlds.processes import World
 from wire.dialect import decode
 from wire.tagged import split_tagged
 
+HAS_MAP = True
+
 SQUAD: Final = {1: "Kestrel", 3: "Osprey", 4: "Plover"}
 KEPT_APART_M: Final = 15.0
 """Minimum separation of the plan check, and of the separation watch: the drones start 20 m apart."""

@@ -39,7 +39,7 @@ def recorded(prepared_folder: Path, tmp_path_factory: pytest.TempPathFactory) ->
 
 @pytest.fixture
 def come(chromium: Browser, recorded: World) -> Iterator[Somebody]:
-    with visitors(chromium, recorded.address) as somebody:
+    with visitors(chromium, recorded.address, has_map=True) as somebody:
         yield somebody
 
 

@@ -30,7 +30,7 @@ def yard(tmp_path_factory: pytest.TempPathFactory) -> Iterator[World]:
 
 @pytest.fixture
 def come(chromium: Browser, yard: World) -> Iterator[Somebody]:
-    with visitors(chromium, yard.address) as somebody:
+    with visitors(chromium, yard.address, has_map=True) as somebody:
         yield somebody
 
 

@@ -6,6 +6,8 @@ from axe_look import Axe
 from console_page import METRES_PER_DEGREE, Somebody, signed_in
 from playwright.sync_api import expect
 
+HAS_MAP = True
+
 GO_TO = """async ([lat, lon]) => {
   const answer = await fetch('/api/v1/drones/1/commands', {
     method: 'POST', headers: { 'Content-Type': 'application/json' },

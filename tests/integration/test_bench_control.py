@@ -5,6 +5,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
+pytestmark = pytest.mark.long("shows only that a benchmark still runs")
+
 CHECKOUT = Path(__file__).resolve().parents[2]
 MAX_DURATION_S = 400
 

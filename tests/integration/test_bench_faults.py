@@ -7,8 +7,11 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 from worlds.nats import nats_program
 from worlds.postgres import postgres_programs
+
+pytestmark = pytest.mark.long("shows only that a benchmark still runs")
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 MAX_DURATION_S = 300

@@ -6,8 +6,12 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
 from bench.namespaces import why_not
 from bench.peers.mavsdk_server import SERVER
+
+pytestmark = pytest.mark.long("shows only that a benchmark still runs")
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 MAX_DURATION_S = 400

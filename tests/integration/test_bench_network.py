@@ -13,6 +13,8 @@ import pytest
 from bench.link_model import Profile
 from bench.namespaces import Network, emulated_network, why_not
 
+pytestmark = pytest.mark.long("an emulated network that benchmarks alone use")
+
 ECHO = """
 import socket
 s = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)

@@ -1,8 +1,12 @@
 """Runs the reconnect benchmark: forty browsers of as many users, a real agent, and a tower that is killed."""
 
+import pytest
+
 from bench.__main__ import parse
 from bench.reconnect import GAP, PAUSE, run
 from bench.rows import Report
+
+pytestmark = pytest.mark.long("shows only that a benchmark still runs")
 
 
 async def test_all_browsers_are_live_again_and_the_pilots_sticks_go_on() -> None:

@@ -3,9 +3,13 @@
 import json
 from pathlib import Path
 
+import pytest
+
 from bench.__main__ import parse
 from bench.recorder import run
 from bench.rows import Report
+
+pytestmark = pytest.mark.long("shows only that a benchmark still runs")
 
 
 async def test_recording_takes_every_frame_and_a_kill_costs_less_than_a_second(tmp_path: Path) -> None:

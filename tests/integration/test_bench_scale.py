@@ -3,9 +3,13 @@
 import json
 from pathlib import Path
 
+import pytest
+
 from bench.__main__ import parse
 from bench.rows import Report
 from bench.scale import run
+
+pytestmark = pytest.mark.long("shows only that a benchmark still runs")
 
 
 async def test_a_small_fleet_is_watched_without_a_loss(tmp_path: Path) -> None:

@@ -10,6 +10,8 @@ import pytest
 from worlds.processes import CHECKOUT, World, free_udp_ports, wait_for
 from worlds.stock_clients import CLIENTS, ENVIRONMENT, MavProxy, installed
 
+pytestmark = pytest.mark.long("other people's ground stations")
+
 SPEED = "4"
 PARAMETERS = "1500"
 MISSION = """QGC WPL 110

@@ -28,6 +28,8 @@ from worlds.processes import PASSWORD, Visitor, wait_for
 from onboard_agent import VERSION as AGENT_VERSION
 from server import VERSION
 
+pytestmark = pytest.mark.long("wheels and packages for Debian in clean roots")
+
 MAX_IDLE_KIB = 50 * 1024
 MAX_BASE_BYTES = 100_000_000
 SPACE_BYTES: Final = 4_000_000_000

@@ -19,6 +19,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from worlds.processes import World, free_udp_ports, wait_for
+from worlds.tiers import examples
 
 from simulator.mission_storage import COMMANDS as COPTER_COMMANDS
 from simulator.px4.mission_storage import COMMANDS as PX4_COMMANDS
@@ -28,7 +29,7 @@ from wire.plan_fields import Effect, KeptFields
 from wire.plan_keeping import as_kept, changes_ahead, differences
 from wire.plans import Plan, PlanItem, PlanKind, plan_from_json, plan_hash, plan_to_json
 
-PLANS_OF_EACH = 250
+PLANS_OF_EACH = examples(25, long=250)
 MAX_ITEMS_ANY = 8
 KEEP_EVERY_S = 2.0
 COPTER, PX4 = "Kestrel", "Merlin"
@@ -175,7 +176,7 @@ def goes_up_and_comes_back(drone: str, drone_id: int, program: Program, kind: Pl
 
 @settings(max_examples=PLANS_OF_EACH, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(copters=plans(drone=COPTER), px4s=plans(drone=PX4))
-def test_500_plans_come_back_as_their_autopilots_keep_them(
+def test_random_plans_come_back_as_their_autopilots_keep_them(
     drones: dict[str, tuple[int, Program]], copters: tuple[PlanKind, Plan], px4s: tuple[PlanKind, Plan]
 ) -> None:
     """Runs both drones in parallel, because most of the time is waiting."""

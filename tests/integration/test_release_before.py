@@ -16,6 +16,8 @@ from worlds.release_before import TAKES, VERSION, release_before
 from wire.control_messages import ToAgent, decode_to_agent
 from wire.negotiation import understands
 
+pytestmark = pytest.mark.long("an agent of the release before")
+
 READ_ALL = """
 import sys
 

@@ -20,6 +20,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 from model_agent import ModelAgent
 from model_store import Account, MemoryStore
 from model_tower import ModelTower
+from worlds.tiers import examples
 
 from server.domain.lease import Event, Lease
 from server.domain.people import Role
@@ -339,7 +340,10 @@ class ControlModel(RuleBasedStateMachine):
 
 
 ControlModel.TestCase.settings = settings(
-    max_examples=150, stateful_step_count=50, deadline=None, suppress_health_check=[HealthCheck.too_slow]
+    max_examples=examples(150, long=600),
+    stateful_step_count=50,
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow],
 )
 TestControl = ControlModel.TestCase
 

@@ -19,6 +19,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 from worlds.held_copter import AGENT_COMPONENT, HeldCopter, go_to, mode_command
 from worlds.model_copter import GOES_DOWN, USES_STICKS, Mode, ModelCopter, Receiver
+from worlds.tiers import examples
 
 from wire.open_holds import AfterSticks, HoldStage, HoldState, LostAction, LostPhase
 
@@ -337,6 +338,9 @@ class OpenHoldModel(RuleBasedStateMachine):
 
 
 OpenHoldModel.TestCase.settings = settings(
-    max_examples=60, stateful_step_count=25, deadline=None, suppress_health_check=[HealthCheck.too_slow]
+    max_examples=examples(60, long=300),
+    stateful_step_count=25,
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow],
 )
 TestOpenHold = OpenHoldModel.TestCase

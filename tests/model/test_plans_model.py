@@ -12,6 +12,7 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from plan_world import ALICE, NEW, OLD, ROOT, THIRD, Event, PlanWorld, State
+from worlds.tiers import examples
 
 UPLOAD_STEPS = 16
 """An upload of NEW over OLD ends within this many steps."""
@@ -115,7 +116,7 @@ STORIES = st.lists(
 )
 
 
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(15, long=80), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(in_place=st.booleans(), story=STORIES)
 @example(in_place=False, story=[(12, "autopilot rebooted"), (130, "taken")])  # during the read-back
 def test_any_story(in_place: bool, story: list[tuple[int, str]]) -> None:

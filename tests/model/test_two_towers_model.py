@@ -14,6 +14,7 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 from two_towers import ALICE, BOB, EVERYBODY, ONE, ROOT, TOOR, TWO, A, B, TwoTowers
+from worlds.tiers import examples
 
 from server.domain.lease import Event
 from server.live.towers.place import Place
@@ -322,6 +323,9 @@ class TwoTowersModel(RuleBasedStateMachine, TwoTowers):
 
 
 TwoTowersModel.TestCase.settings = settings(
-    max_examples=60, stateful_step_count=50, deadline=None, suppress_health_check=[HealthCheck.too_slow]
+    max_examples=examples(60, long=300),
+    stateful_step_count=50,
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow],
 )
 TestTwoTowers = TwoTowersModel.TestCase

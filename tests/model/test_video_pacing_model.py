@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from worlds.tiers import examples
 
 from bench.video.got_cadence import Got, GotCadence
 from server.live.video.pacing import TRUST_S, ViewerPace
@@ -242,7 +243,7 @@ def test_who_says_nothing_of_what_it_got_gets_little() -> None:
     assert pace.silent_for(20.0) > 15
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=examples(60, long=200))
 @given(
     rates=st.lists(st.floats(0.1, 5.0), min_size=1, max_size=8),
     one_way_s=st.floats(0.0, 0.2),

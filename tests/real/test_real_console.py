@@ -40,11 +40,11 @@ SQUAD_FIELD: Final = ((0.40, 0.28), (0.72, 0.28), (0.72, 0.42), (0.40, 0.42))
 
 
 @pytest.fixture(scope="module")
-def chromium(chromium_path: str, console: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+def chromium(page_browser_path: str, console: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
     assert console.exists()
     expect.set_options(timeout=30_000)
     with sync_playwright() as playwright:
-        program = modest(chromium_path, tmp_path_factory.mktemp("chromium"))
+        program = modest(page_browser_path, tmp_path_factory.mktemp("chromium"))
         browser = playwright.chromium.launch(executable_path=program, args=list(FLAGS))
         yield browser
         browser.close()

@@ -1,16 +1,18 @@
 """How parallel test workers share a machine (`pytest -n 3`, as `make test` does).
 
-A module's tests stay together, so that their fixtures are made once. All browser tests are one group: two browsers that
-draw in software never run at once. A module that measures short times has the machine to itself.
+A module's tests stay together, so that their fixtures are made once. A module that measures short times has the machine
+to itself.
 """
 
 import fcntl
+import json
 import os
 import tempfile
 from pathlib import Path
 from typing import Any, Final
 
 import pytest
+from worlds.costs import WALL
 from xdist.scheduler.loadscope import LoadScopeScheduling
 
 ALONE: Final = (
@@ -23,54 +25,21 @@ ALONE: Final = (
 )
 """Modules whose measurements parallel tests would spoil: while one of them runs, no other test does."""
 
-LONGEST_FIRST: Final = (
-    "test_bench_relay.py",
-    "test_plans_round_trip.py",
-    "test_bench_faults.py",
-    "test_routes_without_database.py",
-    "test_one_tower.py",
-    "test_several_towers_filmed.py",
-    "test_make_run.py",
-    "test_openapi_contract.py",
-    "test_bench_missions.py",
-    "test_statistics_flown.py",
-    "test_bench_recorder.py",
-    "test_every_command.py",
-    "test_bench_control.py",
-    "test_packages.py",
-    "test_server_cli.py",
-    "test_ports_flown.py",
-    "test_video_chain.py",
-    "test_follow_me_flown.py",
-    "test_backup.py",
-    "test_precision_landing.py",
-    "test_separation_flown.py",
-    "test_connect_stock_clients.py",
-    "test_server_control_safety.py",
-    "test_agent_video.py",
-    "test_connect.py",
-    "test_chaos.py",
-    "test_work_flown.py",
-    "test_agent_plans.py",
-    "test_loan_limits_flown.py",
-    "test_connect_ground_station.py",
-    "test_several_towers_flown.py",
-)
-"""Modules that take long. They start early, so that they do not delay the end of the run."""
-
-BROWSER: Final = "browser"
+LENGTHS: Final = Path(__file__).resolve().parents[1] / "costs.json"
+"""What each module took when it was measured last (`worlds.costs`)."""
+UNKNOWN_S: Final = 30.0
+"""The length of a module that was never measured."""
 
 
-def group_of(path: Path) -> str:
-    """Returns the group of a module. Tests of one group run one after the other in one worker."""
-    return BROWSER if "e2e" in path.parts else str(path)
+def order_of_start(items: list[pytest.Item]) -> None:
+    """Puts first the tests that run alone, then the longest modules, so that none of them delays the end of the run."""
+    costs = json.loads(LENGTHS.read_text()) if LENGTHS.exists() else {}
 
+    def rank(item: pytest.Item) -> tuple[bool, float, str]:
+        module = item.nodeid.split("::")[0]
+        return not _is_alone(item), -costs.get(module, {}).get(WALL, UNKNOWN_S), module
 
-def rank_of(item: pytest.Item) -> int:
-    """Returns the start order: first the tests that run alone, then the longest, and the unit tests last."""
-    order = (*ALONE, BROWSER, *LONGEST_FIRST)
-    key = Path(group_of(item.path)).name
-    return order.index(key) if key in order else len(order) + ("unit" in item.path.parts)
+    items.sort(key=rank)
 
 
 class Groups(LoadScopeScheduling):  # type: ignore[misc]
@@ -81,7 +50,7 @@ class Groups(LoadScopeScheduling):  # type: ignore[misc]
         super().__init__(config, log)
 
     def _split_scope(self, nodeid: str) -> str:
-        return group_of(Path(nodeid.split("::")[0]))
+        return nodeid.split("::")[0]
 
     def schedule(self) -> None:
         """Gives each worker work. A worker keeps its last test until it has another one or is told to end, so that one

@@ -22,6 +22,8 @@ export interface Preferences {
   vibration: boolean;
   /** Whether single-key shortcuts work on the Control page. */
   shortcuts: boolean;
+  /** Whether maps are drawn. Without, a slow device and a metered line have less to do. */
+  map: boolean;
   /** Whether the map of the Control page shows the plans on board: mission, fence, rally points. */
   boardPlan: boolean;
   /** Whether the Control page shows the drone's video. */
@@ -41,6 +43,7 @@ const DEFAULTS: Preferences = {
   speech: false,
   vibration: true,
   shortcuts: true,
+  map: true,
   boardPlan: true,
   video: true,
   videoQuality: 'medium',
@@ -58,7 +61,7 @@ function read(): Preferences {
   } catch {
     // The page starts even if storage is forbidden or corrupt.
   }
-  const { theme, language, units, sound, speech, vibration, shortcuts, boardPlan } = stored;
+  const { theme, language, units, sound, speech, vibration, shortcuts, map, boardPlan } = stored;
   const { video, videoQuality, sightings, wallQuality } = stored;
   return {
     theme: isTheme(theme) ? theme : DEFAULTS.theme,
@@ -68,6 +71,7 @@ function read(): Preferences {
     speech: typeof speech === 'boolean' ? speech : DEFAULTS.speech,
     vibration: typeof vibration === 'boolean' ? vibration : DEFAULTS.vibration,
     shortcuts: typeof shortcuts === 'boolean' ? shortcuts : DEFAULTS.shortcuts,
+    map: typeof map === 'boolean' ? map : DEFAULTS.map,
     boardPlan: typeof boardPlan === 'boolean' ? boardPlan : DEFAULTS.boardPlan,
     video: typeof video === 'boolean' ? video : DEFAULTS.video,
     videoQuality: isQuality(videoQuality) ? videoQuality : DEFAULTS.videoQuality,

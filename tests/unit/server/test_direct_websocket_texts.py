@@ -14,6 +14,7 @@ from uvicorn.server import ServerState
 from websockets.client import ClientProtocol
 from websockets.frames import Frame, Opcode
 from websockets.uri import parse_uri
+from worlds.tiers import examples
 
 from server.api.websocket.direct_websocket import EXTENSION, DirectWebSocket
 
@@ -125,7 +126,7 @@ def bytes_of(reported: list[tuple[str, int]]) -> tuple[bytes, Sent]:
     return wire + CLOSE, expected
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=examples(26, long=160), deadline=None)
 @given(
     reported=messages,
     seed=st.integers(0, 1 << 30),

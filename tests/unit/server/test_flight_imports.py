@@ -24,6 +24,7 @@ from worlds.foreign_logs import (
     place,
     ulog_log,
 )
+from worlds.tiers import examples
 
 from server.live.flight_imports.conversion import convert
 from server.live.flight_imports.converted import Converted
@@ -190,7 +191,7 @@ def test_types_that_contain_themselves_are_refused() -> None:
 
 
 @given(st.data())
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(50, long=300), deadline=None)
 def test_no_bytes_break_the_reader(data: st.DataObject) -> None:
     """Whatever stands in a file, it is converted or refused with words."""
     kind = data.draw(st.sampled_from(("dataflash", "ulog", "tlog")))

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from video_relay_scene import MEDIUM, FakeViewer, Scene, unit
+from worlds.tiers import examples
 
 from server.live.video.drone_video import Flow
 from server.live.video.pacing import TRUST_S
@@ -180,7 +181,7 @@ acts = st.lists(
 )
 
 
-@settings(max_examples=150)
+@settings(max_examples=examples(50, long=300))
 @given(acts=acts)
 def test_each_gets_what_it_would_get_alone(acts: list[Act]) -> None:
     together = sent_events(acts)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from worlds.tiers import examples
 
 from simulator.cli import FLIGHT_COMMANDS
 from simulator.firmware.command_line import app
@@ -123,7 +124,7 @@ def test_arm_manual_stop_and_reset() -> None:
 
 
 @given(st.text(max_size=300))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(20, long=120), deadline=None)
 def test_any_line_has_an_answer(line: str) -> None:
     shell = Shell(make_fleet(), make_fleet)
     answer = shell.execute(line)

@@ -19,11 +19,15 @@ OFF = np.zeros((4, 1))
 DESIGN = JetQuadrotorDesign()
 
 
+study = pytest.mark.long("a study of a vehicle that nothing else flies")
+
+
 @pytest.fixture(scope="module")
 def flights() -> dict[Case, SquareFlight]:
     return {case: fly(case) for case in Case}
 
 
+@study
 def test_the_quadrotor_alone_oscillates_by_a_fifth_of_a_metre_and_the_jet_damps_it(
     flights: dict[Case, SquareFlight],
 ) -> None:
@@ -34,6 +38,7 @@ def test_the_quadrotor_alone_oscillates_by_a_fifth_of_a_metre_and_the_jet_damps_
         assert flights[case].oscillation_m < 0.5 * alone.oscillation_m
 
 
+@study
 def test_the_jet_overshoots_the_height_by_metres_and_refined_by_more_than_its_whole(
     flights: dict[Case, SquareFlight],
 ) -> None:
@@ -42,6 +47,7 @@ def test_the_jet_overshoots_the_height_by_metres_and_refined_by_more_than_its_wh
     assert flights[Case.REFINED].overshoot_m > 0.95 * HEIGHT_M
 
 
+@study
 def test_refined_it_keeps_an_error_and_oscillates_in_height(flights: dict[Case, SquareFlight]) -> None:
     refined, alone = flights[Case.REFINED], flights[Case.ALONE]
     assert 0.25 < refined.steady_error_m < 1.6
@@ -49,6 +55,7 @@ def test_refined_it_keeps_an_error_and_oscillates_in_height(flights: dict[Case, 
     assert alone.height_oscillation_m < 0.05
 
 
+@study
 def test_the_servos_keep_the_jet_near_the_vertical_and_everyone_lands(flights: dict[Case, SquareFlight]) -> None:
     for case, flight in flights.items():
         assert flight.landed, case
@@ -56,6 +63,7 @@ def test_the_servos_keep_the_jet_near_the_vertical_and_everyone_lands(flights: d
     assert flights[Case.JET].worst_tilt_deg > 1.0, "servos have limits"
 
 
+@study
 def test_the_table_and_the_picture_show_all_three(flights: dict[Case, SquareFlight]) -> None:
     text = table(list(flights.values()))
     assert len(text.splitlines()) == 2 + len(ROWS)

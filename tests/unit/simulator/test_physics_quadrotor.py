@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from worlds.tiers import examples
 
 from simulator.physics.frames import Frame
 from simulator.physics.mixer import IDLE_SHARE, Mixer
@@ -43,7 +44,7 @@ def test_the_dimensions_give_the_mass_and_the_inertia() -> None:
 
 
 @given(fall_s=st.floats(0.1, 4.0), tilt=st.floats(-3.0, 3.0))
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=examples(8, long=50), deadline=None)
 def test_a_fall_in_a_vacuum_follows_gravity_and_keeps_its_energy(fall_s: float, tilt: float) -> None:
     body = dropped(VACUUM, 200.0)
     body.attitude = from_euler(np.array([tilt]), np.array([0.3]), np.array([1.0]))
@@ -69,7 +70,7 @@ def test_a_fall_in_air_ends_at_the_terminal_speed() -> None:
     speed=st.tuples(*[st.floats(-15.0, 15.0)] * 3),
     rates=st.tuples(*[st.floats(-6.0, 6.0)] * 3),
 )
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=examples(8, long=50), deadline=None)
 def test_without_motors_and_wind_energy_is_only_lost(
     speed: tuple[float, float, float], rates: tuple[float, float, float]
 ) -> None:
@@ -171,7 +172,7 @@ def test_on_the_ground_it_stands_level_and_reads_gravity() -> None:
     tilt=st.tuples(*[st.floats(-0.2, 0.2)] * 2),
     yaw=st.floats(-0.02, 0.02),
 )
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(15, long=60), deadline=None)
 def test_the_mixer_gives_what_is_wanted(frame: Frame, thrust: float, tilt: tuple[float, float], yaw: float) -> None:
     design = replace(DESIGN, frame=frame)
     wanted = np.array([thrust * design.weight_n, *tilt, yaw])
@@ -181,7 +182,7 @@ def test_the_mixer_gives_what_is_wanted(frame: Frame, thrust: float, tilt: tuple
 
 @pytest.mark.parametrize("frame", Frame)
 @given(thrust=st.floats(-50.0, 100.0), torque=st.tuples(*[st.floats(-20.0, 20.0)] * 3))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(20, long=120), deadline=None)
 def test_the_mixer_keeps_roll_and_pitch_when_it_cannot_give_all(
     frame: Frame, thrust: float, torque: tuple[float, float, float]
 ) -> None:

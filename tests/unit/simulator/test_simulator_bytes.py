@@ -6,6 +6,7 @@ import math
 
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from worlds.tiers import examples
 
 from simulator.dialect import Codec, mavlink
 from simulator.flight_state import FlightSettings
@@ -21,7 +22,7 @@ def make(**flight: object) -> Vehicle:
 
 
 @given(st.lists(st.binary(max_size=300), max_size=8))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(20, long=120), deadline=None)
 def test_random_bytes_never_raise_and_never_fly(chunks):
     vehicle = make()
     for number, chunk in enumerate(chunks):
@@ -34,7 +35,7 @@ EVERY_MESSAGE = sorted(mavlink.mavlink_map)
 
 
 @given(st.sampled_from(EVERY_MESSAGE), st.data())
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(50, long=300), deadline=None)
 def test_every_message_with_random_fields_never_raises(number, data):
     """Well-formed frames, supported or not, with fields from the whole range of their types (NaN too)."""
     message_class = mavlink.mavlink_map[number]
@@ -49,7 +50,7 @@ HANDLED = sorted({16, 17, 20, 21, 22, 115, 176, 178, 179, 185, 192, 193, 224, 24
 
 
 @given(st.sampled_from(HANDLED), st.lists(FLOATS, min_size=7, max_size=7), st.booleans())
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(50, long=300), deadline=None)
 @example(number=241, params=[0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0], as_int=False)
 def test_commands_with_any_parameters_are_answered_once(number, params, as_int):
     vehicle, ears = make(), Codec(255)

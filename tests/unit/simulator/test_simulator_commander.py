@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from worlds.tiers import examples
 
 from server.live.alerts.status_texts import StatusText
 from server.live.alerts.text_alerts import RULES, TextAlerts
@@ -245,7 +246,7 @@ STEPS = st.one_of(
 
 
 @given(st.lists(STEPS, max_size=15))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(15, long=60), deadline=None)
 def test_whatever_happens_it_is_armed_exactly_in_the_states_that_fly(steps: list[tuple[str, Any]]) -> None:
     from conftest import Ground as Station
 

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from worlds.tiers import examples
 
 from onboard_agent.autopilot.msp.boxes import Boxes
 from onboard_agent.autopilot.msp.translator import TICK_S, MspTranslator
@@ -185,7 +186,7 @@ def _plain() -> set[str]:
 
 
 @given(st.lists(st.binary(max_size=200), max_size=20))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=examples(16, long=100), deadline=None)
 def test_random_bytes_arm_nothing_and_stay_bounded(noise: list[bytes]) -> None:
     vehicle = Vehicle(VehicleSettings(FlightSettings(HOME, boot_s=0.1)))
     msp, line = MspPort(vehicle), SbusPort(vehicle)

@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from worlds.tiers import examples
 
 from simulator.ardupilot import ARDUPILOT
 from simulator.dialect import mavlink
@@ -152,7 +153,7 @@ def test_display_repeats_top_measures_and_tasks_lists(ground: Callable[..., Grou
 
 
 @given(st.text(max_size=MAX_LINE + 20) | st.lists(st.sampled_from([*COMMANDS, *FaultName, "off", "2"])).map(" ".join))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(20, long=120), deadline=None)
 def test_any_line_has_an_answer(line: str) -> None:
     from conftest import Ground as Station
 

@@ -9,6 +9,7 @@ import msgspec
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from worlds.tiers import examples
 
 from wire.autopilots.ardupilot_plans import ArduPilot
 from wire.autopilots.px4_plans import Px4
@@ -131,7 +132,7 @@ KEEPINGS: Final = [ArduPilot(), Px4()]
 
 
 @pytest.mark.parametrize("keeping", KEEPINGS, ids=lambda one: one.name)
-@settings(max_examples=600, deadline=None)
+@settings(max_examples=examples(200, long=1200), deadline=None)
 @given(data=st.data())
 def test_another_number_in_any_field_of_what_came_back_is_caught(keeping: KeptFields, data: st.DataObject) -> None:
     plan = data.draw(plans(keeping))
@@ -160,7 +161,7 @@ def test_another_number_in_any_field_of_what_came_back_is_caught(keeping: KeptFi
 
 
 @pytest.mark.parametrize("keeping", KEEPINGS, ids=lambda one: one.name)
-@settings(max_examples=600, deadline=None)
+@settings(max_examples=examples(200, long=1200), deadline=None)
 @given(data=st.data())
 def test_another_plan_that_the_autopilot_would_keep_is_caught(keeping: KeptFields, data: st.DataObject) -> None:
     """Changes frame, height, place, parameter, jump target, order or count: the stored plan is another one."""
@@ -197,7 +198,7 @@ def test_another_plan_that_the_autopilot_would_keep_is_caught(keeping: KeptField
     assert not same_plan(keeping, MISSION, plan, as_kept(keeping, MISSION, other))
 
 
-@settings(max_examples=500, deadline=None)
+@settings(max_examples=examples(166, long=1000), deadline=None)
 @given(
     kind=st.sampled_from(list(PlanKind)),
     command=st.one_of(st.sampled_from(COMMANDS), st.integers(0, 0xFFFF)),

@@ -8,6 +8,7 @@ import msgspec
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from worlds.tiers import examples
 
 from wire.dialect import build, decode, mavlink
 from wire.frames import payload
@@ -40,7 +41,7 @@ def frame_of(item: PlanItem, kind: PlanKind, seq: int) -> bytes:
     return build(message, system_id=1, component_id=191, sequence=seq)
 
 
-@settings(max_examples=500, deadline=None)
+@settings(max_examples=examples(166, long=1000), deadline=None)
 @given(kind=st.sampled_from(PlanKind), plan=PLANS)
 def test_a_plan_survives_mavlink_json_and_its_bytes_bit_for_bit(kind: PlanKind, plan: tuple[PlanItem, ...]) -> None:
     frames = [frame_of(item, kind, seq) for seq, item in enumerate(plan)]

@@ -5,6 +5,7 @@ from itertools import pairwise
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from worlds.tiers import examples
 
 from wire.content import (
     MAX_URGENT_BYTES,
@@ -191,7 +192,7 @@ def test_the_replay_window(counters: list[int], expected: list[bool]) -> None:
     assert [window.accept(counter) for counter in counters] == expected
 
 
-@settings(max_examples=200)
+@settings(max_examples=examples(66, long=400))
 @given(st.lists(st.one_of(st.integers(0, 40), st.integers(0, 4 * WINDOW), st.integers(0, 1 << 60)), max_size=60))
 def test_the_replay_window_against_a_set(counters: list[int]) -> None:
     window = ReplayWindow()

@@ -9,6 +9,7 @@ import { writeWaypoints } from '../../src/plan/formats/waypoint_file';
 import { degOf, spotOf, type Spot } from '../../src/plan/plan_types';
 import { open, rows, KINDS, TAKEOFF, WAYPOINT, JUMP_TO_SECOND } from './opened_files';
 import { drawnPlan, spot } from './plan_arbitraries';
+import { examples } from '../examples';
 
 describe('a waypoint file', () => {
   const row = '\t0\t3\t16\t2\t0\t0\t0\t47.3982\t8.5441\t40\t1';
@@ -211,6 +212,6 @@ it('any text behind the beginning of such a file is read or refused, never worse
         }
       },
     ),
-    { numRuns: 300 },
+    { numRuns: examples(100, 600) },
   );
 });

@@ -10,6 +10,7 @@ import { planConflicts, type PlannedFlight } from '../../src/plan/plan_conflicts
 import { EMPTY_PLAN, spotOf, type Plan, type Spot } from '../../src/plan/plan_types';
 import { timedPath, type TimedPath } from '../../src/plan/timed_path';
 import { planItems, wireItem } from '../../src/plan/wire_items';
+import { examples } from '../examples';
 
 const BASE = spotOf(47, 8);
 const WANTED = { horizontalM: 15, verticalM: 10 };
@@ -137,7 +138,7 @@ describe('plans flown at the same time', () => {
           expect(least).toBeCloseTo(closest[0]!.horizontalM, 3);
         }
       }),
-      { numRuns: 200 },
+      { numRuns: examples(66, 400) },
     );
   });
 

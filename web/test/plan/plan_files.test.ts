@@ -14,6 +14,7 @@ import { documentOf } from '../../src/plan/plan_document';
 import { EMPTY_PLAN, spotOf, type Plan, type PlanKind } from '../../src/plan/plan_types';
 import { itemsOf, missionItems } from '../../src/plan/wire_items';
 import { drawnPlan } from './plan_arbitraries';
+import { examples } from '../examples';
 
 const parseXml: ParseXml = (text) =>
   new DOMParser({
@@ -252,7 +253,7 @@ describe('KML', () => {
         expect(KINDS.map((kind) => itemsOf(again.plan, kind))).toEqual(KINDS.map((kind) => itemsOf(plan, kind)));
         expect(again.plan.home).toEqual(plan.home);
       }),
-      { numRuns: 30 },
+      { numRuns: examples(15, 60) },
     );
   });
 
@@ -310,7 +311,7 @@ describe('a file', () => {
           expect(error).toBeInstanceOf(NotAPlanFile);
         }
       }),
-      { numRuns: 300 },
+      { numRuns: examples(100, 600) },
     );
   });
 
@@ -350,7 +351,7 @@ describe('a file', () => {
           }
         }
       }),
-      { numRuns: 200 },
+      { numRuns: examples(66, 400) },
     );
   });
 });

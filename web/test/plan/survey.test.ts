@@ -10,6 +10,7 @@ import { splitArea } from '../../src/plan/survey/area_split';
 import { distancesFor, footprint } from '../../src/plan/survey/camera';
 import { corridorItems, corridorLanes, orbitItems } from '../../src/plan/survey/corridor';
 import { gridLines, lineItems, surveyItems, type GridSettings } from '../../src/plan/survey/survey_grid';
+import { examples } from '../examples';
 
 const GRID: GridSettings = {
   spacingM: 20,
@@ -87,7 +88,7 @@ describe('a grid', () => {
           }
         }
       }),
-      { numRuns: 60 },
+      { numRuns: examples(20, 120) },
     );
   });
 
@@ -207,7 +208,7 @@ describe('an area for several drones', () => {
           for (const part of split) expect(Math.abs(areaM2(part) / (whole / parts) - 1)).toBeLessThan(0.015);
         },
       ),
-      { numRuns: 60 },
+      { numRuns: examples(20, 120) },
     );
   });
 

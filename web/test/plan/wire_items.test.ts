@@ -7,6 +7,7 @@ import { planHash } from '../../src/plan/plan_hash';
 import { EMPTY_PLAN, spotOf, type PlanKind } from '../../src/plan/plan_types';
 import { fenceOfItems, itemsOf, rallyOfItems, wireItem, withItems } from '../../src/plan/wire_items';
 import { anyItem, drawnPlan } from './plan_arbitraries';
+import { examples } from '../examples';
 
 const KINDS: readonly PlanKind[] = ['mission', 'fence', 'rally'];
 const corner = (command: number, count: number, lat: number) => wireItem(command, 0, [count, 0, 0, 0], lat, 5, 0);
@@ -17,7 +18,7 @@ describe("a plan and the wire's items", () => {
       fc.property(fc.array(anyItem, { maxLength: 30 }), (items) => {
         expect(itemsOf(withItems(EMPTY_PLAN, 'mission', items).plan, 'mission')).toEqual(items);
       }),
-      { numRuns: 500 },
+      { numRuns: examples(166, 1000) },
     );
   });
 

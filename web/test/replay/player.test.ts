@@ -8,6 +8,7 @@ import { Vehicle } from '../../src/link/vehicle';
 import { splitTagged, tag } from '../../src/link/tagged_frames';
 import { aFlight, BEGAN_MS } from '../frames/recorded';
 import { FakeClock, settled } from '../link/fakes';
+import { examples } from '../examples';
 
 const DRONE = recordedDrone(7, 'Heron');
 const SECONDS = 120;
@@ -48,7 +49,7 @@ describe('a replay', () => {
         const since = { airborneMs: null, batteryTime: null };
         expect({ ...vehicle.values(atMs), ...since }).toEqual({ ...live.values(atMs), ...since });
       }),
-      { numRuns: 30 },
+      { numRuns: examples(15, 60) },
     );
   });
 

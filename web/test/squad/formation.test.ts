@@ -10,6 +10,7 @@ import {
   type Flier,
   type FormationSettings,
 } from '../../src/squad/formation';
+import { examples } from '../examples';
 
 const HERE = { latDeg: 47.4, lonDeg: 8.5 };
 const flier = (id: number, northM: number, eastM: number, altM = 400): Flier => ({
@@ -86,7 +87,7 @@ describe('the places of a formation', () => {
           }
         },
       ),
-      { numRuns: 40 },
+      { numRuns: examples(15, 80) },
     );
   });
 });

@@ -13,6 +13,7 @@ from handler_line import ARDUPILOT, PX4, HandlerLine
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from test_logs import BEGAN, Half, Tower, kept, log_of
+from worlds.tiers import examples
 
 from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.transactions import log_file_search
@@ -163,7 +164,7 @@ def test_every_seventh_answer_is_lost(logs: Any) -> None:
     assert line.sent_count("LOG_REQUEST_DATA") == 0
 
 
-@settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=examples(8, long=50), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(seed=st.integers(0, 1 << 32))
 def test_whatever_is_lost_doubled_and_overtaken_it_is_the_log(logs: Any, seed: int) -> None:
     random = Random(seed)

@@ -11,6 +11,7 @@ import pytest
 from handler_line import HandlerLine
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from worlds.tiers import examples
 
 from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.transactions.file_sending import NotSent, Sending, Sent
@@ -175,7 +176,7 @@ def test_every_seventh_piece_is_lost(logs: Any) -> None:
     assert line.tower.got == {1: data}
 
 
-@settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=examples(8, long=50), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(seed=st.integers(0, 1 << 32))
 def test_whatever_is_lost_doubled_and_overtaken_it_is_the_log(logs: Any, seed: int) -> None:
     random = Random(seed)

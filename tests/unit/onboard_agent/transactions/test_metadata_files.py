@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from worlds.tiers import examples
 
 from onboard_agent.transactions.metadata_general import (
     MetadataUnusable,
@@ -85,7 +86,7 @@ def test_entries_that_are_none_are_left_out_and_the_others_stay() -> None:
             entries_of(none if isinstance(none, bytes) else none.encode())
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(20, long=120), deadline=None)
 @given(
     data=st.one_of(
         st.binary(max_size=200),

@@ -11,6 +11,7 @@ from handler_line import HandlerLine
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from parameter_reading_line import Half, MemoryStore, complete, table_of, tables
+from worlds.tiers import examples
 
 from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.transactions.file_read import BLOCK_TRIES
@@ -88,7 +89,7 @@ def test_what_is_lost_is_asked_for_after_a_round_trip_and_not_after_half_a_secon
     assert read_again(line) < 1.2
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15, long=50), deadline=None)
 @given(seed=st.integers(0, 1 << 32))
 def test_whatever_is_lost_doubled_and_overtaken_the_table_is_whole(seed: int) -> None:
     random = Random(seed)

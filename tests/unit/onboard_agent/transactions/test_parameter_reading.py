@@ -9,6 +9,7 @@ from handler_line import ARDUPILOT, PX4
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from parameter_reading_line import complete, parameter_line, table_of, tables
+from worlds.tiers import examples
 
 from onboard_agent.transactions.parameter_frames import FAST, NARROW
 from onboard_agent.transactions.parameter_handler import AGAIN_AFTER_S
@@ -67,7 +68,7 @@ def test_what_a_gimbal_says_is_about_the_gimbal() -> None:
     assert line.reports == []
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12, long=50), deadline=None)
 @given(seed=st.integers(0, 1 << 32), kind=st.sampled_from([ARDUPILOT, PX4]))
 def test_whatever_is_lost_doubled_and_overtaken_the_table_is_whole(seed: int, kind: int) -> None:
     random = Random(seed)

@@ -25,6 +25,7 @@ from plan_line import (
     SimulatorServer,
     waypoints,
 )
+from worlds.tiers import examples
 
 from onboard_agent.transactions.journal import UNREADABLE, read_intent
 from onboard_agent.transactions.journal_files import JournalFiles
@@ -109,7 +110,7 @@ FAULTS = st.sampled_from(["kill", "reset", "silence", "cancel", "epoch", "upload
 
 
 @pytest.mark.parametrize("server", SERVERS.values(), ids=SERVERS)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(20, long=120), deadline=None)
 @given(faults=st.lists(st.tuples(STEPS, FAULTS), max_size=6), lost=st.sets(st.integers(1, 80), max_size=25))
 def test_any_story_of_kills_resets_silences_and_losses(
     server: Any, faults: list[tuple[int, str]], lost: set[int]
