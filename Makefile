@@ -4,13 +4,13 @@ SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
 
-# Python keeps what it has compiled, also where the environment says not to: three workers, and each program that they
+# Python keeps what it has compiled, also where the environment says not to: the workers, and each program that they
 # start, would compile the same sources.
 unexport PYTHONDONTWRITEBYTECODE
 
 PYTHON ?= python3
 BIN := .venv/bin
-TEST_WORKERS ?= 3
+TEST_WORKERS ?= 5
 SAY := printf '\033[1m==>\033[0m %s\n'
 # mkdocs-material announces its successor at every run.
 MKDOCS := NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs
@@ -77,7 +77,7 @@ generate: $(DEV_READY) $(WEB_READY) ## write the files that are made from the di
 
 .PHONY: test test-long
 test: TIER =
-test: ## run the tests that protect flight, access, data and pages; TEST_WORKERS=3 at a time
+test: ## run the tests that protect flight, access, data and pages; TEST_WORKERS=5 at a time
 test-long: TIER = --long
 test-long: ## run every test, with more examples: before a release
 test test-long: setup

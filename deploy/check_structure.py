@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Final
 
-MAX_LINES: Final = 400
+MAX_LINES: Final = 600
 MAX_COLUMNS: Final = 120
 PACKAGES: Final = ("server", "onboard_agent", "connect", "control_tower", "wire", "simulator")
 

@@ -28,8 +28,8 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from packages.agent_update import read_key, sign_wheel
 from packages.bill_of_materials import bill_of_materials
-from packages.long_stamp import NotTested, require_stamp
 from packages.debian import AGENT, AGENT_VIDEO, CHECKOUT, TOWER, Package, build_deb
+from packages.long_stamp import NotTested, require_stamp
 
 PLATFORMS: Final = {"amd64": "x86_64", "arm64": "aarch64", "armhf": "armv7l"}
 """Debian's names, and those of wheels."""

@@ -98,6 +98,9 @@ def simulate(
     sysid: Annotated[int, typer.Option(min=1, max=255, help="The same for all, as in the field.")] = 1,
     seed: Annotated[int, typer.Option(help="Of all that is random: the gusts.")] = 1,
     speed: Annotated[float, typer.Option(min=0.1, max=100, help="1 is real time.")] = 1.0,
+    real_rates: Annotated[
+        bool, typer.Option("--real-rates", help="With --speed: messages come as often as in real time.")
+    ] = False,
     boot_s: Annotated[float, typer.Option(min=0, help="From switch-on to ready to arm; real ones take 42.")] = 8.0,
     wind: Annotated[str, typer.Option(help="SPEED,FROM_DEG in metres a second and degrees.")] = "0,0",
     radio: Annotated[
@@ -168,6 +171,7 @@ def simulate(
             camera=camera_component,
             gimbal=gimbal,
             traffic=traffic,
+            telemetry_pace=speed if real_rates else 1.0,
         )
         ports = _port_endpoints(msp, sbus, count, radio)
         vehicles = make_squad(count, settings, hills=hills)

@@ -29,8 +29,10 @@ STREAMS: dict[int, tuple[int, ...]] = {
 
 
 class Telemetry:
-    def __init__(self, flavour: Flavour) -> None:
+    def __init__(self, flavour: Flavour, *, pace: float = 1.0) -> None:
+        """`pace`: simulated seconds in which a message comes that is due each second."""
         self._flavour = flavour
+        self._pace = pace
         self._interval_s = dict(flavour.intervals_s)
         self._due_s = dict(flavour.intervals_s)
         self._timesync_due_s = TIMESYNC_S
@@ -84,7 +86,7 @@ class Telemetry:
         for message_id, due_s in self._due_s.items():
             if now_s < due_s:
                 continue
-            interval_s = self._interval_s[message_id]
+            interval_s = self._interval_s[message_id] * self._pace
             # Advances by a whole number of intervals, so that the average rate is exact and no backlog builds up.
             self._due_s[message_id] = due_s + interval_s * (1 + int((now_s - due_s) / interval_s))
             message = self.report(message_id, flight)

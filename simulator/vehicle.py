@@ -62,6 +62,9 @@ class VehicleSettings:
     gimbal: bool = False
     traffic: bool = False
     """A receiver of ADS-B, which hears a few aircraft."""
+    telemetry_pace: float = 1.0
+    """Simulated seconds in which a message comes that is due each second: the speed of the simulated time, where its
+    messages are to come as often as those of a real vehicle."""
 
 
 class Vehicle:
@@ -105,7 +108,7 @@ class Vehicle:
             self.flight.on_mode_change = self._owe_heartbeat
         self.flight.on_item_reached = lambda seq: self._send(mavlink.MAVLink_mission_item_reached_message(seq))
         self.flight.on_photo = lambda photo: self._send(self.settings.flavour.photo_message(self.flight, photo))
-        self._telemetry = Telemetry(self.settings.flavour)
+        self._telemetry = Telemetry(self.settings.flavour, pace=self.settings.telemetry_pace)
         self._missions = MissionServer(self.flight, self.settings.flavour, self._send, self.restart_soon)
         self._logs = LogServer(self.flight, self._logbook, self._send)
         self._parameter_server = ParameterServer(self.parameters, self._send, self._notify)

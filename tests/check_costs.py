@@ -1,4 +1,4 @@
-"""Compares what the short tier costs with what it cost when its costs were written down (`costs.json` beside this file).
+"""Compares what the short tier costs with what it cost when that was written down (`costs.json` beside this file).
 
     python tests/check_costs.py             # part of `make check`: warns when the last `make test` here cost 2 % more
     python tests/check_costs.py --accept    # writes down the costs of the last run

@@ -127,7 +127,7 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> TowerApp:
         trace_requests(app, tower.tracing, registry)
     if tower.several is not None:
         share_requests(app, tower.hub, tower.several, tower.authenticator, registry)
-    app.add_middleware(OnlyTheTower, may_act=tower.lock.may_act)
+    app.add_middleware(OnlyTheTower, may_act=tower.lock.may_act, confirmed=tower.lock.confirmed)
     app.add_middleware(BodyCheck, budget=tower.anonymous)
     app.add_middleware(OriginCheck, settings=settings)
     app.add_middleware(UnexpectedErrors)

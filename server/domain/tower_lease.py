@@ -98,6 +98,12 @@ class LockBelief:
         """Whether another process waited for the lock when it was last renewed."""
         return self._as_of - self._checked_at < WATCHED_FOR_S
 
+    @property
+    def is_unsure(self) -> bool:
+        """Whether a renewal would bring an owner back whose lease has run out: as far as it knows, nobody else wants to
+        be the tower."""
+        return not self.is_lost and not self.is_watched
+
     def unanswered(self, began_at: float) -> None:
         """The database did not respond to an attempt that began then. If no process waits for the lock, the owner
         continues, so that pilots keep flying. If one waits, it may reach the database when the owner cannot, and the

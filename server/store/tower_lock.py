@@ -87,6 +87,8 @@ class TowerLock:
         self._running_out: asyncio.TimerHandle | None = None
         self.lost_words = ""
         self._answered = True
+        self._attempted = asyncio.Event()
+        """Set at the end of the renewal that comes next, and replaced."""
         self._ending: set[asyncio.Task[int]] = set()
         table = cast("Table", TowerLockRow.__table__)
         self._renewal: RepeatedStatement | None = None
@@ -104,6 +106,15 @@ class TowerLock:
     def may_act(self) -> bool:
         """Whether this process may still act as the tower, as far as it can know without the database."""
         return self._belief is not None and self._belief.may_act(self._now())
+
+    async def confirmed(self) -> bool:
+        """Whether this process may still act as the tower. If it was stopped, or its machine is busy, and no other
+        process waits for the lock, waits for the next renewal, `RENEW_WITHIN_S` at most."""
+        with suppress(TimeoutError):
+            async with asyncio.timeout(RENEW_WITHIN_S):
+                while not self.may_act() and self._belief is not None and self._belief.is_unsure:
+                    await self._attempted.wait()
+        return self.may_act()
 
     @property
     def is_renewed(self) -> bool:
@@ -143,6 +154,8 @@ class TowerLock:
         answers = True
         while await self._renew_once():
             assert self._belief is not None
+            self._attempted.set()
+            self._attempted = asyncio.Event()
             if answers != self._answered:
                 answers = self._answered
                 (_log.info if answers else _log.error)("tower_lock_renewed" if answers else "tower_lock_not_renewed")

@@ -17,7 +17,7 @@ from pathlib import Path
 import httpx
 import pytest
 import pytest_asyncio
-from unharmed import assert_unharmed, unharmed
+from unharmed import assert_unharmed, make_patient, unharmed
 
 from bench.as_installed import run_as_installed
 from bench.attackers import attacking, post_sign_in
@@ -50,6 +50,7 @@ async def flight(tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Hand
         load_tower(folder, drones=2, settings=SETTINGS, operators=[PILOT]) as tower,
         flown_by_hand(folder, tower) as made,
     ):
+        make_patient(tower, 2)
         nice = os.getpriority(os.PRIO_PROCESS, 0)
         run_as_installed(tower_pid=tower.process.pid, agent_pid=made.agent_pid)
         try:

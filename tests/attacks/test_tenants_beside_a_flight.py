@@ -19,7 +19,7 @@ from urllib.parse import urlsplit
 import httpx
 import pytest
 import pytest_asyncio
-from unharmed import unharmed
+from unharmed import make_patient, unharmed
 
 from bench.flown_by_hand import HandFlight, TalkingAutopilot, flown_by_hand
 from bench.lean_browser import LeanBrowser
@@ -123,6 +123,7 @@ async def scene(tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Scene
         alice, mallory = await as_somebody(tower, ALICE), await as_somebody(tower, MALLORY)
         flying = flown_by_hand(folder, tower, pilot=alice, made=HoveringAutopilot)
         flight = await stack.enter_async_context(flying)
+        make_patient(tower, FLOWN)
         agents = await sign_in_all(tower.url, tower.keys[:2])
         await stack.enter_async_context(kept_alive(agents))
         made = Scene(tower, alice, mallory, flight, {one.drone_id: one for one in agents}, folder / "tower.sqlite3")

@@ -1,6 +1,7 @@
-"""Runs axe-core on a page of the console, dark at desktop size and light at tablet size; or in a theme of choice.
+"""Runs axe-core on a page of the console, dark with all rules and light for contrast; or in a theme of choice.
 
-All rules apply once at each size. A theme changes colours alone, so other themes there are checked for contrast.
+All rules apply once at each size. A theme changes colours alone, so other themes there are checked for contrast. The
+long tier looks at the light page at the size of a tablet, with all rules.
 
 The script comes from the console's development packages. It is evaluated through the browser's debugger, which the
 tower's Content-Security-Policy does not stop. With CONSOLE_PICTURES=FOLDER each check also saves a screenshot.
@@ -14,12 +15,14 @@ from typing import Any, Final, Literal
 from console_page import ConsolePage
 from playwright.sync_api import Page, expect
 from worlds.processes import CHECKOUT
+from worlds.tiers import is_long
 
 AXE: Final = CHECKOUT / "web" / "node_modules" / "axe-core" / "axe.min.js"
 GRAVE: Final = ("serious", "critical")
 Theme = Literal["dark", "light", "contrast"]
 THEMES: Final[tuple[Theme, ...]] = ("dark", "light", "contrast")
-CHECKS: Final[tuple[tuple[Theme, int, int], ...]] = (("dark", 1440, 900), ("light", 1024, 768))
+LIGHT_SIZE: Final = (1024, 768) if is_long() else (1440, 900)
+CHECKS: Final[tuple[tuple[Theme, int, int], ...]] = (("dark", 1440, 900), ("light", *LIGHT_SIZE))
 
 CONTRAST: Final = ["color-contrast"]
 

@@ -24,7 +24,7 @@ FLAGS: Final = (
 )
 """Flags for a headless Chromium that calls no servers and draws as without a graphics card (web/bench/monitor.py)."""
 
-SIMULATOR: Final = ("--boot-s", "2", "--seed", "7", "--speed", "3")
+SIMULATOR: Final = ("--boot-s", "2", "--seed", "7", "--speed", "3", "--real-rates")
 
 FLIGHT_TIMEOUT_S: Final = 90.0
 METRES_PER_DEGREE: Final = 111_195.0

@@ -27,18 +27,20 @@ def office(prepared_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> I
         world.start_simulated("Kestrel", "Merlin", options=SIMULATOR)
         admin = world.visitor("admin")
         furnish(world, admin)
+        # Holds stay open while they are looked at.
+        assert admin.ask("PATCH", "/drones/1/settings", {"lost_action_s": 900.0}).status == 200
         world.wait_until_online(admin, 1, 2)
         yield world
 
 
 @pytest.fixture
 def come(chromium: Browser, office: World) -> Iterator[Somebody]:
-    with visitors(chromium, office.address, has_map=True) as somebody:
+    with visitors(chromium, office.address) as somebody:
         yield somebody
 
 
-def entered(come: Somebody, name: str, address: str = "/") -> ConsolePage:
-    console = come(has_map=not address.startswith(("/#/admin", "/#/account")))
+def entered(come: Somebody, name: str, address: str = "/", *, has_map: bool = False) -> ConsolePage:
+    console = come(has_map=has_map)
     console.sign_in(name)
     expect(console.part("squad-row").first).to_be_visible()
     if address != "/":
@@ -180,7 +182,7 @@ def test_an_operator_who_comes_to_the_administration(come: Somebody, axe: Axe) -
 
 
 def test_the_monitor(come: Somebody, axe: Axe) -> None:
-    console = entered(come, "admin")
+    console = entered(come, "admin", has_map=True)
     axe.look(console, "monitor")
     for tab in ("Messages", "Who flies what"):
         console.page.get_by_role("tab", name=tab).click()
@@ -198,7 +200,7 @@ def test_the_monitor(come: Somebody, axe: Axe) -> None:
 
 
 def test_the_missions_page(come: Somebody, axe: Axe) -> None:
-    console = entered(come, "alice", "/#/missions/1")
+    console = entered(come, "alice", "/#/missions/1", has_map=True)
     expect(console.part("drone-strip")).to_be_visible()
     axe.look(console, "missions-empty")
     plan = CHECKOUT / "web" / "test" / "plan" / "files" / "survey.plan"
@@ -265,7 +267,7 @@ def test_the_parameters_and_the_logs_of_a_drone(come: Somebody, axe: Axe) -> Non
 
 
 def test_the_control_page_in_flight_for_its_pilot_and_for_a_watcher(come: Somebody, axe: Axe) -> None:
-    pilot = entered(come, "alice")
+    pilot = entered(come, "alice", has_map=True)
     pilot.open_drone("Kestrel")
     axe.look(pilot, "control-free")
     pilot.acquire("Kestrel")

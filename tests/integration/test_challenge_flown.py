@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+from worlds.controllers import run_first
 from worlds.free_ports import free_tcp_port, free_udp_ports
 from worlds.pilot import Pilot, at_the_controls
 from worlds.processes import World
@@ -58,6 +59,7 @@ async def test_a_target_is_found_and_the_payload_dropped_over_it(tmp_path: Path)
         shows = ("--seed", "3", "--camera", str(camera_port), "--target", target, "--light", "0.8")
         grips = ("--param", "GRIP_ENABLE=1", "--param", "SERVO9_FUNCTION=28")
         world.start("simulator", "tower-sim", *flies, *shows, *grips)
+        run_first(world.running("simulator").pid, world.running("agent-Kestrel").pid)
         world.wait_until_online(world.visitor("alice"), 1)
         async with at_the_controls(world.visitor("alice"), 1) as alice:
             await alice.until(lambda: alice.has_position, "a position")

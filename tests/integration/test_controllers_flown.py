@@ -1,7 +1,6 @@
 """Controllers on board with real programs. Everything is measured at the simulator's port: set-points and holds."""
 
 import asyncio
-import contextlib
 import os
 import signal
 import time
@@ -12,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from worlds.controllers import PACER, controller_process
+from worlds.controllers import PACER, controller_process, run_first
 from worlds.frame_tap import FrameTap, frame_tap
 from worlds.free_ports import free_udp_ports
 from worlds.pilot import Pilot, at_the_controls
@@ -23,8 +22,6 @@ BRAKE = 17
 HOLDS_WITHIN_S = 0.5
 TRIES = 3
 """Another process may have the processor for the tenth of a second that the agent has left."""
-FIRST = -15
-"""A priority of Linux."""
 
 
 @dataclass
@@ -78,14 +75,6 @@ def scene(tmp_path: Path) -> Iterator[Scene]:
             run_first(world.running("simulator").pid, world.running("agent-Kestrel").pid)
             world.wait_until_online(world.visitor("alice"), 1)
             yield Scene(world, tap, file)
-
-
-def run_first(*pids: int) -> None:
-    """A flight on a busy machine: a controller that gets no processor for 0.4 s is rightly ended, and a simulated
-    autopilot that gets none does not answer. The agent's processes have its priority, or one below it."""
-    for pid in pids:
-        with contextlib.suppress(PermissionError):  # for root alone
-            os.setpriority(os.PRIO_PROCESS, pid, FIRST)
 
 
 async def test_the_script_is_flown_from_the_ground_to_the_ground(scene: Scene) -> None:

@@ -14,6 +14,8 @@ import pytest
 from worlds.free_ports import free_tcp_port, free_udp_ports
 from worlds.processes import CHECKOUT, PASSWORD, Visitor, wait_for
 
+pytestmark = pytest.mark.long("a demonstration's first start, interrupted")
+
 Started = Callable[[], subprocess.Popen[bytes]]
 
 

@@ -23,7 +23,9 @@ def test_shy(number: int) -> None:
 
 
 def run_all(folder: Path) -> tuple[int, str]:
-    (folder / "pytest.ini").write_text("[pytest]\n")
+    (folder / "pytest.ini").write_text("[pytest]\nmarkers = long\n")
+    # An option of our conftest.
+    (folder / "conftest.py").write_text("def pytest_addoption(parser): parser.addoption('--costs')\n")
     (folder / "test_good.py").write_text("def test_good() -> None: pass\n")
     environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST_")}
     # Other plugins take seconds to load, in each of the processes.

@@ -137,3 +137,37 @@ def test_the_times_fit_together() -> None:
     assert LEASE_S < TAKE_AFTER_S < 5.0
     # A renewal that fails late, the pause, and a second late failure fit within the lease.
     assert 2 * RENEW_WITHIN_S + RENEW_EVERY_S < LEASE_S
+
+
+async def test_after_a_pause_a_lone_tower_waits_for_its_next_renewal(database: Database) -> None:
+    ahead_s = 0.0
+    lock = new_lock(database, lambda: time.monotonic() + ahead_s)
+    await lock.take(waits=False)
+    assert await lock.confirmed()
+    ahead_s += LEASE_S + 1.0  # stopped, or without a processor
+    assert not lock.may_act()
+    waiting = asyncio.create_task(lock.confirmed())
+    keeping = asyncio.create_task(lock.keep())
+    try:
+        assert await waiting
+        assert lock.may_act()
+    finally:
+        keeping.cancel()
+        await asyncio.gather(keeping, return_exceptions=True)
+        await lock.release()
+
+
+async def test_with_another_that_waits_for_the_lock_nothing_waits_for_a_renewal(database: Database) -> None:
+    ahead_s = 0.0
+    lock, other = new_lock(database, lambda: time.monotonic() + ahead_s), new_lock(database)
+    await lock.take(waits=False)
+    try:
+        await lock._renew_once()
+        await other._say_that_it_waits()
+        await lock._renew_once()
+        ahead_s += LEASE_S + 0.1
+        lock._attempted.wait = pytest.fail  # type: ignore[method-assign, assignment]
+        assert not await lock.confirmed()
+    finally:
+        await lock.release()
+        await other.release()

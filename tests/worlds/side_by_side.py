@@ -15,14 +15,7 @@ import pytest
 from worlds.costs import WALL
 from xdist.scheduler.loadscope import LoadScopeScheduling
 
-ALONE: Final = (
-    "test_bench_network.py",
-    "test_attacks_beside_a_flight.py",
-    "test_tenants_beside_a_flight.py",
-    "test_flight_bar.py",
-    "test_controllers_flown.py",
-    "test_challenge_flown.py",
-)
+ALONE: Final = ("test_bench_network.py",)
 """Modules whose measurements parallel tests would spoil: while one of them runs, no other test does."""
 
 LENGTHS: Final = Path(__file__).resolve().parents[1] / "costs.json"

@@ -14,6 +14,10 @@ def register_tiers() -> None:
     settings.load_profile(COMMIT)
 
 
+def is_long() -> bool:
+    return settings.get_current_profile_name() == LONG
+
+
 def examples(commit: int, *, long: int) -> int:
     """Returns how many examples a test tries whose examples are dearer, or need to be more, than others'."""
-    return long if settings.get_current_profile_name() == LONG else commit
+    return long if is_long() else commit

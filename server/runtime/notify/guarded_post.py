@@ -42,7 +42,8 @@ def post(url: str, body: bytes, headers: Mapping[str, str], *, may_be_private: b
         with connection.getresponse() as answer:
             answer.read(MAX_ANSWER_BYTES)
     except (OSError, http.client.HTTPException, ValueError) as error:
-        raise NotSent(f"the server cannot be reached ({type(error).__name__})") from None
+        if not connection.is_cut:
+            raise NotSent(f"the server cannot be reached ({type(error).__name__})") from None
     finally:
         deadline.cancel()
         connection.close()

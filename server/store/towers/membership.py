@@ -140,6 +140,10 @@ class TowerMembership:
         """Whether this process may still act as a tower."""
         return self._belief is not None and self._belief.may_act(self._now())
 
+    async def confirmed(self) -> bool:
+        """The same: other towers take over what this one had, so nothing waits for it."""
+        return self.may_act()
+
     @property
     def is_renewed(self) -> bool:
         """Whether the last attempt to write the renewal succeeded."""

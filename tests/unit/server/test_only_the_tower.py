@@ -13,8 +13,12 @@ from server.api.http.only_the_tower import TRY_AGAIN, OnlyTheTower
 DENIAL: dict[str, dict[str, str]] = {"websocket.http.response": {}}
 
 
-async def answers(scope: dict[str, Any], *, may_act: bool) -> list[Message]:
+async def answers(scope: dict[str, Any], *, may_act: bool, confirmed: bool = False) -> list[Message]:
     sent: list[Message] = []
+
+    async def confirm() -> bool:
+        assert not may_act, "a tower that may act asks nobody"
+        return confirmed
 
     async def receive() -> Message:
         return {"type": "websocket.connect"}
@@ -25,7 +29,8 @@ async def answers(scope: dict[str, Any], *, may_act: bool) -> list[Message]:
     async def app(scope: Scope, receive: Receive, send: Send) -> None:
         await send({"type": "reached"})
 
-    await OnlyTheTower(app, may_act=lambda: may_act)({"path": "/api/v1/agent", **scope}, receive, send)
+    only = OnlyTheTower(app, may_act=lambda: may_act, confirmed=confirm)
+    await only({"path": "/api/v1/agent", **scope}, receive, send)
     return sent
 
 
@@ -54,3 +59,13 @@ async def test_a_server_that_cannot_answer_a_handshake_closes_it() -> None:
 async def test_the_tower_itself_passes_everything_on(kind: str) -> None:
     assert await answers({"type": kind}, may_act=True) == [{"type": "reached"}]
     assert (await answers({"type": "lifespan"}, may_act=False)) == [{"type": "reached"}]
+
+
+@pytest.mark.parametrize("kind", ["http", "websocket"])
+async def test_what_is_confirmed_meanwhile_is_answered(kind: str) -> None:
+    assert await answers({"type": kind}, may_act=False, confirmed=True) == [{"type": "reached"}]
+
+
+@pytest.mark.parametrize("path", ["/", "/assets/create_map-1.js", "/basemap/land.json"])
+async def test_files_of_the_console_need_no_lock(path: str) -> None:
+    assert await answers({"type": "http", "path": path}, may_act=False) == [{"type": "reached"}]

@@ -127,6 +127,16 @@ def test_intervals_set_get_stop_and_unknown(ground):
     assert station.command(REQUEST, 140) == FAILED
 
 
+def test_at_three_times_the_speed_messages_come_at_the_rate_of_a_real_vehicle(ground):
+    station = ground(telemetry_pace=3.0).ready()
+    station.command(SET_INTERVAL, mavlink.MAVLINK_MSG_ID_ATTITUDE, 100_000)
+    station.command(GET_INTERVAL, mavlink.MAVLINK_MSG_ID_ATTITUDE)
+    assert station.of("MESSAGE_INTERVAL")[-1].interval_us == 100_000
+    heard = [m.get_type() for m in station.run(6)]
+    assert 19 <= heard.count("ATTITUDE") <= 21
+    assert heard.count("HEARTBEAT") == 2
+
+
 def test_the_older_data_streams(ground):
     station = ground().ready()
     station.send(mavlink.MAVLink_request_data_stream_message(1, 1, 10, 10, 1))
