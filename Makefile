@@ -80,12 +80,15 @@ test: TIER =
 test: ## run the tests that protect flight, access, data and pages; TEST_WORKERS=5 at a time
 test-long: TIER = --long
 test-long: ## run every test, with more examples: before a release
+# Tests are compiled here once, which each worker would do for itself.
 test test-long: setup
 	@PYTHON=$(BIN)/python deploy/install_test_parts.sh & parts=$$!; \
-	trap 'kill $$parts 2>/dev/null || true' EXIT; \
+	$(BIN)/python -m pytest --collect-only -qq >/dev/null & compiling=$$!; \
+	trap 'kill $$parts $$compiling 2>/dev/null || true' EXIT; \
 	$(SAY) "Console: unit tests"; \
 	(cd web && TEST_TIER=$(TIER) npm test --silent); \
-	wait $$parts
+	wait $$parts; \
+	wait $$compiling || true
 	@$(SAY) "Unit, integration and browser tests"
 	@TEST_WORKERS=$(TEST_WORKERS) $(BIN)/python tests/run_all.py $(TIER)
 

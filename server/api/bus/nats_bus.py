@@ -8,7 +8,7 @@ from __future__ import annotations
 import asyncio
 import ssl
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from pathlib import Path
 from typing import Any, Final
 
@@ -22,6 +22,7 @@ from server.runtime.bus_unavailable import BusUnavailable
 CONNECT_WITHIN_S: Final = 2.0
 OPEN_WITHIN_S: Final = 5.0
 """At the start of the tower."""
+CANCEL_EVERY_S: Final = 0.1
 PING_EVERY_S: Final = 1
 MAX_WAITING_BYTES: Final = 1_000_000
 """Beyond it packets are dropped, which breaks the stream: a bus that takes nothing must not look alive."""
@@ -30,6 +31,22 @@ HIGH_WATER_BYTES: Final = 200_000
 Pictures are left out."""
 PREFIX: Final = "control-tower"
 _log = structlog.get_logger(__name__)
+
+
+async def _within(work: Coroutine[Any, Any, None], limit_s: float) -> None:
+    """Raises TimeoutError if the work does not end in time. Cancels it until it has ended: the library waits with
+    `asyncio.wait_for`, which in Python 3.11 loses a cancellation that comes with its result, and then tries for ever."""
+    running = asyncio.create_task(work)
+    try:
+        await asyncio.wait({running}, timeout=limit_s)
+        is_late = not running.done()
+    finally:
+        while not running.done():
+            running.cancel()
+            await asyncio.wait({running}, timeout=CANCEL_EVERY_S)
+    if is_late and running.cancelled():
+        raise TimeoutError(f"no answer within {limit_s:g} s")
+    await running
 
 
 class NatsBus:
@@ -84,27 +101,29 @@ class NatsBus:
                 problem = error
             await _failed(error)
 
+        async def connect() -> None:
+            await client.connect(
+                self._url,
+                tls=trust,
+                connect_timeout=round(CONNECT_WITHIN_S),
+                allow_reconnect=True,
+                max_reconnect_attempts=-1,
+                reconnect_time_wait=pause_s,
+                ping_interval=PING_EVERY_S,
+                max_outstanding_pings=2,
+                pending_size=MAX_WAITING_BYTES,
+                disconnected_cb=self._disconnected,
+                reconnected_cb=self._reconnected,
+                error_cb=failed,
+                no_echo=True,
+                name=f"{self._prefix} {self._me[:8]}",
+            )
+            await client.subscribe(f"{self._prefix}.{self._me}", cb=self._received)
+            await client.flush(timeout=round(CONNECT_WITHIN_S))
+
         try:
             # The library tries for ever, also with a wrong password or certificate.
-            async with asyncio.timeout(OPEN_WITHIN_S):
-                await client.connect(
-                    self._url,
-                    tls=trust,
-                    connect_timeout=round(CONNECT_WITHIN_S),
-                    allow_reconnect=True,
-                    max_reconnect_attempts=-1,
-                    reconnect_time_wait=pause_s,
-                    ping_interval=PING_EVERY_S,
-                    max_outstanding_pings=2,
-                    pending_size=MAX_WAITING_BYTES,
-                    disconnected_cb=self._disconnected,
-                    reconnected_cb=self._reconnected,
-                    error_cb=failed,
-                    no_echo=True,
-                    name=f"{self._prefix} {self._me[:8]}",
-                )
-                await client.subscribe(f"{self._prefix}.{self._me}", cb=self._received)
-                await client.flush(timeout=round(CONNECT_WITHIN_S))
+            await _within(connect(), OPEN_WITHIN_S)
         except (NatsError, OSError, TimeoutError) as error:
             await client.close()
             raise BusUnavailable(f"the bus (TOWER_BUS_URL) does not let this tower in: {problem or error}") from error
