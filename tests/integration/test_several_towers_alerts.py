@@ -78,10 +78,19 @@ async def test_drones_of_two_towers_that_come_near_have_one_alert(two: Two) -> N
         assert max(Counter(inbox.told).values()) == 1, "each exactly once"
 
 
+async def lands(two: Two) -> None:
+    """So that no alert can begin before there is a hook for it."""
+    two.agent.state(armed=False, airborne=False)
+    alerts = two.a.tower.hub.alerts
+    await until("the end of the flight", lambda: "unattended" not in {one.rule.name for one in alerts.live()})
+
+
 async def test_alerts_of_a_tower_that_ends_go_on_at_another_and_are_announced_once(two: Two) -> None:
     rule = "unattended"
+    await lands(two)
     async with Inbox().listening() as inbox:
         await add_hook(inbox, two.alice)
+        two.agent.state(armed=True, airborne=True)
         await until("the beginning", lambda: inbox.of(rule) == ["opened"])
         (before,) = (await two.alice.get("/api/v1/alerts", params={"rule": rule, "state": "open"})).json()
         await two.end("a")
@@ -129,8 +138,10 @@ async def test_an_alert_of_another_tower_is_acknowledged(two: Two) -> None:
 
 async def test_a_drone_that_moves_takes_its_alerts_along(two: Two) -> None:
     rule = "unattended"
+    await lands(two)
     async with Inbox().listening() as inbox:
         await add_hook(inbox, two.alice)
+        two.agent.state(armed=True, airborne=True)
         await until("the beginning", lambda: inbox.of(rule) == ["opened"])
         (alert,) = [one for one in two.a.tower.hub.alerts.live() if one.rule.name == rule]
         assert (await two.alice.post(f"/api/v1/alerts/{alert.id}/acknowledge")).status_code == 200

@@ -35,7 +35,7 @@ _log = structlog.get_logger(__name__)
 
 async def _within(work: Coroutine[Any, Any, None], limit_s: float) -> None:
     """Raises TimeoutError if the work does not end in time. Cancels it until it has ended: the library waits with
-    `asyncio.wait_for`, which in Python 3.11 loses a cancellation that comes with its result, and then tries for ever."""
+    `asyncio.wait_for`, which in Python 3.11 loses a cancellation that comes with its result. It then tries for ever."""
     running = asyncio.create_task(work)
     try:
         await asyncio.wait({running}, timeout=limit_s)
