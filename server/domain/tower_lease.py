@@ -24,6 +24,10 @@ HOLD_AFTER_S: Final = 2.0
 """An owner that has not renewed its lock for this long, while another process waits for it, orders drones flown by hand
 to hold: a second before it stops forwarding (`LEASE_S`), and longer before another process may be the tower."""
 
+AWAY_S: Final = 6.0
+"""After a pause as long as this, requests in the sockets may be old, and a command of flight must not be executed late:
+they are refused."""
+
 NOBODY: Final = ""
 BUS: Final = "bus"
 """The owner of a lock while several towers that share a bus have the database."""
@@ -98,11 +102,10 @@ class LockBelief:
         """Whether another process waited for the lock when it was last renewed."""
         return self._as_of - self._checked_at < WATCHED_FOR_S
 
-    @property
-    def is_unsure(self) -> bool:
-        """Whether a renewal would bring an owner back whose lease has run out: as far as it knows, nobody else wants to
-        be the tower."""
-        return not self.is_lost and not self.is_watched
+    def is_unsure(self, now: float) -> bool:
+        """Whether requests wait for a renewal that would bring an owner back whose lease has run out: as far as it
+        knows, nobody else wants to be the tower, and it has not been away for long."""
+        return not self.is_lost and not self.is_watched and self.silent_for_s(now) < AWAY_S
 
     def unanswered(self, began_at: float) -> None:
         """The database did not respond to an attempt that began then. If no process waits for the lock, the owner

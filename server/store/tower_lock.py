@@ -112,7 +112,7 @@ class TowerLock:
         process waits for the lock, waits for the next renewal, `RENEW_WITHIN_S` at most."""
         with suppress(TimeoutError):
             async with asyncio.timeout(RENEW_WITHIN_S):
-                while not self.may_act() and self._belief is not None and self._belief.is_unsure:
+                while not self.may_act() and self._belief is not None and self._belief.is_unsure(self._now()):
                     await self._attempted.wait()
         return self.may_act()
 

@@ -11,7 +11,7 @@ from control_world import until
 from tower_world import copy_empty_database
 
 from server.domain.clock import utc_now
-from server.domain.tower_lease import LEASE_S, RENEW_EVERY_S, RENEW_WITHIN_S, TAKE_AFTER_S, LockState
+from server.domain.tower_lease import AWAY_S, LEASE_S, RENEW_EVERY_S, RENEW_WITHIN_S, TAKE_AFTER_S, LockState
 from server.store.database import Database, LockLost, open_database
 from server.store.tower_lock import TowerLock, TowerLockHeld
 
@@ -171,3 +171,17 @@ async def test_with_another_that_waits_for_the_lock_nothing_waits_for_a_renewal(
     finally:
         await lock.release()
         await other.release()
+
+
+async def test_after_a_long_pause_requests_are_refused_at_once(database: Database) -> None:
+    ahead_s = 0.0
+    lock = new_lock(database, lambda: time.monotonic() + ahead_s)
+    await lock.take(waits=False)
+    try:
+        ahead_s += AWAY_S + 0.1
+        lock._attempted.wait = pytest.fail  # type: ignore[method-assign, assignment]
+        assert not await lock.confirmed()
+        await lock._renew_once()
+        assert await lock.confirmed()
+    finally:
+        await lock.release()
