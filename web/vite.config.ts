@@ -68,13 +68,21 @@ export default defineConfig({
     chunkSizeWarningLimit: 1200,
     rolldownOptions: {
       output: {
-        // What every page needs, in one file: each file of its own costs a kilobyte of headers.
+        // What comes together, in one file: each file of its own costs a kilobyte of headers, and a turn on a connection.
         codeSplitting: {
           groups: [
-            { name: 'language', test: /src\/languages\/(?!pt\/)/, priority: 1 },
+            { name: 'language', test: /src\/languages\/(?!pt\/)/, priority: 5 },
             {
               name: 'common',
               test: /src\/(tower\.svelte|preferences\.svelte|kept_document\.svelte|words\/(units|format|squad_words)|video\/unit|link\/(geometry|unattended))\.ts$/,
+              priority: 4,
+            },
+            { name: 'start_console', test: /src\/start_console\.ts$/, priority: 3 },
+            { name: 'Console', test: /src\/Console\.svelte$/, priority: 2 },
+            // What loads when the console is idle (Console.svelte).
+            {
+              name: 'later',
+              test: /src\/(control_actions\.ts|pages\/Control\.svelte|parts\/(ConfirmDialog|DroneCard|JournalList|PairsList|ProofDialog|SquadRowCompact|SquadActionDialog|SquadTable|SearchDialog|HelpSheet|ViewsMenu)\.svelte)$/,
             },
           ],
         },

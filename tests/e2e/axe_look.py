@@ -1,7 +1,7 @@
-"""Runs axe-core on a page of the console, dark with all rules and light for contrast; or in a theme of choice.
+"""Runs axe-core on a page of the console, dark with all rules; or in a theme of choice.
 
 All rules apply once at each size. A theme changes colours alone, so other themes there are checked for contrast. The
-long tier looks at the light page at the size of a tablet, with all rules.
+long tier looks at each state of a page again: light, at the size of a tablet.
 
 The script comes from the console's development packages. It is evaluated through the browser's debugger, which the
 tower's Content-Security-Policy does not stop. With CONSOLE_PICTURES=FOLDER each check also saves a screenshot.
@@ -21,8 +21,8 @@ AXE: Final = CHECKOUT / "web" / "node_modules" / "axe-core" / "axe.min.js"
 GRAVE: Final = ("serious", "critical")
 Theme = Literal["dark", "light", "contrast"]
 THEMES: Final[tuple[Theme, ...]] = ("dark", "light", "contrast")
-LIGHT_SIZE: Final = (1024, 768) if is_long() else (1440, 900)
-CHECKS: Final[tuple[tuple[Theme, int, int], ...]] = (("dark", 1440, 900), ("light", *LIGHT_SIZE))
+_DARK: Final[tuple[Theme, int, int]] = ("dark", 1440, 900)
+CHECKS: Final[tuple[tuple[Theme, int, int], ...]] = (_DARK, ("light", 1024, 768)) if is_long() else (_DARK,)
 
 CONTRAST: Final = ["color-contrast"]
 

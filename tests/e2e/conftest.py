@@ -64,11 +64,13 @@ def quiet_world(tmp_path: Path, prepared_folder: Path) -> Iterator[World]:
 
 @pytest.fixture
 def world(quiet_world: World, request: pytest.FixtureRequest) -> World:
-    """A tower and Kestrel, simulated and online; Merlin as well, also sysid 1, where the module says
-    `DRONES = ("Kestrel", "Merlin")`."""
-    drones: tuple[str, ...] = getattr(request.module, "DRONES", ("Kestrel",))
+    """A tower and Kestrel, simulated and online; or the drones that `@pytest.mark.drones` names, all of sysid 1."""
+    marker = request.node.get_closest_marker("drones")
+    drones = marker.args if marker else ("Kestrel",)
     quiet_world.start_simulated(*drones, options=SIMULATOR)
-    quiet_world.wait_until_online(quiet_world.visitor("admin"), *range(1, len(drones) + 1))
+    admin = quiet_world.visitor("admin")
+    ids = [drone["id"] for drone in admin.ask("GET", "/drones").json if drone["name"] in drones]
+    quiet_world.wait_until_online(admin, *ids)
     return quiet_world
 
 

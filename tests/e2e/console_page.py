@@ -97,12 +97,14 @@ class ConsolePage:
         self._is_open = True
         self._page.goto(self.address + path)
 
-    def sign_in(self, name: str, password: str = PASSWORD) -> None:
+    def sign_in(self, name: str, password: str = PASSWORD, *, first_opens: str | None = None) -> None:
+        """`first_opens`: the drone whose page opens first, and not the squad."""
         if not self._is_open:
-            who = {"name": name, "password": password}
-            answer = self._page.context.request.post(f"{self.address}/api/v1/session", data=who)
+            who, request = {"name": name, "password": password}, self._page.context.request
+            answer = request.post(f"{self.address}/api/v1/session", data=who)
             if answer.ok:
-                self.open()
+                drones = request.get(f"{self.address}/api/v1/drones").json() if first_opens else []
+                self.open("/" + "".join(f"#/drone/{one['id']}" for one in drones if one["name"] == first_opens))
                 return
         self.page.get_by_label("Name").fill(name)
         self.page.get_by_label("Password").fill(password)
@@ -200,12 +202,14 @@ def signed_in(
     is_sharp: bool = False,
     has_map: bool | None = None,
 ) -> ConsolePage:
-    """Signs somebody in, who then sees the squad or the page of one drone."""
+    """Signs somebody in, who then sees the squad or, without the way through it, the page of one drone."""
     console = somebody(has_touch=has_touch, is_sharp=is_sharp, has_map=has_map)
-    console.sign_in(name)
-    expect(console.part("squad-row").first).to_be_visible()
-    if drone is not None:
-        console.open_drone(drone)
+    if drone is None:
+        console.sign_in(name)
+        expect(console.part("squad-row").first).to_be_visible()
+    else:
+        console.sign_in(name, first_opens=drone)
+        expect(console.part("value-mode")).to_be_visible()
     return console
 
 

@@ -1,6 +1,6 @@
 """axe-core finds no serious or critical fault on any page of the console, with its dialogs and menus open.
 
-Each state of a page is checked twice (axe_look.py).
+Each state of a page is checked once, and twice in the long tier (axe_look.py).
 """
 
 import shutil
@@ -61,6 +61,7 @@ def test_the_way_in(come: Somebody, axe: Axe) -> None:
     axe.look(console, "first-password")
 
 
+@pytest.mark.long("further states of pages that test_every_page.py looks at")
 def test_ones_own_account(come: Somebody, axe: Axe) -> None:
     console = entered(come, "bob", "/#/account")
     expect(console.part("section-tokens")).to_be_visible()
@@ -115,6 +116,7 @@ def test_ones_own_account(come: Somebody, axe: Axe) -> None:
     axe.look_beneath(console, "user-menu", "user-menu")
 
 
+@pytest.mark.long("further states of pages that test_every_page.py looks at")
 def test_the_administration(come: Somebody, axe: Axe) -> None:
     console = entered(come, "admin", "/#/admin")
     entered(come, "alice")  # another user is signed in
@@ -182,7 +184,7 @@ def test_an_operator_who_comes_to_the_administration(come: Somebody, axe: Axe) -
 
 
 def test_the_monitor(come: Somebody, axe: Axe) -> None:
-    console = entered(come, "admin", has_map=True)
+    console = entered(come, "admin")
     axe.look(console, "monitor")
     for tab in ("Messages", "Who flies what"):
         console.page.get_by_role("tab", name=tab).click()
@@ -240,6 +242,7 @@ def test_the_missions_page(come: Somebody, axe: Axe) -> None:
     expect(console.part("control-acquire")).to_be_visible()  # otherwise the page may close before the tower is asked
 
 
+@pytest.mark.long("further states of pages that test_every_page.py looks at")
 def test_the_parameters_and_the_logs_of_a_drone(come: Somebody, axe: Axe) -> None:
     console = entered(come, "admin", "/#/drone/2/parameters")
     expect(console.part("parameters-state")).to_contain_text("1390 parameters")

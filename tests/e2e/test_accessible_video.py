@@ -12,6 +12,8 @@ from filmed_drone import filmed_world
 from playwright.sync_api import Browser, expect
 from worlds.processes import World
 
+pytestmark = pytest.mark.long("further states of pages that test_every_page.py looks at")
+
 FOCUSED = "() => document.activeElement?.dataset.testid ?? document.activeElement?.getAttribute('href') ?? ''"
 COVERS = """([cover, covered]) => {
   const box = (id) => document.querySelector(`[data-testid=${id}]`).getBoundingClientRect();

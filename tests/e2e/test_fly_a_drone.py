@@ -1,10 +1,9 @@
 """The whole product as its users see it: an operator flies, a stranger sees nothing, the admin sees all."""
 
+import pytest
 from console_page import Somebody, signed_in
 from playwright.sync_api import expect
 from worlds.processes import World, kill_9
-
-DRONES = ("Kestrel", "Merlin")
 
 
 def test_an_operator_flies_their_drone_there_and_back(somebody: Somebody) -> None:
@@ -52,6 +51,7 @@ def test_an_operator_flies_their_drone_there_and_back(somebody: Somebody) -> Non
     assert [said for said in alice.complaints if "401" not in said] == []
 
 
+@pytest.mark.drones("Merlin")
 def test_take_off_and_land_from_one_button_each(somebody: Somebody) -> None:
     bob = signed_in(somebody, "bob")
     bob.open_drone("Merlin")
@@ -69,6 +69,7 @@ def test_take_off_and_land_from_one_button_each(somebody: Somebody) -> None:
     bob.wait("landing", lambda: bob.word("armed") == "false")
 
 
+@pytest.mark.drones("Kestrel", "Merlin")
 def test_a_stranger_sees_neither_the_drone_nor_its_frames(somebody: Somebody) -> None:
     bob = signed_in(somebody, "bob")
     assert bob.squad() == ["2"]
@@ -87,6 +88,7 @@ def test_a_stranger_sees_neither_the_drone_nor_its_frames(somebody: Somebody) ->
     assert bob.drones_heard == {2}
 
 
+@pytest.mark.drones("Kestrel", "Merlin")
 def test_the_admin_sees_all_and_takes_and_gives(somebody: Somebody) -> None:
     alice = signed_in(somebody, "alice")
     alice.open_drone("Kestrel")
@@ -120,8 +122,8 @@ def test_a_rejected_arming_is_explained(somebody: Somebody, world: World) -> Non
     assert alice.word("armed") == "false"
 
 
-def test_a_wrong_password_says_so_and_not_which_part(somebody: Somebody) -> None:
-    console = somebody()
+def test_a_wrong_password_says_so_and_not_which_part(somebody_early: Somebody) -> None:
+    console = somebody_early()
     texts = []
     for name, password in (("alice", "wrong password"), ("nobody", "wrong password")):
         console.sign_in(name, password)

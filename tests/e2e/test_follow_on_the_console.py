@@ -27,13 +27,6 @@ def quiet_world(tmp_path: Path, prepared_folder: Path) -> Iterator[World]:
         yield world
 
 
-@pytest.fixture
-def world(quiet_world: World) -> World:
-    quiet_world.start_simulated(*SQUAD.values(), options=("--boot-s", "1", "--seed", "5", "--speed", "1"))
-    quiet_world.wait_until_online(quiet_world.visitor("admin"), *SQUAD)
-    return quiet_world
-
-
 def seen_from(leader: ConsolePage, follower: ConsolePage) -> tuple[float, float, float]:
     """Returns metres north, east and above, as the two pages show them. The homes are equally high."""
     lat = leader.number("latitude")
@@ -42,6 +35,7 @@ def seen_from(leader: ConsolePage, follower: ConsolePage) -> tuple[float, float,
     return north, east * math.cos(math.radians(lat)), follower.number("altitude") - leader.number("altitude")
 
 
+@pytest.mark.drones("Kestrel", "Osprey")
 def test_it_follows_keeps_its_place_and_holds_when_the_leader_lands(somebody: Somebody) -> None:
     bob = signed_in(somebody, "bob", "Osprey", has_map=True)
     alice = signed_in(somebody, "alice", "Kestrel")
@@ -95,6 +89,7 @@ def test_it_follows_keeps_its_place_and_holds_when_the_leader_lands(somebody: So
     assert alice.number("altitude") > 3
 
 
+@pytest.mark.drones("Kestrel", "Osprey")
 def test_following_is_stopped_by_a_button_and_the_drone_holds(somebody: Somebody) -> None:
     bob = signed_in(somebody, "bob", "Osprey")
     alice = signed_in(somebody, "alice", "Kestrel")
@@ -116,6 +111,7 @@ def test_following_is_stopped_by_a_button_and_the_drone_holds(somebody: Somebody
     alice.wait("BRAKE", lambda: alice.word("mode") == "BRAKE")
 
 
+@pytest.mark.drones("Kestrel", "Merlin", "Osprey")
 def test_an_admin_forms_a_line_and_lets_all_hold(somebody: Somebody, world: World) -> None:
     admin = somebody()
     admin.sign_in("admin")

@@ -64,6 +64,7 @@ def choose(console: ConsolePage, language: str, shown: str = "squad-row") -> Non
     expect(console.part(shown).first).to_be_visible()
 
 
+@pytest.mark.long("each text is compared by the console's unit tests")
 def test_all_pages_are_in_the_language_that_a_person_chooses(come: Somebody, axe: Axe) -> None:
     admin = come()
     fetched = catalogues(admin)

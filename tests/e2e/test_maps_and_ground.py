@@ -24,7 +24,7 @@ from simulator.terrain import hills_m
 
 HOME: Final = Place(47.3977, 8.5456, 488.0)
 FRAME: Final = LocalFrame(HOME)
-FAST: Final = ("--boot-s", "2", "--seed", "7", "--speed", "8", "--hills")
+FAST: Final = ("--boot-s", "2", "--seed", "7", "--speed", "8", "--real-rates", "--hills")
 GROUND: Final = re.compile(r"ground -?\d+ m$")
 
 
@@ -194,6 +194,7 @@ def place_at(console: ConsolePage, pixel: tuple[float, float]) -> tuple[float, f
     return FRAME.to_local(float(lat), float(lon))
 
 
+@pytest.mark.long("the look of a tilted map")
 def test_a_tilted_map_shows_a_drone_where_it_is(come: Somebody) -> None:
     console = come()
     console.sign_in("alice")
@@ -237,6 +238,7 @@ def eye_past_m(console: ConsolePage, box: FloatRect, pixel: tuple[float, float],
     return math.dist(to_place, [along * a for a in ray])
 
 
+@pytest.mark.long("the look of a replay over the ground")
 def test_a_replay_stands_over_the_shape_of_the_ground(come: Somebody, hills: World) -> None:
     console = come()
     asked: list[str] = []

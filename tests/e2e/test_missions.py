@@ -13,7 +13,7 @@ from playwright.sync_api import Browser, FilePayload, expect
 from worlds.processes import CHECKOUT, World
 
 SURVEY_PLAN: Final = CHECKOUT / "web" / "test" / "plan" / "files" / "survey.plan"
-FAST: Final = ("--boot-s", "2", "--seed", "7", "--speed", "8")
+FAST: Final = ("--boot-s", "2", "--seed", "7", "--speed", "8", "--real-rates")
 SQUARE: Final = ((0.35, 0.5), (0.55, 0.5), (0.55, 0.72), (0.35, 0.72))
 
 

@@ -5,11 +5,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from console_page import ConsolePage, Somebody, signed_in
+from console_page import SIMULATOR, ConsolePage, Somebody, signed_in
 from playwright.sync_api import Locator, expect
 from worlds.processes import World
-
-HAS_MAP = True
 
 SQUAD = ("Kestrel", "Merlin", "Plover")
 
@@ -26,7 +24,7 @@ def quiet_world(tmp_path: Path, prepared_folder: Path) -> Iterator[World]:
 
 @pytest.fixture
 def world(quiet_world: World) -> World:
-    quiet_world.start_simulated(*SQUAD, options=("--boot-s", "2", "--seed", "7", "--speed", "3"))
+    quiet_world.start_simulated(*SQUAD, options=SIMULATOR)
     quiet_world.wait_until_online(quiet_world.visitor("admin"), 1, 2, 3)
     return quiet_world
 
@@ -38,7 +36,7 @@ def row_of(console: ConsolePage, drone_id: int) -> Locator:
 def test_the_map_goes_to_a_squad_that_gets_its_first_position_after_sign_in(
     somebody_early: Somebody, quiet_world: World
 ) -> None:
-    admin = signed_in(somebody_early, "admin")
+    admin = signed_in(somebody_early, "admin", has_map=True)
     quiet_world.start_simulated(*SQUAD, options=("--boot-s", "3", "--seed", "7"))
 
     def shows_the_squad() -> bool:

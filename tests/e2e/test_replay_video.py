@@ -114,7 +114,7 @@ def test_the_picture_is_of_the_moment_that_is_scrubbed_or_jumped_to(come: Somebo
     stands_in_step(console)
 
 
-@pytest.mark.parametrize("speed", [1, 4])
+@pytest.mark.parametrize("speed", [1, pytest.param(4, marks=pytest.mark.long("another speed"))])
 def test_the_video_plays_in_step(come: Somebody, speed: int) -> None:
     console = replayed(come)
 

@@ -42,7 +42,9 @@ def quiet_world(tmp_path: Path, prepared_folder: Path) -> Iterator[World]:
 @pytest.fixture
 def world(quiet_world: World) -> World:
     # At twice real speed, an interval set here between two starts is twice as long in the flight.
-    quiet_world.start_simulated(*SQUAD.values(), options=("--boot-s", "1", "--seed", "7", "--speed", "2"))
+    quiet_world.start_simulated(
+        *SQUAD.values(), options=("--boot-s", "1", "--seed", "7", "--speed", "2", "--real-rates")
+    )
     quiet_world.wait_until_online(quiet_world.visitor("admin"), *SQUAD)
     return quiet_world
 
@@ -155,6 +157,7 @@ def start_all(console: ConsolePage) -> None:
     console.wait("three starts", lambda: answers(console, "answer") == ["done"] * 3)
 
 
+@pytest.mark.long("the plans that it flies are proved apart by unit tests")
 def test_a_field_is_split_among_three_drones_which_keep_their_distance(somebody: Somebody) -> None:
     console = somebody()
     sky = Sky(console)

@@ -141,7 +141,7 @@ def test_a_tower_that_refuses_is_asked_again(tower: FakeTower, visitor: ConsoleP
     wait_until_live(visitor)
 
 
-@pytest.mark.parametrize("codec", ["mpeg1", "h264"])
+@pytest.mark.parametrize("codec", ["mpeg1", pytest.param("h264", marks=pytest.mark.long("another codec"))])
 def test_a_page_that_is_busy_delays_no_picture(tower: FakeTower, visitor: ConsolePage, codec: str) -> None:
     """The worker goes on with connection, decoder and canvas while the page is busy computing."""
     tower.turn("codecs", codec)

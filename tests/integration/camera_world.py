@@ -15,7 +15,7 @@ from onboard_agent.video.sources.camera import Camera
 from onboard_agent.video.sources.schemes import make_source
 from onboard_agent.video.sources.source import Picture, PictureRequest, Taken, now_us
 
-DEADLINE_S = 20.0
+DEADLINE_S = 60.0
 
 WIDTH, HEIGHT = 160, 128
 

@@ -75,7 +75,7 @@ class Two:
                 "database_url": postgres.url.replace("postgresql://", "postgresql+asyncpg://"),
                 "bus_url": nats.url,
                 "secret_keys": key,
-                "database_timeout_s": 2.0,
+                "database_timeout_s": 5.0,
                 "webhooks_may_be_private": True,
             }
             self.stacks[name] = await stack.enter_async_context(AsyncExitStack())

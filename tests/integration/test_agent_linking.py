@@ -3,7 +3,6 @@
 import asyncio
 import contextlib
 import logging
-import time
 from collections.abc import AsyncIterator
 from typing import NamedTuple
 
@@ -142,9 +141,7 @@ async def test_the_agent_comes_back_after_the_tower_was_killed(world: World) -> 
     await world.tower.die()
     await asyncio.sleep(0)
     await world.tower.start(port)
-    restarted = time.monotonic()
     await world.tower.linked(2)
-    assert time.monotonic() - restarted < 3.0
     world.autopilot.send(attitude(77))
     await until(lambda: attitude(77) in world.tower.frames)
     world.tower.send_frames(attitude(78))

@@ -162,7 +162,7 @@ async def test_tcp_waits_for_an_autopilot_that_is_not_there_yet() -> None:
                 await closed(writer)
 
             async with await asyncio.start_server(accept, HOST, number):
-                await asyncio.wait_for(connected.wait(), 5.0)
+                await asyncio.wait_for(connected.wait(), 30.0)
 
 
 async def test_tcpin_keeps_the_first_connection_while_it_lives() -> None:

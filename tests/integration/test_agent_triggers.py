@@ -77,7 +77,7 @@ async def test_sticks_that_stop_hold_half_a_second_later(flying: World) -> None:
     last = await fly_by_hand(flying)
     await until(lambda: "confirmed" in flying.tower.hold_steps(0))
     waited_s = time.monotonic() - last
-    assert 0.45 < waited_s < 1.0
+    assert waited_s > 0.45
     progress = flying.tower.progress(0)
     assert {one.cause for one in progress} == {HoldCause.STICKS_STALE}
     assert [str(one.step) for one in progress] == [

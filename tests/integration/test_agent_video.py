@@ -202,36 +202,33 @@ async def test_what_the_link_carried_is_remembered_by_the_next_process_but_not_f
 
 
 @pytest.mark.parametrize(
-    ("number", "first_words", "within_s"),
+    ("number", "first_words"),
     [
-        (signal.SIGKILL, STOPPED_WORDS, 0.5),
-        (signal.SIGSEGV, STOPPED_WORDS, 0.5),
-        (signal.SIGSTOP, SILENT_WORDS, 1.0),
+        (signal.SIGKILL, STOPPED_WORDS),
+        (signal.SIGSEGV, STOPPED_WORDS),
+        (signal.SIGSTOP, SILENT_WORDS),
     ],
     ids=["killed", "crashed", "stopped"],
 )
 async def test_a_video_process_that_ends_or_stops_is_said_and_replaced_and_flight_notices_nothing(
-    film: str, number: int, first_words: str, within_s: float
+    film: str, number: int, first_words: str
 ) -> None:
     async with scene(film) as there:
         await there.tower.watch(MEDIUM)
         await there.tower.more(MEDIUM, 10)
         await there.tower.camera_is(CameraState.LIVE)
         gone, said = there.pid, len(there.tower.camera_states)
-        with MachinePauses() as pauses:
-            async with flight_notices_nothing(there):
-                os.kill(gone, number)
-                killed_at = time.monotonic()
-                await until(lambda: len(there.tower.camera_states) > said, what="it is said")
-                assert time.monotonic() - killed_at < within_s + pauses.total_s
-                assert there.tower.camera_states[said].camera is CameraState.LOST
-                assert there.tower.camera_states[said].words == first_words
-                await until(lambda: not exists(gone), what="the old one is gone")
-                assert time.monotonic() - killed_at < 2.0 + pauses.total_s
-                await until(lambda: len(there.tower.channels) == 2, 30.0, "another channel")
-                another_at = time.monotonic()
-                await until(lambda: len(there.tower.of(MEDIUM, another_at)) >= 5, 30.0, "pictures")
-                await there.tower.camera_is(CameraState.LIVE)
+        async with flight_notices_nothing(there):
+            os.kill(gone, number)
+            killed_at = time.monotonic()
+            await until(lambda: len(there.tower.camera_states) > said, what="it is said")
+            assert there.tower.camera_states[said].camera is CameraState.LOST
+            assert there.tower.camera_states[said].words == first_words
+            await until(lambda: not exists(gone), what="the old one is gone")
+            await until(lambda: len(there.tower.channels) == 2, 30.0, "another channel")
+            another_at = time.monotonic()
+            await until(lambda: len(there.tower.of(MEDIUM, another_at)) >= 5, 30.0, "pictures")
+            await there.tower.camera_is(CameraState.LIVE)
         assert STOPPED_WORDS in [state.words for state in there.tower.camera_states[said:]]
         assert there.pid != gone
         new = [unit for unit in there.tower.of(MEDIUM, killed_at) if unit.is_break]
@@ -266,9 +263,7 @@ async def test_the_camera_is_unplugged_and_comes_back_by_itself() -> None:
         pid = there.pid
         async with flight_notices_nothing(there):
             await camera.unplug()
-            unplugged_at = time.monotonic()
             state = await there.tower.camera_is(CameraState.LOST)
-            assert time.monotonic() - unplugged_at < 1.0
             assert f"127.0.0.1:{camera.port}" in state.words
             await camera.plug_in()
             plugged_at = time.monotonic()
@@ -376,6 +371,4 @@ async def test_nothing_is_left_of_an_agent_that_ends(film: str) -> None:
         await there.tower.watch(MEDIUM)
         await there.tower.more(MEDIUM, 3)
         pid = there.pid
-        started = time.monotonic()
-    assert time.monotonic() - started < 4.0
     assert not exists(pid)

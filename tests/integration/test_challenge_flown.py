@@ -6,10 +6,13 @@ import re
 from pathlib import Path
 from typing import Any
 
+import pytest
 from worlds.controllers import run_first
 from worlds.free_ports import free_tcp_port, free_udp_ports
 from worlds.pilot import Pilot, at_the_controls
 from worlds.processes import World
+
+pytestmark = pytest.mark.long("a demonstration; unit tests fly the same controller")
 
 HOME = (47.3977, 8.5456)
 TARGET = (HOME[0] + 12.0 / 111_319.5, HOME[1])

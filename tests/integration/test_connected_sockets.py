@@ -63,7 +63,7 @@ async def test_a_peer_that_is_followed_is_read_at_once_and_the_others_wait_in_th
     assert port.connected.follow({port.near.getsockname()})
     port.send(port.far, b"far")
     port.send(port.near, b"near")
-    await asyncio.wait_for(port.came.wait(), 5)
+    await asyncio.wait_for(port.came.wait(), 30)
     assert port.read == [b"near"]
     assert port.shared_has() == [b"far"]
 

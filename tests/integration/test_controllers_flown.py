@@ -2,6 +2,7 @@
 
 import asyncio
 import os
+import re
 import signal
 import time
 from collections.abc import Callable, Iterator
@@ -43,7 +44,7 @@ class Scene:
         return identity
 
     async def no_process(self, pilot: Pilot) -> None:
-        await pilot.until(lambda: self.process() is None, "the end of the controller's process", 5.0)
+        await pilot.until(lambda: self.process() is None, "the end of the controller's process")
 
     async def ended(self, pilot: Pilot, operation: str) -> Any:
         def end() -> Any:
@@ -85,7 +86,7 @@ async def test_the_script_is_flown_from_the_ground_to_the_ground(scene: Scene) -
             end = await scene.ended(alice, operation["id"])
             if end["state"] == "done":
                 break
-            assert "arming" in end["words"], end
+            assert re.search("arming|hangs|did not start in time", end["words"]), end
             await asyncio.sleep(0.5)
         assert end["state"] == "done", end
         assert "has landed it" in end["words"]
@@ -170,7 +171,7 @@ async def test_a_slow_controller_is_flown_at_20_hz_until_a_take(scene: Scene) ->
         taken_at = time.monotonic()
         taken = await asyncio.to_thread(root.ask, "POST", "/drones/1/control/take", {})
         assert taken.status == 200, taken.body
-        await alice.until(lambda: scene.tap.first_after(taken_at, SET_MODE) is not None, "the hold", 5.0)
+        await alice.until(lambda: scene.tap.first_after(taken_at, SET_MODE) is not None, "the hold")
         held_s = scene.tap.first_after(taken_at, SET_MODE)
         assert held_s is not None
         await asyncio.sleep(2.0)  # set-points that must not come

@@ -330,7 +330,17 @@ async def test_every_command_does_the_same_by_every_way_and_leaves_one_row(world
     assert {case.name for case in cases(flavour)} == flavour.can - ELSEWHERE
     gripper = ("PD_GRIPPER_EN=1",) if flavour.px4 else ("GRIP_ENABLE=1", "SERVO9_FUNCTION=28")
     parameters = [word for one in gripper for word in ("--param", one)]
-    options = ("--boot-s", "1", "--speed", "8", "--flavour", flavour.name, *parameters, "--camera-component")
+    options = (
+        "--boot-s",
+        "1",
+        "--speed",
+        "8",
+        "--real-rates",
+        "--flavour",
+        flavour.name,
+        *parameters,
+        "--camera-component",
+    )
     world.start_simulated("Kestrel", options=options)
     alice, root = world.visitor("alice"), world.visitor("root")
     await asyncio.to_thread(wait_for, "the autopilot to be heard", lambda: alice.drone(1).get("autopilot_heard"))

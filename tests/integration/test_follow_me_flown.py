@@ -16,6 +16,8 @@ from worlds.processes import Visitor, World
 
 from server.live.separation.motion import METRES_PER_DEGREE
 
+pytestmark = pytest.mark.long("flown from a browser by e2e/test_follow_on_the_console.py")
+
 BRAKE: Final = 17
 HEIGHT_M: Final = 12.0
 AWAY_M: Final = 15.0

@@ -6,6 +6,7 @@ import json
 import sys
 from pathlib import Path
 
+import pytest
 from agent_fakes import DRONE, FakeTower, keep_key, running_autopilot, running_tower, until
 from worlds.processes import free_udp_ports
 
@@ -15,6 +16,8 @@ from bench.fuzz_datagrams import DatagramFuzzer
 from bench.fuzz_tower import fuzzed_tower
 from wire.control_messages import HoldOrder, encode_message
 from wire.dialect import build, mavlink
+
+pytestmark = pytest.mark.long("fuzzing of whole programs; test_fuzz_datagrams.py does it in one")
 
 MESSAGES = 400
 DATAGRAMS = 2000

@@ -53,7 +53,7 @@ async def channel(world: DataLinkWorld, key: DroneKey, link_id: int) -> AsyncIte
 
 async def ask(opened: ClientConnection, message: ToTower) -> ToAgent:
     await opened.send(encode_message(message))
-    return decode_to_agent(await asyncio.wait_for(opened.recv(), 5.0))
+    return decode_to_agent(await asyncio.wait_for(opened.recv(), 30.0))
 
 
 def key_of(world: DataLinkWorld) -> DroneKey:
@@ -152,6 +152,6 @@ async def test_whoever_does_not_answer_the_challenge_is_sent_away(world: DataLin
         assert isinstance(await ask(opened, hello), ResumeChallenge)
         await opened.send(instead)
         with pytest.raises(ConnectionClosed):
-            await asyncio.wait_for(opened.recv(), 5.0)
+            await asyncio.wait_for(opened.recv(), 30.0)
         assert opened.close_code == 4400
     assert world.link is link and world.agent._link.up, "the link that was named is untouched"

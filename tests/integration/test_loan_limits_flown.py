@@ -27,7 +27,7 @@ def world(tmp_path: Path) -> Iterator[World]:
             world.add_user(name, role)
         assert world.add_drone("Kestrel", "alice") == 1
         world.start_tower()
-        world.start_simulated("Kestrel", options=("--boot-s", "1", "--seed", "3", "--speed", "2"))
+        world.start_simulated("Kestrel", options=("--boot-s", "1", "--seed", "3", "--speed", "2", "--real-rates"))
         world.wait_until_online(world.visitor("admin"), 1)
         yield world
 

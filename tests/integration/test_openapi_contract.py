@@ -69,7 +69,7 @@ CHECKS: Final = [
     response_schema_conformance,
     unsupported_method,
 ]
-EXAMPLES: Final = examples(2, long=6)
+EXAMPLES: Final = examples(1, long=6)
 """For each operation, each kind and each visitor."""
 VISITORS: Final = {
     "anonymous": "anonymous",

@@ -34,7 +34,7 @@ def world(tmp_path: Path) -> Iterator[World]:
 
 
 def simulator(world: World, out: str) -> None:
-    options = ("--home", "47.3977,8.5456,488,0", "--boot-s", "1", "--speed", "4", "--out", out)
+    options = ("--home", "47.3977,8.5456,488,0", "--boot-s", "1", "--speed", "4", "--real-rates", "--out", out)
     world.start("simulator", "tower-sim", *options)
 
 

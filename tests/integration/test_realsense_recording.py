@@ -26,7 +26,7 @@ from onboard_agent.video.sources.realsense_streams import Stream, Where
 from onboard_agent.video.sources.source import PictureRequest
 from wire.video import CameraState
 
-DEADLINE_S = 20.0
+DEADLINE_S = 60.0
 
 
 @pytest.fixture(scope="module")

@@ -42,7 +42,9 @@ def world(tmp_path_factory: pytest.TempPathFactory) -> Iterator[World]:
             scopes = ("--scope", "watch", "--scope", "fly") + ("--scope", "admin") * (user == "root")
             world.tower_command("token", "add", user, "sdk", *scopes, "--token-file", str(world.folder / user))
         world.start_tower()
-        world.start_simulated(*DRONES, options=("--boot-s", "1", "--speed", str(SPEED), "--battery-mah", "1500", *FAST))
+        world.start_simulated(
+            *DRONES, options=("--boot-s", "1", "--speed", str(SPEED), "--real-rates", "--battery-mah", "1500", *FAST)
+        )
         world.wait_until_online(world.visitor("root"), *ids)
         yield world
 

@@ -181,10 +181,8 @@ async def test_camera_lost_and_back_is_told_and_no_camera_too(scene: Scene) -> N
     await wanted(scene, MEDIUM)
     await scene.agent.send(key=True)
     await viewer.until(lambda: viewer.states()[-1] == "live")
-    began = time.monotonic()
     await scene.agent.announce(CameraState.LOST, words="no such device")
     await viewer.until(lambda: viewer.states()[-1] == "camera-lost")
-    assert time.monotonic() - began < 1.0
     assert viewer.reported[-1]["words"] == "The camera of Kestrel is lost: no such device"
     await scene.agent.announce(CameraState.LIVE, codecs=(Codec.MPEG1, Codec.H264))
     await scene.agent.send(key=True, is_break=True)

@@ -15,7 +15,8 @@ from worlds.free_ports import free_udp_ports
 from worlds.pilot import at_the_controls, fly_by_hand, watching
 from worlds.processes import Visitor, kill_9, wait_for
 
-BACK_WITHIN_S = 3.0
+BACK_WITHIN_S = 30.0
+"""On a machine whose cores are all busy."""
 HOLD_WITHIN_S = 2.0
 """Wanted are 0.2 s, which `bench faults` measures; beside other tests it must only be too short for a hold."""
 SIMULATOR = ("--boot-s", "1", "--seed", "3", "--speed", "1", "--radio", "low")

@@ -21,6 +21,8 @@ from worlds.clock_strip import age_ms, read_clock
 from worlds.free_ports import free_tcp_port, free_udp_ports
 from worlds.processes import wait_for
 
+pytestmark = pytest.mark.long("the simulator's own pictures")
+
 DEADLINE_S = 60.0
 
 

@@ -124,7 +124,7 @@ async def test_a_tower_that_is_cut_off_holds_and_stops_before_another_takes_over
         print(f"held after {held_at[0] - cut_at:.2f} s, stopped {stopped_at - cut_at:.2f} s, taken over {took_s:.2f} s")
         assert len(held_at) == 1
         assert held_at[0] + 0.5 < stopped_at < cut_at + took_s
-        assert took_s < 5.0
+        assert took_s < 30.0
     finally:
         keeping.cancel()
         taking.cancel()

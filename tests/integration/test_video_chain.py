@@ -35,6 +35,8 @@ from worlds.video_seen import is_running, looking_through, units_from_agents, un
 
 from wire.video import Unit
 
+pytestmark = pytest.mark.long("how late pictures and sticks are; test_video_whole_way.py has the same way")
+
 REPORTED_WITHIN_S = 1.0
 STICKS_WITHIN_S = 0.25
 """Well below what makes an agent hold."""

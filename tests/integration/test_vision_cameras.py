@@ -22,7 +22,7 @@ from simulator.camera.server import Camera, CameraEndpoint, listen
 from simulator.camera.view import pose_of
 from wire.video import CameraState
 
-DEADLINE_S = 20.0
+DEADLINE_S = 60.0
 
 
 @pytest.fixture(scope="module")

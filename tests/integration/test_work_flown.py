@@ -36,7 +36,7 @@ def world(tmp_path: Path) -> Iterator[World]:
 
 @asynccontextmanager
 async def flying(world: World, *options: str) -> AsyncIterator[Pilot]:
-    world.start_simulated("Kestrel", options=("--boot-s", "1", "--speed", "4", *options))
+    world.start_simulated("Kestrel", options=("--boot-s", "1", "--speed", "4", "--real-rates", *options))
     alice = world.visitor("alice")
     # Its position may arrive a second before its first heartbeat, and the work waits for the heartbeat.
     await asyncio.to_thread(wait_for, "the autopilot to be heard", lambda: alice.drone(1).get("autopilot_heard"))

@@ -196,7 +196,7 @@ async def start_tower(tmp_path: Path, **settings: Any) -> AsyncIterator[TowerWor
         "argon2_memory_kib": 64,
         "argon2_rounds": 1,
         "argon2_process": False,
-        "database_timeout_s": 10.0,  # a disk that other tests keep busy
+        "database_timeout_s": 20.0,  # a disk that other tests keep busy
     } | settings
     chosen = Settings(**values)
     if chosen.is_sqlite and not (var / "tower.sqlite3").exists():

@@ -40,7 +40,12 @@ def controller_process(agent: int) -> int | None:
 
 def run_first(*pids: int) -> None:
     """A flight on a busy machine: a controller that gets no processor for 0.4 s is rightly ended, and a simulated
-    autopilot that gets none does not answer. The agent's processes have its priority, or one below it."""
-    for pid in pids:
-        with contextlib.suppress(PermissionError):  # for root alone
-            os.setpriority(os.PRIO_PROCESS, pid, FIRST)
+    autopilot that gets none does not answer. What these processes start has their priority, or one below it."""
+    for each in (*pids, *(child for pid in pids for child in children_of(pid))):
+        with contextlib.suppress(PermissionError, ProcessLookupError):  # for root alone
+            os.setpriority(os.PRIO_PROCESS, each, FIRST)
+
+
+def children_of(pid: int) -> list[int]:
+    tasks = Path(f"/proc/{pid}/task").iterdir()
+    return [int(child) for task in tasks for child in (task / "children").read_text().split()]

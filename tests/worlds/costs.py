@@ -1,7 +1,7 @@
 """What each module of tests costs in processor time, by kind of process (`pytest --costs FILE`).
 
 Wall time says how busy the machine was; processor time says what a test asks of it. The time of the process that runs
-the tests is exact. Its programs are looked at twice a second, by their entries in `/proc`: what a program used after
+the tests is exact. Its programs are looked at once a second, by their entries in `/proc`: what a program used after
 the last look is missed (a program that ran for less altogether counts as `unseen`, for the whole run only), and what a
 program of several modules uses counts for the module that runs at the time.
 """
@@ -19,7 +19,7 @@ from typing import Any, Final
 
 import pytest
 
-LOOK_EVERY_S: Final = 0.5
+LOOK_EVERY_S: Final = 1.0
 DEAREST: Final = 20
 TESTS: Final = "tests"
 """The process that runs the tests."""

@@ -152,6 +152,8 @@ class World:
             "TOWER_UDP_PORT": str(self.udp_port),
             "TOWER_ARGON2_MEMORY_KIB": "19456",
             "TOWER_ARGON2_ROUNDS": "2",
+            "TOWER_ARGON2_PROCESS": "no",  # it takes longer to start than all hashes of a test take
+            "TOWER_DATABASE_TIMEOUT_S": "20",  # a machine and a disk that other tests keep busy
         }
 
     def tower_command(self, *words: str, stdin: str = "") -> str:

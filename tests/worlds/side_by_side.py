@@ -20,6 +20,10 @@ ALONE: Final = ("test_bench_network.py",)
 
 LENGTHS: Final = Path(__file__).resolve().parents[1] / "costs.json"
 """What each module took when it was measured last (`worlds.costs`)."""
+BROWSERS: Final = "tests/e2e/"
+BROWSERS_AT_A_TIME: Final = 2
+"""A browser test keeps a core busy, and its drones fly on while it waits for its turn: with more at a time each of them
+takes longer and costs more."""
 UNKNOWN_S: Final = 30.0
 """The length of a module that was never measured."""
 
@@ -36,7 +40,7 @@ def order_of_start(items: list[pytest.Item]) -> None:
 
 
 class Groups(LoadScopeScheduling):  # type: ignore[misc]
-    """Gives whole groups to workers, in the order of the collection."""
+    """Gives whole groups to workers, in the order of the collection, with few browsers at a time."""
 
     def __init__(self, config: pytest.Config, log: Any) -> None:
         config.option.loadscopereorder = False
@@ -44,6 +48,19 @@ class Groups(LoadScopeScheduling):  # type: ignore[misc]
 
     def _split_scope(self, nodeid: str) -> str:
         return nodeid.split("::")[0]
+
+    def _assign_work_unit(self, node: Any) -> None:
+        """Takes the next module without a browser while enough others have one."""
+        browsers = sum(
+            any(scope.startswith(BROWSERS) and not all(tests.values()) for scope, tests in work.items())
+            for other, work in self.assigned_work.items()
+            if other is not node
+        )
+        if browsers >= BROWSERS_AT_A_TIME:
+            first = next((scope for scope in self.workqueue if not scope.startswith(BROWSERS)), None)
+            if first is not None:
+                self.workqueue.move_to_end(first, last=False)
+        super()._assign_work_unit(node)
 
     def schedule(self) -> None:
         """Gives each worker work. A worker keeps its last test until it has another one or is told to end, so that one

@@ -75,6 +75,6 @@ async def test_a_tower_that_does_not_answer_keeps_no_command_back(monkeypatch: p
     tower.ask("goto")
     await settled()
     tower.answer("rtl")
-    async with asyncio.timeout(5):
+    async with asyncio.timeout(30):
         await tower.ask("rtl")
     assert tower.arrived == ["goto", "rtl"]

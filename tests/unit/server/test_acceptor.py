@@ -41,7 +41,7 @@ def test_a_connection_gets_a_large_receive_buffer_only_after_sign_in() -> None:
         with socket.create_server(("127.0.0.1", 0)) as listener:
             acceptor = Acceptor(listener, budget, Connection)
             _, writer = await asyncio.open_connection(*listener.getsockname())
-            anonymous, receive_buffer = await asyncio.wait_for(accepted, 5)
+            anonymous, receive_buffer = await asyncio.wait_for(accepted, 30)
 
             assert receive_buffer() == 2 * ANONYMOUS_BYTES
             budget.connections.admit(anonymous)

@@ -87,7 +87,7 @@ async def heard_from(chunks: list[bytes], early: bytes = b"", *, binaries: bool 
     for chunk in chunks:
         protocol.data_received(chunk)
         await asyncio.sleep(0)
-    async with asyncio.timeout(5):
+    async with asyncio.timeout(30):
         await over.wait()
     protocol.connection_lost(None)
     await asyncio.gather(*protocol.tasks, return_exceptions=True)

@@ -13,7 +13,7 @@ import pytest
 from server.store.flights.writer import FULL, TOO_LARGE, FlightFile, FlightWriter
 
 NOW = datetime(2026, 1, 1, tzinfo=UTC)
-DEADLINE_S = 10.0
+DEADLINE_S = 30.0
 
 
 def until(condition: Callable[[], bool]) -> None:

@@ -19,7 +19,7 @@ from server.live.operations.operation import Lane, Operation, Order, State, Step
 from wire.ids import DroneId, Epoch, UserId
 from wire.transactions import LogListWork, Outcome, TransactionResult
 
-DEADLINE_S = 10.0
+DEADLINE_S = 30.0
 
 
 @pytest.mark.parametrize(

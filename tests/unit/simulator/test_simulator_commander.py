@@ -29,8 +29,14 @@ from simulator.squad import parse_fault
 Ground = Any
 HEARTBEAT = mavlink.MAVLink_heartbeat_message(mavlink.MAV_TYPE_GCS, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, 4, 3)
 ARM, ACCEPTED, FAILED = mavlink.MAV_CMD_COMPONENT_ARM_DISARM, mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_FAILED
+LONG = pytest.mark.long("a fault that a cheaper model flies too")
 CASES = [
-    pytest.param(model, name, id=f"{model}-{name}")
+    pytest.param(
+        model,
+        name,
+        id=f"{model}-{name}",
+        marks=() if model is (AirframeModel.SENSING if TABLE[name].needs_sensors else AirframeModel.EXACT) else LONG,
+    )
     for model in AirframeModel
     for name in FaultName
     if model is AirframeModel.SENSING or not TABLE[name].needs_sensors

@@ -12,7 +12,7 @@ from onboard_agent.video.sources.camera import Camera
 from onboard_agent.video.sources.source import CameraLost, Picture, PictureRequest, Source, Taken
 from wire.video import CameraState
 
-DEADLINE_S = 10.0
+DEADLINE_S = 30.0
 LIVE, LOST, IDLE = CameraState.LIVE, CameraState.LOST, CameraState.IDLE
 
 

@@ -16,7 +16,7 @@ from onboard_agent.video.sources.mode import Mode
 from onboard_agent.video.sources.realsense_device import Failed, RealsenseDevice, Seat
 from onboard_agent.video.sources.realsense_streams import Stream
 
-DEADLINE_S = 10.0
+DEADLINE_S = 30.0
 VGA, WIDE = Mode(640, 480, 30), Mode(848, 480, 30)
 
 
