@@ -1,15 +1,18 @@
-"""Which faults the tests find: small changes of the code that keeps flights safe, and the tests that fail for them.
+"""Which faults `make test` finds: small changes of the code that keeps flights safe, and the tests that fail for them.
 
-    python -m bench.mutants probe --folder DIR            # one run of the tests says which modules reach which change
-    python -m bench.mutants kill --folder DIR [--jobs 2]  # makes one change after the other, and runs those modules
-    python -m bench.mutants table --folder DIR            # how many were killed, by area, in the short tier and in both
+    python -m bench.mutants probe --folder DIR             # one run of the tests says which modules reach which change
+    python -m bench.mutants kill --folder DIR [--jobs 2]   # makes one change after the other, and runs those modules
+    python -m bench.mutants kill --folder DIR2 --at COMMIT --after DIR    # the survivors, by the tests of before
+    python -m bench.mutants table --folder DIR             # how many were killed, by area
 
 The changes are drawn by chance with a fixed seed (`--seed`), the same number from each area: a comparison that is off
 by one or turned round, `and` for `or`, a condition that is turned round, another number, a call that is left out.
 Whoever changes the tests draws the same ones before and after; nothing is chosen by hand.
 
-Works in a clone of its own below DIR and never in this checkout. `probe` needs as long as all tests. `kill` starts with
-the cheapest module and ends at the first that fails, so that only a change that survives costs minutes.
+Works in a clone of its own below DIR and never in this checkout. `probe` needs as long as the short tier. `kill` starts
+with the cheapest modules and ends at the first test that fails, and fails again alone: only a change that survives
+costs minutes. With `--after` it needs only the modules that changed since COMMIT, or that are in the short tier no
+more: what else reaches a change failed for it now as it did before.
 """
 
 from __future__ import annotations
@@ -28,13 +31,19 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
+from xml.etree import ElementTree
 
 CHECKOUT: Final = Path(__file__).resolve().parents[1]
 SEED: Final = 38
 OF_EACH_AREA: Final = 6
 KILLED_WITHIN_S: Final = 900.0
 """A change may also make a test hang."""
+FIRST_BATCH_S: Final = 10.0
+LAST_BATCH_S: Final = 300.0
+NO_TESTS: Final = 5
+"""pytest's exit status when a module has no test of the short tier."""
+_LONG: Final = "pytest.mark.long"
 
 _HOLD: Final = "onboard_agent/failsafe"
 _RELAY: Final = "server/live/relay"
@@ -179,14 +188,21 @@ builtins.__builtins_hit__ = _hit
 class Clone:
     """A clone with an environment of its own."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, commit: str = "HEAD") -> None:
         self.folder = folder
         self.root = folder / "main"
         self.python = self.root / ".venv" / "bin" / "python"
+        self._commit = commit
 
     def make(self) -> None:
+        if self.python.exists():
+            return
         self.folder.mkdir(parents=True, exist_ok=True)
         subprocess.run(["git", "clone", "-q", str(CHECKOUT), str(self.root)], check=True)
+        commit = subprocess.run(
+            ["git", "rev-parse", self._commit], cwd=CHECKOUT, check=True, capture_output=True, text=True
+        )
+        subprocess.run(["git", "checkout", "-q", commit.stdout.strip()], cwd=self.root, check=True)
         subprocess.run(["make", "-j2", "setup"], cwd=self.root, check=True, stdout=subprocess.DEVNULL)
         parts = os.environ | {"PYTHON": str(self.python)}
         subprocess.run(["deploy/install_test_parts.sh"], cwd=self.root, check=True, env=parts)
@@ -196,9 +212,9 @@ class Clone:
         return next((self.root / ".venv" / "lib").glob("python3*/site-packages"))
 
     def test(self, *options: str, within_s: float | None = None) -> int:
-        """Returns pytest's exit status, or -1 if it did not end in time."""
+        """Runs the short tier of these modules. Returns pytest's exit status, or -1 if it did not end in time."""
         environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
-        command = [str(self.python), "-m", "pytest", "-q", "-p", "no:cacheprovider", *options]
+        command = [str(self.python), "-m", "pytest", "-q", "-p", "no:cacheprovider", "-m", "not long", *options]
         with (self.folder / "tests.log").open("ab") as log:
             tests = subprocess.Popen(
                 command, cwd=self.root, env=environment | {"CI": "true"}, stdout=log, stderr=log, start_new_session=True
@@ -225,7 +241,7 @@ def probe(folder: Path, seed: int) -> None:
     try:
         for file, text in originals.items():
             (clone.root / file).write_text(probed(text, [one for one in mutants if one.file == file]))
-        clone.test("-n", "3", f"--costs={folder / 'costs.json'}")
+        clone.test("-n", "5", f"--costs={folder / 'costs.json'}")
     finally:
         for file, text in originals.items():
             (clone.root / file).write_text(text)
@@ -240,66 +256,123 @@ def probe(folder: Path, seed: int) -> None:
     print(f"{len(plan)} changes; no test reaches {sum(not one['modules'] for one in plan)} of them")
 
 
-def kill(folder: Path, jobs: int) -> None:
+def kill(folder: Path, jobs: int, commit: str, after: Path | None) -> None:
     """Runs the tests of each change that has no verdict yet, and appends its verdict."""
-    plan = json.loads((folder / "mutants.json").read_text())
-    costs = json.loads((folder / "costs.json").read_text())
+    source = after or folder
+    plan = json.loads((source / "mutants.json").read_text())
+    if after is not None:
+        plan = _survivors(after, plan, commit)
+    costs = json.loads((source / "costs.json").read_text())
     verdicts = folder / "verdicts.jsonl"
     known = {json.loads(line)["number"] for line in verdicts.read_text().splitlines()} if verdicts.exists() else set()
-    clones = [Clone(folder)] + [Clone(folder / f"beside-{number}") for number in range(1, jobs)]
-    for clone in clones[1:]:
-        if not clone.root.exists():
-            clone.make()
+    clones = [Clone(folder, commit), *(Clone(folder / f"beside-{number}", commit) for number in range(1, jobs))]
+    for clone in clones:
+        clone.make()
+    (folder / "mutants.json").write_text(json.dumps(plan, indent=1))
     free = list(clones)
 
     def judge(row: dict[str, object]) -> None:
         clone = free.pop()
-        modules = [str(module) for module in row.pop("modules")]  # type: ignore[attr-defined]
+        modules = [module for module in map(str, row.pop("modules")) if (clone.root / module).exists()]  # type: ignore[call-overload]
         modules.sort(key=lambda module: costs.get(module, {}).get("wall", 60.0))
         one = Mutant(**row)  # type: ignore[arg-type]
         file = clone.root / one.file
         original, began = file.read_text(), time.monotonic()
+        if original != (source / "main" / one.file).read_text():
+            raise SystemExit(f"{one.file} is not the same at {commit}: no comparison of its tests")
         try:
             file.write_text(mutated(original, one))
-            killers = {tier: _killer(clone, modules, tier) for tier in ("not long", "long")}
+            killer = _killer(clone, modules, costs)
         finally:
             file.write_text(original)
             free.append(clone)
-        verdict = {"number": one.number, "short": killers["not long"], "long": killers["long"]}
         with verdicts.open("a") as lines:
-            lines.write(json.dumps(verdict | {"seconds": round(time.monotonic() - began)}) + "\n")
-        print(f"{one.words}  ->  {killers['not long'] or killers['long'] or 'SURVIVES'}", flush=True)
+            verdict = {"number": one.number, "killer": killer, "seconds": round(time.monotonic() - began)}
+            lines.write(json.dumps(verdict) + "\n")
+        print(f"{one.words}  ->  {killer or 'SURVIVES'}", flush=True)
 
     with ThreadPoolExecutor(jobs) as beside:
         list(beside.map(judge, [row for row in plan if row["number"] not in known]))
 
 
-def _killer(clone: Clone, modules: list[str], tier: str) -> str:
-    """Returns the first module whose tests of this tier fail."""
-    for module in modules:
-        status = clone.test("-x", "-m", tier, module, within_s=KILLED_WITHIN_S)
-        if status not in (0, 5):  # 5: it has no test of this tier
-            return module
+def _survivors(after: Path, plan: list[dict[str, Any]], commit: str) -> list[dict[str, Any]]:
+    """Returns the changes that survived there, each with the modules that said something else at this commit."""
+    killed = {line["number"] for line in _verdicts(after) if line["killer"]}
+    changed = subprocess.run(
+        ["git", "diff", "--name-only", commit, "HEAD", "--", "tests"],
+        cwd=CHECKOUT, check=True, capture_output=True, text=True,
+    ).stdout.splitlines()  # fmt: skip
+    marked = [
+        str(one.relative_to(CHECKOUT)) for one in CHECKOUT.glob("tests/*/**/test_*.py") if _LONG in one.read_text()
+    ]
+    others = {*changed, *marked}
+    return [
+        row | {"modules": sorted({*marked, *(module for module in row["modules"] if module in others)})}
+        for row in plan
+        if row["number"] not in killed
+    ]
+
+
+def _killer(clone: Clone, modules: list[str], costs: dict[str, Any]) -> str:
+    """Returns the first module whose tests fail, and fail again alone."""
+    report = clone.folder / "failed.xml"
+    for batch in _batches(modules, costs):
+        status = clone.test("-x", "--junit-xml", str(report), *batch, within_s=KILLED_WITHIN_S)
+        if status in (0, NO_TESTS):
+            continue
+        suspects = batch if status == -1 else [module for module in batch if _failed_in(report, module)] or batch
+        for module in suspects:
+            if clone.test("-x", module, within_s=KILLED_WITHIN_S) not in (0, NO_TESTS):
+                return module
+        # It was no fault of the change: the rest of the batch has not run.
+        for module in batch:
+            if module not in suspects and clone.test("-x", module, within_s=KILLED_WITHIN_S) not in (0, NO_TESTS):
+                return module
     return ""
+
+
+def _batches(modules: list[str], costs: dict[str, Any]) -> Iterator[list[str]]:
+    """Yields the modules, cheapest first, in batches that grow: each start of pytest costs seconds."""
+    batch: list[str] = []
+    took_s, at_most_s = 0.0, FIRST_BATCH_S
+    for module in modules:
+        wall_s = costs.get(module, {}).get("wall", 60.0)
+        if batch and took_s + wall_s > at_most_s:
+            yield batch
+            batch, took_s, at_most_s = [], 0.0, min(2 * at_most_s, LAST_BATCH_S)
+        batch.append(module)
+        took_s += wall_s
+    if batch:
+        yield batch
+
+
+def _failed_in(report: Path, module: str) -> bool:
+    name = module.removesuffix(".py").replace("/", ".")
+    cases = ElementTree.parse(report).iter("testcase") if report.exists() else ()
+    return any(
+        (case.get("classname") or "").startswith(name) and (case.findall("failure") or case.findall("error"))
+        for case in cases
+    )
+
+
+def _verdicts(folder: Path) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in (folder / "verdicts.jsonl").read_text().splitlines()]
 
 
 def table(folder: Path) -> None:
     plan = {row["number"]: row for row in json.loads((folder / "mutants.json").read_text())}
-    verdicts = [json.loads(line) for line in (folder / "verdicts.jsonl").read_text().splitlines()]
     counts: dict[str, Counter[str]] = defaultdict(Counter)
-    for verdict in verdicts:
+    for verdict in _verdicts(folder):
         of_area = counts[plan[verdict["number"]]["area"]]
         of_area["all"] += 1
-        of_area["short"] += bool(verdict["short"])
-        of_area["both"] += bool(verdict["short"] or verdict["long"])
-    print(f"{'area':10} {'changes':>8} {'killed by make test':>20} {'by make test-long':>18}")
-    for area, of_area in [*counts.items(), ("all", sum(counts.values(), Counter()))]:
-        print(f"{area:10} {of_area['all']:8} {of_area['short']:20} {of_area['both']:18}")
-    for verdict in verdicts:
-        if not verdict["short"]:
+        of_area["killed"] += bool(verdict["killer"])
+    print(f"{'area':10} {'changes':>8} {'killed':>8}")
+    for area, of_area in [*sorted(counts.items()), ("all", sum(counts.values(), Counter()))]:
+        print(f"{area:10} {of_area['all']:8} {of_area['killed']:8}")
+    for verdict in _verdicts(folder):
+        if not verdict["killer"]:
             row = plan[verdict["number"]]
-            modules = len(row["modules"])
-            print(f"  survives make test: {row['file']}:{row['line']}: {row['new']} (reached by {modules} modules)")
+            print(f"  survives: {row['file']}:{row['line']}: {row['new']} (reached by {len(row['modules'])} modules)")
 
 
 def main() -> int:
@@ -308,12 +381,14 @@ def main() -> int:
     parser.add_argument("--folder", type=Path, required=True, help="where clones and verdicts are kept")
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--at", default="HEAD", help="the commit whose tests run")
+    parser.add_argument("--after", type=Path, help="a folder with verdicts: only what survived there")
     said = parser.parse_args()
     folder: Path = said.folder.resolve()
     if said.step == "probe":
         probe(folder, said.seed)
     elif said.step == "kill":
-        kill(folder, said.jobs)
+        kill(folder, said.jobs, said.at, said.after)
     else:
         table(folder)
     return 0

@@ -12,7 +12,7 @@ import pytest
 from worlds.pilot import ALT_HOLD, at_the_controls, fly_by_hand
 from worlds.processes import World, wait_for
 
-pytestmark = pytest.mark.long("the figures of real flights; test_server_statistics.py has them of made ones")
+pytestmark = pytest.mark.long("figures of real flights; test_server_statistics.py has made ones")
 
 HEIGHT_M = 10.0
 
