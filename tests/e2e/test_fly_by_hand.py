@@ -201,7 +201,8 @@ def test_a_pad_is_calibrated_by_moving_it(somebody: Somebody) -> None:
 
 
 def test_a_question_goes_with_its_page_and_keys_are_sticks_in_any_layout(somebody: Somebody) -> None:
-    alice = signed_in(somebody, "alice", "Kestrel")
+    alice = signed_in(somebody, "alice")
+    alice.open_drone("Kestrel")
     alice.acquire("Kestrel")
     alice.part("manual-means").select_option("keyboard")
     dialog = alice.page.get_by_role("dialog")

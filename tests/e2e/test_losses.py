@@ -68,6 +68,7 @@ def test_the_settings_of_the_admin_are_read_by_the_operator_and_decide_the_hold(
     alice.part("manual-toggle").click()
     alice.confirm("Kestrel")
     expect(alice.part("manual-bars")).to_have_attribute("data-phase", "flying")
+    alice.wait("LOITER", lambda: alice.word("mode") == "LOITER")
     admin.takes_from("alice", "Kestrel")
     expect(alice.part("hold-strip")).to_contain_text("Hold confirmed in")
     expect(alice.part("hold-strip")).to_contain_text("LOITER")

@@ -9,7 +9,7 @@ import pytest
 from console_page import Somebody, signed_in, visitors
 from filmed_drone import filmed_world
 from playwright.sync_api import Browser, expect
-from worlds.processes import World
+from worlds.processes import World, wait_for
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +24,7 @@ def come(chromium: Browser, filmed: World) -> Iterator[Somebody]:
         yield somebody
 
 
-def test_a_video_is_recorded_downloaded_and_deleted(come: Somebody, tmp_path: Path) -> None:
+def test_a_video_is_recorded_downloaded_and_deleted(come: Somebody, filmed: World, tmp_path: Path) -> None:
     alice = signed_in(come, "alice", "Kestrel")
     button = alice.part("recording-button")
     expect(button).to_be_disabled()
@@ -36,6 +36,8 @@ def test_a_video_is_recorded_downloaded_and_deleted(come: Somebody, tmp_path: Pa
     admin = signed_in(come, "admin", "Kestrel")
     # Everybody sees the recording, whoever started it.
     expect(admin.part("recording-time")).to_have_text(re.compile(r"0:0[4-9]|0:[1-9]\d"), timeout=30_000)
+    visitor = filmed.visitor("alice")
+    wait_for("a picture", lambda: visitor.ask("GET", "/drones/1/recordings").json[0]["first_picture_at"])
     button.click()
     expect(admin.part("recording")).to_have_attribute("data-running", "false")
     alice.part("page-logs").click()

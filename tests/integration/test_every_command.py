@@ -328,8 +328,10 @@ async def fly(pilot: Pilot, flavour: Flavour, give: Give, expected: Callable[[Ca
 @pytest.mark.parametrize("flavour", [ARDUPILOT, PX4], ids=lambda flavour: flavour.name)
 async def test_every_command_does_the_same_by_every_way_and_leaves_one_row(world: World, flavour: Flavour) -> None:
     assert {case.name for case in cases(flavour)} == flavour.can - ELSEWHERE
-    gripper = ("PD_GRIPPER_EN=1",) if flavour.px4 else ("GRIP_ENABLE=1", "SERVO9_FUNCTION=28")
-    parameters = [word for one in gripper for word in ("--param", one)]
+    # It stays armed until the next command comes, at this speed too.
+    px4 = ("PD_GRIPPER_EN=1", "COM_DISARM_PRFLT=120")
+    named = px4 if flavour.px4 else ("GRIP_ENABLE=1", "SERVO9_FUNCTION=28", "DISARM_DELAY=120")
+    parameters = [word for one in named for word in ("--param", one)]
     options = (
         "--boot-s",
         "1",
@@ -386,6 +388,8 @@ async def test_every_command_does_the_same_by_every_way_and_leaves_one_row(world
         with ground_station(world) as send:
 
             async def by_connect(case: Case) -> None:
+                if case.name == "disarm":  # in the air the tower wants it asked for twice
+                    await asyncio.to_thread(wait_for, "the ground", lambda: is_on_the_ground(alice))
                 for message in case.frame(flavour, pilot.home_amsl_m):
                     pilot.acks.clear()
                     send(message)

@@ -178,8 +178,8 @@ async def test_everybody_is_told_who_why_and_how_the_hold_went(tmp_path: Path) -
         drone = await world.add_drone("Kestrel", alice)
         operator, admin = [await world.signed_in(name) for name in ("alice", "root")]
         ObedientAgent(world.tower.hub, drone.id)
-        await ask(operator, drone.id, "acquire")
-        async with live(world, operator) as screen:
+        async with live(world, operator) as screen:  # who is not there makes the drone hold after a while
+            await ask(operator, drone.id, "acquire")
             await ask(admin, drone.id, "take", reason="gusts")
             reported = await screen.event("control", event="taken")
             assert (reported["by"]["name"], reported["holder"]["name"], reported["reason"]) == ("root", "root", "gusts")
