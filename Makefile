@@ -10,7 +10,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 PYTHON ?= python3
 BIN := .venv/bin
-TEST_WORKERS ?= 5
+TEST_WORKERS ?= 4
 SAY := printf '\033[1m==>\033[0m %s\n'
 # mkdocs-material announces its successor at every run.
 MKDOCS := NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs
@@ -77,7 +77,7 @@ generate: $(DEV_READY) $(WEB_READY) ## write the files that are made from the di
 
 .PHONY: test test-long
 test: TIER =
-test: ## run the tests that protect flight, access, data and pages; TEST_WORKERS=5 at a time
+test: ## run the tests that protect flight, access, data and pages; TEST_WORKERS=4 at a time
 test-long: TIER = --long
 test-long: ## run every test, with more examples: before a release
 # Tests are compiled here once, which each worker would do for itself.

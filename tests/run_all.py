@@ -68,7 +68,7 @@ def print_failures(tests: list[str]) -> None:
 
 def run_tier(*options: str) -> int:
     """Run a tier; its exit status."""
-    workers = os.environ.get("TEST_WORKERS", "5")
+    workers = os.environ.get("TEST_WORKERS", "4")
     for leftover in (LAST_FAILED, FIRST_TRY):
         leftover.unlink(missing_ok=True)
     status = run(*options, "-n", workers, f"--costs={COSTS}", f"--junit-xml={FIRST_TRY}")
