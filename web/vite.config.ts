@@ -79,7 +79,7 @@ export default defineConfig({
             },
             { name: 'start_console', test: /src\/start_console\.ts$/, priority: 3 },
             { name: 'Console', test: /src\/Console\.svelte$/, priority: 2 },
-            // What loads when the console is idle (Console.svelte).
+            // What loads when the console is idle: the Control page, and what parts/later.ts lists.
             {
               name: 'later',
               test: /src\/(control_actions\.ts|pages\/Control\.svelte|parts\/(ConfirmDialog|DroneCard|JournalList|PairsList|ProofDialog|SquadRowCompact|SquadActionDialog|SquadTable|SearchDialog|HelpSheet|ViewsMenu)\.svelte)$/,

@@ -4,13 +4,10 @@ LANDING_TARGET at the autopilot."""
 import asyncio
 from pathlib import Path
 
-import pytest
 from worlds.pilot import at_the_controls
 from worlds.processes import World, free_tcp_port, free_udp_ports, wait_for
 
 from server.live.relay.loan_limits import Home
-
-pytestmark = pytest.mark.long("unit tests land on the same pictures")
 
 PAD_LAT, PAD_LON = 47.3977, 8.5456
 BESIDE_M = 2.0
