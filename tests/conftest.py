@@ -11,6 +11,7 @@ from uuid import uuid4
 
 import asyncpg
 import pytest
+import structlog
 from worlds.costs import CostsPlugin
 from worlds.postgres import postgres_programs, temporary_postgres
 from worlds.side_by_side import Groups, order_of_start, turns_of_this_run
@@ -25,6 +26,10 @@ CONSOLE: Final = Path(__file__).resolve().parent.parent / "web" / "dist" / "inde
 
 
 register_tiers()
+
+# Its own default prints the variables of every frame of a traceback: seconds for an error that a test provokes.
+_PLAIN = structlog.dev.ConsoleRenderer(exception_formatter=structlog.dev.plain_traceback)
+structlog.configure(processors=[*structlog.get_config()["processors"][:-1], _PLAIN])
 
 _turns = turns_of_this_run()
 

@@ -88,16 +88,23 @@ def profile(modest_chromium: Path, console: Path, tmp_path: Path) -> Iterator[Br
 
 
 class ServiceWorkers:
-    """The browser's numbers of service workers, by their scope."""
+    """The browser's numbers of service workers, by their scope; and which of them are activated."""
 
     def __init__(self, session: CDPSession) -> None:
         self._session = session
         self.numbers: dict[str, str] = {}
+        self.activated: set[str] = set()
+        self.errors: list[str] = []
         session.on("ServiceWorker.workerRegistrationUpdated", self._updated)
+        session.on("ServiceWorker.workerVersionUpdated", self._versions_updated)
+        session.on("ServiceWorker.workerErrorReported", lambda event: self.errors.append(str(event["errorMessage"])))
         session.send("ServiceWorker.enable")
 
     def _updated(self, event: dict[str, Any]) -> None:
         self.numbers |= {one["scopeURL"]: one["registrationId"] for one in event["registrations"]}
+
+    def _versions_updated(self, event: dict[str, Any]) -> None:
+        self.activated |= {one["registrationId"] for one in event["versions"] if one["status"] == "activated"}
 
     def deliver(self, address: str, text: str) -> None:
         """As if it came from the push service."""
@@ -131,9 +138,8 @@ def test_a_browser_shows_what_the_tower_pushes(
         console.open()
         console.sign_in("alice")
         expect(console.part("squad-row").first).to_be_visible()
-        console.page.evaluate("navigator.serviceWorker.ready.then((it) => it.active.state)")
         workers = ServiceWorkers(profile.new_cdp_session(console.page))
-        console.wait("the service worker's number", lambda: f"{world.address}/" in workers.numbers)
+        console.wait("the service worker", lambda: workers.numbers.get(f"{world.address}/") in workers.activated)
         arrives = partial(workers.deliver, world.address)
 
         console.open("/#/account/alerts")

@@ -49,7 +49,8 @@ class HttpWorld:
     def listen(self, port: int) -> None:
         self.server = socket.create_server(("127.0.0.1", port))
         self.port = self.server.getsockname()[1]
-        threading.Thread(target=self._accept, args=(self.server,), daemon=True).start()
+        self._accepting = threading.Thread(target=self._accept, args=(self.server,), daemon=True)
+        self._accepting.start()
 
     def _accept(self, server: socket.socket) -> None:
         with contextlib.suppress(OSError):
@@ -78,6 +79,11 @@ class HttpWorld:
         with contextlib.suppress(OSError):
             self.server.shutdown(socket.SHUT_RDWR)
         self.server.close()
+        while self._accepting.is_alive():  # it may just have taken another line, and wait there
+            for line in self.sockets:
+                with contextlib.suppress(OSError):
+                    line.shutdown(socket.SHUT_RDWR)
+            self._accepting.join(0.02)
         for line in self.sockets:
             with contextlib.suppress(OSError):
                 line.shutdown(socket.SHUT_RDWR)

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import httpx
+from worlds.compiled_statements import share_compiled_statements
 
 from onboard_agent.link.identity import Identity, Kept
 from onboard_agent.link.identity_file import write_private
@@ -37,6 +38,8 @@ from server.store.schema import current_revision, migrate, newest_revision
 from wire.credential import Credential
 from wire.drone_key import KEY_BYTES, DroneKey
 from wire.ids import DroneId
+
+share_compiled_statements()
 
 PASSWORD = "correct horse battery"
 """The password of every user that a world makes."""

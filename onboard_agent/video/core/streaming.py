@@ -84,9 +84,10 @@ class Streaming:
         return tuple(self._streams)
 
     def restart(self) -> None:
-        """Discards what was sent: every stream continues with a key picture."""
+        """Discards what was sent: every stream continues with a key picture, to which nothing before leads up. The
+        camera may have opened before the channel did."""
         for stream in self._streams.values():
-            stream.key_due = True
+            stream.key_due = stream.break_due = True
 
     def key_wanted(self, request: StreamRequest, now: float) -> None:
         """The tower requests a key picture."""

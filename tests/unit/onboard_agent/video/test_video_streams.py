@@ -156,7 +156,10 @@ def test_a_new_connection_begins_with_a_key_and_the_sequence_goes_on() -> None:
     assert streaming.unit(order, encoded(key=False), 0.06) is None, "its chain is broken"
     (unit,) = flow(streaming, 84_000)
     assert decode_unit(unit).key
+    assert decode_unit(unit).is_break, "it does not matter whether the camera's first picture was taken before"
     assert decode_unit(unit).sequence == 1
+    (unit,) = flow(streaming, 126_000)
+    assert not decode_unit(unit).is_break
     streaming.watch([], 1.0)
     assert streaming.unit(order, encoded(key=True), 1.0) is None, "nobody watches any more"
     streaming.watch([MEDIUM], 2.0)
