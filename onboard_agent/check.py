@@ -76,7 +76,8 @@ async def listen(port: AutopilotPort) -> str | None:
                 with contextlib.suppress(asyncio.CancelledError, Unusable):
                     await task
     view = onboard.autopilot
-    return f"the autopilot is heard: system {view.system_id}, kind {view.kind}" if view.heard else None
+    held = "; it is watched only: the agent does not hold it" if view.watched_only else ""
+    return f"the autopilot is heard: system {view.system_id}, kind {view.kind}{held}" if view.heard else None
 
 
 async def _greet(port: AutopilotPort, onboard: Onboard) -> None:

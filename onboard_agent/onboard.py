@@ -127,6 +127,7 @@ class Onboard:
         )
         self._restart = AfterRestart(maker, self._memory.left, now)
         if self._memory.left is not None:
+            self.autopilot.assume(self._memory.left.autopilot_kind, self._memory.left.vehicle_type)
             self._inquiry.assume_ground_station(self._memory.left.ground_station_system_id)
             self._failsafe.settings = self._memory.left.settings
         self._work = WorkAtDrone(

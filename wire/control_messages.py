@@ -247,13 +247,15 @@ class HoldProgress(msgspec.Struct, frozen=True, tag="hold_progress", tag_field="
 class AutopilotState(msgspec.Struct, frozen=True, tag="autopilot_state", tag_field="type", kw_only=True):
     """Agent to tower, on each change: whether the autopilot sends heartbeats, is armed, is airborne.
 
-    `firmware`: flight_sw_version of its AUTOPILOT_VERSION (wire.firmware); 0: not known yet.
+    `firmware`: flight_sw_version of its AUTOPILOT_VERSION (wire.firmware); 0: not known yet. `watched_only`: nobody has
+    measured how such a vehicle holds, so the agent sends it no sticks and no mode by itself.
     """
 
     heard: bool
     armed: bool
     airborne: bool
     firmware: U32 = 0
+    watched_only: bool = False
 
 
 ToTower = (

@@ -6,6 +6,7 @@ Only the autopilot component counts (compid 1): gimbals, cameras and companions 
 from enum import StrEnum
 from typing import Any, Final
 
+from wire.autopilots import registry
 from wire.control_messages import AutopilotState
 from wire.dialect import mavlink
 from wire.ids import SystemId
@@ -58,6 +59,21 @@ class AutopilotView:
         self._landed_state_at: float | None = None
         self._alt_rel_m = 0.0
         self._sent: AutopilotState | None = None
+
+    @property
+    def may_be_held(self) -> bool:
+        """Whether it is known what sticks and modes do to it. The agent sends none to any other vehicle by itself."""
+        profile = registry.of(self.kind, self.vehicle_type)
+        return profile is not None and not profile.is_watched_only
+
+    @property
+    def watched_only(self) -> bool:
+        """Whether it was heard, and may not be held."""
+        return self.system_id is not None and not self.may_be_held
+
+    def assume(self, kind: int, vehicle_type: int) -> None:
+        """Uses the vehicle that the previous process has heard, until it is heard again."""
+        self.kind, self.vehicle_type = kind, vehicle_type
 
     def is_autopilot(self, system_id: int, component_id: int) -> bool:
         """Whether this sender is the autopilot that was found."""
@@ -152,6 +168,7 @@ class AutopilotView:
             armed=self.heard and self.armed,
             airborne=self.heard and self.airborne(now),
             firmware=self.firmware,
+            watched_only=self.watched_only,
         )
         if state == self._sent:
             return None

@@ -25,7 +25,7 @@ from onboard_agent.failsafe.way_home import WayHome
 from onboard_agent.link.downlink import Downlink
 from onboard_agent.sticks.stick_release import StickRelease
 from wire.autopilots.profile import FailsafeModes, FlightMode
-from wire.control_messages import HoldCause, SafetySettings
+from wire.control_messages import HoldCause, HoldStep, SafetySettings
 from wire.open_holds import AfterSticks, HoldStage, LostAction, LostPhase
 
 _log = logging.getLogger(__name__)
@@ -37,6 +37,7 @@ DIRECT_ABOVE_M: Final = 2.0
 """Below this the drone may be taking off or landing. A hold then begins with stage one, which keeps the height."""
 
 STICKS_COME_WITHIN_S: Final = 3.0
+WATCHED_ONLY: Final = "this vehicle is watched only: nobody has measured how it holds, and the agent sent it nothing"
 STILL_M_S: Final = 0.7
 FAST_M_S: Final = 4.5
 
@@ -96,7 +97,9 @@ class Failsafe:
         self._hold.modes_became_known(self._rungs(now), self._stay_modes(now), now)
         self.lost.heartbeat(view.custom_mode)
         self._holder.heartbeat(now)
-        if not view.armed:
+        if view.watched_only and self._hold.open:
+            self._hold.overruled(needs_sticks=False, now=now, why=WATCHED_ONLY)
+        if not view.armed or view.watched_only:
             self._person.attended()
 
     def mode_acknowledged(self, ack: Any, now: float) -> None:
@@ -139,8 +142,13 @@ class Failsafe:
         `interrupts`: also interrupts a return or landing of the autopilot. `without_sticks`: it was in stage two.
         """
         view = self._autopilot
-        self.held_at = now
         epoch = self._downlink.epoch
+        if view.watched_only:
+            if cause is HoldCause.ORDER:
+                step = HoldStep.UNCONFIRMED
+                self._hold.stand_aside(order_id=order_id, epoch=epoch, now=now, why=WATCHED_ONLY, step=step)
+            return
+        self.held_at = now
         repeated = cause is HoldCause.ORDER and not self._holder_changed(now)
         if repeated and self._hold.settled:
             # The person who said "stay" and the time since somebody flew remain valid.
@@ -206,6 +214,8 @@ class Failsafe:
         """
         by_hand, view = self._holder.by_hand, self._autopilot
         self._holder.update(now)
+        if view.watched_only:
+            return
         if self._hold.open and self._person.absent_s(now) is None and self._hold.open_s(now) >= self._patience_s:
             self._person.hold_began(now)
         if self._hold.open and not (self._hold.holds or by_hand or self._holder.wants_sticks(now)) and view.armed:
@@ -298,6 +308,8 @@ class Failsafe:
 
     def due(self, now: float) -> list[bytes]:
         """Returns the frames of the hold, the lost action and the holder's mode request."""
+        if self._autopilot.watched_only:
+            return []
         system_id = self._autopilot.system_id or 1
         frames = self._hold.tick(now, self._flying(now))
         if self._hold.sticks_on:
@@ -323,6 +335,7 @@ class Failsafe:
         silent = self._watch.loss.tower_gone_s(now) >= self._inquiry.station_lost_after_s(view.kind)
         return Flying(
             vehicle_system_id=view.system_id or 1,
+            may_be_held=view.may_be_held,
             ground_station_system_id=self._inquiry.ground_station_system_id,
             airborne=view.airborne(now),
             level=motion.level(now),
@@ -339,11 +352,13 @@ class Failsafe:
 
     def record(self) -> HoldRecord | None:
         """Returns what a restarted process must know, or None."""
-        held = self._hold.open
-        if not held and not (self._autopilot.armed and self._watch.hand_on_sticks):
+        view, held = self._autopilot, self._hold.open
+        if not view.may_be_held or not (held or (view.armed and self._watch.hand_on_sticks)):
             return None
         return HoldRecord(
-            system_id=self._autopilot.system_id or 1,
+            system_id=view.system_id or 1,
+            autopilot_kind=view.kind,
+            vehicle_type=view.vehicle_type,
             ground_station_system_id=self._inquiry.ground_station_system_id,
             sticks=self._hold.sticks_on or not held,
             held=held,

@@ -15,6 +15,8 @@ class Flying:
     """`level`, `has_position`: None if the autopilot does not report it."""
 
     vehicle_system_id: int = 1
+    may_be_held: bool = True
+    """The agent's own sticks may go to this vehicle."""
     ground_station_system_id: int = 255
     airborne: bool = True
     level: bool | None = True

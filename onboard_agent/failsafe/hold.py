@@ -144,12 +144,14 @@ class Hold:
         self._report.begin(cause=HoldCause.ORDER, order_id=order_id, epoch=epoch, now=now)
         self._report.add(HoldStep.CONFIRMED, mode.name if mode is not None else "", now)
 
-    def stand_aside(self, *, order_id: int, epoch: int, now: float, why: str) -> None:
-        """Reports an order as not needed, because it must not interrupt the present flight."""
+    def stand_aside(
+        self, *, order_id: int, epoch: int, now: float, why: str, step: HoldStep = HoldStep.NOT_NEEDED
+    ) -> None:
+        """Ends an order with this step: it must not interrupt the present flight, or the agent cannot carry it out."""
         self._name(HoldCause.ORDER, order_id, epoch, now, why)
         self.phase = HoldPhase.IDLE
         self._sticks.on = False
-        self._report.add(HoldStep.NOT_NEEDED, why, now)
+        self._report.add(step, why, now)
 
     def _name(self, cause: HoldCause, order_id: int, epoch: int, now: float, why: str) -> None:
         self.why = why

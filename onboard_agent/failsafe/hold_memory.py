@@ -44,9 +44,15 @@ class NoHoldStore:
 
 
 class HoldRecord(msgspec.Struct, frozen=True, kw_only=True):
-    """`sticks`: sticks of the agent or a pilot were in force at the time of writing. `held`: the drone held."""
+    """`sticks`: sticks of the agent or a pilot were in force at the time of writing. `held`: the drone held.
+
+    `autopilot_kind`, `vehicle_type`: of its heartbeat; 0 in the record of an older version, which sends nothing until
+    the vehicle is heard.
+    """
 
     system_id: int
+    autopilot_kind: int = 0
+    vehicle_type: int = 0
     ground_station_system_id: int = 255
     sticks: bool
     held: bool

@@ -9,7 +9,7 @@ from onboard_agent.autopilot.inquiry import Inquiry
 from onboard_agent.autopilot.mode_names import mode_name
 from onboard_agent.failsafe.failsafe import Failsafe
 from onboard_agent.failsafe.hold import Hold
-from wire.open_holds import HoldStage, HoldState, LostPhase
+from wire.open_holds import AfterSticks, HoldStage, HoldState, LostPhase
 
 EVERY_S: Final = 5.0
 SAME_COUNT_S: Final = 0.5
@@ -73,7 +73,11 @@ class HoldStateReporter:
             stage=hold.stage if hold.open else HoldStage.NONE,
             mode=mode_name(view.kind, view.vehicle_type, view.custom_mode) if view.heard else "",
             sticks=hold.sticks_on or self._failsafe.keeps_sticks,
-            after_sticks=self._inquiry.after_sticks(view.kind, view.custom_mode, now),
+            after_sticks=(
+                self._inquiry.after_sticks(view.kind, view.custom_mode, now)
+                if view.may_be_held
+                else AfterSticks.UNKNOWN
+            ),
             waiting_for=hold.waiting_for[:MAX_TEXT_LENGTH] if hold.open else "",
             lost=lost.lost if lost_is_known else None,
             phase=lost.phase,

@@ -68,7 +68,7 @@ class Holder:
     def by_hand(self) -> bool:
         """Whether the drone needs a hand on the sticks, the holder's or a radio pilot's."""
         view = self._autopilot
-        return view.armed and not flies_without_sticks(view.kind, view.custom_mode)
+        return view.armed and not view.watched_only and not flies_without_sticks(view.kind, view.custom_mode)
 
     def why_not(self, frame: bytes, now: float) -> str | None:
         """Returns why the frame may not go to the autopilot, for a counter. None: it may, and counts as sent."""
@@ -213,6 +213,8 @@ class Holder:
     def sticks_to_keep(self, now: float, *, somebody_may_arm: bool) -> list[bytes]:
         """Returns sticks to send in place of missing ones."""
         view = self._autopilot
+        if not view.may_be_held:
+            return []
         ids = {
             "vehicle_system_id": view.system_id or 1,
             "ground_station_system_id": self._inquiry.ground_station_system_id,

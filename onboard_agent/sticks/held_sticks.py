@@ -26,7 +26,7 @@ class HeldSticks:
 
     def due(self, now: float, flying: Flying) -> list[bytes]:
         """The frame to send to the autopilot now, if any."""
-        if not self.on or now < self._next_at - _EARLY_S:
+        if not self.on or not flying.may_be_held or now < self._next_at - _EARLY_S:
             return []
         self._next_at = max(self._next_at + STICKS_INTERVAL_S, now)
         make = climbing_sticks if flying.low_and_sinking else centred_sticks

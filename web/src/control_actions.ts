@@ -2,7 +2,6 @@
 
 import { ask, type Consent, type Question } from './confirmation.svelte';
 import { t } from './languages/text';
-import { flightTask } from './link/modes';
 import type { ControlAction, ControlWords } from './link/rest';
 import type { Drone } from './link/wire_types';
 import { tower } from './tower.svelte';
@@ -12,7 +11,8 @@ const AGREED: Consent = { reason: '', isChecked: true, isSecondChecked: true, is
 const pilotOf = (drone: Drone): string => drone.holder?.name ?? t('nobody');
 
 /** What a hold does to the drone in its present state. */
-function holdWords({ name, airborne, armed }: Drone): string {
+function holdWords({ name, airborne, armed, watched_only }: Drone): string {
+  if (watched_only) return t('{name} is watched only: it is sent nothing, and goes on as it does now.', { name });
   if (airborne === null && armed !== false) {
     return t('It is not known whether {name} is in the air. If it is, it will hold (sticks centred, its hold mode).', {
       name,
@@ -22,6 +22,14 @@ function holdWords({ name, airborne, armed }: Drone): string {
   return armed
     ? t('{name} is on the ground with its motors running. It will hold, and the motors keep running.', { name })
     : t('{name} is on the ground with its motors off. Nothing happens.', { name });
+}
+
+/** What a drone does that loses its pilot in the air. */
+function unpilotedWords({ name, airborne, watched_only }: Drone): string {
+  if (watched_only) return t('{name} is watched only: without a pilot nothing holds it.', { name });
+  return airborne
+    ? t('{name} is in the air and will have no pilot. If flown by hand, it holds.', { name })
+    : t('{name} may be in the air and will have no pilot. If flown by hand, it holds.', { name });
 }
 
 /**
@@ -49,11 +57,7 @@ export async function acquire(drone: Drone): Promise<boolean> {
   if (!held || me?.role === 'admin') return change(drone, 'acquire');
   const flies = inFlight(held);
   const left =
-    flies === false
-      ? t('{held} is on the ground.', { held: held.name })
-      : flies
-        ? t('{held} is in the air and will have no pilot. If flown by hand, it holds.', { held: held.name })
-        : t('{held} may be in the air and will have no pilot. If flown by hand, it holds.', { held: held.name });
+    flies === false ? t('{held} is on the ground.', { held: held.name }) : unpilotedWords({ ...held, airborne: flies });
   const consent = await ask({
     title: t('You control {held}. Release it and take {drone}?', { held: held.name, drone: drone.name }),
     text: left,
@@ -95,9 +99,7 @@ export const release = (drone: Drone): Promise<boolean> =>
           title: drone.airborne
             ? t('Release {drone} in flight?', { drone: drone.name })
             : t('Release {drone}?', { drone: drone.name }),
-          text: drone.airborne
-            ? t('{drone} is in the air and will have no pilot. If flown by hand, it holds.', { drone: drone.name })
-            : t('{drone} may be in the air and will have no pilot. If flown by hand, it holds.', { drone: drone.name }),
+          text: unpilotedWords(drone),
           confirmLabel: t('Release'),
           isDanger: true,
         }
@@ -108,7 +110,7 @@ export const release = (drone: Drone): Promise<boolean> =>
 function goingHome(drone: Drone): string | null {
   const values = tower.vehicles.get().get(drone.id)?.values(tower.clock.nowMs());
   if (!values || values.armed === false) return null;
-  const task = flightTask(values.autopilot, values.customMode);
+  const { task } = values;
   if (task !== 'return' && task !== 'landing') return null;
   return task === 'return'
     ? t('{drone} is returning by itself ({mode})', { drone: drone.name, mode: values.mode })
@@ -146,10 +148,12 @@ export async function takeInEmergency(drone: Drone): Promise<boolean> {
   const now = going === null ? '' : `${t('{going}: that is interrupted.', { going })} `;
   const consent = await ask({
     title: t('Emergency: take {drone} and stop it?', { drone: drone.name }),
-    text: t(
-      '{now}{drone} stops and holds where it is, even during a return or a landing. {pilotOf} loses the controls; you get them.',
-      { now, drone: drone.name, pilotOf: pilotOf(drone) },
-    ),
+    text: drone.watched_only
+      ? `${holdWords(drone)} ${t('{pilotOf} loses the controls; you get them', { pilotOf: pilotOf(drone) })}.`
+      : t(
+          '{now}{drone} stops and holds where it is, even during a return or a landing. {pilotOf} loses the controls; you get them.',
+          { now, drone: drone.name, pilotOf: pilotOf(drone) },
+        ),
     confirmLabel: t('Take {drone} and stop it', { drone: drone.name }),
     isDanger: true,
     reasonLabel: t('Reason (the pilot reads it)'),

@@ -157,5 +157,6 @@ PROFILE: Final = AutopilotProfile(
             _UNABLE,
         ),
     ),
+    takes_centred_sticks=True,
     stands_in=True,
 )

@@ -234,10 +234,17 @@ class AutopilotProfile:
     commands: CommandTable
     failsafe: FailsafeModes | None = None
     """None: the agent never changes modes by itself."""
+    takes_centred_sticks: bool = False
+    """Without `failsafe`: the agent's centred sticks replace a pilot's, because an end of sticks would be worse."""
     arming_modes: frozenset[int] = frozenset()
     """custom_mode of each mode that arms."""
     stands_in: bool = False
     """Names the modes of vehicles of its family that have no profile."""
+
+    @property
+    def is_watched_only(self) -> bool:
+        """Whether the agent sends it no sticks and no mode by itself: nobody has measured what they would do."""
+        return self.failsafe is None and not self.takes_centred_sticks
 
     @cached_property
     def _by_number(self) -> Mapping[int, FlightMode]:

@@ -33,7 +33,8 @@ class Facts:
     """Above home; None as well where no limit applies to a drone that is heard."""
     height_limit_m: float | None = None
     """The lowest that applies."""
-    lost_action: LostAction = LostAction.RETURN
+    lost_action: LostAction | None = LostAction.RETURN
+    """None: the agent does nothing by itself, because the vehicle is watched only."""
     lost_action_s: float = 30.0
     hold: HoldView | None = None
     hold_unconfirmed: str | None = None

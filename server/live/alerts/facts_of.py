@@ -26,7 +26,7 @@ def facts_of(drone: LiveDrone, height_limit_m: float, now: float) -> Facts:
         name=drone.record.name,
         known=drone.last_heard.ever,
         held_by=holder.name if holder is not None else None,
-        lost_action=drone.safety.lost_action,
+        lost_action=None if drone.watched_only else drone.safety.lost_action,
         lost_action_s=drone.safety.lost_action_s,
         hold=drone.open_hold.view(online=drone.online),
         hold_unconfirmed=drone.hold_unconfirmed,

@@ -107,6 +107,8 @@ def _last_words(facts: Facts) -> str:
     last = f"It {was}" if was else "It is not known what it did"
     if facts.task in (FlightTask.RETURN, FlightTask.LANDING):
         return f"{last}, and should go on with that."
+    if facts.lost_action is None:
+        return f"{last}. It is watched only: what comes next is up to its autopilot."
     after = f"after {facts.lost_action_s:.0f} s without the tower, if its agent is alive"
     does = _DOES[facts.lost_action]
     if facts.lost_action in (LostAction.RETURN, LostAction.LAND):

@@ -24,8 +24,19 @@ _THEN = {
 }
 
 
-def loss_sentences(parameters: LossParameters | None, settings: DroneSettings) -> list[Sentence]:
-    """In the order operator, tower, radio. `parameters`: None until the agent has reported them."""
+WATCHED_ONLY = (
+    "This vehicle is watched only: nobody has measured how it holds. Whoever is lost, the agent sends it neither "
+    "sticks nor a mode, and a hold is not carried out. What it does then is up to its autopilot's own failsafes."
+)
+
+
+def loss_sentences(
+    parameters: LossParameters | None, settings: DroneSettings, *, watched_only: bool = False
+) -> list[Sentence]:
+    """In the order operator, tower, radio. `parameters`: None until the agent has reported them. `watched_only`: the
+    agent does nothing by itself."""
+    if watched_only:
+        return [warning("operator", WATCHED_ONLY)]
     found = [*_of_ours(settings)]
     if parameters is None:
         found.append(

@@ -164,6 +164,12 @@ class DroneView(BaseModel):
     ] = None
     armed: Annotated[bool | None, Field(description="As the agent reports; null: not known")] = None
     airborne: Annotated[bool | None, Field(description="As the agent reports; null: not known")] = None
+    watched_only: Annotated[
+        bool,
+        Field(
+            description="Nobody has measured how such a vehicle holds: the agent sends it no sticks and no mode itself"
+        ),
+    ] = False
     hold: Annotated[HoldView | None, Field(description="null: no open hold, no loss, no lost action")] = None
     airborne_since: Annotated[
         datetime | None, Field(description="When it took off, as reported to the tower; null: not known")

@@ -94,8 +94,8 @@ class AgentReports:
             link.post(MetadataWanted(hash=lacking))
 
     def _autopilot_state(self, drone: LiveDrone, state: AutopilotState, at: datetime | None) -> None:
-        before = (drone.autopilot_heard, drone.armed, drone.airborne, drone.firmware)
-        drone.firmware = state.firmware
+        before = (drone.autopilot_heard, drone.armed, drone.airborne, drone.firmware, drone.watched_only)
+        drone.firmware, drone.watched_only = state.firmware, state.watched_only
         drone.autopilot_heard = state.heard
         # What an autopilot that is silent did last is no longer known: it may be in the air.
         drone.armed, drone.airborne = (state.armed, state.airborne) if state.heard else (None, None)
@@ -108,7 +108,7 @@ class AgentReports:
         if not state.heard:
             drone.silent(at or self._state.clock())
         drone.flight_start.report(heard=state.heard, airborne=state.airborne, at=at)
-        if before != (drone.autopilot_heard, drone.armed, drone.airborne, drone.firmware):
+        if before != (drone.autopilot_heard, drone.armed, drone.airborne, drone.firmware, drone.watched_only):
             self._state.publish_drone(drone)
 
     def _hold_state(self, drone: LiveDrone, link: AgentLink, state: HoldState, at: datetime | None) -> None:

@@ -112,6 +112,8 @@ class LiveDrone:
     armed: bool | None = None
     """None: not known. Never to be read as disarmed."""
     airborne: bool | None = None
+    watched_only: bool = False
+    """The agent sends it no sticks and no mode by itself, as it said last: nobody has measured such a vehicle."""
     """None: not known. It may be in the air."""
     was_airborne: bool = False
     """As last known."""
@@ -347,6 +349,7 @@ class LiveDrone:
             release=release_of(self.firmware),
             armed=self.armed if self.online else None,
             airborne=self.airborne if self.online else None,
+            watched_only=self.watched_only,
             hold=self.open_hold.view(online=self.online),
             last_heard=self.last_heard.view,
             airborne_since=self.flight_start.since if self.online and self.airborne else None,

@@ -117,7 +117,8 @@ class LossChecks:
         if drone is None:
             raise UnknownDrone
         parameters = drone.loss_parameters
-        sentences = tuple(loss_sentences(parameters, settings_in(self._hub, drone_id)))
+        settings = settings_in(self._hub, drone_id)
+        sentences = tuple(loss_sentences(parameters, settings, watched_only=drone.watched_only))
         reader = asker if asker is not None and drone.may_arm(asker) else drone.holder_id
         return LossCheck(
             complete=parameters.complete if parameters else False,

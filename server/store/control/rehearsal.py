@@ -54,6 +54,8 @@ def refusal_of(drone: LiveDrone, principal: Principal, what: What, *, in_flight:
         return Refused("not-the-holder", "only the holder or an admin can rehearse a loss")
     if not drone.online:
         return Refused("offline", "the drone is offline")
+    if drone.watched_only:
+        return Refused("watched-only", "this vehicle is watched only: there is no hold to rehearse")
     if what == "operator" and drone.holder_id is None:
         return Refused("no-holder", "nobody has the controls, so nobody can be lost")
     on_ground = drone.armed is False and drone.airborne is False

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from onboard_agent.failsafe.hold_memory import HoldStore
 from onboard_agent.onboard import Onboard
 from wire.content import Frames
 from wire.control_messages import (
@@ -13,6 +14,7 @@ from wire.control_messages import (
 )
 from wire.dialect import build, decode, mavlink
 from wire.ids import DroneId, Epoch
+from wire.open_holds import OPEN_HOLDS
 
 STEP_S = 0.025
 
@@ -35,14 +37,23 @@ def set_mode(mode: int) -> bytes:
 class World:
     """A linked Onboard with an armed copter in LOITER, and a clock that the test advances.
 
-    `receiver`: whether a radio receiver is on board; None if the autopilot does not report it.
+    `receiver`: whether a radio receiver is on board; None if the autopilot does not report it. `vehicle`: MAV_AUTOPILOT
+    and MAV_TYPE. `holds`: what an earlier process left.
     """
 
     def __init__(
-        self, *, armed: bool = True, mode: int = LOITER, heard: bool = True, receiver: bool | None = None
+        self,
+        *,
+        armed: bool = True,
+        mode: int = LOITER,
+        heard: bool = True,
+        receiver: bool | None = None,
+        vehicle: tuple[int, int] = (mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, mavlink.MAV_TYPE_QUADROTOR),
+        holds: HoldStore | None = None,
     ) -> None:
         self.now = 50.0
-        self.onboard = Onboard(now=self.now, speaks_first=False)
+        self.vehicle = vehicle
+        self.onboard = Onboard(now=self.now, speaks_first=False, holds=holds)
         self.armed, self.mode, self.heard = armed, mode, heard
         self.tower_there = True
         self.beats = True
@@ -62,12 +73,20 @@ class World:
 
     def link_up(self, epoch: int = 5) -> None:
         welcome = Welcome(
-            drone_id=7, name="kestrel", link_id=1, public_key=b"k" * 32, udp_port=1, epoch=epoch, holder="ada"
+            drone_id=7,
+            name="kestrel",
+            link_id=1,
+            public_key=b"k" * 32,
+            udp_port=1,
+            epoch=epoch,
+            holder="ada",
+            takes=(OPEN_HOLDS,),
         )
         self.onboard.welcomed(welcome, self.now)
 
     def beat(self) -> None:
-        message = mavlink.MAVLink_heartbeat_message(2, 3, 0x81 if self.armed else 1, self.mode, 4, 3)
+        autopilot, kind = self.vehicle
+        message = mavlink.MAVLink_heartbeat_message(kind, autopilot, 0x81 if self.armed else 1, self.mode, 4, 3)
         self.onboard.from_autopilot([frame(message)], self.now)
 
     def pass_time(self, for_s: float) -> None:

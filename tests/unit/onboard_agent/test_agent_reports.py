@@ -60,11 +60,14 @@ def test_losing_the_tower_on_the_ground_does_nothing() -> None:
     assert not world.messages("MANUAL_CONTROL")
 
 
-def test_an_order_for_an_autopilot_that_is_silent_is_tried_and_told() -> None:
+def test_an_order_for_an_autopilot_that_was_never_heard_is_told_and_carried_out_once_it_is() -> None:
     world = World(heard=False)
     world.onboard.message(order(), world.now)
     world.pass_time(3.1)
     assert world.steps()[-1] == "unconfirmed"
+    assert not world.messages("MANUAL_CONTROL"), "it may be a rover, which would drive"
+    world.heard = True
+    world.pass_time(0.5)
     assert world.messages("MANUAL_CONTROL")
 
 

@@ -222,6 +222,10 @@ def test_a_percentage_that_jitters_at_a_limit_is_one_alert() -> None:
         (replace(LOST, task=FlightTask.RETURN), "It was returning, and should go on with that."),
         (replace(LOST, lost_action=LostAction.STAY), "It flew its mission; it stays until the battery is needed"),
         (replace(LOST, lost_action=LostAction.LAND, lost_action_s=12.0), "it lands after 12 s without the tower"),
+        (
+            replace(LOST, lost_action=None),
+            "It flew its mission. It is watched only: what comes next is up to its autop",
+        ),
         (replace(LOST, task=None, mode="GUIDED"), "It was in GUIDED; it returns"),
         (replace(LOST, hold=HOLD), "It held in BRAKE; it returns"),
         (replace(LOST, task=None, mode=""), "It is not known what it did; it returns"),

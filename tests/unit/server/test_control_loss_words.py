@@ -172,3 +172,10 @@ def test_a_controller_without_a_hold_is_dangerous_and_says_so() -> None:
     assert len(dangers) == 2
     assert "no hold" in dangers[0]
     assert "failsafe" in dangers[1]
+
+
+def test_of_a_vehicle_that_is_watched_only_nothing_is_promised() -> None:
+    (sentence,) = loss_sentences(reported(COPTER), USUAL, watched_only=True)
+    assert sentence.severity == "warning"
+    assert "watched only" in sentence.text
+    assert loss_sentences(None, USUAL, watched_only=True) == [sentence]

@@ -37,6 +37,7 @@ def test_nothing_told_proves_nothing() -> None:
 
 ON_GROUND = AutopilotState(heard=True, armed=False, airborne=False)
 ARMED = AutopilotState(heard=True, armed=True, airborne=False)
+WATCHED = AutopilotState(heard=True, armed=False, airborne=False, watched_only=True)
 SILENT = AutopilotState(heard=False, armed=False, airborne=False)
 
 
@@ -63,3 +64,16 @@ def test_only_what_is_known_to_be_on_the_ground_is_rehearsed_without_being_asked
     assert refused is None or (words or "") in refused.words
     assert refusal_of(drone, admin, "tower", in_flight=True) is None
     assert (needs_no_hold(drone, "tower", 0.0) == NOT_ARMED) is needless
+
+
+def test_a_vehicle_that_is_watched_only_has_no_hold_to_rehearse() -> None:
+    world = HubWorld()
+    agent, drone = world.agent(1), world.hub.state.drones.get(DroneId(1))
+    assert drone is not None
+    world.hub.reports.receive(agent.link, WATCHED)
+    assert drone.view().watched_only
+    admin = Principal(UserId(9), "admin", Role.ADMIN, 9, LATER)
+    refused = refusal_of(drone, admin, "tower", in_flight=True)
+    assert refused is not None and refused.code == "watched-only"
+    world.hub.reports.receive(agent.link, ON_GROUND)
+    assert refusal_of(drone, admin, "tower", in_flight=True) is None

@@ -7,7 +7,7 @@ import type { LastHeardView, LinkQuality } from './wire_types';
 import { EKF_STATUS_FLAGS, GPS_FIX_TYPE, MAV_LANDED_STATE, MAV_MODE_FLAG, MAV_STATE } from './generated/mavlink.gen';
 import { distanceM } from './geometry';
 import type { Place, Target } from './messages';
-import { modeName } from './modes';
+import { type FlightTask, flightTask, modeName } from './modes';
 import type { Telemetry } from './telemetry';
 
 const HEARTBEAT_LIMIT_MS = 5_000;
@@ -27,6 +27,8 @@ export interface FlightValues {
   readonly autopilot: number | null;
   readonly customMode: number | null;
   readonly mode: string | null;
+  /** What a vehicle of its type does in that mode; null: unknown. */
+  readonly task: FlightTask | null;
   /** Null: unknown, because the autopilot never sent a heartbeat, or none for some seconds. */
   readonly armed: boolean | null;
   readonly airborne: boolean | null;
@@ -151,6 +153,7 @@ export function flightValues(telemetry: Telemetry, beside: Beside, nowMs: number
     autopilot,
     customMode,
     mode: autopilot === null || customMode === null ? null : modeName(autopilot, customMode, vehicleType),
+    task: flightTask(autopilot, customMode, vehicleType),
     armed,
     airborne,
     landed: LANDED_WORDS[landedState] ?? null,

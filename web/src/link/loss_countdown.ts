@@ -6,7 +6,7 @@
 import { t } from '../languages/text';
 import { DOING, dueMs, plainMode } from './hold_view';
 import type { FlightValues } from './flight_values';
-import { flightTask, type FlightTask } from './modes';
+import type { FlightTask } from './modes';
 import type { Drone, HoldView, LostAction } from './wire_types';
 
 /** The last known state. */
@@ -16,7 +16,8 @@ export interface LastHeard {
   readonly mode: string | null;
   readonly task: FlightTask | null;
   readonly hold: HoldView | null;
-  readonly lostAction: LostAction;
+  /** `none`: its agent does nothing by itself, because the vehicle is watched only. */
+  readonly lostAction: LostAction | 'none';
   readonly lostActionS: number;
 }
 
@@ -24,9 +25,9 @@ export function lastHeard(drone: Drone, values: FlightValues, isAirborne: boolea
   return {
     isAirborne,
     mode: values.mode,
-    task: flightTask(values.autopilot, values.customMode),
+    task: values.task,
     hold: drone.hold,
-    lostAction: drone.lost_action,
+    lostAction: drone.watched_only ? 'none' : drone.lost_action,
     lostActionS: drone.lost_action_s,
   };
 }
@@ -76,7 +77,7 @@ export function wasWords(last: LastHeard): string {
 function actionOf({ hold, lostAction }: LastHeard): LostAction | null {
   const reported = hold && hold.phase !== 'quiet' && hold.phase !== 'stayed' ? hold.action : null;
   const action = reported ?? lostAction;
-  return action in DOING ? action : null;
+  return action !== 'none' && action in DOING ? action : null;
 }
 
 /** What the drone and its agent do, with `when` ("in about 11 s"). */
@@ -85,7 +86,7 @@ function thenWords(last: LastHeard, when: string): string {
   const goesOn = t('it should go on with that');
   if (task === 'return' || task === 'landing') return goesOn;
   const isOnMission = task === 'mission' && last.hold?.open !== true;
-  const isToBeHeld = task === 'by-hand' && last.hold?.open !== true;
+  const isToBeHeld = task === 'by-hand' && last.hold?.open !== true && last.lostAction !== 'none';
   const agent = isToBeHeld
     ? t('it holds, and its agent')
     : isOnMission
@@ -107,7 +108,9 @@ function thenWords(last: LastHeard, when: string): string {
       if (isOnMission) return goesOn;
       return t('{agent} goes on with a mission, or leaves it where it is {surely}', { agent, surely });
     case null:
-      return t('this page does not know what its agent will do');
+      return last.lostAction === 'none'
+        ? t('what comes next is up to its autopilot')
+        : t('this page does not know what its agent will do');
   }
 }
 
@@ -152,7 +155,9 @@ export function lostBrief(silence: Silence, nowMs: number): { readonly now: stri
     : task === 'mission'
       ? t('goes on with its mission')
       : task === 'by-hand'
-        ? t('flown by hand: holds')
+        ? silence.lostAction === 'none'
+          ? t('flown by hand')
+          : t('flown by hand: holds')
         : mode === null
           ? t('not known what it does')
           : t('was in {mode}', { mode });

@@ -20,7 +20,6 @@ import type { MessageFields } from './generated/mavlink.gen';
 import { AUTOPILOT_COMPID, CONSOLE } from './messages';
 import { isMissionFlown, MissionProgress } from './mission_progress';
 import { missionPhase, type MissionPhase } from './mission_moves';
-import { flightTask } from './modes';
 import { isGood, outcomeWords, type Outcome } from './outcome';
 import type { ParametersKnown, PlanKind, PlanOnBoard } from './operation_types';
 import type { Rehearsal } from './rehearsal_log';
@@ -175,7 +174,7 @@ export class Vehicle {
       count: board === undefined || board.hash === null ? null : board.count,
       airborne: eitherSays(values.airborne, this.drone.get().airborne),
       isFlown: isMissionFlown(values),
-      task: flightTask(values.autopilot, values.customMode),
+      task: values.task,
       missionState: this.telemetry.newest('MISSION_CURRENT')?.fields.mission_state ?? null,
       wasPaused: this.mission.wasPaused,
     });

@@ -36,7 +36,8 @@ export type DroneIdentity = Schemas['IdentityView'];
 /** This user's relation to a drone, from the strongest to the weakest: docs/teams.md lists the rights of each. */
 export type Relation = Schemas['Relation'];
 
-type SaidLater = 'loans' | 'identity' | 'plans' | 'parameters' | 'suspicious_motion' | 'relation' | 'team';
+type SaidLater =
+  'loans' | 'identity' | 'plans' | 'parameters' | 'suspicious_motion' | 'watched_only' | 'relation' | 'team';
 
 /** As REST and the live channel send it; an older tower omits later fields. */
 export interface Drone

@@ -58,6 +58,7 @@ describe('the words of a lost link', () => {
       { lostAction: 'stay', task: 'by-hand', mode: 'LOITER' },
       `Heron was flown by hand (LOITER); it holds, and its agent returns it when the battery is needed for the way home ${ALIVE}.`,
     ],
+    ['watched only', { lostAction: 'none' }, 'Heron was flying its mission; what comes next is up to its autopilot.'],
     [
       'set to what a newer tower knows',
       { lostAction: 'tomorrow' as LostAction },

@@ -2970,6 +2970,11 @@ export interface components {
             readonly taken_from: components["schemas"]["UserRefView"] | null;
             /** @description Its team; null: none, or not visible to you */
             readonly team: components["schemas"]["TeamRefView"] | null;
+            /**
+             * @description Nobody has measured how such a vehicle holds: the agent sends it no sticks and no mode itself
+             * @default false
+             */
+            readonly watched_only: boolean;
         };
         /** @description Keeps the result of the compass calibration, or cancels the calibration. */
         readonly EndCalibration: {
