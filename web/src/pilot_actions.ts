@@ -121,8 +121,9 @@ export class PilotActions {
 
   /** Does not ask on the ground with motors stopped, because it is harmless. */
   async changeMode(modeName: string): Promise<void> {
-    const { autopilot, mode: before, armed } = this.#values();
-    const mode = autopilot === null ? undefined : modeSetOf(autopilot)?.modes.find(({ name }) => name === modeName);
+    const { autopilot, vehicleType, mode: before, armed } = this.#values();
+    const mode =
+      autopilot === null ? undefined : modeSetOf(autopilot, vehicleType)?.modes.find(({ name }) => name === modeName);
     if (!mode) return;
     const warning = this.#warningOf(mode);
     const text = t('{name} changes from {before} to {mode} at once.{warning}', {

@@ -25,6 +25,8 @@ export interface FlightValues {
   readonly state: DroneState;
   readonly heartbeatAgeMs: number | null;
   readonly autopilot: number | null;
+  /** MAV_TYPE. */
+  readonly vehicleType: number | null;
   readonly customMode: number | null;
   readonly mode: string | null;
   /** What a vehicle of its type does in that mode; null: unknown. */
@@ -128,7 +130,7 @@ export function flightValues(telemetry: Telemetry, beside: Beside, nowMs: number
   const lastPlace = last && last.view.lat !== null && last.view.lon !== null ? last.view : null;
   const autopilot = last?.view.autopilot ?? heartbeat?.fields.autopilot ?? null;
   const customMode = last?.view.custom_mode ?? heartbeat?.fields.custom_mode ?? null;
-  const vehicleType = last?.view.vehicle_type ?? heartbeat?.fields.type;
+  const vehicleType = last?.view.vehicle_type ?? heartbeat?.fields.type ?? null;
 
   const heartbeatAgeMs = lastAgeMs ?? (heartbeat ? nowMs - heartbeat.atMs : null);
   const isHeard = beside.online && heartbeatAgeMs !== null && heartbeatAgeMs <= HEARTBEAT_LIMIT_MS;
@@ -151,6 +153,7 @@ export function flightValues(telemetry: Telemetry, beside: Beside, nowMs: number
     state: stateOf(heartbeat?.fields.system_status ?? 0, armed, airborne),
     heartbeatAgeMs,
     autopilot,
+    vehicleType,
     customMode,
     mode: autopilot === null || customMode === null ? null : modeName(autopilot, customMode, vehicleType),
     task: flightTask(autopilot, customMode, vehicleType),

@@ -30,7 +30,7 @@ export class GoToTarget {
     telemetry.onMessage((message) => {
       // Outside guided mode the go-to is over, whatever ended it.
       if (message.name !== 'HEARTBEAT' || !telemetry.isFromAutopilot(message)) return;
-      const guided = modeSetOf(message.fields.autopilot)?.guided;
+      const guided = modeSetOf(message.fields.autopilot, message.fields.type)?.guided;
       if (guided && message.fields.custom_mode !== guided.customMode) this.#target.set(null);
     });
   }

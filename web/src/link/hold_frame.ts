@@ -8,7 +8,7 @@ import type { Clock } from './clock';
 import { MAV_CMD, MAV_RESULT, type MessageFields } from './generated/mavlink.gen';
 import type { Message } from './mavlink';
 import { CONSOLE } from './messages';
-import { modeSetOf, type Mode } from './modes';
+import { holdModeOf, type Mode } from './modes';
 import { REPLACED, type Outcome } from './outcome';
 import type { Telemetry } from './telemetry';
 
@@ -52,7 +52,7 @@ export class HoldFrame {
   send(): Promise<Outcome> {
     const heartbeat = this.#telemetry.newest('HEARTBEAT');
     if (!heartbeat) return Promise.resolve(NOT_HEARD);
-    const mode = modeSetOf(heartbeat.fields.autopilot)?.hold;
+    const mode = holdModeOf(heartbeat.fields.autopilot, heartbeat.fields.type);
     if (!mode) return Promise.resolve(NOT_KNOWN);
     this.#waiting?.settle(REPLACED);
     return new Promise((resolve) => {

@@ -49,7 +49,7 @@ export class MissionProgress {
     if (message.name !== 'MISSION_CURRENT' && message.name !== 'MISSION_ITEM_REACHED') return;
     if (autopilot === null) return;
     if (message.name === 'MISSION_CURRENT' && message.fields.mission_state === ACTIVE) this.wasPaused = false;
-    const item = message.fields.seq - (profileOf(autopilot)?.hasHomeSlot ? 1 : 0);
+    const item = message.fields.seq - (profileOf(autopilot, null)?.hasHomeSlot ? 1 : 0);
     const { current, reached } = this.now.get();
     if (message.name === 'MISSION_CURRENT') {
       const next = item < 0 ? null : item;

@@ -56,8 +56,9 @@ export interface AutopilotProfile {
 const PROFILES: readonly AutopilotProfile[] = AUTOPILOTS;
 
 /** By MAV_AUTOPILOT and MAV_TYPE; without a type, that of its multicopters. Null if unknown. */
-export function profileOf(autopilot: number, vehicleType: number = MAV_TYPE.QUADROTOR): AutopilotProfile | null {
-  return PROFILES.find((one) => one.autopilot === autopilot && one.vehicleTypes.includes(vehicleType)) ?? null;
+export function profileOf(autopilot: number, vehicleType: number | null): AutopilotProfile | null {
+  const type = vehicleType ?? MAV_TYPE.QUADROTOR;
+  return PROFILES.find((one) => one.autopilot === autopilot && one.vehicleTypes.includes(type)) ?? null;
 }
 
 /** The autopilot's family, whatever the vehicle; null if unknown. */
@@ -67,12 +68,12 @@ export function familyOf(autopilot: number | null): AutopilotProfile['family'] |
 
 /** The modes that a hold ladder may have before altitude hold; those of all autopilots if none is known. */
 export function holdRungs(autopilot: number | null): readonly string[] {
-  const known = autopilot === null ? null : profileOf(autopilot);
+  const known = autopilot === null ? null : profileOf(autopilot, null);
   return known?.holdRungs ?? PROFILES.flatMap((one) => one.holdRungs);
 }
 
 /** Why the autopilot never carries out a command, as a sentence; null if it does, or if that is unknown. */
-export function whyNot(command: PilotCommandName, autopilot: number, vehicleType?: number): string | null {
+export function whyNot(command: PilotCommandName, autopilot: number, vehicleType: number | null): string | null {
   return profileOf(autopilot, vehicleType)?.cannot[command] ?? null;
 }
 
@@ -94,9 +95,15 @@ function modeSetFor(profile: AutopilotProfile): ModeSet | null {
 const MODE_SETS = new Map(PROFILES.map((profile) => [profile, modeSetFor(profile)]));
 
 /** Null for a vehicle that is not flown from here. */
-export function modeSetOf(autopilot: number, vehicleType?: number): ModeSet | null {
+export function modeSetOf(autopilot: number, vehicleType: number | null): ModeSet | null {
   const profile = profileOf(autopilot, vehicleType);
   return profile && (MODE_SETS.get(profile) ?? null);
+}
+
+/** The mode that a hold by hand requests, of a plane too; null if there is none. */
+export function holdModeOf(autopilot: number, vehicleType: number): Mode | null {
+  const profile = profileOf(autopilot, vehicleType);
+  return modeIn(profile, profile?.roles.hold ?? null);
 }
 
 const DRIFTING: ReadonlySet<string> = new Set(
@@ -106,7 +113,7 @@ const DRIFTING: ReadonlySet<string> = new Set(
 /** Whether a mode, by its display name, keeps the height but not the position. */
 export const driftsWithTheWind = (mode: string | null): boolean => mode !== null && DRIFTING.has(mode);
 
-export function obeysSticks(autopilot: number, customMode: number, vehicleType?: number): boolean {
+export function obeysSticks(autopilot: number, customMode: number, vehicleType: number | null): boolean {
   const mode = modeIn(profileOf(autopilot, vehicleType), customMode);
   return mode !== null && mode.task !== null && mode.obeysSticks;
 }
@@ -115,13 +122,13 @@ export function obeysSticks(autopilot: number, customMode: number, vehicleType?:
 export function flightTask(
   autopilot: number | null,
   customMode: number | null,
-  vehicleType?: number,
+  vehicleType: number | null,
 ): FlightTask | null {
   if (autopilot === null) return null;
   return modeIn(profileOf(autopilot, vehicleType), customMode)?.task ?? null;
 }
 
-export function modeName(autopilot: number, customMode: number, vehicleType?: number): string {
+export function modeName(autopilot: number, customMode: number, vehicleType: number | null): string {
   return modeIn(profileOf(autopilot, vehicleType), customMode)?.name ?? t('MODE {customMode}', { customMode });
 }
 

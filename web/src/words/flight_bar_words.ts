@@ -56,7 +56,7 @@ export function stateCell(facts: BarFacts): BarCell {
     const word = drone.hold?.open ? t('HOLD') : (values.mode ?? UNKNOWN);
     return { text: word + since(holdSinceMs, nowMs), detail: hold.badge, tone: hold.tone };
   }
-  const holds = values.autopilot === null ? null : modeSetOf(values.autopilot)?.hold;
+  const holds = values.autopilot === null ? null : modeSetOf(values.autopilot, values.vehicleType)?.hold;
   if (isFlying && holds && holds.customMode === values.customMode) {
     const next = missionPhase === 'paused' ? t('mission paused, until you fly on') : t('stays here until you fly on');
     return {

@@ -1,6 +1,6 @@
 import { beforeEach, describe, expect, it } from 'vitest';
 
-import { MAV_AUTOPILOT, MAV_RESULT, type MessageFields } from '../../src/link/generated/mavlink.gen';
+import { MAV_AUTOPILOT, MAV_RESULT, MAV_TYPE, type MessageFields } from '../../src/link/generated/mavlink.gen';
 import { decode } from '../../src/link/mavlink';
 import { modeSetOf } from '../../src/link/modes';
 import type { Outcome } from '../../src/link/outcome';
@@ -62,6 +62,19 @@ describe('a hold', () => {
 
   it('is sent to nobody before the autopilot was heard', async () => {
     hears(heartbeat(0, false, { sysid: 7, compid: 191 }));
+    expect((await vehicle.sendHold()).kind).toBe('failed');
+    expect(sent).toEqual([]);
+  });
+
+  it('is sent in the mode that the kind of vehicle has, and to a rover not at all', async () => {
+    const { FIXED_WING, GROUND_ROVER } = MAV_TYPE;
+    const beats = (type: number): Uint8Array =>
+      fromAutopilot('HEARTBEAT', { type, autopilot: MAV_AUTOPILOT.ARDUPILOTMEGA, base_mode: 0x81 });
+    hears(beats(FIXED_WING));
+    void vehicle.sendHold();
+    expect(commandsSent()).toMatchObject([{ command: 176, param1: 1, param2: 12 }]);
+    sent = [];
+    hears(beats(GROUND_ROVER));
     expect((await vehicle.sendHold()).kind).toBe('failed');
     expect(sent).toEqual([]);
   });
@@ -147,6 +160,6 @@ describe('a hold', () => {
   });
 
   it.each([MAV_AUTOPILOT.ARDUPILOTMEGA, MAV_AUTOPILOT.PX4])('needs nobody at the sticks of autopilot %i', (one) => {
-    expect(modeSetOf(one)?.hold.obeysSticks).toBe(false);
+    expect(modeSetOf(one, null)?.hold.obeysSticks).toBe(false);
   });
 });

@@ -1,7 +1,7 @@
 import { describe, expect, it } from 'vitest';
 
 import { COPTER_MODE, MAV_AUTOPILOT, MAV_TYPE } from '../../src/link/generated/mavlink.gen';
-import { flightTask, holdRungs, modeName, modeSetOf, whyNot, type FlightTask } from '../../src/link/modes';
+import { flightTask, holdModeOf, holdRungs, modeName, modeSetOf, whyNot, type FlightTask } from '../../src/link/modes';
 
 const { ARDUPILOTMEGA, PX4, INVALID } = MAV_AUTOPILOT;
 const px4 = (main: number, sub = 0): number => ((main << 16) | (sub << 24)) >>> 0;
@@ -26,17 +26,17 @@ describe('what a drone does in a mode', () => {
     [PX4, COPTER_MODE.AUTO, null],
     [INVALID, COPTER_MODE.RTL, null],
   ])('of autopilot %i, %i: %s', (autopilot, customMode, task) => {
-    expect(flightTask(autopilot, customMode)).toBe(task);
+    expect(flightTask(autopilot, customMode, null)).toBe(task);
   });
 
   it('is not known before anything was heard', () => {
-    expect(flightTask(null, null)).toBeNull();
+    expect(flightTask(null, null, null)).toBeNull();
   });
 });
 
 it('names a precision landing, which nobody can choose', () => {
-  expect(modeName(PX4, px4(4, 9))).toBe('PRECISION LAND');
-  expect(modeSetOf(PX4)?.modes.map(({ name }) => name)).not.toContain('PRECISION LAND');
+  expect(modeName(PX4, px4(4, 9), null)).toBe('PRECISION LAND');
+  expect(modeSetOf(PX4, null)?.modes.map(({ name }) => name)).not.toContain('PRECISION LAND');
 });
 
 describe('profiles', () => {
@@ -53,9 +53,20 @@ describe('profiles', () => {
     expect(modeSetOf(ARDUPILOTMEGA, QUADROTOR)?.hold.name).toBe('BRAKE');
   });
 
+  it('hold each kind of vehicle in a mode of its own, or in none', () => {
+    const { GROUND_ROVER, SUBMARINE, VTOL_QUADROTOR } = MAV_TYPE;
+    expect(holdModeOf(ARDUPILOTMEGA, QUADROTOR)?.name).toBe('BRAKE');
+    expect(holdModeOf(ARDUPILOTMEGA, FIXED_WING)?.name).toBe('LOITER');
+    expect(holdModeOf(ARDUPILOTMEGA, FIXED_WING)?.customMode).toBe(12);
+    // 17, ArduCopter's BRAKE, is QSTABILIZE on a VTOL.
+    expect(holdModeOf(ARDUPILOTMEGA, VTOL_QUADROTOR)?.customMode).toBe(12);
+    for (const type of [GROUND_ROVER, SUBMARINE]) expect(holdModeOf(ARDUPILOTMEGA, type)).toBeNull();
+    expect(holdModeOf(PX4, FIXED_WING)).toBeNull();
+  });
+
   it('say what an autopilot cannot do, and why', () => {
-    expect(whyNot('orbit', ARDUPILOTMEGA)).toBe('ArduCopter circles a place in missions only: plan it');
-    expect(whyNot('turn', PX4)).toBeNull();
+    expect(whyNot('orbit', ARDUPILOTMEGA, null)).toBe('ArduCopter circles a place in missions only: plan it');
+    expect(whyNot('turn', PX4, null)).toBeNull();
     expect(whyNot('takeoff', ARDUPILOTMEGA, FIXED_WING)).toMatch(/watched and returned only/);
     expect(whyNot('rtl', ARDUPILOTMEGA, FIXED_WING)).toBeNull();
   });

@@ -29,7 +29,7 @@ const state = (changes: Partial<BarFacts>): string[] => {
   const { text, detail, tone } = stateCell({ ...FACTS, ...changes });
   return [text, detail, tone];
 };
-const [BRAKE, AUTO, LOITER] = [17, 3, 5];
+const BRAKE = 17;
 
 describe('what the bar says of a drone', () => {
   it('in a mode of its own', () => {
@@ -54,11 +54,11 @@ describe('what the bar says of a drone', () => {
   });
 
   it.each([
-    ['in its mission', AUTO, 'goes on with its mission; returns in 20 s'],
-    ['by hand', LOITER, 'flown by hand: holds; returns in 20 s'],
-    ['on its way home', 6, 'returning'],
-  ] as const)('whose link is lost %s', (_, customMode, expected) => {
-    const last = lastHeard(A_DRONE, values({ customMode, mode: 'as heard' }), true);
+    ['in its mission', 'mission', 'goes on with its mission; returns in 20 s'],
+    ['by hand', 'by-hand', 'flown by hand: holds; returns in 20 s'],
+    ['on its way home', 'return', 'returning'],
+  ] as const)('whose link is lost %s', (_, task, expected) => {
+    const last = lastHeard(A_DRONE, values({ task, mode: 'as heard' }), true);
     const silence: Silence = { ...last, whose: 'drone', sinceMs: 10_000, towerLagMs: 0 };
     expect(state({ silence })).toEqual(['LINK LOST 00:10', expected, 'danger']);
     expect(state({ silence: { ...silence, whose: 'own' } })[0]).toBe('TOWER LOST 00:10');
