@@ -66,7 +66,7 @@ def test_step_responses_and_the_video_with_a_flight_display(come: Somebody) -> N
     console.part("flight-replay").click()
     console.part("steps").click()
     table = console.part("step-table")
-    expect(table).to_have_attribute("data-axes", str(len(SYSTEMS)), timeout=30_000)
+    expect(table).to_have_attribute("data-axes", str(len(SYSTEMS)), timeout=120_000)
     gain, tau_s, _ = SYSTEMS["roll"]
     row = table.locator("tbody tr").first.locator("td")
     assert float(row.nth(0).inner_text().split()[0]) == pytest.approx(gain, rel=0.06)

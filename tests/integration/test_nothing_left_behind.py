@@ -5,6 +5,7 @@ import asyncio
 import contextlib
 import gc
 import logging
+import time
 from collections import Counter
 from collections.abc import AsyncIterator, Awaitable, Callable
 from pathlib import Path
@@ -36,6 +37,7 @@ WATCHED = (
     *(AgentChannel, AgentLink, LiveChannel, LiveWriter, Browser),
 )
 EACH = 10
+DEADLINE_S = 30.0
 REFUSED = 200
 
 
@@ -96,14 +98,12 @@ def alive() -> Counter[str]:
 
 
 async def nothing_left(before: Counter[str], what: str) -> None:
-    """Closing a connection takes only some turns of the loop."""
-    left = Counter[str]()
-    for _ in range(100):
-        left = alive() - before
-        if not left:
-            return
+    """Closing a connection takes some turns of the loop."""
+    deadline = time.monotonic() + DEADLINE_S
+    while left := alive() - before:
+        if time.monotonic() > deadline:
+            pytest.fail(f"{what}: {dict(left)}")
         await asyncio.sleep(0.02)
-    pytest.fail(f"{what}: {dict(left)}")
 
 
 async def test_agents_leave_nothing_behind(world: TowerWorld, caplog: pytest.LogCaptureFixture) -> None:
