@@ -55,6 +55,7 @@ async def test_a_new_drone_has_no_identity_until_an_agent_is_enrolled(world: Tow
         "autopilot_heard": False,
         "armed": None,
         "airborne": None,
+        "watched_only": False,
         "hold": None,
         "airborne_since": None,
         "last_heard": None,
