@@ -175,7 +175,8 @@ def test_a_browser_shows_what_the_tower_pushes(
         console.wait("words", lambda: "Control Tower" in titles(console))
 
         # A reload finds the subscription again; the sign-out ends it at the tower and in the browser.
-        console.page.reload()
+        with console.page.expect_response(lambda answer: answer.url.endswith("/keep")):
+            console.page.reload()
         expect(state).to_contain_text("It shows your alerts")
         console.part("user-menu").click()
         console.part("sign-out").click()
