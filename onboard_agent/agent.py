@@ -25,6 +25,7 @@ from onboard_agent.sockets.data_socket import ANY_UPLINK
 from onboard_agent.sockets.file_sender import TowerFileSender
 from onboard_agent.sockets.tower_link import TowerLink
 from onboard_agent.state_directory import claim
+from onboard_agent.system_file import SystemFile
 from onboard_agent.systemd import Systemd
 from onboard_agent.transactions.handler import TransactionHandler
 from onboard_agent.transactions.journal import JournalStore, NoJournal
@@ -49,6 +50,7 @@ from wire.content import Frames
 from wire.control_messages import ToAgent, Welcome
 from wire.controllers import CONTROLLERS, offers
 from wire.frame_stream import FrameStream
+from wire.own_system import OwnSystem
 from wire.video import VIDEO, VideoWanted
 from wire.zones.nearby import ZONES
 
@@ -94,6 +96,12 @@ class AgentSettings:
     """Cameras for controllers (onboard_agent.autonomy.setting)."""
     payload_release: str = ""
     """How a controller lets the payload go (onboard_agent.autonomy.core.payload_release)."""
+    system_id: int | None = None
+    """The only MAVLink system on the line that this agent serves. None: the first that it hears."""
+    neighbours: tuple[int, ...] = ()
+    """The systems of the other drones on its line that this process serves."""
+    speaks_to_systemd: bool = True
+    """False for a second drone on the line of another one, in the same process."""
     on_trial: int | None = None
     """The tower's transaction that waits for this process (onboard_agent.update.launch)."""
 
@@ -128,6 +136,8 @@ class Agent:
         )
         self._files = TowerFileSender(lambda: self._link.tower, lambda: self._link.ticket, settings.uplinks)
         journal, self._holds = self._lasting(settings.state)
+        self._system_file = SystemFile(settings.state)
+        self._kept_system = self._system_file.read()
         self._onboard = Onboard(
             now=self._loop.time(),
             speaks_first=self._port.speaks_first,
@@ -136,6 +146,13 @@ class Agent:
             journal=journal,
             holds=self._holds,
             make_handlers=self._make_handlers,
+            own=OwnSystem(
+                only=settings.system_id,
+                remembered=self._kept_system,
+                neighbours=settings.neighbours,
+                now=self._loop.time(),
+            ),
+            record=lambda frames, now: self._black_box.add(frames, now),
         )
         has_camera = settings.camera != NO_CAMERA
         # Two agents of one drone would complete and remove each other's flights.
@@ -159,7 +176,7 @@ class Agent:
             tower=lambda: str(self._link.tower),
         )
         self._stream = FrameStream()
-        self._systemd = Systemd()
+        self._systemd = Systemd(speaks=settings.speaks_to_systemd)
         self._summarised: Counter[str] = Counter()
         self._unknown_logged = 0
 
@@ -267,7 +284,6 @@ class Agent:
         if not frames:
             return
         now = self._loop.time()
-        self._black_box.add(frames, now)
         passed = self._onboard.from_autopilot(frames, now)
         self._send_up(passed)
         self._flush()
@@ -350,6 +366,9 @@ class Agent:
         self._link.closely = self._onboard.hands_on
         self._send_up(self._onboard.frames_to_tower(now))
         autopilot = self._onboard.autopilot
+        if autopilot.system_id is not None and autopilot.system_id != self._kept_system:
+            self._kept_system = autopilot.system_id
+            self._loop.run_in_executor(None, self._system_file.keep, autopilot.system_id)
         self._black_box.tick(now, armed=autopilot.armed, heard=autopilot.heard)
         if self._link.up:
             for message in self._black_box.messages(now, self._link.room):

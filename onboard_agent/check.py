@@ -6,6 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
+from onboard_agent.autopilot.answers import TIMESYNC, Answers, may_answer
+from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.autopilot_port.port import AutopilotPort
 from onboard_agent.autopilot_port.schemes import make_port
 from onboard_agent.link.identity_file import read_identity, token_file_warning
@@ -15,11 +17,17 @@ from onboard_agent.sockets.control_channel import NoLink, try_sign_in
 from onboard_agent.unusable import Unusable
 from onboard_agent.video.camera_setting import NO_CAMERA
 from onboard_agent.video.trial import try_camera
+from wire.dialect import decode
 from wire.frame_stream import FrameStream
+from wire.frames import message_id
 from wire.ids import DroneId
+from wire.own_system import OwnSystem
 
 LISTEN_S: Final = 5.0
 """An autopilot sends something at least once a second."""
+
+OTHERS_S: Final = 2.2
+"""Another autopilot counts once the own one was heard beside it, and each sends a heartbeat a second."""
 
 
 async def check_all(
@@ -28,6 +36,8 @@ async def check_all(
     autopilot: str,
     camera: str = NO_CAMERA,
     state_of: Callable[[DroneId], Path] | None = None,
+    *,
+    system_id: int | None = None,
 ) -> bool:
     """Prints one line for each part. Returns True if all of them work. Raises Unusable if no part can be tested."""
     url, port = parse_tower_url(tower), make_port(autopilot)
@@ -41,7 +51,7 @@ async def check_all(
     except NoLink as error:
         good = _say(False, str(error))
     try:
-        heard = await listen(port)
+        heard = await listen(port, system_id)
         good = _say(heard is not None, heard or f"no heartbeat on {port.name} within {LISTEN_S:.0f} s") and good
     except Unusable as error:
         good = _say(False, f"{error} (is the agent running?)")
@@ -50,15 +60,21 @@ async def check_all(
     return good
 
 
-async def listen(port: AutopilotPort) -> str | None:
-    """Returns what was heard of the autopilot, or None. Raises Unusable."""
+async def listen(port: AutopilotPort, system_id: int | None = None) -> str | None:
+    """Returns what was heard of the autopilot and of others on its line, or None. Raises Unusable."""
     loop = asyncio.get_running_loop()
-    onboard = Onboard(now=loop.time(), speaks_first=port.speaks_first)
+    onboard = Onboard(now=loop.time(), speaks_first=port.speaks_first, own=OwnSystem(only=system_id, now=loop.time()))
     stream = FrameStream()
     heard = asyncio.Event()
 
+    answers = Answers(FrameMaker())
+
     def received(data: bytes) -> None:
-        onboard.from_autopilot(stream.feed(data), loop.time())
+        frames = stream.feed(data)
+        onboard.from_autopilot(frames, loop.time())
+        for frame in frames:
+            if message_id(frame) == TIMESYNC and (message := decode(frame)) is not None:
+                answers.timesync(message, loop.time())
         if onboard.autopilot.heard:
             heard.set()
 
@@ -69,6 +85,14 @@ async def listen(port: AutopilotPort) -> str | None:
         await asyncio.wait({running, waiting}, timeout=LISTEN_S, return_when=asyncio.FIRST_COMPLETED)
         if running.done():
             running.result()
+        if heard.is_set():
+            answers.came(loop.time())
+            until = loop.time() + OTHERS_S
+            while (now := loop.time()) < until:
+                kind, system = onboard.autopilot.kind, onboard.autopilot.system_id or 1
+                for frame in answers.due(now, autopilot_kind=kind, vehicle_system_id=system):
+                    port.send(frame)
+                await asyncio.sleep(0.1)
     finally:
         for task in (running, waiting, greeting):
             if task is not None:
@@ -77,7 +101,11 @@ async def listen(port: AutopilotPort) -> str | None:
                     await task
     view = onboard.autopilot
     held = "; it is watched only: the agent does not hold it" if view.watched_only else ""
-    return f"the autopilot is heard: system {view.system_id}, kind {view.kind}{held}" if view.heard else None
+    beside = "".join(f"; another autopilot, system {one}, is on this line" for one in view.other_systems)
+    is_deaf = may_answer(view.kind) and not answers.hears(loop.time())
+    deaf = "; it has not answered: is the way to it open, or does it ask for signing?" if is_deaf else ""
+    said = f"the autopilot is heard: system {view.system_id}, kind {view.kind}{deaf}{held}{beside}"
+    return said if view.heard else None
 
 
 async def _greet(port: AutopilotPort, onboard: Onboard) -> None:

@@ -20,12 +20,13 @@ from typing import TYPE_CHECKING, Any, Final
 from onboard_agent import VERSION
 from onboard_agent.agent import Agent, AgentSettings, StartAgain
 from onboard_agent.autopilot_port.schemes import make_port
+from onboard_agent.autopilot_port.shared_line import share
 from onboard_agent.command_line import command_line
 from onboard_agent.link.enrolment import NotReached, check_can_keep
 from onboard_agent.link.enrolment import enrol as enrol_here
 from onboard_agent.link.identity_file import enrolment_token, read_identity, token_file_warning
 from onboard_agent.link.tower_url import TowerUrl, parse_tower_url
-from onboard_agent.settings import KEYS, read_settings
+from onboard_agent.settings import KEYS, parse_system_id, read_settings
 from onboard_agent.sockets.uplinks import parse_uplinks
 from onboard_agent.state_directory import state_directory
 from onboard_agent.unusable import Unusable
@@ -48,12 +49,16 @@ ENROL_AGAIN_AFTER_S: Final = 1.0
 def run(found: dict[str, Any]) -> None:
     """Links an autopilot to the tower until stopped."""
     address, port = parse_tower_url(found["tower"]), make_port(found["autopilot"])
+    system_id, also = parse_system_id(found["system_id"]), _also(found["also"] or ())
+    if also and (system_id is None or system_id in also):
+        raise Unusable("also: the first drone needs a system_id too, and each drone another one")
     if found["servos"] or found["sensor"]:
         from onboard_agent.payload.payload_port import with_payload  # not in the memory of every other agent
         from onboard_agent.payload.servo import parse_servos
 
         port = with_payload(port, parse_servos(found["servos"] or ()), found["sensor"])
     token, state = Path(found["token"]), _path(found["state"])
+    port, *ports = share(port, 1 + len(also)) if also else (port,)
     camera = _usable_camera(parse_camera(found["camera"]))
     _enrol_first(address, token)
     identity = read_identity(token, lambda drone_id: state_directory(state, drone_id))
@@ -74,14 +79,35 @@ def run(found: dict[str, Any]) -> None:
         controllers=_controllers(found["controllers"] or ()),
         landing=_landing(found["landing_pad"], found["landing_camera"]),
         controller_cameras=_controller_cameras(found["controller_cameras"] or ()),
+        system_id=system_id,
+        neighbours=tuple(also),
         payload_release=_payload_release(found["payload_release"]),
         black_box_mb=parse_megabytes(found["black_box"]),
     )
-    warning = token_file_warning(token)
-    if warning and identity.key is None:
-        _log.warning("%s", warning)
+    drones = [settings]
+    for part, (other_system, other_token) in zip(ports, also.items(), strict=True):
+        _enrol_first(address, other_token)
+        identity = read_identity(other_token, lambda drone_id: state_directory(state, drone_id))
+        drones.append(
+            AgentSettings(
+                tower=address,
+                identity=identity,
+                port=part,
+                uplinks=settings.uplinks,
+                log_level=settings.log_level,
+                state=state_directory(state, identity.drone_id),
+                black_box_mb=settings.black_box_mb,
+                system_id=other_system,
+                neighbours=tuple(one for one in (system_id, *also) if one is not None and one != other_system),
+                speaks_to_systemd=False,
+            )
+        )
+    for file, drone in zip((token, *also.values()), drones, strict=True):
+        warning = token_file_warning(file)
+        if warning and drone.identity.key is None:
+            _log.warning("%s", warning)
     try:
-        _run(_until_stopped(settings))
+        _run(_until_stopped(drones))
     except StartAgain:
         start_again()
 
@@ -92,7 +118,12 @@ def check(found: dict[str, Any]) -> bool:
 
     camera, state = parse_camera(found["camera"]), _path(found["state"])
     checked = check_all(
-        found["tower"], Path(found["token"]), found["autopilot"], camera, lambda one: state_directory(state, one)
+        found["tower"],
+        Path(found["token"]),
+        found["autopilot"],
+        camera,
+        lambda one: state_directory(state, one),
+        system_id=parse_system_id(found["system_id"]),
     )
     return bool(_run(checked))
 
@@ -172,6 +203,18 @@ def _payload_release(text: str) -> str:
     return text
 
 
+def _also(texts: Sequence[str]) -> dict[int, Path]:
+    """Returns the key files of the other drones on the line by their system ids."""
+    found: dict[int, Path] = {}
+    for text in texts:
+        system, is_there, file = text.partition("=")
+        number = parse_system_id(system)
+        if not is_there or not file or number is None or number in found:
+            raise Unusable(f"also {text!r}: each must be SYSTEM=FILE, and each system another one")
+        found[number] = Path(file)
+    return found
+
+
 def _path(text: str | None) -> Path | None:
     return None if text is None else Path(text)
 
@@ -194,16 +237,29 @@ def _enrol_first(tower: TowerUrl, path: Path) -> None:
             time.sleep(ENROL_AGAIN_AFTER_S)
 
 
-async def _until_stopped(settings: AgentSettings) -> None:
-    """Runs the agent; SIGTERM and SIGINT end it at once and cleanly."""
+async def _until_stopped(drones: Sequence[AgentSettings]) -> None:
+    """Runs an agent for each drone; SIGTERM and SIGINT end them at once and cleanly."""
     loop = asyncio.get_running_loop()
-    running = asyncio.create_task(Agent(settings).run())
+    running = asyncio.create_task(_run_all(drones))
     for number in (signal.SIGTERM, signal.SIGINT):
         loop.add_signal_handler(number, running.cancel)
     try:
         await running
     except asyncio.CancelledError:
         _log.info("told to stop")
+
+
+async def _run_all(drones: Sequence[AgentSettings]) -> None:
+    """The first that ends ends all."""
+    agents = [asyncio.create_task(Agent(one).run()) for one in drones]
+    try:
+        done, _ = await asyncio.wait(agents, return_when=asyncio.FIRST_COMPLETED)
+        for agent in done:
+            agent.result()
+    finally:
+        for agent in agents:
+            agent.cancel()
+        await asyncio.gather(*agents, return_exceptions=True)
 
 
 def _run(main: Coroutine[Any, Any, Any]) -> Any:

@@ -11,7 +11,7 @@ from onboard_agent.settings import DEFAULT_FILE, FILE_VARIABLE, KEYS, Setting
 
 _SETTINGS_OF: Final = {
     "run": tuple(KEYS),
-    "check": ("tower", "token", "autopilot", "camera", "state", "log_level"),
+    "check": ("tower", "token", "autopilot", "system_id", "camera", "state", "log_level"),
     "doctor": tuple(KEYS),
     "enrol": ("token", "autopilot", "camera", "log_level"),
     "install": ("tower", "autopilot", "camera", "uplinks", "release_keys", "log_level"),

@@ -25,6 +25,7 @@ from onboard_agent.check import LISTEN_S, listen
 from onboard_agent.link.identity import Identity
 from onboard_agent.link.identity_file import enrolment_token, read_identity
 from onboard_agent.link.tower_url import TowerUrl, parse_tower_url
+from onboard_agent.settings import parse_system_id
 from onboard_agent.sockets.control_channel import NoLink, try_sign_in
 from onboard_agent.sockets.tower_link import TowerLink
 from onboard_agent.sockets.uplinks import parse_uplinks
@@ -61,7 +62,7 @@ async def examine(settings: dict[str, Any]) -> bool:
     good = True
     async for finding in _findings(settings, url, uplinks):
         good = _say(finding) and good
-    good = _say(await _autopilot(port)) and good
+    good = _say(await _autopilot(port, parse_system_id(settings["system_id"]))) and good
     return _say(await _camera(camera, url)) and good
 
 
@@ -206,10 +207,10 @@ async def _udp(url: TowerUrl, identity: Identity, uplinks: tuple[str, ...], fold
 _UDP_REMEDY: Final = "open UDP port 14650 (TOWER_UDP_PORT) to the tower. The drone flies without, but feels each loss"
 
 
-async def _autopilot(port: Any) -> Finding:
+async def _autopilot(port: Any, system_id: int | None) -> Finding:
     remedy = "is it powered? Wiring TX to RX; its port set to MAVLink 2 at the same baud; no other program on it"
     try:
-        heard = await listen(port)
+        heard = await listen(port, system_id)
     except Unusable as error:
         return Finding(
             "autopilot", False, str(error), "is the agent running? `systemctl stop tower-agent`, on the ground"

@@ -6,8 +6,10 @@ return the output. Events take effect in the order of calls; no call waits.
 
 import logging
 from collections import Counter
+from collections.abc import Callable
 from typing import Any, Final
 
+from onboard_agent.autopilot.answers import TIMESYNC, Answers
 from onboard_agent.autopilot.autopilot_state import DESCRIBES, AutopilotEvent, AutopilotView
 from onboard_agent.autopilot.inquiry import READ, Inquiry
 from onboard_agent.autopilot.intent import INTERESTING
@@ -43,11 +45,13 @@ from wire.control_messages import (
 )
 from wire.controllers import ControllerWork
 from wire.dialect import decode, mavlink
+from wire.drops import DropReason
 from wire.following import FollowWork, LeaderPosition
 from wire.frames import message_id, source
 from wire.ids import DroneId, Epoch
 from wire.lateness import Lateness
 from wire.open_holds import Stay
+from wire.own_system import OwnSystem
 from wire.parameter_metadata import MetadataWanted
 from wire.transactions import CancelTransaction, CommandWork, Transaction
 from wire.zones.nearby import NearbyZones
@@ -65,6 +69,8 @@ _READ: Final = (
 )
 """The only messages that the agent decodes here; all others pass unread."""
 
+Record = Callable[[list[bytes], float], None]
+
 FLIES: Final = (CommandWork, FollowWork, ControllerWork)
 """Work that must not start late, nor after a hold that began later than the request."""
 
@@ -75,7 +81,8 @@ class Onboard:
     `speaks_first`: the autopilot does not know the agent's address until the agent sends. `narrow_line`: the line to
     the autopilot has no bandwidth to spare. `steps_reported`: where the numbers of hold steps start (Hold). `journal`:
     without one, no plan is written. `holds`: without one, a restarted process knows of no hold. `make_handlers`: makes
-    the handlers that need more than the time and the frames.
+    the handlers that need more than the time and the frames. `own`: judges which frames are of this drone. `record`:
+    gets all those that are, from either side.
     """
 
     def __init__(
@@ -88,11 +95,16 @@ class Onboard:
         journal: JournalStore | None = None,
         holds: HoldStore | None = None,
         make_handlers: MakeHandlers = lambda _maker: (),
+        own: OwnSystem | None = None,
+        record: Record = lambda frames, now: None,
     ) -> None:
         maker = FrameMaker()
         self.autopilot = AutopilotView()
         self.motion = Motion()
         self.downlink = Downlink()
+        self._own = own or OwnSystem(now=now)
+        self._answers = Answers(maker)
+        self._record = record
         self.stream = TelemetryStream()
         self.hold = Hold(maker, steps_reported)
         self.counts: Counter[str] = Counter()
@@ -158,10 +170,16 @@ class Onboard:
     def from_autopilot(self, frames: list[bytes], now: float) -> list[bytes]:
         """Processes frames from the autopilot's side. Returns those that go to the tower at once."""
         passed: list[bytes] = []
-        for frame in frames:
+        ours = [frame for frame in frames if self._own.counts(frame, now)]
+        if len(ours) != len(frames):
+            self.counts[DropReason.OTHER_VEHICLE] += len(frames) - len(ours)
+        self._record(ours, now)
+        for frame in ours:
             msgid = message_id(frame)
             if msgid == SETUP_SIGNING:
                 self.counts["setup_signing"] += 1
+                continue
+            if msgid == TIMESYNC and self._is_answer(frame, now):
                 continue
             if msgid not in self._work.hears or not self._work.receive(frame, now):
                 passed.append(frame)
@@ -175,6 +193,11 @@ class Onboard:
                     self._read(message, frame, now)
         self._to_autopilot += self._work.due(now)
         return self.stream.admit(passed)
+
+    def _is_answer(self, frame: bytes, now: float) -> bool:
+        """Whether a TIMESYNC answers the agent, and is no affair of the tower."""
+        message = decode(frame) if self.autopilot.is_autopilot(*source(frame)) else None
+        return message is not None and self._answers.timesync(message, now)
 
     def _read(self, message: Any, frame: bytes, now: float) -> None:
         view = self.autopilot
@@ -203,6 +226,8 @@ class Onboard:
             self._failsafe.start.acknowledged(message, now)
             if not answers_agent_alone(message, view.system_id):
                 self._holder.acknowledged(message, now)
+            if answers_agent_alone(message, view.system_id):
+                self._answers.answered(now)
             if may_answer_agent(message, view.system_id):
                 self._acknowledged(message, now)
         self._autopilot_event(event, now)
@@ -227,6 +252,7 @@ class Onboard:
             _log.warning("the autopilot is silent")
             return
         _log.info("autopilot %s: system %s, kind %d", event, self.autopilot.system_id, self.autopilot.kind)
+        self._answers.came(now)
         self._inquiry.ask_all(self.autopilot.kind, now)
         self._work.autopilot_came(now)
 
@@ -301,7 +327,7 @@ class Onboard:
             )
         elif isinstance(message, Stay):
             _log.warning("%s says: stay", message.by)
-            self._person.stay(message.by)
+            self._person.stay(message.by, now)
         elif isinstance(message, SafetySettings):
             settings = within_limits(message)
             if settings != self._failsafe.settings:
@@ -340,6 +366,9 @@ class Onboard:
         """Processes frames from the data channel. Queues those that may pass for the autopilot."""
         late_s = self._lateness.late_by(content.sent_ms, now)
         for frame in self.downlink.admit(content):
+            if not self._own.may_take(frame, now):
+                self.counts[DropReason.OTHER_VEHICLE] += 1
+                continue
             msgid = message_id(frame)
             if msgid in STICKS:
                 self._watch.stick_age.came(late_s + self._least_rtt_s / 2.0, now, self._failsafe.settings)
@@ -364,6 +393,10 @@ class Onboard:
     def tick(self, now: float) -> None:
         """Advances time. Call it about every 25 ms."""
         self._autopilot_event(self.autopilot.tick(now), now)
+        others = self._own.strangers(now)
+        for system_id in set(others) - set(self.autopilot.other_systems):
+            _log.warning("another autopilot, system %d, is on this line: make it a drone of its own", system_id)
+        self.autopilot.other_systems = others
         self._to_autopilot += self._restart.due(now, self.hold)
         self._failsafe.check(now, may_start=self._work.may_start)
         self._act_by_itself(now)
@@ -382,6 +415,8 @@ class Onboard:
         if view.system_id is not None and view.heard:
             self._inquiry.follow(self.stream.profile)
             out += self._inquiry.due(now, vehicle_system_id=view.system_id)
+            out += self._answers.due(now, autopilot_kind=view.kind, vehicle_system_id=view.system_id)
+        view.hears_agent = self._answers.hears(now)
         out += self._work.due(now)
 
     def frames_to_autopilot(self) -> list[bytes]:

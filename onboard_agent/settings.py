@@ -65,6 +65,20 @@ SETTINGS: Final = (
         required=True,
     ),
     Setting(
+        "system_id",
+        ("TOWER_AGENT_SYSTEM_ID",),
+        "The MAVLink system of this drone, 1 to 255, where several share the line. Not set: the first that is heard.",
+        "2",
+        option="system-id",
+    ),
+    Setting(
+        "also",
+        ("TOWER_AGENT_ALSO",),
+        "Other drones on the same line, each SYSTEM=FILE: its MAVLink system, and its key or one-time token.",
+        ["2=/etc/tower-agent/token-2"],
+        many=True,
+    ),
+    Setting(
         "camera",
         ("TOWER_AGENT_CAMERA",),
         f"The camera. {NO_CAMERA}: no video; {camera_help()}.",
@@ -179,6 +193,15 @@ def read_settings(
         one = missing[0]
         raise Unusable(f"{one.key} is not set: give {one.flag}, {one.variables[0]}, or {one.key} in {DEFAULT_FILE}")
     return found
+
+
+def parse_system_id(text: str | None) -> int | None:
+    """Returns the MAVLink system id; None if there is none. Raises Unusable."""
+    if text is None:
+        return None
+    if not (text.isascii() and text.isdigit() and 1 <= int(text) <= 255):
+        raise Unusable(f"system_id {text!r}: a MAVLink system id is a number from 1 to 255")
+    return int(text)
 
 
 def _read_file(file: Path | None, environment: Mapping[str, str]) -> dict[str, Any]:

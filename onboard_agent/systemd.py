@@ -10,10 +10,11 @@ LINKED: Final = "X_TOWER_LINKED=1"
 
 
 class Systemd:
-    """Wraps the notification socket and the watchdog's interval."""
+    """Wraps the notification socket and the watchdog's interval. `speaks`: False for an agent beside another one in
+    this process, which speaks for both."""
 
-    def __init__(self) -> None:
-        self._address = _address(os.environ.get("NOTIFY_SOCKET", ""))
+    def __init__(self, *, speaks: bool = True) -> None:
+        self._address = _address(os.environ.get("NOTIFY_SOCKET", "")) if speaks else None
         self._socket = None if self._address is None else socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         if self._socket is not None:
             self._socket.setblocking(False)

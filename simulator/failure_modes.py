@@ -61,6 +61,8 @@ class Failure(StrEnum):
     """The vehicle sends nothing at all, but continues to fly."""
     MAVLINK_MUTE = "mavlink-mute"
     """Nothing passes the MAVLink port in either direction, and the vehicle continues to fly."""
+    DEAF = "deaf"
+    """Nothing arrives at its MAVLink port: the way to it is cut, or it asks for signing. It sends as ever."""
     NEVER_READY = "never-ready"
     """There is never a position estimate: arming is always refused."""
     GPS_LOST = "gps-lost"

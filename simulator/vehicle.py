@@ -174,7 +174,7 @@ class Vehicle:
         flight.now_s = (self._ticks - self._boot_tick) * TICK_S
         while self._inbox and self._inbox[0][0] <= now_s + 1e-9:
             data = self._inbox.popleft()[1]
-            for message in () if Failure.MAVLINK_MUTE in self.failures else self._codec.decode(data):
+            for message in () if self.failures & {Failure.MAVLINK_MUTE, Failure.DEAF} else self._codec.decode(data):
                 self._handle(message)
         while self._slow and self._slow[0][0] <= flight.now_s:
             self.settings.flavour.carry_out(flight, self._slow.popleft()[1])

@@ -25,6 +25,7 @@ KEY_SUBPROTOCOL: Final = "tower-agent.v2"
 MAX_MESSAGE_BYTES: Final = 64 * 1024
 
 
+U8 = Annotated[int, msgspec.Meta(ge=0, le=0xFF)]
 U32 = Annotated[int, msgspec.Meta(ge=0, le=0xFFFFFFFF)]
 Port = Annotated[int, msgspec.Meta(ge=1, le=0xFFFF)]
 Takes = Annotated[tuple[Annotated[str, msgspec.Meta(max_length=40)], ...], msgspec.Meta(max_length=40)]
@@ -248,7 +249,10 @@ class AutopilotState(msgspec.Struct, frozen=True, tag="autopilot_state", tag_fie
     """Agent to tower, on each change: whether the autopilot sends heartbeats, is armed, is airborne.
 
     `firmware`: flight_sw_version of its AUTOPILOT_VERSION (wire.firmware); 0: not known yet. `watched_only`: nobody has
-    measured how such a vehicle holds, so the agent sends it no sticks and no mode by itself.
+    measured how such a vehicle holds, so the agent sends it no sticks and no mode by itself. `system_id`: the MAVLink
+    system that the agent serves; 0: not known yet. `other_systems`: of other autopilots on its line, whose frames it
+    passes in neither direction. `hears_agent`: whether the autopilot has answered the agent in the last 10 s; None: not
+    known yet, or it answers nothing that the agent could ask.
     """
 
     heard: bool
@@ -256,6 +260,9 @@ class AutopilotState(msgspec.Struct, frozen=True, tag="autopilot_state", tag_fie
     airborne: bool
     firmware: U32 = 0
     watched_only: bool = False
+    system_id: U8 = 0
+    other_systems: tuple[U8, ...] = ()
+    hears_agent: bool | None = None
 
 
 ToTower = (

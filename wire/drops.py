@@ -26,6 +26,7 @@ class DropReason(StrEnum):
     NOT_IN_CONTROL = "not-in-control"
     OFFLINE = "offline"
     NOT_ALLOWED = "not-allowed"
+    OTHER_VEHICLE = "other-vehicle"  # of or for another system on the drone's line, in both directions
     ASSISTED = "assisted"
     ASK_TWICE = "ask-twice"
     LOSS_CHECK = "loss-check"

@@ -93,8 +93,8 @@ class HoldState(msgspec.Struct, frozen=True, tag="hold_state", tag_field="type",
 
 
 class Stay(msgspec.Struct, frozen=True, tag="stay", tag_field="type", kw_only=True):
-    """Tower to agent: somebody chose "stay". The lost action for a lost person waits until the battery is at the level
-    that the return needs, or until a hold begins again."""
+    """Tower to agent: somebody chose "stay". The lost action for a lost person waits for ten minutes, until the battery
+    is at the level that the return needs, or until a hold begins again."""
 
     order_id: U32
     by: Annotated[str, msgspec.Meta(max_length=80)]

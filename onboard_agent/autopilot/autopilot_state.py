@@ -10,12 +10,13 @@ from wire.autopilots import registry
 from wire.control_messages import AutopilotState
 from wire.dialect import mavlink
 from wire.ids import SystemId
+from wire.own_system import SILENT_S
 
 HEARD_WITHIN_S: Final = 3.0
 """After this silence the autopilot counts as lost: three heartbeats."""
 
-FORGOTTEN_AFTER_S: Final = 5.0
-"""Silence after which it counts as rebooted, and another sysid may be the autopilot."""
+FORGOTTEN_AFTER_S: Final = SILENT_S
+"""Silence after which it counts as rebooted."""
 
 CLOCK_STEP_BACK_MS: Final = 2_000
 """A boot clock that goes back this far has restarted; a smaller step is packets out of order."""
@@ -57,7 +58,12 @@ class AutopilotView:
         self._boot_ms = 0
         self._landed_state = 0
         self._landed_state_at: float | None = None
+        self._on_ground_since: float | None = None
         self._alt_rel_m = 0.0
+        self.other_systems: tuple[int, ...] = ()
+        """System ids of other autopilots on the line."""
+        self.hears_agent: bool | None = None
+        """None: not known."""
         self._sent: AutopilotState | None = None
 
     @property
@@ -85,7 +91,7 @@ class AutopilotView:
             self._heard_at = now
 
     def heartbeat(self, message: Any, system_id: int, component_id: int, now: float) -> AutopilotEvent | None:
-        """Handles a HEARTBEAT from any sender. Finds the autopilot among them."""
+        """Handles a HEARTBEAT of the drone's own system (wire.own_system). Only its autopilot's count."""
         if (
             component_id != mavlink.MAV_COMP_ID_AUTOPILOT1
             or message.autopilot == mavlink.MAV_AUTOPILOT_INVALID
@@ -93,13 +99,10 @@ class AutopilotView:
         ):
             return None
         silent_s = now - self._heard_at
-        first = self.system_id is None
-        if not first and system_id != self.system_id and silent_s < FORGOTTEN_AFTER_S:
-            return None
-        long_gone = not first and silent_s >= FORGOTTEN_AFTER_S
+        long_gone = self.system_id is not None and silent_s >= FORGOTTEN_AFTER_S
         if long_gone or system_id != self.system_id:
             self._boot_ms = self.firmware = 0
-            self._landed_state_at = None
+            self._landed_state_at = self._on_ground_since = None
         was_heard = self.heard
         self.system_id = SystemId(system_id)
         self.kind = message.autopilot
@@ -123,6 +126,10 @@ class AutopilotView:
         """Handles EXTENDED_SYS_STATE of the autopilot."""
         self._landed_state = message.landed_state
         self._landed_state_at = now
+        if self._landed_state != _ON_GROUND:
+            self._on_ground_since = None
+        elif self._on_ground_since is None:
+            self._on_ground_since = now
 
     def autopilot_version(self, message: Any) -> None:
         """Handles AUTOPILOT_VERSION of the autopilot."""
@@ -153,13 +160,22 @@ class AutopilotView:
         """Whether it is armed and off the ground, as reported, or by its height if it does not report that."""
         if not self.armed:
             return False
-        if (
+        if self._reports_landed_state(now):
+            return self._landed_state != _ON_GROUND
+        return self._alt_rel_m > AIRBORNE_ABOVE_M
+
+    def on_ground_s(self, now: float) -> float:
+        """For how long it has reported that it stands on the ground; 0 if it does not report that."""
+        if self._on_ground_since is None or not self._reports_landed_state(now):
+            return 0.0
+        return now - self._on_ground_since
+
+    def _reports_landed_state(self, now: float) -> bool:
+        return (
             self._landed_state_at is not None
             and now - self._landed_state_at < _STATE_IS_FRESH_S
             and self._landed_state != mavlink.MAV_LANDED_STATE_UNDEFINED
-        ):
-            return self._landed_state != _ON_GROUND
-        return self._alt_rel_m > AIRBORNE_ABOVE_M
+        )
 
     def changed(self, now: float) -> AutopilotState | None:
         """Returns the state for the tower if it changed since the last report, else None."""
@@ -169,6 +185,9 @@ class AutopilotView:
             airborne=self.heard and self.airborne(now),
             firmware=self.firmware,
             watched_only=self.watched_only,
+            system_id=self.system_id or 0,
+            other_systems=self.other_systems,
+            hears_agent=self.hears_agent if self.heard else None,
         )
         if state == self._sent:
             return None

@@ -106,6 +106,11 @@ def read_parameter(target_system: int, name: str) -> Any:
     return mavlink.MAVLink_param_request_read_message(target_system, _AUTOPILOT_COMPONENT, name.encode(), -1)
 
 
+def timesync_request(ts1: int) -> Any:
+    """Asks for the time; it has no addressee. `ts1`: any number, which the answer repeats."""
+    return mavlink.MAVLink_timesync_message(0, ts1)
+
+
 def agent_heartbeat() -> Any:
     """The agent's own heartbeat."""
     return mavlink.MAVLink_heartbeat_message(

@@ -37,6 +37,8 @@ DIRECT_ABOVE_M: Final = 2.0
 """Below this the drone may be taking off or landing. A hold then begins with stage one, which keeps the height."""
 
 STICKS_COME_WITHIN_S: Final = 3.0
+STANDS_AFTER_S: Final = 3.0
+"""Longer than a take-off by command needs to leave the ground."""
 WATCHED_ONLY: Final = "this vehicle is watched only: nobody has measured how it holds, and the agent sent it nothing"
 STILL_M_S: Final = 0.7
 FAST_M_S: Final = 4.5
@@ -226,6 +228,7 @@ class Failsafe:
         self._check_pilot(now, by_hand=by_hand)
         motion = self._motion
         airborne = view.airborne(now)
+        self._person.seen(now, needs_somebody=airborne and self._needs_somebody(by_hand=by_hand))
         self._way_home.seen(now, airborne=airborne, percent=motion.battery_percent)
         loss = Loss(
             tower_gone_s=self._watch.loss.tower_gone_s(now),
@@ -247,6 +250,15 @@ class Failsafe:
         if response is LossResponse.STOP_STICKS:
             self._hold.overruled(needs_sticks=False, now=now, why=self.lost.detail)
         self._lost_action_done(now)
+
+    def _needs_somebody(self, *, by_hand: bool) -> bool:
+        """Whether a drone in the air flies by the tower's doing, and was not started to fly alone.
+
+        A hand that goes away is the hold's affair, and a transmitter's pilot is there.
+        """
+        modes = self._modes()
+        is_mission = modes is not None and self._autopilot.custom_mode == modes.mission.custom_mode
+        return self._watch.tower_in_this_flight and not (by_hand or is_mission or self.going_home)
 
     @property
     def _patience_s(self) -> float:
@@ -338,6 +350,7 @@ class Failsafe:
             may_be_held=view.may_be_held,
             ground_station_system_id=self._inquiry.ground_station_system_id,
             airborne=view.airborne(now),
+            stands=view.armed and min(view.on_ground_s(now), self._hold.open_s(now)) >= STANDS_AFTER_S,
             level=motion.level(now),
             has_position=motion.has_position(now),
             still=motion.speed_m_s < STILL_M_S,

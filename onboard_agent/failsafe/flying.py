@@ -19,6 +19,8 @@ class Flying:
     """The agent's own sticks may go to this vehicle."""
     ground_station_system_id: int = 255
     airborne: bool = True
+    stands: bool = False
+    """On the ground for some seconds, as the autopilot reports."""
     level: bool | None = True
     has_position: bool | None = True
     still: bool = True

@@ -157,7 +157,7 @@ class LostActionRunner:
     def _count_or_stay(self, response: LossResponse, *, said: bool) -> None:
         if self.phase is LostPhase.COUNTING and said:
             self._fire(LostEvent.STAY)
-            self._say("it stays, as somebody said, until the battery is needed for the way home")
+            self._say("it stays for ten minutes, as somebody said, or until the battery is needed for the way home")
         elif self.phase is LostPhase.STAYED and not said and response is not LossResponse.STAY:
             self._fire(LostEvent.COUNT)
 

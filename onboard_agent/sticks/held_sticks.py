@@ -1,8 +1,18 @@
-"""The agent's sticks during a hold: centred at 20 Hz, or climbing when the drone is low and sinking. No I/O."""
+"""The agent's sticks during a hold: centred at 20 Hz, or climbing when the drone is low and sinking. No I/O.
+
+On the ground the throttle rests: with a centred one ArduCopter's DISARM_DELAY never comes, and the motors of a drone
+that nobody attends would turn until its battery is empty (measured: still armed at 100 s).
+"""
 
 from typing import Final
 
-from onboard_agent.autopilot.own_frames import FrameMaker, centred_sticks, climbing_sticks, ground_station_sender
+from onboard_agent.autopilot.own_frames import (
+    FrameMaker,
+    centred_sticks,
+    climbing_sticks,
+    ground_station_sender,
+    resting_sticks,
+)
 from onboard_agent.failsafe.flying import Flying
 
 STICKS_INTERVAL_S: Final = 0.05
@@ -29,6 +39,6 @@ class HeldSticks:
         if not self.on or not flying.may_be_held or now < self._next_at - _EARLY_S:
             return []
         self._next_at = max(self._next_at + STICKS_INTERVAL_S, now)
-        make = climbing_sticks if flying.low_and_sinking else centred_sticks
+        make = climbing_sticks if flying.low_and_sinking else resting_sticks if flying.stands else centred_sticks
         sender = ground_station_sender(flying.ground_station_system_id)
         return [self._maker.make(make(flying.vehicle_system_id), sender)]

@@ -51,7 +51,7 @@ def test_an_idle_admin_reads_the_countdown_and_stay_ends_it(somebody: Somebody) 
     for console in (alice, admin):
         expect(console.part("hold-banner")).to_have_attribute("data-phase", "stayed")
         expect(console.part("hold-banner")).to_contain_text(
-            "Kestrel stays until the battery is needed for the way home"
+            "Kestrel stays for ten minutes, or until the battery is needed for the way home"
         )
     expect(admin.part("stay")).to_have_count(0)
     admin.wait("the time to be over", lambda: time.monotonic() > over_s)

@@ -26,7 +26,7 @@ async def flying() -> AsyncIterator[World]:
         await until(lambda: port.bound_port, what="the port is open")
         async with running_autopilot(port.bound_port, armed=True) as autopilot:
             await tower.linked()
-            await until(lambda: AutopilotState(heard=True, armed=True, airborne=False) in tower.messages)
+            await until(lambda: AutopilotState(heard=True, armed=True, airborne=False, system_id=1) in tower.messages)
             yield World(tower, autopilot)
 
 
@@ -79,7 +79,9 @@ async def test_a_refusal_is_told_as_unconfirmed_with_the_reason(flying: World) -
 
 async def test_a_disarmed_drone_needs_no_hold(flying: World) -> None:
     flying.autopilot.armed = False
-    await until(lambda: AutopilotState(heard=True, armed=False, airborne=False) in flying.tower.messages)
+    await until(
+        lambda: any(isinstance(one, AutopilotState) and one.heard and not one.armed for one in flying.tower.messages)
+    )
     await flying.tower.announce(HoldOrder(order_id=7, epoch=2, reason="released"))
     await until(lambda: flying.tower.hold_steps(7) == ["not_needed"])
     assert not flying.autopilot.heard("MANUAL_CONTROL")

@@ -41,7 +41,7 @@ async def world() -> AsyncIterator[World]:
         await until(lambda: port.bound_port, what="the port is open")
         async with running_autopilot(port.bound_port) as autopilot:
             await tower.linked()
-            await until(lambda: AutopilotState(heard=True, armed=False, airborne=False) in tower.messages)
+            await until(lambda: AutopilotState(heard=True, armed=False, airborne=False, system_id=1) in tower.messages)
             yield World(tower, agent, autopilot)
 
 

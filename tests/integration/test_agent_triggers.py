@@ -30,7 +30,7 @@ async def flying() -> AsyncIterator[World]:
         async with running_autopilot(port.bound_port, armed=True) as autopilot:
             autopilot.alt_rel_m = 20.0
             await tower.linked()
-            await until(lambda: AutopilotState(heard=True, armed=True, airborne=True) in tower.messages)
+            await until(lambda: AutopilotState(heard=True, armed=True, airborne=True, system_id=1) in tower.messages)
             yield World(tower, autopilot)
 
 

@@ -10,6 +10,7 @@ from types import ModuleType
 from typing import Any
 
 import pytest
+from agent_fakes import until
 from worlds.clean_install import closure, fill
 from worlds.processes import CHECKOUT, World, wait_for
 
@@ -143,7 +144,8 @@ async def test_an_error_in_the_air_brings_it_home(world: World) -> None:
                 async for now in telemetry:
                     if now.mode == "RTL":
                         break
-        assert drone.state.holder is None or drone.state.holder.name != "root"
+        # The release is told after the drone shows the mode.
+        await until(lambda: drone.state.holder is None or drone.state.holder.name != "root", what="the release")
 
 
 def test_a_program_without_asyncio_is_ended_too(world: World) -> None:

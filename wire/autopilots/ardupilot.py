@@ -76,6 +76,7 @@ ARDUPILOT: Final = AutopilotFamily(
     log_folders=(b"/APM/LOGS", b"logs", b"APM/logs"),  # on boards, in its simulator, on Qualcomm's
     arms_with_throttle_down=True,
     silent_without_receiver=False,
+    answers_timesync=True,
     sticks_hide_receiver=True,
     station_lost_after_s=_station_lost_after_s,
     station_parameters=GROUND_STATION,

@@ -38,9 +38,15 @@ class Sticks(StrEnum):
 
     FLY = "fly"
     """The sticks fly the drone: without a pilot it obeys the resting radio. The safe assumption for an unknown mode."""
+    CLIMB = "climb"
+    """The mode flies its way by itself, and the throttle climbs and descends: a resting radio sinks it to the ground.
+    """
     ADJUST = "adjust"
-    """The mode flies by itself, and the sticks change height or position."""
+    """The mode flies by itself and keeps its height; the sticks change the way."""
     IGNORED = "ignored"
+
+
+_NEED_A_HAND: Final = (Sticks.FLY, Sticks.CLIMB)
 
 
 class FlightTask(StrEnum):
@@ -171,6 +177,8 @@ class AutopilotFamily:
     """Without a receiver it arms only while the sticks report the throttle at the bottom."""
     silent_without_receiver: bool
     """It sends no RC_CHANNELS without a receiver."""
+    answers_timesync: bool = False
+    """It answers TIMESYNC, by which the agent knows that it is heard."""
     sticks_hide_receiver: bool = False
     """While sticks are in force, it does not report whether its receiver receives a transmitter, nor acts on a loss."""
     station_lost_after_s: Callable[[Mapping[str, float]], float] = _never_lost
@@ -262,7 +270,7 @@ class AutopilotProfile:
     @cached_property
     def _mains_without_sticks(self) -> frozenset[int]:
         return frozenset(
-            self.family.main_of(mode.custom_mode) for mode in self._settable if mode.sticks is not Sticks.FLY
+            self.family.main_of(mode.custom_mode) for mode in self._settable if mode.sticks not in _NEED_A_HAND
         )
 
     @cached_property
@@ -283,7 +291,7 @@ class AutopilotProfile:
         """Returns whether this mode flies without sticks. An unknown mode counts as one that needs them."""
         mode = self.mode(custom_mode)
         if mode is not None:
-            return mode.sticks is not Sticks.FLY
+            return mode.sticks not in _NEED_A_HAND
         return self.family.main_of(custom_mode) in self._mains_without_sticks
 
     def holds_when_centred(self, custom_mode: int) -> bool:

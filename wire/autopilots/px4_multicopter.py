@@ -176,6 +176,7 @@ PX4: Final = AutopilotFamily(
     arms_with_throttle_down=False,
     return_heights={"RTL_RETURN_ALT": 1.0},
     silent_without_receiver=True,
+    answers_timesync=True,
     accepts_modes_it_does_not_enter=True,
     loss_parameters=(
         "COM_RC_IN_MODE",

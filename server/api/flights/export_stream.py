@@ -18,7 +18,7 @@ from urllib.parse import quote
 from fastapi.responses import StreamingResponse
 
 from server.live.flights import exports
-from server.live.flights.tlog import Entry, read_entries
+from server.live.flights.tlog import Entry, of_one_vehicle, read_entries
 from server.live.flights.track import fixes_in
 
 FormatName = Literal["csv", "kml", "gpx"]
@@ -55,7 +55,7 @@ def export_stream(
 async def _pieces(path: Path, export: exports.Export, title: str, turns: asyncio.Semaphore) -> AsyncIterator[bytes]:
     file = await asyncio.to_thread(path.open, "rb")
     try:
-        lines = export(title, fixes_in(_in_turns(read_entries(file))))
+        lines = export(title, fixes_in(of_one_vehicle(_in_turns(read_entries(file)))))
         while True:
             async with turns:  # not while the piece is sent: a slow reader keeps nobody waiting
                 piece = await asyncio.to_thread(lambda: "".join(islice(lines, PIECE_LINES)))

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from server.app.commands.session import CommandError
-from server.live.flights.tlog import read_entries
+from server.live.flights.tlog import of_one_vehicle, read_entries
 
 
 def add_to(app: typer.Typer) -> None:
@@ -33,7 +33,7 @@ def identify_file(
                 table = table_of_csv(lines)
         else:
             with file.open("rb") as log:
-                table = table_of_tlog(read_entries(log))
+                table = table_of_tlog(of_one_vehicle(read_entries(log)))
     except (NoColumns, UnicodeDecodeError) as error:
         raise CommandError(str(error)) from None
     if not table.rows:

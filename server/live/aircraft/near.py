@@ -1,5 +1,6 @@
 """Aircraft that come near a drone, by the geometry of the separation watch, and the words about it. Pure."""
 
+import math
 from collections.abc import Iterable
 from typing import Final, NamedTuple
 
@@ -23,6 +24,11 @@ class Bounds(NamedTuple):
 MANNED: Final = Bounds(600.0, 150.0, 60.0)
 """A helicopter at 70 m/s needs 60 s for four kilometres: time to go down and land."""
 UNMANNED: Final = Bounds(60.0, 30.0, 20.0)
+BESIDE_M: Final = 30.0
+ALONG_M_S: Final = 3.0
+LEVEL_M: Final = 60.0
+"""A transponder tells the height by air pressure."""
+OWN_AFTER_S: Final = 15.0
 _DIRECTIONS: Final = (
     "north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west",
 )  # fmt: skip
@@ -83,12 +89,26 @@ def _direction(bearing_deg: float) -> str:
     return _DIRECTIONS[round(bearing_deg % 360 / 45) % len(_DIRECTIONS)]
 
 
-def is_near_own(one: Aircraft, drones: Iterable[Motion], now: float) -> bool:
-    """Whether this is the Remote ID of one of the tower's own drones."""
-    if one.report.kind is not Kind.UNMANNED:
-        return False
+def judge_own(one: Aircraft, drones: Iterable[Motion], now: float) -> None:
+    """Whether this is one of the tower's own drones, by its Remote ID or by its transponder.
+
+    Remote ID is of drones: being there is enough. A transponder may be that of a manned aircraft: it must fly along for
+    OWN_AFTER_S, which no aircraft does so close without a word.
+    """
     motion = one.report.motion
-    for own in drones:
-        if abs(own.lat_deg - motion.lat_deg) < 0.001 and Relative.of(own, motion, now).distance_m < 30.0:
-            return True
-    return False
+    beside = any(
+        abs(own.lat_deg - motion.lat_deg) < 0.001 and _flies_along(one, Relative.of(own, motion, now)) for own in drones
+    )
+    if not beside:
+        one.is_own, one.along_since = False, None
+        return
+    if one.along_since is None:
+        one.along_since = now
+    one.is_own = one.report.kind is Kind.UNMANNED or now - one.along_since >= OWN_AFTER_S
+
+
+def _flies_along(one: Aircraft, seen: Relative) -> bool:
+    if one.report.kind is Kind.UNMANNED:
+        return seen.distance_m < BESIDE_M
+    is_level = not one.report.has_height or abs(seen.up_m) < LEVEL_M
+    return is_level and seen.distance_m < BESIDE_M and math.hypot(seen.east_m_s, seen.north_m_s) < ALONG_M_S

@@ -10,7 +10,7 @@ from typing import Final
 from server.live.aircraft import decode
 from server.live.aircraft.decode import Identity, Report, Threat
 from server.live.aircraft.messages import AircraftHeard, AircraftView
-from server.live.aircraft.near import NOTHING, STALE_S, is_near_own, near
+from server.live.aircraft.near import NOTHING, STALE_S, judge_own, near
 from server.live.aircraft.shared import SharedAircraft, report_of, shared
 from server.live.aircraft.table import Aircraft, AircraftTable
 from server.live.relay.live_drone import LiveDrone
@@ -77,7 +77,7 @@ class AircraftService:
             self.table.forget_old(now)
             motions = list(self._motions().values())
             for one in self.table:
-                one.is_own = is_near_own(one, motions, now)
+                judge_own(one, motions, now)
             self._tell(now)
         self._look(now)
 

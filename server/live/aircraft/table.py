@@ -25,7 +25,9 @@ class Aircraft:
     threat_at: float = float("-inf")
     name: str = ""
     is_own: bool = False
-    """One of the tower's own drones, as another one hears its Remote ID."""
+    """One of the tower's own drones, by its Remote ID or its transponder."""
+    along_since: float | None = None
+    """Since when it is where one of them is."""
 
     @property
     def key(self) -> str:

@@ -44,6 +44,8 @@ class Facts:
     system_status: int | None = None
     """MAV_STATE."""
     battery_percent: int | None = None
+    battery_number: int | None = None
+    """Which of several batteries is the worst, from 1."""
     battery_charge: int | None = None
     """MAV_BATTERY_CHARGE_STATE, the worst of its batteries."""
     gps_fix: int | None = None
@@ -64,6 +66,13 @@ class Facts:
     """Which zone it comes near, or which one that only warns it is in: the end of a sentence; empty: none."""
     zone_breach: str = ""
     """Which zone it is in that refuses it."""
+    hears_agent: bool | None = None
+    """Whether the autopilot answers the agent; None: not known."""
+    falls: str = ""
+    """How fast and where it falls; empty: it does not."""
+    crashed: str = ""
+    other_systems: tuple[int, ...] = ()
+    """MAVLink systems of other autopilots on its line."""
     motion: str | None = None
     """`jump`, `speed`, `height`, `course`: it does not move as a machine can."""
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from server.live.alerts.facts import Facts
+from server.live.alerts.kept_telemetry import ATTITUDE
 from server.live.relay.loan_limits import whole_place_in
 from wire.autopilots import registry
+from wire.autopilots.vehicle_types import MULTICOPTERS
 from wire.frames import payload
 
 if TYPE_CHECKING:
@@ -16,6 +18,7 @@ _HEARTBEAT: Final = 9
 _TYPE, _AUTOPILOT, _STATUS = 4, 5, 7
 """Offsets in a HEARTBEAT."""
 NO_LIMIT: Final = 0.0
+BY_HAND_FOR_S: Final = 1.0
 
 
 def facts_of(drone: LiveDrone, height_limit_m: float, now: float) -> Facts:
@@ -35,7 +38,9 @@ def facts_of(drone: LiveDrone, height_limit_m: float, now: float) -> Facts:
     )
     if drone.online and drone.autopilot_heard:
         facts.armed, facts.airborne = drone.armed, drone.airborne
+        facts.other_systems, facts.hears_agent = drone.other_systems, drone.hears_agent
         _add_telemetry(facts, drone, now)
+        _add_fall(facts, drone, now)
         _add_height(facts, drone, height_limit_m)
     else:
         facts.silence = "autopilot" if drone.online and drone.link is not None else "link"
@@ -50,6 +55,7 @@ def _add_telemetry(facts: Facts, drone: LiveDrone, now: float) -> None:
     telemetry = drone.telemetry
     telemetry.decode(now)
     facts.battery_percent, facts.battery_charge = telemetry.battery_percent, telemetry.battery_charge
+    facts.battery_number = telemetry.battery_number
     facts.gps_fix, facts.estimator_fault = telemetry.gps_fix, telemetry.estimator_fault
     facts.vibration_m_s2, facts.fence_breach = telemetry.vibration_m_s2, telemetry.fence_breach
     facts.aircraft_near, facts.foreign_drone_near = drone.aircraft_near
@@ -58,6 +64,21 @@ def _add_telemetry(facts: Facts, drone: LiveDrone, now: float) -> None:
     if drone.heartbeat is not None:
         heart = payload(drone.heartbeat).ljust(_HEARTBEAT, b"\0")
         facts.system_status = heart[_STATUS]
+
+
+def _add_fall(facts: Facts, drone: LiveDrone, now: float) -> None:
+    if drone.heartbeat is None or payload(drone.heartbeat)[_TYPE] not in MULTICOPTERS:
+        return
+    watch = drone.fall_watch
+    watch.look(
+        position=drone.position_frame,
+        position_at=drone.position_at,
+        attitude=drone.telemetry.newest.get((ATTITUDE, 0)),
+        armed=drone.armed,
+        by_hand=now - drone.sticks_at < BY_HAND_FOR_S,
+        now=now,
+    )
+    facts.falls, facts.crashed = watch.falls, watch.crashed
 
 
 def _add_height(facts: Facts, drone: LiveDrone, of_tower_m: float) -> None:

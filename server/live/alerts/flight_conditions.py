@@ -77,6 +77,21 @@ def vibration(facts: Facts, is_open: bool) -> Finding:
     return Not.SO
 
 
+def falls(facts: Facts, is_open: bool) -> Finding:
+    if facts.silence:
+        return Not.KNOWN
+    if not facts.falls:
+        return Not.SO
+    stopped = " Its motors are off." if facts.armed is False else ""
+    return f"{facts.name} falls: {facts.falls}.{stopped}"
+
+
+def crashed(facts: Facts, is_open: bool) -> Finding:
+    if facts.silence:
+        return Not.KNOWN
+    return f"{facts.name} has crashed: {facts.crashed}." if facts.crashed else Not.SO
+
+
 def fence_breached(facts: Facts, is_open: bool) -> Finding:
     if not facts.flies or facts.fence_breach is None:
         return _on_ground(facts)
@@ -148,7 +163,8 @@ def _battery(facts: Facts, level: str, is_open: bool) -> Finding:
         return Not.SO
     at = "" if percent is None else f": {percent} %"
     by = " by its autopilot's threshold" if charge is not None and charge >= _LOW else ""
-    return f"The battery of {facts.name} is {level}{by}{at}."
+    which = "The battery" if facts.battery_number is None else f"Battery {facts.battery_number}"
+    return f"{which} of {facts.name} is {level}{by}{at}."
 
 
 def _battery_level(percent: int | None, charge: int | None, open_level: str) -> str:

@@ -7,7 +7,7 @@ come since: the rules run twice a second, however fast a drone sends.
 from collections import deque
 from collections.abc import Callable
 from struct import Struct
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from server.live.alerts.status_texts import StatusText, StatusTexts
 from server.live.preflight.arming_texts import ArmingTexts
@@ -20,6 +20,7 @@ MAX_TEXTS: Final = 20
 MAX_TEXT_FRAMES: Final = 3 * MAX_TEXTS
 """A text may come in chunks, one a frame."""
 MAX_BATTERIES: Final = 8
+BATTERY_GONE_S: Final = 60.0
 
 _SYS_STATUS: Final = mavlink.MAVLINK_MSG_ID_SYS_STATUS
 _BATTERY: Final = mavlink.MAVLINK_MSG_ID_BATTERY_STATUS
@@ -28,11 +29,13 @@ _EKF: Final = mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT
 _ESTIMATOR: Final = mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS
 _VIBRATION: Final = mavlink.MAVLINK_MSG_ID_VIBRATION
 _FENCE: Final = mavlink.MAVLINK_MSG_ID_FENCE_STATUS
-KEPT: Final = frozenset({_SYS_STATUS, _BATTERY, _GPS, _EKF, _ESTIMATOR, _VIBRATION, _FENCE})
+ATTITUDE: Final = mavlink.MAVLINK_MSG_ID_ATTITUDE
+KEPT: Final = frozenset({_SYS_STATUS, _BATTERY, _GPS, _EKF, _ESTIMATOR, _VIBRATION, _FENCE, ATTITUDE})
 """State messages that are kept, from the autopilot's own component."""
 
 _SENSORS: Final = Struct("<III")
 _REMAINING: Final = 30
+_BATTERY_REMAINING: Final = 35
 _CHARGE: Final = 40
 _FIX: Final = 28
 _EKF_FIELDS: Final = Struct("<5fH")
@@ -61,22 +64,38 @@ _LAST_CHARGE: Final = int(mavlink.MAV_BATTERY_CHARGE_STATE_UNHEALTHY)
 """7 is "charging", which is no trouble."""
 
 
+class Battery(NamedTuple):
+    """One BATTERY_STATUS. `charge`: MAV_BATTERY_CHARGE_STATE, 0: not reported."""
+
+    charge: int
+    percent: int | None
+    at: float
+
+    @property
+    def badness(self) -> tuple[int, int]:
+        """By its autopilot's own thresholds first."""
+        return self.charge, 100 - (100 if self.percent is None else self.percent)
+
+
 class KeptTelemetry:
     """For one drone. Every value is None before its first message on the present link."""
 
     __slots__ = (
         "_arrived",
-        "_charges",
+        "_batteries",
         "_decoded",
+        "_system_percent",
         "_texts",
         "arming_ok",
         "arming_texts",
         "battery_charge",
+        "battery_number",
         "battery_percent",
         "estimator_fault",
         "fence_breach",
         "gps_fix",
         "newest",
+        "now",
         "satellites",
         "texts",
         "vibration_m_s2",
@@ -86,6 +105,8 @@ class KeptTelemetry:
         self.texts: deque[StatusText] = deque(maxlen=MAX_TEXTS)
         """Complete texts that nobody has read yet."""
         self._texts = StatusTexts()
+        self.now = 0.0
+        """Of the last look."""
         self._arrived: deque[tuple[bytes, float]] = deque(maxlen=MAX_TEXT_FRAMES)
         self.arming_texts = ArmingTexts()
         self.forget()
@@ -95,9 +116,12 @@ class KeptTelemetry:
         self.newest: dict[tuple[int, int], bytes] = {}
         """The newest frame by message id and instance. Only the path of frames writes it."""
         self._decoded: dict[tuple[int, int], bytes] = {}
-        self._charges: dict[int, int] = {}
+        self._batteries: dict[int, Battery] = {}
+        self._system_percent: int | None = None
         self.battery_percent: int | None = None
+        """Of the worst battery, with its charge state and, of several, its number from 1."""
         self.battery_charge: int | None = None
+        self.battery_number: int | None = None
         self.gps_fix: int | None = None
         self.satellites: int | None = None
         self.arming_ok: bool | None = None
@@ -116,11 +140,12 @@ class KeptTelemetry:
             frame, at = self._arrived.popleft()
             self._add_texts(self._texts.take(frame, at), at)
         self._add_texts(self._texts.overdue(now), now)
-        decoded = self._decoded
+        decoded, self.now = self._decoded, now
         for key, frame in self.newest.items():
-            if decoded.get(key) is not frame:
+            if decoded.get(key) is not frame and key[0] in _READERS:
                 decoded[key] = frame
                 _READERS[key[0]](self, payload(frame), key[1])
+        self._judge_batteries(now)
 
     def _add_texts(self, texts: list[StatusText], now: float) -> None:
         self.texts.extend(texts)
@@ -130,7 +155,7 @@ class KeptTelemetry:
     def _system(self, content: bytes, _: int) -> None:
         content = content.ljust(31, b"\0")
         percent = content[_REMAINING]
-        self.battery_percent = percent if percent <= 100 else None
+        self._system_percent = percent if percent <= 100 else None
         _, enabled, health = _SENSORS.unpack_from(content)
         self.arming_ok = bool(health & _PREARM) if enabled & _PREARM else None
         has_ekf = any(one in self.newest for one in ((_EKF, 0), (_ESTIMATOR, 0)))
@@ -140,12 +165,25 @@ class KeptTelemetry:
             self.fence_breach = "" if health & _GEOFENCE else "its fence"
 
     def _battery(self, content: bytes, number: int) -> None:
-        charge = content[_CHARGE] if len(content) > _CHARGE else 0
-        if number not in self._charges and len(self._charges) >= MAX_BATTERIES:
+        if number not in self._batteries and len(self._batteries) >= MAX_BATTERIES:
             return
-        self._charges[number] = charge
-        known = [one for one in self._charges.values() if 0 < one <= _LAST_CHARGE]
-        self.battery_charge = max(known, default=None)
+        content = content.ljust(_CHARGE + 1, b"\0")
+        percent, charge = content[_BATTERY_REMAINING], content[_CHARGE]
+        is_state = 0 < charge <= _LAST_CHARGE
+        self._batteries[number] = Battery(charge if is_state else 0, percent if percent <= 100 else None, self.now)
+
+    def _judge_batteries(self, now: float) -> None:
+        """The worst counts, with its own numbers. One that reports no more is gone."""
+        for number in [number for number, one in self._batteries.items() if now - one.at > BATTERY_GONE_S]:
+            del self._batteries[number]
+        worst = max(self._batteries, key=lambda number: self._batteries[number].badness, default=None)
+        if worst is None:
+            self.battery_percent, self.battery_charge, self.battery_number = self._system_percent, None, None
+            return
+        one, is_only = self._batteries[worst], len(self._batteries) == 1
+        self.battery_percent = self._system_percent if one.percent is None and is_only else one.percent
+        self.battery_charge = one.charge or None
+        self.battery_number = None if is_only else worst + 1
 
     def _gps(self, content: bytes, _: int) -> None:
         self.gps_fix = content[_FIX] if len(content) > _FIX else 0

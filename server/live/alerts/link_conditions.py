@@ -40,6 +40,21 @@ def autopilot_silent(facts: Facts, is_open: bool) -> Finding:
     return Not.SO if not facts.silence else Not.KNOWN
 
 
+def deaf_autopilot(facts: Facts, is_open: bool) -> Finding:
+    if facts.silence or facts.hears_agent is None:
+        return Not.KNOWN
+    if facts.hears_agent:
+        return Not.SO
+    return f"The autopilot of {facts.name} does not answer its agent. No command reaches it, and it cannot be held."
+
+
+def other_autopilot(facts: Facts, is_open: bool) -> Finding:
+    if facts.other_systems:
+        named = " and ".join(str(one) for one in facts.other_systems)
+        return f"Another autopilot, system {named}, is on the line of {facts.name}. It is not shown, flown or held."
+    return Not.SO if not facts.silence else Not.KNOWN
+
+
 def hold_unconfirmed(facts: Facts, is_open: bool) -> Finding:
     if facts.hold_unconfirmed is None:
         return Not.SO if not facts.silence else Not.KNOWN
@@ -80,6 +95,15 @@ def unattended(facts: Facts, is_open: bool) -> Finding:
     if facts.airborne is True and facts.held_by is None:
         return f"{facts.name} is in the air, and nobody has the controls."
     return Not.SO if facts.airborne is not None else Not.KNOWN
+
+
+def armed_unattended(facts: Facts, is_open: bool) -> Finding:
+    if facts.silence:
+        return Not.KNOWN
+    is_held = facts.hold is not None and facts.hold.open
+    if facts.armed and facts.airborne is False and (facts.held_by is None or is_held):
+        return f"{facts.name} stands on the ground with its motors armed, and nobody flies it."
+    return Not.SO if facts.armed is not None else Not.KNOWN
 
 
 def black_box_failing(facts: Facts, is_open: bool) -> Finding:

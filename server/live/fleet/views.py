@@ -170,6 +170,14 @@ class DroneView(BaseModel):
             description="Nobody has measured how such a vehicle holds: the agent sends it no sticks and no mode itself"
         ),
     ] = False
+    other_systems: Annotated[
+        list[int],
+        Field(description="MAVLink systems of other autopilots on its line. The agent passes none of their frames"),
+    ] = []
+    hears_agent: Annotated[
+        bool | None,
+        Field(description="Whether the autopilot has answered the agent in the last 10 s; null: not known"),
+    ] = None
     hold: Annotated[HoldView | None, Field(description="null: no open hold, no loss, no lost action")] = None
     airborne_since: Annotated[
         datetime | None, Field(description="When it took off, as reported to the tower; null: not known")

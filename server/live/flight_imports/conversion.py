@@ -11,10 +11,11 @@ from server.live.flight_imports.dataflash_flight import convert_dataflash
 from server.live.flight_imports.refusals import BadFlightFile
 from server.live.flight_imports.telemetry_writer import TOO_LONG
 from server.live.flight_imports.ulog_flight import convert_ulog
-from server.live.flights.tlog import STAMP, STAMP_BYTES, Entry
+from server.live.flights.tlog import STAMP, STAMP_BYTES, Entry, is_of_one_vehicle
 from server.live.flights.track import FlightSummary
 from wire.dialect import mavlink
 from wire.frames import MalformedFrame, checksum_holds, frame_length, is_known, message_id
+from wire.own_system import OwnSystem
 
 Buffer = bytes | mmap
 _MIN_US, _MAX_US = 978_307_200_000_000, 4_102_444_800_000_000
@@ -33,10 +34,12 @@ def convert(log: Buffer, out: IO[bytes], *, uploaded_us: int, max_bytes: int) ->
 
 
 def _convert_tlog(log: Buffer, out: IO[bytes], *, max_bytes: int) -> Converted:
-    """Copies the whole entries in order of time. A file of which less than half is entries is no telemetry log."""
+    """Copies the whole entries of the first vehicle in order of time. A file of which less than half is entries is no
+    telemetry log."""
     end, at, skipped, known, last_us = len(log), 0, 0, 0, 0
     summary: FlightSummary | None = None
     size = 0
+    own = OwnSystem(judged=True)
     while at < end:
         length = _entry_length(log, at, end)
         if length == 0:
@@ -47,7 +50,7 @@ def _convert_tlog(log: Buffer, out: IO[bytes], *, max_bytes: int) -> Converted:
         last_us = max(last_us, STAMP.unpack_from(log, at)[0])
         at += length
         known += is_known(frame)
-        if message_id(frame) == _SECRET:
+        if message_id(frame) == _SECRET or not is_of_one_vehicle(own, frame, last_us):
             continue
         size += length
         if size > max_bytes:

@@ -6,11 +6,13 @@ Nothing else may go into such a file: programs of others read it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from struct import Struct
 from typing import IO, Final, NamedTuple
 
-from wire.frames import MAX_FRAME_BYTES, MalformedFrame, frame_length
+from wire.dialect import mavlink
+from wire.frames import MAX_FRAME_BYTES, MalformedFrame, frame_length, source
+from wire.own_system import OwnSystem
 
 STAMP: Final = Struct(">Q")
 STAMP_BYTES: Final = STAMP.size
@@ -45,3 +47,17 @@ def read_entries(file: IO[bytes], *, begin: int = 0) -> Iterator[Entry]:
         (at_us,) = STAMP.unpack_from(buffer, at)
         yield Entry(at_us, buffer[at + STAMP_BYTES : after], end)
         at = after
+
+
+def of_one_vehicle(entries: Iterable[Entry]) -> Iterator[Entry]:
+    """Leaves out the frames of other vehicles: older agents and other programs recorded whatever was on a shared line.
+    What ground stations sent stays."""
+    own = OwnSystem(judged=True)
+    for entry in entries:
+        if is_of_one_vehicle(own, entry.frame, entry.at_us):
+            yield entry
+
+
+def is_of_one_vehicle(own: OwnSystem, frame: bytes, at_us: int) -> bool:
+    """For one frame after the other of a recording."""
+    return own.counts(frame, at_us / 1e6) or source(frame)[1] != mavlink.MAV_COMP_ID_AUTOPILOT1

@@ -139,9 +139,13 @@ class FlightSummary:
     _step_m: float = MIN_MOVE_M
     _since_point_m: float = 0.0
 
-    def take(self, entry: Entry) -> None:
+    def skip(self, entry: Entry) -> None:
+        """One of another vehicle."""
         self.frames += 1
         self.whole_bytes, self.last_us = entry.end, entry.at_us
+
+    def take(self, entry: Entry) -> None:
+        self.skip(entry)
         fix = self._reader.take(entry)
         if fix is None or fix.at_us < self.began_us:
             return

@@ -47,6 +47,7 @@ class PreflightFacts:
 
     online: bool = False
     heard: bool = False
+    hears_agent: bool | None = None
     rtt_ms: float | None = None
     loss: float | None = None
     arming_ok: bool | None = None
@@ -87,6 +88,14 @@ def _link(facts: PreflightFacts) -> Judged:
         return _UNKNOWN, "The link is not measured yet."
     measured = f"Round trip {facts.rtt_ms:.0f} ms, {facts.loss * 100:.0f} % lost."
     return (_CAUTION if facts.rtt_ms > SLOW_MS or facts.loss > LOSSY else _GOOD), measured
+
+
+def _answers(facts: PreflightFacts) -> Judged:
+    if not facts.heard or facts.hears_agent is None:
+        return _UNKNOWN, "It is not known yet whether the autopilot hears its agent."
+    if facts.hears_agent:
+        return _GOOD, "The autopilot answers its agent."
+    return _BAD, "The autopilot does not answer its agent: no command reaches it, and it cannot be held."
 
 
 def _arming(facts: PreflightFacts) -> Judged:
@@ -170,6 +179,7 @@ def _count(number: int, noun: str) -> str:
 
 _LINES: Final[Sequence[tuple[str, str, Callable[[PreflightFacts], Judged]]]] = (
     ("link", "Link", _link),
+    ("answers", "Commands", _answers),
     ("arming", "Arming checks", _arming),
     ("battery", "Battery", _battery),
     ("position", "GPS", _position),

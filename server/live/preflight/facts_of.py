@@ -62,6 +62,7 @@ def preflight_facts(drone: LiveDrone, loss: LossResult, now: float) -> Preflight
     return PreflightFacts(
         online=drone.online,
         heard=is_heard,
+        hears_agent=drone.hears_agent if is_heard else None,
         rtt_ms=None if quality is None else quality.rtt_ms,
         loss=None if quality is None else quality.loss,
         arming_ok=telemetry.arming_ok if is_heard else None,

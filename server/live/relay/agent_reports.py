@@ -94,8 +94,10 @@ class AgentReports:
             link.post(MetadataWanted(hash=lacking))
 
     def _autopilot_state(self, drone: LiveDrone, state: AutopilotState, at: datetime | None) -> None:
-        before = (drone.autopilot_heard, drone.armed, drone.airborne, drone.firmware, drone.watched_only)
+        before = _reported(drone)
         drone.firmware, drone.watched_only = state.firmware, state.watched_only
+        drone.other_systems, drone.hears_agent = state.other_systems, state.hears_agent
+        drone.own.told(state.system_id, state.other_systems)
         drone.autopilot_heard = state.heard
         # What an autopilot that is silent did last is no longer known: it may be in the air.
         drone.armed, drone.airborne = (state.armed, state.airborne) if state.heard else (None, None)
@@ -108,7 +110,7 @@ class AgentReports:
         if not state.heard:
             drone.silent(at or self._state.clock())
         drone.flight_start.report(heard=state.heard, airborne=state.airborne, at=at)
-        if before != (drone.autopilot_heard, drone.armed, drone.airborne, drone.firmware, drone.watched_only):
+        if before != _reported(drone):
             self._state.publish_drone(drone)
 
     def _hold_state(self, drone: LiveDrone, link: AgentLink, state: HoldState, at: datetime | None) -> None:
@@ -148,3 +150,9 @@ class AgentReports:
         self._state.traffic.hold_steps[str(progress.step)] += 1
         self._state.notify_watchers(drone, event)
         self._state.on_event(HoldStepReported(drone.drone_id, progress, reason))
+
+
+def _reported(drone: LiveDrone) -> tuple[object, ...]:
+    """What people see of the agent's report."""
+    heard, armed, airborne = drone.autopilot_heard, drone.armed, drone.airborne
+    return heard, armed, airborne, drone.firmware, drone.watched_only, drone.other_systems, drone.hears_agent

@@ -29,7 +29,7 @@ from server.live.relay.policy import (
     refusal_of,
 )
 from server.live.relay.refusals import denied_command
-from server.live.relay.viewport import POSITION
+from server.live.relay.viewport import POSITION, place_in
 from server.live.zones.check import warn, zones_of_frame
 from wire.content import Frames
 from wire.dialect import mavlink
@@ -74,7 +74,7 @@ class FramePaths:
         """Frames of the drone's own link. Raises Dropped for a tag of another drone."""
         if content.drone_id != drone.record.id:
             raise Dropped(DropReason.FOREIGN_TAG)
-        drone_id, frames = content.drone_id, content.frames
+        drone_id, frames, own = content.drone_id, content.frames, drone.own
         self._state.traffic.frames_from_agents += len(frames)
         watchers = drone.watchers.values() if not drone.lease.view_taken else drone.frame_watchers()
         if not self._flood.admits_all(drone_id, len(frames), now):
@@ -82,6 +82,10 @@ class FramePaths:
             self._state.drops[DropReason.FLOOD] += state_dropped + lost
             for browser in watchers:
                 browser.outbox.lose(drone_id, lost)
+        came = len(frames)
+        frames = [frame for frame in frames if own.counts(frame, now)]
+        if len(frames) != came:
+            self._state.drops[DropReason.OTHER_VEHICLE] += came - len(frames)
         # What is the newest of something, and what must arrive: apart from here on, each in order.
         state: list[tuple[StateKey, bytes]] = []
         transactional: list[bytes] = []
@@ -108,6 +112,8 @@ class FramePaths:
             msgid = key[2]
             if msgid == POSITION:
                 drone.position_frame, drone.position_at = frame, now
+                if place_in(frame) is not None:
+                    drone.placed_frame, drone.placed_at = frame, now
             elif msgid == _HOME_POSITION:
                 drone.home, drone.has_reported_home = home_in(frame), True
             elif msgid == _HEARTBEAT and key[1] == _AUTOPILOT:
@@ -158,6 +164,8 @@ class FramePaths:
             raise Dropped(DropReason.FLOOD)
         if is_known(frame) and not checksum_holds(frame):
             raise Dropped(DropReason.BAD_FRAME)
+        if not drone.own.may_take(frame, now):
+            raise Dropped(DropReason.OTHER_VEHICLE)
         command = command_in(frame)
         reason = refusal_of(frame, command, standing)
         if reason is not None:

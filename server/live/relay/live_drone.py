@@ -9,6 +9,7 @@ from server.domain.fleet import DroneRecord
 from server.domain.people import Principal, Role, UserRef
 from server.domain.relations import Relation, Right, TeamRole, may, relation_of
 from server.live.aircraft.near import NOTHING, Near
+from server.live.alerts.fall_watch import FallWatch
 from server.live.alerts.kept_telemetry import KeptTelemetry
 from server.live.fleet.views import DroneView, IdentityView, LoanView, TeamRefView, UserRefView
 from server.live.flights.tape import Tape
@@ -34,6 +35,7 @@ from server.live.zones.watch import ZoneWatch
 from wire.control_messages import LossParameters, SafetySettings, StreamSettings, StreamState
 from wire.firmware import firmware_words, release_of
 from wire.ids import DroneId, Epoch, UserId
+from wire.own_system import OwnSystem
 from wire.zones.index import NO_ZONES, ZoneIndex
 
 MANUAL_FOR_S: Final = 3.0
@@ -47,6 +49,8 @@ SILENT_AFTER_S: Final = 5.0
 
 POSITION_BEFORE_S: Final = 10.0
 """A position that is older than the last heartbeat by more than this is not where the drone fell silent."""
+WITHOUT_PLACE_S: Final = 60.0
+"""The same while it reports that it has none: the last one is where to begin to search."""
 
 NEVER: Final = float("-inf")
 
@@ -112,9 +116,16 @@ class LiveDrone:
     armed: bool | None = None
     """None: not known. Never to be read as disarmed."""
     airborne: bool | None = None
+    """None: not known. It may be in the air."""
     watched_only: bool = False
     """The agent sends it no sticks and no mode by itself, as it said last: nobody has measured such a vehicle."""
-    """None: not known. It may be in the air."""
+    own: OwnSystem = field(default_factory=lambda: OwnSystem(judged=True))
+    """Which frames of its link are of this vehicle."""
+    hears_agent: bool | None = None
+    """Whether its autopilot answers its agent, as the agent reports; None: not known."""
+    fall_watch: FallWatch = field(default_factory=FallWatch)
+    other_systems: tuple[int, ...] = ()
+    """System ids of other autopilots on its line, as the agent reports."""
     was_airborne: bool = False
     """As last known."""
     open_hold: OpenHold = field(default_factory=OpenHold)
@@ -137,6 +148,9 @@ class LiveDrone:
     offered_since: float | None = None
     holder_deaf_until: float = NEVER
     """Rehearsal: the holder counts as missing until then."""
+    placed_frame: bytes | None = None
+    """The newest position that is one: an estimate that fails reports 0, 0."""
+    placed_at: float = NEVER
     position_frame: bytes | None = None
     """The newest GLOBAL_POSITION_INT, as it came."""
     position_at: float = NEVER
@@ -314,8 +328,9 @@ class LiveDrone:
 
     def silent(self, at: datetime) -> None:
         """Link or autopilot are not heard from this time on."""
-        is_of_now = self.position_at >= self.heartbeat_at - POSITION_BEFORE_S
-        self.last_heard.silent(at, self.heartbeat, self.position_frame if is_of_now else None)
+        before_s = WITHOUT_PLACE_S if self.position_at > self.placed_at else POSITION_BEFORE_S
+        is_of_now = self.placed_at >= self.heartbeat_at - before_s
+        self.last_heard.silent(at, self.heartbeat, self.placed_frame if is_of_now else None)
 
     def forget_link(self, at: datetime) -> None:
         """The agent's link is gone."""
@@ -350,6 +365,8 @@ class LiveDrone:
             armed=self.armed if self.online else None,
             airborne=self.airborne if self.online else None,
             watched_only=self.watched_only,
+            other_systems=list(self.other_systems),
+            hears_agent=self.hears_agent,
             hold=self.open_hold.view(online=self.online),
             last_heard=self.last_heard.view,
             airborne_since=self.flight_start.since if self.online and self.airborne else None,

@@ -25,6 +25,9 @@ _TEXTS: Final[dict[DropReason, Callable[[str], str]]] = {
     DropReason.NOT_IN_CONTROL: lambda name: f"You do not have the controls of {name}. Nothing was sent to it.",
     DropReason.OFFLINE: lambda name: f"{name} is offline. Nothing was sent to it, and nothing will be sent later.",
     DropReason.NOT_ALLOWED: lambda name: f"This kind of message may not be sent to {name} through the tower.",
+    DropReason.OTHER_VEHICLE: lambda name: (
+        f"This was addressed to another vehicle than {name}. Nothing was sent to either of them."
+    ),
     DropReason.ASSISTED: lambda name: f"An admin is assisting {name}: your commands wait until they have finished.",
     DropReason.ASK_TWICE: lambda name: (
         f"This would make {name} fall. Send it again within 5 s if you really want that."

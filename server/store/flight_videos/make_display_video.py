@@ -15,7 +15,7 @@ import av
 
 from server.live.flight_videos.display_values import DisplayTimeline, in_order
 from server.live.flights.index import entry_of, whole_lines
-from server.live.flights.tlog import read_entries
+from server.live.flights.tlog import of_one_vehicle, read_entries
 from server.store.bounded_program import limit_this_process
 from server.store.child_program import end_with_parent, progress_writer, say, say_problem
 from server.store.flight_videos.burning import Burnt, NoVideo, burn
@@ -35,7 +35,7 @@ def main(arguments: list[str]) -> int:
     try:
         lines = [entry_of(line) for line in whole_lines(index.read_bytes())] if index.is_file() else []
         with telemetry.open("rb") as file:
-            timeline = DisplayTimeline(read_entries(file), in_order(lines))
+            timeline = DisplayTimeline(of_one_vehicle(read_entries(file)), in_order(lines))
             made: Burnt = burn(film, target, began_us, timeline, report)
     except (NoVideo, OSError, MemoryError, av.error.FFmpegError) as error:
         say_problem(error)

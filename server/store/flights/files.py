@@ -16,11 +16,12 @@ from typing import Final
 
 from server.live.flights.figures import FiguresReader, FlightFigures
 from server.live.flights.index import IndexSummary, at_of, entry_of, read_index, whole_lines
-from server.live.flights.tlog import Entry, read_entries
+from server.live.flights.tlog import Entry, is_of_one_vehicle, read_entries
 from server.live.flights.track import FlightSummary
 from server.store.file_budget import disk_takes, drone_folders, drones_with_files, folder_of, remove_folders
 from server.store.folder_id import open_folder
 from wire.ids import DroneId
+from wire.own_system import OwnSystem
 
 TLOG: Final = ".tlog"
 INDEX: Final = ".jsonl"
@@ -149,7 +150,11 @@ def _summed_up(tlog_path: Path, index: IndexSummary, lines: list[bytes]) -> tupl
     entries = sorted(map(entry_of, lines[1:]), key=at_of)
     reader = FiguresReader(entries, index.began_us, index.ended_us)
     if tlog_path.exists():
+        own = OwnSystem(judged=True)
         for entry in entries_in_turns(tlog_path):
+            if not is_of_one_vehicle(own, entry.frame, entry.at_us):
+                summary.skip(entry)
+                continue
             before_m = summary.distance_m
             summary.take(entry)
             reader.take(entry, summary.distance_m - before_m)

@@ -12,7 +12,7 @@ from typing import Any, Final
 
 import msgspec
 
-from server.live.flights.tlog import read_entries
+from server.live.flights.tlog import of_one_vehicle, read_entries
 from server.store.bounded_program import limit_this_process
 
 MAX_MEMORY_BYTES: Final = 2 * 1024**3
@@ -35,7 +35,7 @@ def _identified(path: Path) -> list[dict[str, Any]]:
     from server.live.identification.traces import traces
 
     with path.open("rb") as file:
-        table = table_of_tlog(read_entries(file))
+        table = table_of_tlog(of_one_vehicle(read_entries(file)))
     found = []
     for axis in AXES:
         manoeuvres = manoeuvres_of(table, axis)

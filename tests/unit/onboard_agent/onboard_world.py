@@ -38,7 +38,7 @@ class World:
     """A linked Onboard with an armed copter in LOITER, and a clock that the test advances.
 
     `receiver`: whether a radio receiver is on board; None if the autopilot does not report it. `vehicle`: MAV_AUTOPILOT
-    and MAV_TYPE. `holds`: what an earlier process left.
+    and MAV_TYPE. `holds`: what an earlier process left. `answers`: it tells the time when it is asked.
     """
 
     def __init__(
@@ -50,8 +50,10 @@ class World:
         receiver: bool | None = None,
         vehicle: tuple[int, int] = (mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, mavlink.MAV_TYPE_QUADROTOR),
         holds: HoldStore | None = None,
+        answers: bool = True,
     ) -> None:
         self.now = 50.0
+        self.answers = answers
         self.vehicle = vehicle
         self.onboard = Onboard(now=self.now, speaks_first=False, holds=holds)
         self.armed, self.mode, self.heard = armed, mode, heard
@@ -101,7 +103,12 @@ class World:
             self.now += STEP_S
 
     def collect(self) -> None:
-        self.sent += self.onboard.frames_to_autopilot()
+        frames = self.onboard.frames_to_autopilot()
+        self.sent += frames
+        for message in map(decode, frames) if self.answers and self.heard else ():
+            if message is not None and message.get_type() == "TIMESYNC":
+                answer = mavlink.MAVLink_timesync_message(int(self.now * 1e9), message.ts1)
+                self.onboard.from_autopilot([frame(answer)], self.now)
         self.reported += self.onboard.messages_to_tower(self.now)
 
     def tower_sends(self, *frames: bytes, epoch: int = 5) -> None:

@@ -78,7 +78,7 @@ def linked() -> Onboard:
 def test_a_resumed_link_keeps_its_epoch_and_tells_all_again() -> None:
     onboard = linked()
     first = onboard.messages_to_tower(0.1)
-    assert AutopilotState(heard=True, armed=True, airborne=False) in first
+    assert AutopilotState(heard=True, armed=True, airborne=False, system_id=1) in first
     assert onboard.messages_to_tower(0.2) == []
     onboard.resumed()
     assert onboard.downlink.epoch == 3

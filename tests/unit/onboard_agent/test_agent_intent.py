@@ -118,7 +118,7 @@ def test_any_payload_can_be_read(msgid: int, body: bytes, kind: int) -> None:
 
 
 def test_modes_that_fly_without_sticks() -> None:
-    assert {mode for mode in range(30) if flies_without_sticks(ARDUPILOT, mode)} == {3, 4, 6, 7, 9, 17, 20, 21, 27}
+    assert {mode for mode in range(30) if flies_without_sticks(ARDUPILOT, mode)} == {3, 4, 6, 9, 17, 20, 21, 27}
     assert flies_without_sticks(PX4, px4_custom_mode(4, 3))
     assert not flies_without_sticks(PX4, px4_custom_mode(2, 0))
 

@@ -87,7 +87,7 @@ def test_progress_waits_for_a_link_within_a_bound() -> None:
 def test_the_state_is_told_on_change_and_to_each_new_link() -> None:
     world = World()
     states = [m for m in world.reported if isinstance(m, AutopilotState)]
-    assert states[-1] == AutopilotState(heard=True, armed=True, airborne=False)
+    assert states[-1] == AutopilotState(heard=True, armed=True, airborne=False, system_id=1, hears_agent=True)
     world.pass_time(60.0)
     world.reported.clear()
     world.pass_time(1.0)
@@ -95,7 +95,7 @@ def test_the_state_is_told_on_change_and_to_each_new_link() -> None:
     world.link_up()
     world.collect()
     assert [m for m in world.reported if isinstance(m, AutopilotState)] == [
-        AutopilotState(heard=True, armed=True, airborne=False)
+        AutopilotState(heard=True, armed=True, airborne=False, system_id=1, hears_agent=True)
     ]
 
 

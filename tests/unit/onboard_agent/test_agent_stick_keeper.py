@@ -157,6 +157,6 @@ def test_disarmed_there_is_nothing_to_keep() -> None:
 
 def test_which_modes_hold_when_centred() -> None:
     copter, px4 = mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, mavlink.MAV_AUTOPILOT_PX4
-    assert [mode for mode in range(30) if holds_when_centred(copter, mode)] == [2, 5, 16]
+    assert [mode for mode in range(30) if holds_when_centred(copter, mode)] == [2, 5, 7, 16]
     assert [main for main in range(9) if holds_when_centred(px4, px4_custom_mode(main, 0))] == [2, 3]
     assert not holds_when_centred(8, 5)

@@ -5,11 +5,101 @@ from typing import Any
 import pytest
 from held_flights import NO_FAILSAFE, STAYS_IN_GUIDED, STEP_S, flown, sinks, taken
 from worlds.held_copter import ARM, HeldCopter, go_to, mode_command, takeoff
-from worlds.model_copter import Mode, ModelCopter, Receiver
+from worlds.model_copter import USES_STICKS, Mode, ModelCopter, Receiver
 
-from wire.control_messages import HoldStep
+from wire.control_messages import ControlChanged, HoldStep
 from wire.dialect import mavlink
 from wire.open_holds import HoldStage, Lost, LostAction, LostPhase
+
+# Modes that need a hand, commanded where there is none
+
+
+@pytest.mark.parametrize("receiver", list(Receiver))
+@pytest.mark.parametrize("mode", sorted(USES_STICKS))
+def test_no_mode_that_needs_a_hand_sinks_without_one(mode: Mode, receiver: Receiver) -> None:
+    """CIRCLE flies its way by itself, and takes its height from the throttle of a radio at rest."""
+    world = flown(receiver, mode=Mode.GUIDED, hand=None)
+    world.send(mode_command(mode))
+    world.pass_until(lambda: world.state.phase is LostPhase.COUNTING, within_s=5.0)
+    height_m = world.copter.height_m
+    world.pass_until(lambda: world.state.phase is LostPhase.DONE, within_s=40.0)
+    assert not sinks(world, height_m)
+    assert world.copter.mode is Mode.RTL
+    assert [change.why for change in world.copter.changes] == ["commanded"] * len(world.copter.changes)
+
+
+@pytest.mark.parametrize("mode", sorted(USES_STICKS))
+def test_a_hand_that_goes_away_ends_in_a_hold_in_every_mode_that_needs_one(mode: Mode) -> None:
+    world = flown(mode=mode)
+    world.hand = None
+    world.pass_time(8.0)
+    assert world.state.open
+    assert world.copter.mode in (Mode.BRAKE, Mode.GUIDED)
+    assert world.copter.height_m > 18.0
+
+
+# Nobody has the controls
+
+
+def released(world: HeldCopter) -> None:
+    world.epoch += 1
+    world.message(ControlChanged(epoch=world.epoch, holder=None, holder_present=False))
+
+
+def test_what_hovers_without_anybody_comes_home() -> None:
+    world = flown(mode=Mode.GUIDED, hand=None)
+    world.send(go_to())
+    released(world)
+    world.pass_time(1.0)
+    assert (world.state.lost, world.state.phase, world.state.action) == (
+        Lost.PERSON,
+        LostPhase.COUNTING,
+        LostAction.RETURN,
+    )
+    world.pass_time(28.0)
+    assert world.copter.mode is Mode.GUIDED
+    world.pass_time(2.0)
+    assert world.copter.mode is Mode.RTL
+
+
+def test_a_mission_without_anybody_goes_on() -> None:
+    world = flown(mode=Mode.GUIDED, hand=None)
+    world.send(mode_command(Mode.AUTO))
+    world.pass_time(2.0)
+    released(world)
+    world.pass_time(60.0)
+    assert world.copter.mode is Mode.AUTO
+    assert world.state.phase is LostPhase.QUIET
+
+
+def test_a_transmitter_flies_alone() -> None:
+    world = flown(Receiver.CENTRED, mode=Mode.GUIDED, hand=None)
+    released(world)
+    world.pass_time(60.0)
+    assert world.copter.mode is Mode.GUIDED, "the tower has no part in this flight"
+
+
+# On the ground
+
+
+@pytest.mark.parametrize("receiver", [Receiver.LOW, Receiver.NONE])
+def test_motors_of_a_drone_that_nobody_attends_stop(receiver: Receiver) -> None:
+    """With centred sticks DISARM_DELAY never comes."""
+    copter = ModelCopter(50.0, receiver=receiver)
+    world = HeldCopter(copter, step_s=STEP_S)
+    world.send(mode_command(Mode.ALT_HOLD))
+    world.send(ARM)
+    world.hand = (0, 500)
+    world.pass_time(2.0)
+    assert copter.armed
+    world.take()
+    world.pass_time(2.0)
+    assert copter.armed, "it may be taking off"
+    world.pass_time(12.0)
+    assert not copter.armed
+    assert not world.state.open
+    assert copter.height_m == 0.0
+
 
 # From modes that fly without sticks
 

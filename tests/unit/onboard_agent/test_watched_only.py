@@ -29,7 +29,7 @@ VEHICLES: Final = {
     "PX4 rover": (PX4, M.MAV_TYPE_GROUND_ROVER),
     "another autopilot": (GENERIC, M.MAV_TYPE_QUADROTOR),
 }
-QUESTIONS: Final = frozenset({"HEARTBEAT", "PARAM_REQUEST_READ", "MISSION_REQUEST_LIST"})
+QUESTIONS: Final = frozenset({"HEARTBEAT", "TIMESYNC", "PARAM_REQUEST_READ", "MISSION_REQUEST_LIST"})
 ASKS: Final = frozenset({M.MAV_CMD_SET_MESSAGE_INTERVAL, M.MAV_CMD_REQUEST_MESSAGE})
 MODES: Final = (0, 2, 4, 5, 6, 7, 10, 11, 12, 15, 17, 18, 19, 4 << 16)
 """What each of them means depends on the vehicle: flown by hand, holding, returning, a mission."""

@@ -99,6 +99,31 @@ SCENES: dict[str, tuple[Facts, Facts, str]] = {
     ),
     "motion": (replace(FLYING, motion="jump"), FLYING, "Do not trust the position of Merlin. Its position jumped"),
     "unattended": (replace(FLYING, held_by=None), FLYING, "Merlin is in the air, and nobody has the controls"),
+    "armed-unattended": (
+        replace(PARKED, armed=True, held_by=None),
+        PARKED,
+        "Merlin stands on the ground with its motors armed, and nobody flies it",
+    ),
+    "deaf-autopilot": (
+        replace(PARKED, hears_agent=False),
+        replace(PARKED, hears_agent=True),
+        "The autopilot of Merlin does not answer its agent",
+    ),
+    "falls": (
+        replace(FLYING, falls="12 m/s, 20 m above home"),
+        FLYING,
+        "Merlin falls: 12 m/s, 20 m above home",
+    ),
+    "crashed": (
+        replace(FLYING, crashed="it fell to the ground from about 28 m"),
+        FLYING,
+        "Merlin has crashed: it fell to the ground from about 28 m",
+    ),
+    "other-autopilot": (
+        replace(PARKED, other_systems=(2,)),
+        PARKED,
+        "Another autopilot, system 2, is on the line of Merlin",
+    ),
     "battery-on-ground": (replace(PARKED, battery_percent=10), replace(PARKED, battery_percent=90), "critical: 10 %"),
     "on-hold": (replace(FLYING, hold=HOLD, hold_reason="airspace closed"), FLYING, "Merlin is on hold: airspace"),
     "black-box": (

@@ -65,7 +65,9 @@ def principal(user_id: int) -> Principal:
 
 
 def battery(charge: int) -> object:
-    return mavlink.MAVLink_battery_status_message(0, 0, 0, 0, [0] * 10, 0, 0, 0, 12, charge_state=charge)
+    return mavlink.MAVLink_battery_status_message(
+        0, 0, 0, 0, [0] * 10, 0, 0, 0, 12 if charge > 1 else 80, charge_state=charge
+    )
 
 
 def text(words: str, severity: int = 4) -> object:
@@ -80,7 +82,7 @@ def test_a_frame_becomes_one_alert_with_a_beginning_and_an_end() -> None:
     scene.wait(30.0)
     (alert,) = told(scene.alice)
     assert (alert.rule, alert.severity, alert.closed_at) == ("battery-critical", "critical", None)
-    assert alert.words == "The battery of Drone 1 is critical by its autopilot's threshold."
+    assert alert.words == "The battery of Drone 1 is critical by its autopilot's threshold: 12 %."
     scene.send(battery(1))
     scene.wait(15.0)
     (over,) = told(scene.alice)
@@ -286,6 +288,7 @@ def test_a_drone_of_another_tower_is_watched_there() -> None:
     scene.wait(2.0)
     assert scene.open() == []
     scene.hub.state.drones[ONE].place = Place.HERE
+    scene.send(battery(2))
     scene.wait(30.0)
     assert scene.open() == ["battery-low"]
 

@@ -74,6 +74,7 @@ VALUES: Final[dict[str, tuple[Any, ...]]] = {
     "hold_reason": ("", "the pilot has gone"),
     "system_status": (None, 3, 4, 5, 6),
     "battery_percent": (None, 14, 16, 20, 29, 32, 34, 80),
+    "battery_number": (None, 2),
     "battery_charge": (None, None, 1, 2, 3),
     "gps_fix": (None, 1, 3),
     "estimator_fault": (None, "", "bad height"),
@@ -85,6 +86,10 @@ VALUES: Final[dict[str, tuple[Any, ...]]] = {
     "zone_near": ("", "reaches a zone"),
     "zone_breach": ("", "is in a zone"),
     "motion": (None, "jump"),
+    "other_systems": ((), (2,)),
+    "hears_agent": (None, True, False),
+    "falls": ("", "9 m/s"),
+    "crashed": ("", "it fell"),
 }
 TEXTS: Final = ("Radio failsafe on", "Radio failsafe cleared", "Compass error", "Crash: disarming", "hello")
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any, Final
 
+import msgspec
 import pytest
 from alert_flight import FlownHub, M
 from hub_world import FakeAgent
@@ -216,6 +217,13 @@ def nobody_has_the_controls(flown: FlownHub) -> Scene:
     flown.lease(1)
 
 
+@scene("armed-unattended", starts="armed")
+def nobody_flies_what_is_armed(flown: FlownHub) -> Scene:
+    flown.lease(None)
+    yield
+    flown.lease(1)
+
+
 @scene("on-hold")
 def an_admin_takes_it(flown: FlownHub) -> Scene:
     flown.take()
@@ -267,6 +275,37 @@ def it_vibrates(flown: FlownHub) -> Scene:
 def the_autopilot_reports_an_error(flown: FlownHub) -> Scene:
     flown.vehicle.flight.notify(Severity.ERROR, "Gyros inconsistent")
     yield
+
+
+@scene("deaf-autopilot", starts="parked")
+def the_way_to_it_is_cut(flown: FlownHub) -> Scene:
+    flown.fail(Failure.DEAF, 20.0)
+    yield
+
+
+@scene("falls")
+def a_motor_stops(flown: FlownHub) -> Scene:
+    flown.fail(Failure.MOTOR_LOST, 10.0)
+    yield
+
+
+@scene("crashed")
+def it_hits_the_ground(flown: FlownHub) -> Scene:
+    flown.fail(Failure.MOTOR_LOST, 6.0)
+    yield
+    flown.hand = None
+    flown.pass_time(4.0)  # its last centred sticks end: with them it does not arm
+    flown.arm()
+
+
+@scene("other-autopilot")
+def another_autopilot_is_on_its_line(flown: FlownHub) -> Scene:
+    assert flown.end is not None
+    link, clock = flown.end.link, flown.hub.state.clock
+    state = AutopilotState(heard=True, armed=True, airborne=True, system_id=1, other_systems=(2,))
+    flown.hub.reports.receive(link, state, clock())
+    yield
+    flown.hub.reports.receive(link, msgspec.structs.replace(state, other_systems=()), clock())
 
 
 @scene("black-box")

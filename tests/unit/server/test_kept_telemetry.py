@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from server.live.alerts.kept_telemetry import KEPT, KeptTelemetry
+from server.live.alerts.kept_telemetry import BATTERY_GONE_S, KEPT, KeptTelemetry
 from wire.dialect import build, mavlink
 from wire.state_messages import state_key
 
@@ -86,6 +86,24 @@ def test_the_worst_battery_counts_and_a_better_one_does_not_hide_it() -> None:
     assert heard(battery(0, 1), battery(1, 3)).battery_charge == 3
     assert heard(battery(0, 1), battery(1, 3), battery(0, 2)).battery_charge == 3
     assert heard(battery(0, 1), battery(1, 3), battery(1, 1)).battery_charge == 1
+
+
+def test_the_worst_battery_is_told_with_its_own_numbers() -> None:
+    two = heard(system(80), battery(0, 1, 80), battery(1, 3, 12))
+    assert (two.battery_number, two.battery_charge, two.battery_percent) == (2, 3, 12)
+    emptier = heard(battery(0, 0, 20), battery(1, 0, 60))
+    assert (emptier.battery_number, emptier.battery_percent) == (1, 20)
+    one = heard(system(80), battery(0, 1, -1))
+    assert (one.battery_number, one.battery_charge, one.battery_percent) == (None, 1, 80)
+
+
+def test_a_battery_that_reports_no_more_is_gone() -> None:
+    telemetry = heard(battery(0, 1, 80), battery(1, 3, 12))
+    for at in (20.0, 40.0, BATTERY_GONE_S + 1.0):
+        frame = build(battery(0, 1, 79), system_id=1, component_id=1, sequence=int(at))
+        telemetry.newest[147, 0] = frame
+        telemetry.decode(at)
+    assert (telemetry.battery_number, telemetry.battery_charge, telemetry.battery_percent) == (None, 1, 79)
 
 
 def test_a_report_of_its_own_counts_more_than_the_summary() -> None:

@@ -14,6 +14,7 @@ NOON = datetime(2026, 5, 1, 12, tzinfo=UTC)
 READY = PreflightFacts(
     online=True,
     heard=True,
+    hears_agent=True,
     rtt_ms=40.0,
     loss=0.0,
     arming_ok=True,
@@ -50,6 +51,9 @@ def test_what_is_not_known_is_never_good() -> None:
     [
         ("link", {"heard": False}, LineState.BAD, "its autopilot is silent"),
         ("link", {"rtt_ms": 700.0}, LineState.CAUTION, "700 ms"),
+        ("answers", {"hears_agent": None}, LineState.UNKNOWN, "not known yet"),
+        ("answers", {"hears_agent": True}, LineState.GOOD, "answers its agent"),
+        ("answers", {"hears_agent": False}, LineState.BAD, "cannot be held"),
         ("arming", {"arming_ok": False}, LineState.BAD, "has not said why yet"),
         ("arming", {"arming_texts": ("Compass not calibrated",)}, LineState.BAD, "Compass not calibrated"),
         ("battery", {"battery_percent": 60}, LineState.CAUTION, "60 %"),

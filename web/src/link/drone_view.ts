@@ -23,6 +23,8 @@ const BEFORE_THESE_FIELDS = {
   profile: null,
   profile_chosen: 'auto',
   profile_why: '',
+  other_systems: [],
+  hears_agent: null,
 } as const satisfies Partial<Drone>;
 
 /** As received: the fields of the first version are present, newer ones may be missing. */

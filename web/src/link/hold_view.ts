@@ -108,6 +108,17 @@ function aboutWords(secondsLeft: number | null): string {
   return bound === undefined ? ` ${t('in more than a minute')}` : ` ${t('in less than {bound} s', { bound })}`;
 }
 
+/** `isSetting`: to stay is the drone's lost action; else somebody said it, which lasts ten minutes. */
+function stayedTitle(name: string, isOpen: boolean, isSetting: boolean): string {
+  if (isSetting)
+    return isOpen
+      ? t('{name} stays until the battery is needed for the way home', { name })
+      : t('{name} flies on until the battery is needed for the way home', { name });
+  return isOpen
+    ? t('{name} stays for ten minutes, or until the battery is needed for the way home', { name })
+    : t('{name} flies on for ten minutes, or until the battery is needed for the way home', { name });
+}
+
 /** The text of the lost action; null while nobody is lost. */
 function actionWords(
   hold: HoldView,
@@ -120,9 +131,7 @@ function actionWords(
       return null;
     case 'stayed':
       return {
-        title: hold.open
-          ? t('{name} stays until the battery is needed for the way home', { name })
-          : t('{name} flies on until the battery is needed for the way home', { name }),
+        title: stayedTitle(name, hold.open, action === 'stay'),
         badge: hold.open ? t('Stays') : t('Flies on'),
       };
     case 'counting': {

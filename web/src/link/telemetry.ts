@@ -10,6 +10,8 @@ import { AUTOPILOT_COMPID, type Place } from './messages';
 
 const TRACK_POINTS = 600;
 const TRACK_STEP_M = 1;
+/** Silence after which another system may be the drone's own (wire/own_system.py). */
+const SILENT_MS = 5_000;
 
 export interface Received<N extends MessageName> {
   readonly fields: MessageFields[N];
@@ -22,12 +24,14 @@ export class Telemetry {
   readonly #track: Place[] = [];
   /** MAVLink system id of the autopilot; null before its first heartbeat. */
   sysid: number | null = null;
+  #heardAtMs = 0;
 
   /** Receives one frame of this drone; null if it cannot be decoded. */
   receive(frame: Uint8Array, nowMs: number): Message | null {
     const message = decode(frame);
     if (!message) return null;
-    if (this.#isAutopilot(message)) {
+    if (this.#isAutopilot(message, nowMs)) {
+      this.#heardAtMs = nowMs;
       this.#newest.set(message.name, { fields: message.fields, atMs: nowMs });
       if (message.name === 'GLOBAL_POSITION_INT') this.#follow(message.fields);
     }
@@ -58,10 +62,14 @@ export class Telemetry {
     return () => this.#listeners.delete(listener);
   }
 
-  #isAutopilot(message: Message): boolean {
+  #isAutopilot(message: Message, nowMs: number): boolean {
     const { sysid, compid } = message.header;
     if (compid !== AUTOPILOT_COMPID) return false;
-    if (message.name === 'HEARTBEAT' && message.fields.autopilot !== MAV_AUTOPILOT.INVALID) this.sysid = sysid;
+    // Agent and tower pass one system; a log of before them may hold several. A replay goes back in time, too.
+    const silentMs = nowMs - this.#heardAtMs;
+    const isFree = this.sysid === null || silentMs >= SILENT_MS || silentMs < 0;
+    const isBeat = message.name === 'HEARTBEAT' && message.fields.autopilot !== MAV_AUTOPILOT.INVALID;
+    if (isFree && isBeat) this.sysid = sysid;
     return sysid === this.sysid;
   }
 

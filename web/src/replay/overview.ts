@@ -43,6 +43,8 @@ const MAX_POINTS = 2_000;
 const MAX_TEXTS = 2_000;
 const MAX_MODES = 2_000;
 const AIRBORNE_ABOVE_M = 1.5;
+/** Silence after which another system may be the drone's own (wire/own_system.py). */
+const SILENT_MS = 5_000;
 const HEARTBEAT = 0;
 const GLOBAL_POSITION_INT = 33;
 const STATUSTEXT = 253;
@@ -73,6 +75,7 @@ export class OverviewReader {
   #newest: TrackPoint | null = null;
   #stepM = STEP_M;
   #sysid: number | null = null;
+  #beatAtMs = 0;
   #airborneMs: number | null = null;
   #read = 0;
 
@@ -91,10 +94,11 @@ export class OverviewReader {
     const log = this.#log;
     log.eachFrom(this.#read, (kind, atMs, bytes, at, length) => {
       const { msgid, sysid, compid } = log.kinds[kind]!;
+      if (sysid !== (this.#sysid ?? sysid) && msgid !== HEARTBEAT) return;
       if (msgid === STATUSTEXT) this.#hear(bytes.subarray(at, at + length), atMs);
       else if (compid !== AUTOPILOT_COMPID) return;
       else if (msgid === HEARTBEAT) this.#beat(sysid, atMs, bytes, at);
-      else if (msgid === GLOBAL_POSITION_INT && sysid === (this.#sysid ?? sysid)) this.#move(atMs, bytes, at);
+      else if (msgid === GLOBAL_POSITION_INT) this.#move(atMs, bytes, at);
     });
     this.#read = log.end;
   }
@@ -109,7 +113,9 @@ export class OverviewReader {
   #beat(sysid: number, atMs: number, bytes: Uint8Array, at: number): void {
     const autopilot = heartbeat.autopilot(bytes, at);
     if (autopilot === MAV_AUTOPILOT.INVALID) return;
+    if (sysid !== this.#sysid && this.#sysid !== null && atMs - this.#beatAtMs < SILENT_MS) return;
     this.#sysid = sysid;
+    this.#beatAtMs = atMs;
     const customMode = heartbeat.customMode(bytes, at);
     if (this.#modes.at(-1)?.customMode === customMode || this.#modes.length >= MAX_MODES) return;
     this.#modes.push({ atMs, autopilot, vehicleType: heartbeat.type(bytes, at), customMode });

@@ -145,6 +145,8 @@ export const A_DRONE: Drone = {
   profile: null,
   profile_chosen: 'auto',
   profile_why: '',
+  other_systems: [],
+  hears_agent: null,
 };
 
 /** Stage two of a hold, confirmed. Without a holder, it returns in 24 s, by a tower with our clock. */

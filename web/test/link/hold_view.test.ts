@@ -111,12 +111,12 @@ describe('the lost action', () => {
 
   it('waits for the battery once somebody has said "stay"', () => {
     expect(read({ ...over, phase: 'stayed', detail: 'olga said so' })).toMatchObject({
-      title: 'Kestrel stays until the battery is needed for the way home.',
+      title: 'Kestrel stays for ten minutes, or until the battery is needed for the way home.',
       notes: ['Kestrel holds: BRAKE, stays by itself.', 'Olga said so.'],
       tone: 'good',
     });
     expect(read({ ...over, phase: 'stayed', open: false, mode: 'AUTO' }).title).toBe(
-      'Kestrel flies on until the battery is needed for the way home.',
+      'Kestrel flies on for ten minutes, or until the battery is needed for the way home.',
     );
   });
 });

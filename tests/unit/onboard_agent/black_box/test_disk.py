@@ -94,7 +94,7 @@ def test_a_crash_leaves_a_file_that_the_next_start_completes(tmp_path: Path) -> 
     tlog.write_bytes(tlog.read_bytes()[:-5])
 
     with disk_at(tmp_path) as disk:
-        until(lambda: csv.exists())
+        until(lambda: csv.exists() and is_over(disk, AT_US))
         assert disk.flights[0].ended_us == AT_US + 998 * 10_000
     assert tlog.read_bytes() == entries(0, 999)
     assert sum(1 for _ in entries_in(tlog)) == 999

@@ -2862,6 +2862,8 @@ export interface components {
              * @example 4.6.2
              */
             readonly firmware: string | null;
+            /** @description Whether the autopilot has answered the agent in the last 10 s; null: not known */
+            readonly hears_agent: boolean | null;
             /** @description null: no open hold, no loss, no lost action */
             readonly hold: components["schemas"]["HoldView"] | null;
             /** @description The user who has the controls */
@@ -2909,6 +2911,11 @@ export interface components {
             readonly offered: boolean;
             /** @description The agent has a link to the tower */
             readonly online: boolean;
+            /**
+             * @description MAVLink systems of other autopilots on its line. The agent passes none of their frames
+             * @default []
+             */
+            readonly other_systems: readonly number[];
             readonly owners: readonly components["schemas"]["UserRefView"][];
             /**
              * @description Progress of reading its parameters

@@ -1,0 +1,94 @@
+"""Whether a multicopter falls or has crashed, from its position and attitude. Pure; takes `now`.
+
+Judged by descent and height, not by armed and landed state: with all motors lost at 28 m ArduCopter reported itself
+armed and in the air, the latter for 14 s on the ground; disarmed at 30 m it reported itself landed while it fell.
+"""
+
+from __future__ import annotations
+
+import math
+from struct import Struct
+from typing import Final
+
+from wire.frames import payload
+
+FALLS_M_S: Final = 6.0
+"""Autopilots descend by themselves at 1 to 3 m/s; a fall is this fast after 0.6 s."""
+DIVES_M_S: Final = 15.0
+"""What a hand on the sticks may want."""
+LOOKS: Final = 2
+"""One report may be an error of the estimate."""
+ON_GROUND_M: Final = 3.0
+TIPPED_RAD: Final = math.radians(65.0)
+LEVEL_RAD: Final = math.radians(20.0)
+TIPPED_FOR_S: Final = 1.0
+STILL_M_S: Final = 1.0
+
+_POSITION: Final = Struct("<IiiiihhhH")
+_ATTITUDE: Final = Struct("<Iff")
+
+
+class FallWatch:
+    """One for each drone. `falls`: how fast and where; `crashed`: how; empty: it does not, or has not."""
+
+    def __init__(self) -> None:
+        self.falls = ""
+        self.crashed = ""
+        self._looks = 0
+        self._from_m = 0.0
+        self._tipped_since: float | None = None
+        self._position_at = float("-inf")
+        self._was_disarmed = False
+
+    def look(
+        self,
+        *,
+        position: bytes | None,
+        position_at: float,
+        attitude: bytes | None,
+        armed: bool | None,
+        by_hand: bool,
+        now: float,
+    ) -> None:
+        """Takes the newest GLOBAL_POSITION_INT and when it came, and the newest ATTITUDE, as whole frames."""
+        if position is None:
+            return
+        _, _, _, _, height_mm, north, east, down, _ = _POSITION.unpack_from(payload(position).ljust(28, b"\0"))
+        height_m, down_m_s = height_mm / 1000, down / 100
+        tilt = _tilt(attitude)
+        if position_at != self._position_at:
+            self._position_at = position_at
+            self._fall(height_m, down_m_s, DIVES_M_S if by_hand else FALLS_M_S)
+        still = math.hypot(north, east, down) / 100 < STILL_M_S
+        self._tip(armed, tilt, now, still=still)
+        if armed and tilt < LEVEL_RAD and (self._was_disarmed or height_m > ON_GROUND_M) and not self.falls:
+            self.crashed = ""  # it flies again
+        self._was_disarmed = armed is False
+
+    def _fall(self, height_m: float, down_m_s: float, limit_m_s: float) -> None:
+        if down_m_s >= limit_m_s:
+            self._looks += 1
+            if self._looks >= LOOKS:
+                self.falls = f"{down_m_s:.0f} m/s, {height_m:.0f} m above home"
+        elif self.falls and down_m_s > limit_m_s / 2:
+            pass  # it slows down, and may not have come to an end
+        else:
+            if self.falls and height_m < ON_GROUND_M:
+                self.crashed = f"it fell to the ground from about {max(self._from_m, 0):.0f} m"
+            self.falls, self._looks, self._from_m = "", 0, height_m
+
+    def _tip(self, armed: bool | None, tilt: float, now: float, *, still: bool) -> None:
+        if not (armed and tilt > TIPPED_RAD and still):
+            self._tipped_since = None
+        elif self._tipped_since is None:
+            self._tipped_since = now
+        elif now - self._tipped_since >= TIPPED_FOR_S and not self.crashed:
+            self.crashed = "it lies on its side with its motors armed"
+
+
+def _tilt(attitude: bytes | None) -> float:
+    """Angle from level, radians; 0 if it is not known."""
+    if attitude is None:
+        return 0.0
+    _, roll, pitch = _ATTITUDE.unpack_from(payload(attitude).ljust(12, b"\0"))
+    return math.acos(max(-1.0, min(1.0, math.cos(roll) * math.cos(pitch))))
