@@ -33,7 +33,7 @@ _ORDER: Final = HoldOrder(order_id=1, epoch=3, reason="the controls were taken")
 _TICK_EVERY: Final = 64
 """Datagrams between two ticks; the autopilot sends a message then as well."""
 
-_PING: Final = build(mavlink.MAVLink_ping_message(1, 2, 3, 4), system_id=255, component_id=190, sequence=0)
+_PING: Final = build(mavlink.MAVLink_ping_message(1, 2, 1, 1), system_id=255, component_id=190, sequence=0)
 
 
 class _DeafPort(AutopilotPort):

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Final, NamedTuple
 
 from fastcrc.crc16 import mcrf4xx
@@ -35,7 +35,15 @@ _UNSEALED: Final[Outcomes] = frozenset(
     }
 )
 _INSIDE: Final[Outcomes] = frozenset(
-    {None, Reason.BAD_CONTENT, Reason.BAD_FRAME, Reason.FOREIGN_TAG, Reason.STALE_EPOCH, Reason.NOT_ALLOWED}
+    {
+        None,
+        Reason.BAD_CONTENT,
+        Reason.BAD_FRAME,
+        Reason.FOREIGN_TAG,
+        Reason.STALE_EPOCH,
+        Reason.NOT_ALLOWED,
+        Reason.OTHER_VEHICLE,
+    }
 )
 _HELD: Final = 32
 """Genuine datagrams held back and released at random: some after the replay window has passed them, some before."""
@@ -67,8 +75,11 @@ class DatagramFuzzer:
         urgent: dict[str, Any],
         epoch: Callable[[], int],
         fenced: bool,
+        senders: Sequence[tuple[int, int]] = ((1, 1), (1, 190), (255, 190)),
     ) -> None:
-        """`epoch`: what the receiver accepts now; `fenced`: whether it refuses an older one."""
+        """`epoch`: what the receiver accepts now; `fenced`: whether it refuses an older one. `senders`: systems and
+        components of its frames."""
+        self._senders = senders
         self._chance = chance
         self._mutator = Mutator(chance)
         self._sender = sender
@@ -144,7 +155,7 @@ class DatagramFuzzer:
         """Returns a frame with a valid checksum, of any message except the one that never passes, with any payload."""
         msgid = self._chance.choice(_PASSING_IDS) if message_id is None else message_id
         payload = self._chance.randbytes(self._chance.choice((0, 1, 9, 30, 51, 255)))
-        sources = bytes((self._chance.randrange(256), self._chance.choice((1, 1, 255)), self._chance.choice((1, 190))))
+        sources = bytes((self._chance.randrange(256), *self._chance.choice(self._senders)))
         if msgid < 256 and self._chance.random() < 0.2:
             head = bytes((0xFE, len(payload))) + sources + bytes((msgid,))
         else:

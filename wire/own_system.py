@@ -9,7 +9,7 @@ from struct import calcsize
 from typing import Any, Final
 
 from wire.dialect import mavlink
-from wire.frames import message_id, payload, source
+from wire.frames import MAGIC_V2, message_id, payload, source
 from wire.ids import SystemId
 
 SILENT_S: Final = 5.0
@@ -102,6 +102,10 @@ class OwnSystem:
 
     def counts(self, frame: bytes, now: float) -> bool:
         """Whether a whole frame is of this drone. `now`: of any clock that does not go back."""
+        # Runs for every frame: nearly all are of the drone's own autopilot, alone on its line.
+        if frame[5] == self.system_id and frame[6] == _AUTOPILOT and frame[0] == MAGIC_V2 and not self._others:
+            self._heard_at = now
+            return True
         system_id, component_id = source(frame)
         if component_id == _AUTOPILOT and message_id(frame) == _HEARTBEAT:
             self._heartbeat(system_id, frame, now)

@@ -99,10 +99,10 @@ def test_a_squad_of_three_drones_of_two_owners_is_seen_searched_filtered_and_sor
     alice.part("control-release").click()
     alice.confirm("Kestrel")
     expect(row_of(admin, 1)).to_have_attribute("data-unattended", "true")
-    expect(row_of(admin, 1)).to_contain_text("Unattended")
+    expect(row_of(admin, 1)).to_contain_text("Returns in")
     admin.part("squad-filter").select_option(label="Unattended")
     expect(admin.part("squad-row")).to_have_count(1)
-    expect(admin.part("alert").filter(has_text="Kestrel").first).to_contain_text("nobody")
+    expect(admin.part("alert").filter(has_text="Kestrel").first).to_contain_text("Nobody flies Kestrel")
 
 
 def test_a_hold_of_several_drones_is_asked_once_and_answered_by_each(somebody: Somebody) -> None:

@@ -71,6 +71,8 @@ async def test_what_it_does_when_sticks_stop(arducopter: Path, tmp_path: Path) -
     rows: dict[str, tuple[Receiver, dict[str, float], Work]] = {
         "low ALT_HOLD": (low, {}, sticks_stop_in("ALT_HOLD")),
         "low LOITER": (low, {}, sticks_stop_in("LOITER")),
+        "low CIRCLE": (low, {}, sticks_stop_in("CIRCLE")),
+        "centred CIRCLE": (Receiver.CENTRED, {}, sticks_stop_in("CIRCLE")),
         "low BRAKE": (low, {}, sticks_stop_in("BRAKE")),
         "low GUIDED": (low, {}, sticks_stop_in("GUIDED")),
         "centred ALT_HOLD": (Receiver.CENTRED, {}, sticks_stop_in("ALT_HOLD")),
@@ -87,6 +89,8 @@ async def test_what_it_does_when_sticks_stop(arducopter: Path, tmp_path: Path) -
     assert await at_once(arducopter, tmp_path, rows) == {
         "low ALT_HOLD": "sinks",
         "low LOITER": "sinks",
+        "low CIRCLE": "sinks",
+        "centred CIRCLE": "stays",
         "low BRAKE": "stays",
         "low GUIDED": "stays",
         "centred ALT_HOLD": "stays",
@@ -190,6 +194,29 @@ async def test_a_hold_on_the_ground_in_a_take_off_stays_on_the_ground(arducopter
         kind: (kind, {}, work) for kind in (Receiver.LOW, Receiver.NONE)
     }
     assert set((await at_once(arducopter, tmp_path, rows)).values()) == {"on the ground"}
+
+
+async def test_centred_sticks_keep_the_motors_running_and_resting_ones_end_that(
+    arducopter: Path, tmp_path: Path
+) -> None:
+    """DISARM_DELAY is 10 s."""
+
+    async def work(hands: ByWire) -> str:
+        hands.sticks = DOWN
+        await hands.passed(0.5)
+        assert (await hands.arm())[0] == ACCEPTED
+        await hands.change_mode("ALT_HOLD")
+        found = []
+        for sticks in (CENTRED, DOWN):
+            hands.sticks = sticks
+            await hands.passed(14.0)
+            found.append("armed" if hands.truth.armed else "disarmed")
+        return ", ".join(found)
+
+    rows: dict[str, tuple[Receiver, dict[str, float], Work]] = {
+        kind: (kind, {}, work) for kind in (Receiver.LOW, Receiver.NONE)
+    }
+    assert set((await at_once(arducopter, tmp_path, rows)).values()) == {"armed, disarmed"}
 
 
 async def test_how_far_it_goes_on_into_altitude_hold(arducopter: Path, tmp_path: Path) -> None:

@@ -70,6 +70,7 @@ class Facts:
     """Whether the autopilot answers the agent; None: not known."""
     falls: str = ""
     """How fast and where it falls; empty: it does not."""
+    sinks: str = ""
     crashed: str = ""
     other_systems: tuple[int, ...] = ()
     """MAVLink systems of other autopilots on its line."""

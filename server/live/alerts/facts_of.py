@@ -78,7 +78,7 @@ def _add_fall(facts: Facts, drone: LiveDrone, now: float) -> None:
         by_hand=now - drone.sticks_at < BY_HAND_FOR_S,
         now=now,
     )
-    facts.falls, facts.crashed = watch.falls, watch.crashed
+    facts.falls, facts.sinks, facts.crashed = watch.falls, watch.sinks, watch.crashed
 
 
 def _add_height(facts: Facts, drone: LiveDrone, of_tower_m: float) -> None:

@@ -16,6 +16,8 @@ FALLS_M_S: Final = 6.0
 """Autopilots descend by themselves at 1 to 3 m/s; a fall is this fast after 0.6 s."""
 DIVES_M_S: Final = 15.0
 """What a hand on the sticks may want."""
+SINKS_M_S: Final = 0.8
+"""A hold keeps the height within a tenth of this."""
 LOOKS: Final = 2
 """One report may be an error of the estimate."""
 ON_GROUND_M: Final = 3.0
@@ -29,12 +31,14 @@ _ATTITUDE: Final = Struct("<Iff")
 
 
 class FallWatch:
-    """One for each drone. `falls`: how fast and where; `crashed`: how; empty: it does not, or has not."""
+    """One for each drone. `falls`, `sinks`: how fast and where; `crashed`: how; empty: it does not, or has not."""
 
     def __init__(self) -> None:
         self.falls = ""
+        self.sinks = ""
+        """At half a fall's speed or less: whether that was wanted, the alert's rule judges."""
         self.crashed = ""
-        self._looks = 0
+        self._looks = self._sinking_looks = 0
         self._from_m = 0.0
         self._tipped_since: float | None = None
         self._position_at = float("-inf")
@@ -58,12 +62,18 @@ class FallWatch:
         tilt = _tilt(attitude)
         if position_at != self._position_at:
             self._position_at = position_at
+            self._sink(height_m, down_m_s)
             self._fall(height_m, down_m_s, DIVES_M_S if by_hand else FALLS_M_S)
         still = math.hypot(north, east, down) / 100 < STILL_M_S
         self._tip(armed, tilt, now, still=still)
         if armed and tilt < LEVEL_RAD and (self._was_disarmed or height_m > ON_GROUND_M) and not self.falls:
             self.crashed = ""  # it flies again
         self._was_disarmed = armed is False
+
+    def _sink(self, height_m: float, down_m_s: float) -> None:
+        self._sinking_looks = self._sinking_looks + 1 if down_m_s >= SINKS_M_S else 0
+        is_so = self._sinking_looks >= LOOKS and not self.falls
+        self.sinks = f"{down_m_s:.1f} m/s, {height_m:.0f} m above home" if is_so else ""
 
     def _fall(self, height_m: float, down_m_s: float, limit_m_s: float) -> None:
         if down_m_s >= limit_m_s:

@@ -8,6 +8,7 @@ from typing import Final
 from server.live.alerts.facts import Facts
 from server.live.alerts.finding import Finding, Not
 from wire.dialect import mavlink
+from wire.open_holds import HoldStage, LostPhase
 
 LOW_PERCENT: Final = 30
 CRITICAL_PERCENT: Final = 15
@@ -22,6 +23,7 @@ _OK: Final = int(mavlink.MAV_BATTERY_CHARGE_STATE_OK)
 _LOW: Final = int(mavlink.MAV_BATTERY_CHARGE_STATE_LOW)
 _CRITICAL: Final = int(mavlink.MAV_STATE_CRITICAL)
 _EMERGENCY: Final = int(mavlink.MAV_STATE_EMERGENCY)
+_COMES_DOWN: Final = (LostPhase.ASKING, LostPhase.DONE)
 _3D_FIX: Final = int(mavlink.GPS_FIX_TYPE_3D_FIX)
 _MOTION: Final = {
     "jump": "Its position jumped",
@@ -84,6 +86,16 @@ def falls(facts: Facts, is_open: bool) -> Finding:
         return Not.SO
     stopped = " Its motors are off." if facts.armed is False else ""
     return f"{facts.name} falls: {facts.falls}.{stopped}"
+
+
+def sinks_in_hold(facts: Facts, is_open: bool) -> Finding:
+    """A hold that is confirmed keeps the height. Its lost action may bring it down."""
+    if facts.silence:
+        return Not.KNOWN
+    hold = facts.hold
+    if hold is None or not hold.open or hold.stage is HoldStage.NONE or hold.phase in _COMES_DOWN or not facts.flies:
+        return Not.SO
+    return f"{facts.name} sinks although it holds: {facts.sinks}." if facts.sinks else Not.SO
 
 
 def crashed(facts: Facts, is_open: bool) -> Finding:

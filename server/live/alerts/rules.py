@@ -92,6 +92,17 @@ RULES: Final[tuple[Rule, ...]] = (
         follows=True,
     ),
     Rule(
+        name="sinks",
+        severity=_CRITICAL,
+        badge="Sinks",
+        when="a multicopter descends at 0.8 m/s or more in a hold that is confirmed",
+        advice="Take the controls and climb, or land it where it is.",
+        condition=flight.sinks_in_hold,
+        opens_after_s=1.0,
+        closes_after_s=2.0,
+        follows=True,
+    ),
+    Rule(
         name="crashed",
         severity=_CRITICAL,
         badge="Crashed",

@@ -114,6 +114,11 @@ SCENES: dict[str, tuple[Facts, Facts, str]] = {
         FLYING,
         "Merlin falls: 12 m/s, 20 m above home",
     ),
+    "sinks": (
+        replace(FLYING, hold=HOLD, sinks="1.2 m/s, 18 m above home"),
+        replace(FLYING, hold=HOLD),
+        "Merlin sinks although it holds: 1.2 m/s, 18 m above home",
+    ),
     "crashed": (
         replace(FLYING, crashed="it fell to the ground from about 28 m"),
         FLYING,

@@ -89,6 +89,7 @@ VALUES: Final[dict[str, tuple[Any, ...]]] = {
     "other_systems": ((), (2,)),
     "hears_agent": (None, True, False),
     "falls": ("", "9 m/s"),
+    "sinks": ("", "1 m/s"),
     "crashed": ("", "it fell"),
 }
 TEXTS: Final = ("Radio failsafe on", "Radio failsafe cleared", "Compass error", "Crash: disarming", "hello")

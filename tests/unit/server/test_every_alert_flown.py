@@ -289,6 +289,15 @@ def a_motor_stops(flown: FlownHub) -> Scene:
     yield
 
 
+@scene("sinks")
+def it_holds_and_has_too_little_thrust(flown: FlownHub) -> Scene:
+    flown.take()
+    flown.pass_time(4.0)
+    flown.vehicle.flight.body.motor_health[:] = [0.43] * 4
+    yield
+    flown.vehicle.flight.body.motor_health[:] = [1.0] * 4
+
+
 @scene("crashed")
 def it_hits_the_ground(flown: FlownHub) -> Scene:
     flown.fail(Failure.MOTOR_LOST, 6.0)

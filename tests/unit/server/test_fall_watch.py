@@ -60,6 +60,16 @@ def test_a_fall_is_seen_within_two_seconds_armed_or_not() -> None:
         assert seen.watch.crashed.startswith("it fell to the ground from about")
 
 
+def test_what_sinks_is_told_apart_from_what_falls() -> None:
+    seen = Seen()
+    seen.look(20.0, 1.0)
+    assert not seen.watch.sinks
+    seen.look(19.5, 1.2)
+    assert seen.watch.sinks == "1.2 m/s, 20 m above home"
+    seen.look(19.4, 0.1)
+    assert not seen.watch.sinks
+
+
 def test_one_wrong_report_is_no_fall() -> None:
     seen = Seen()
     seen.look(30.0)
