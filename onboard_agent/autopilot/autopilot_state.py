@@ -7,6 +7,7 @@ from enum import StrEnum
 from typing import Any, Final
 
 from wire.autopilots import registry
+from wire.autopilots.vehicle_types import NEVER_FLY
 from wire.control_messages import AutopilotState
 from wire.dialect import mavlink
 from wire.ids import SystemId
@@ -158,7 +159,7 @@ class AutopilotView:
 
     def airborne(self, now: float) -> bool:
         """Whether it is armed and off the ground, as reported, or by its height if it does not report that."""
-        if not self.armed:
+        if not self.armed or self.vehicle_type in NEVER_FLY:
             return False
         if self._reports_landed_state(now):
             return self._landed_state != _ON_GROUND

@@ -16,7 +16,7 @@ from wire.dialect import mavlink
 STICKS_S: Final = 0.05
 GROUND_STATION: Final = 255
 ACCEPTED: Final = mavlink.MAV_RESULT_ACCEPTED
-MODES: Final = {"STABILIZE": 0, "ALT_HOLD": 2, "GUIDED": 4, "LOITER": 5, "RTL": 6, "LAND": 9, "BRAKE": 17}
+MODES: Final = {"STABILIZE": 0, "ALT_HOLD": 2, "GUIDED": 4, "LOITER": 5, "RTL": 6, "CIRCLE": 7, "LAND": 9, "BRAKE": 17}
 CENTRED, DOWN, CLIMB, DESCEND = (0, 0, 500, 0), (0, 0, 0, 0), (0, 0, 1000, 0), (0, 0, 0, 0)
 RELEASED: Final = (32767,) * 4
 

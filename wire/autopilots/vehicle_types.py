@@ -23,3 +23,5 @@ PLANES: Final = frozenset({mavlink.MAV_TYPE_FIXED_WING, *range(19, 26)})
 
 ROVERS: Final = frozenset({mavlink.MAV_TYPE_GROUND_ROVER, mavlink.MAV_TYPE_SURFACE_BOAT})
 SUBMARINES: Final = frozenset({mavlink.MAV_TYPE_SUBMARINE})
+NEVER_FLY: Final = ROVERS | SUBMARINES
+"""In the air at no height above home."""

@@ -88,6 +88,14 @@ def test_in_the_air(armed: bool, landed_state: int | None, alt_rel_m: float, air
     assert view.airborne(10.5) is airborne
 
 
+@pytest.mark.parametrize("vehicle", [10, 11, 12], ids=["rover", "boat", "submarine"])
+def test_what_never_flies_is_not_in_the_air_on_a_hill(vehicle: int) -> None:
+    view = AutopilotView()
+    view.heartbeat(beat(armed=True, vehicle=vehicle), 1, 1, 10.0)
+    view.global_position(position(1, 130.0))
+    assert not view.airborne(10.5)
+
+
 def test_an_old_landed_state_is_not_believed() -> None:
     view = found(armed=True)
     view.extended_sys_state(mavlink.MAVLink_extended_sys_state_message(0, 1), 10.0)
