@@ -5,6 +5,7 @@ telemetry look as ever, every command times out, and a hold cannot work. So the 
 nothing else has been answered. Both ArduPilot and PX4 answer that.
 """
 
+from collections import deque
 from typing import Any, Final
 
 from onboard_agent.autopilot.own_frames import FrameMaker, agent_sender, timesync_request
@@ -14,6 +15,8 @@ from wire.dialect import mavlink
 ASK_EVERY_S: Final = 3.0
 DEAF_AFTER_S: Final = 10.0
 """Three questions."""
+_REMEMBERED: Final = 8
+"""Questions: an answer that takes longer than these is none."""
 
 TIMESYNC: Final = mavlink.MAVLINK_MSG_ID_TIMESYNC
 
@@ -33,7 +36,7 @@ class Answers:
         """Since when the autopilot is heard, without an answer on an earlier line."""
         self._answered_at: float | None = None
         self._asked_at = float("-inf")
-        self._asked: set[int] = set()
+        self._asked: deque[int] = deque(maxlen=_REMEMBERED)
 
     def came(self, now: float) -> None:
         """The autopilot is heard, for the first time or again."""
@@ -71,5 +74,5 @@ class Answers:
             return []
         self._asked_at = now
         stamp = int(now * 1e9)
-        self._asked.add(stamp)
+        self._asked.append(stamp)
         return [self._maker.make(timesync_request(stamp), agent_sender(vehicle_system_id))]

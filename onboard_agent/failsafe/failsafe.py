@@ -350,7 +350,7 @@ class Failsafe:
             may_be_held=view.may_be_held,
             ground_station_system_id=self._inquiry.ground_station_system_id,
             airborne=view.airborne(now),
-            stands=view.armed and min(view.on_ground_s(now), self._hold.open_s(now)) >= STANDS_AFTER_S,
+            stands=self._stands(now),
             level=motion.level(now),
             has_position=motion.has_position(now),
             still=motion.speed_m_s < STILL_M_S,
@@ -362,6 +362,13 @@ class Failsafe:
                 view.kind, custom_mode, now, trusts_receiver=silent
             ),
         )
+
+    def _stands(self, now: float) -> bool:
+        """Whether the throttle may rest. A landed state that errs in the air must not bring it down: its height must agree.
+        """
+        view = self._autopilot
+        stands_s = min(view.on_ground_s(now), self._hold.open_s(now))
+        return view.armed and stands_s >= STANDS_AFTER_S and self._motion.alt_rel_m < DIRECT_ABOVE_M
 
     def record(self) -> HoldRecord | None:
         """Returns what a restarted process must know, or None."""

@@ -18,6 +18,7 @@ DIVES_M_S: Final = 15.0
 """What a hand on the sticks may want."""
 SINKS_M_S: Final = 0.8
 """A hold keeps the height within a tenth of this."""
+CLIMBS_M_S: Final = 0.5
 LOOKS: Final = 2
 """One report may be an error of the estimate."""
 ON_GROUND_M: Final = 3.0
@@ -36,7 +37,7 @@ class FallWatch:
     def __init__(self) -> None:
         self.falls = ""
         self.sinks = ""
-        """At half a fall's speed or less: whether that was wanted, the alert's rule judges."""
+        """Whether that is wanted, the alert's rule judges."""
         self.crashed = ""
         self._looks = self._sinking_looks = 0
         self._from_m = 0.0
@@ -60,13 +61,13 @@ class FallWatch:
         _, _, _, _, height_mm, north, east, down, _ = _POSITION.unpack_from(payload(position).ljust(28, b"\0"))
         height_m, down_m_s = height_mm / 1000, down / 100
         tilt = _tilt(attitude)
+        still = math.hypot(north, east, down) / 100 < STILL_M_S
         if position_at != self._position_at:
             self._position_at = position_at
             self._sink(height_m, down_m_s)
-            self._fall(height_m, down_m_s, DIVES_M_S if by_hand else FALLS_M_S)
-        still = math.hypot(north, east, down) / 100 < STILL_M_S
+            self._fall(height_m, down_m_s, DIVES_M_S if by_hand else FALLS_M_S, still=still)
         self._tip(armed, tilt, now, still=still)
-        if armed and tilt < LEVEL_RAD and (self._was_disarmed or height_m > ON_GROUND_M) and not self.falls:
+        if armed and tilt < LEVEL_RAD and (self._was_disarmed or down_m_s < -CLIMBS_M_S) and not self.falls:
             self.crashed = ""  # it flies again
         self._was_disarmed = armed is False
 
@@ -75,7 +76,7 @@ class FallWatch:
         is_so = self._sinking_looks >= LOOKS and not self.falls
         self.sinks = f"{down_m_s:.1f} m/s, {height_m:.0f} m above home" if is_so else ""
 
-    def _fall(self, height_m: float, down_m_s: float, limit_m_s: float) -> None:
+    def _fall(self, height_m: float, down_m_s: float, limit_m_s: float, *, still: bool) -> None:
         if down_m_s >= limit_m_s:
             self._looks += 1
             if self._looks >= LOOKS:
@@ -83,8 +84,9 @@ class FallWatch:
         elif self.falls and down_m_s > limit_m_s / 2:
             pass  # it slows down, and may not have come to an end
         else:
-            if self.falls and height_m < ON_GROUND_M:
-                self.crashed = f"it fell to the ground from about {max(self._from_m, 0):.0f} m"
+            # Rotors need longer to catch it: from one report to the next only the ground does, at whatever height.
+            if self.falls and (still or height_m < ON_GROUND_M):
+                self.crashed = f"it fell about {max(self._from_m - height_m, 0):.0f} m to the ground"
             self.falls, self._looks, self._from_m = "", 0, height_m
 
     def _tip(self, armed: bool | None, tilt: float, now: float, *, still: bool) -> None:

@@ -98,7 +98,7 @@ RULES: Final[tuple[Rule, ...]] = (
         when="a multicopter descends at 0.8 m/s or more in a hold that is confirmed",
         advice="Take the controls and climb, or land it where it is.",
         condition=flight.sinks_in_hold,
-        opens_after_s=1.0,
+        opens_after_s=2.0,  # a hold out of a full descent needs nearly two seconds to end it
         closes_after_s=2.0,
         follows=True,
     ),

@@ -120,9 +120,9 @@ SCENES: dict[str, tuple[Facts, Facts, str]] = {
         "Merlin sinks although it holds: 1.2 m/s, 18 m above home",
     ),
     "crashed": (
-        replace(FLYING, crashed="it fell to the ground from about 28 m"),
+        replace(FLYING, crashed="it fell about 28 m to the ground"),
         FLYING,
-        "Merlin has crashed: it fell to the ground from about 28 m",
+        "Merlin has crashed: it fell about 28 m to the ground",
     ),
     "other-autopilot": (
         replace(PARKED, other_systems=(2,)),

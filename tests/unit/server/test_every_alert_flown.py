@@ -326,6 +326,20 @@ def its_disk_is_full(flown: FlownHub) -> Scene:
     flown.hub.reports.receive(link, BlackBoxState(now_us=2), clock())
 
 
+def test_a_take_out_of_a_full_descent_is_no_alarm() -> None:
+    flown = FlownHub()
+    flown.watch()
+    flown.take_off()
+    flown.hand = (0, 1000)
+    flown.pass_time(6.0)
+    flown.hand = (0, 0)
+    flown.pass_time(3.0)
+    flown.take()
+    flown.pass_time(8.0)
+    flown.tell()
+    assert flown.opened("sinks") == 0
+
+
 @pytest.mark.parametrize("rule", [rule.name for rule in RULES if rule.tower_condition is None])
 def test_it_opens_once_and_clears(rule: str) -> None:
     options, made = SCENES[rule]

@@ -57,7 +57,7 @@ def test_a_fall_is_seen_within_two_seconds_armed_or_not() -> None:
         seen = Seen()
         assert fall(seen, 28.0, armed=armed) <= 2.0
         assert not seen.watch.falls
-        assert seen.watch.crashed.startswith("it fell to the ground from about")
+        assert seen.watch.crashed.startswith("it fell about")
 
 
 def test_what_sinks_is_told_apart_from_what_falls() -> None:
@@ -83,6 +83,13 @@ def test_a_fall_that_is_caught_is_no_crash() -> None:
     for height_m, down_m_s in ((60, 7), (56, 8), (52, 7), (50, 2), (50, 0)):
         seen.look(height_m, down_m_s)
     assert not (seen.watch.falls or seen.watch.crashed)
+
+
+def test_a_fall_onto_a_hill_is_a_crash() -> None:
+    seen = Seen()
+    for height_m, down_m_s in ((80, 0), (77, 7), (72, 9), (67, 11), (65, 0)):
+        seen.look(height_m, down_m_s)
+    assert seen.watch.crashed == "it fell about 15 m to the ground"
 
 
 def test_a_hand_may_dive() -> None:
