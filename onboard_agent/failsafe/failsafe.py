@@ -364,8 +364,7 @@ class Failsafe:
         )
 
     def _stands(self, now: float) -> bool:
-        """Whether the throttle may rest. A landed state that errs in the air must not bring it down: its height must agree.
-        """
+        """Whether the throttle may rest: the height must agree with a landed state, which may err in the air."""
         view = self._autopilot
         stands_s = min(view.on_ground_s(now), self._hold.open_s(now))
         return view.armed and stands_s >= STANDS_AFTER_S and self._motion.alt_rel_m < DIRECT_ABOVE_M
