@@ -258,7 +258,9 @@ class Failsafe:
         """
         modes = self._modes()
         is_mission = modes is not None and self._autopilot.custom_mode == modes.mission.custom_mode
-        return self._watch.tower_in_this_flight and not (by_hand or is_mission or self.going_home)
+        # A return that this loss has brought about is no sign of a person.
+        is_going_home = self.going_home and self.lost.phase is LostPhase.QUIET
+        return self._watch.tower_in_this_flight and not (by_hand or is_mission or is_going_home)
 
     @property
     def _patience_s(self) -> float:

@@ -58,8 +58,26 @@ def test_what_hovers_without_anybody_comes_home() -> None:
     )
     world.pass_time(28.0)
     assert world.copter.mode is Mode.GUIDED
-    world.pass_time(2.0)
+    world.pass_time(6.0)
     assert world.copter.mode is Mode.RTL
+    assert (world.state.lost, world.state.phase, world.state.action) == (
+        Lost.PERSON,
+        LostPhase.DONE,
+        LostAction.RETURN,
+    ), "people are told why it returns, for as long as it does"
+    world.pass_time(60.0)
+    assert not world.copter.armed
+    assert world.state.phase is LostPhase.QUIET
+
+
+def test_a_return_that_was_commanded_before_the_release_is_no_loss() -> None:
+    world = flown(mode=Mode.GUIDED, hand=None)
+    world.send(mode_command(Mode.RTL))
+    world.pass_time(2.0)
+    released(world)
+    world.pass_time(10.0)
+    assert world.copter.mode is Mode.RTL
+    assert world.state.phase is LostPhase.QUIET
 
 
 def test_a_mission_without_anybody_goes_on() -> None:
