@@ -106,7 +106,7 @@ def parse(words: list[str]) -> argparse.Namespace:
         help="control: flown (return)",
     )
     parser.add_argument(
-        "--set-up", action="store_true", help="control: drones without a receiver have the console's parameters"
+        "--set-up", action="store_true", help="control: drones have the parameters that the console sets"
     )
     parser.add_argument("--browsers", type=int, help="scale: so many that watch all of them (20); reconnect: (1,000)")
     parser.add_argument(

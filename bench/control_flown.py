@@ -37,8 +37,9 @@ DOWN_FOR_S: Final = 5.0
 """A flight ends this long after landing and disarming."""
 DRONES: Final = 4
 EXPECTED: Final = (Refused, NoAutopilot, TimeoutError, OSError, RuntimeError, httpx.TransportError)
-SET_UP: Final = {"FS_THR_ENABLE": 1.0, "FS_OPTIONS": 29.0, "RC_OVERRIDE_TIME": 3.0}
-"""The console's settings for a drone without a receiver (`--set-up`)."""
+WITHOUT_RECEIVER: Final = {"FS_THR_ENABLE": 1.0, "FS_OPTIONS": 29.0, "RC_OVERRIDE_TIME": 3.0}
+WITH_RECEIVER: Final = {"FS_GCS_ENABLE": 1.0, "FS_OPTIONS": 2.0, "RC_OVERRIDE_TIME": 3.0}
+"""The console's settings (`--set-up`)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,9 +59,9 @@ class Flight:
 
 def flights_of(names: Sequence[str], count: int, set_up: bool, lost_action: str) -> list[Flight]:
     """Returns the flights with one of `names` in their name (all if empty), in their order, `count` times."""
-    made = tuple(SET_UP.items()) if set_up else ()
+    made = {one: WITHOUT_RECEIVER if one is Receiver.NONE else WITH_RECEIVER for one in Receiver} if set_up else {}
     table = [
-        Flight(trigger, situation, receiver, made if receiver is Receiver.NONE else (), lost_action)
+        Flight(trigger, situation, receiver, tuple(made.get(receiver, {}).items()), lost_action)
         for trigger, situation, receiver in itertools.product(
             (*TRIGGERS, *(BESIDE if names else ())), SITUATIONS, Receiver
         )

@@ -223,6 +223,13 @@ async def _kill_agent(drone: FlownDrone) -> float:
     return at
 
 
+async def _kill_agent_by_hand(drone: FlownDrone) -> float:
+    """The computer on board fails, and the transmitter's own sticks come back."""
+    at = drone.operator.now
+    await drone.kill_agent()
+    return at
+
+
 async def _restart_agent(drone: FlownDrone) -> float:
     """Restarts the agent a second later, as the service manager does."""
     at = await _kill_agent(drone)
@@ -265,5 +272,9 @@ TRIGGERS: Final = (
     Trigger("tower killed", _tower_killed, old_holder=None, tower_dies=True),
 )
 
-BESIDE: Final = (Trigger("early restart", _restart_agent_early), Trigger("transmitter lost", _transmitter_lost))
+BESIDE: Final = (
+    Trigger("early restart", _restart_agent_early),
+    Trigger("transmitter lost", _transmitter_lost),
+    Trigger("killed by hand", _kill_agent_by_hand),
+)
 """Flown only when named."""

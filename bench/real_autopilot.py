@@ -96,13 +96,16 @@ class RealAutopilot:
         parameters: Mapping[str, float] | None = None,
         home: tuple[float, float, float] = HOME,
         on_tcp: bool = False,
+        agent_on_second: bool = False,
     ) -> None:
         """`parameters` are set in addition to the defaults here; `folder` is used by it alone. `home`: degrees, metres
         above sea level.
 
         `on_tcp`: SERIAL0 listens at TCP_PORT of its network (`namespace`), and `port` receives nothing.
+        `agent_on_second`: the agent's port is SERIAL1, and the measurement's SERIAL0, which takes unsigned frames too.
         """
         self._on_tcp = on_tcp
+        self._agent_on_second = agent_on_second
         self.receiver = receiver
         self.port: socket.socket
         self.truth: Truth
@@ -122,7 +125,10 @@ class RealAutopilot:
         ours.write_text("".join(f"{name} {value:g}\n" for name, value in wanted.items()))
         home = ",".join(f"{number:.10g}" for number in (*self._home, 0.0))
         first = f"tcp:{TCP_PORT}" if self._on_tcp else "udpclient:127.0.0.1:{port0}"
-        serials = ["--serial0", first, "--serial1", "udpclient:127.0.0.1:{port1}"]
+        ports = [first, "udpclient:127.0.0.1:{port1}"]
+        if self._agent_on_second:
+            ports.reverse()
+        serials = ["--serial0", ports[0], "--serial1", ports[1]]
         serials += [word for number in (2, 5, 6, 7, 8) for word in (f"--serial{number}", "none:0")]
         options = ["--model", "+", "--speedup", str(BOOT_SPEED), "--home", home, "--defaults", str(ours)]
         command = [str(self._binary), *options, "--rc-in-port", "{free}", *serials]

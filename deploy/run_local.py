@@ -24,6 +24,8 @@ from supervised import Program, ProgramFailed, StepFailed, end_all, run_once
 
 OPERATORS: Final = ("alice", "bob")
 DRONE_NAMES: Final = ("Kestrel", "Merlin", "Osprey", "Harrier", "Goshawk", "Hobby", "Buzzard", "Falcon")
+SET_UP: Final = ("--param", "FS_GCS_ENABLE=1", "--param", "FS_OPTIONS=2")
+"""As the console sets a drone up: if its agent fails, it returns."""
 HOME: Final = "47.3977,8.5456,488,0"
 SHELL: Final = "simulator.sock"
 """Of `tower-sim shell --attach`, in the folder of the tower."""
@@ -167,7 +169,7 @@ def start_squad(address: str, squad: Squad, names: list[str], model: str, log: P
         "simulator",
         [
             *(BIN / "tower-sim", "--count", str(len(names)), "--home", HOME, "--hills", "--model", model),
-            *(*shell_words(log.parent / SHELL), *outs, *cameras),
+            *(*SET_UP, *shell_words(log.parent / SHELL), *outs, *cameras),
         ],
         log / "simulator.log",
     )

@@ -3,6 +3,7 @@
 import asyncio
 import logging
 import secrets
+import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -21,6 +22,9 @@ from onboard_agent.link.identity import Identity
 from onboard_agent.link.tower_file import TowerFile
 from onboard_agent.link.tower_url import TowerUrl
 from onboard_agent.onboard import Onboard
+from onboard_agent.signing.handler import SigningHandler
+from onboard_agent.signing.key_file import KeyFile
+from onboard_agent.signing.signed_line import SignedLine
 from onboard_agent.sockets.data_socket import ANY_UPLINK
 from onboard_agent.sockets.file_sender import TowerFileSender
 from onboard_agent.sockets.tower_link import TowerLink
@@ -51,6 +55,7 @@ from wire.control_messages import ToAgent, Welcome
 from wire.controllers import CONTROLLERS, offers
 from wire.frame_stream import FrameStream
 from wire.own_system import OwnSystem
+from wire.signing_key import SIGNING
 from wire.video import VIDEO, VideoWanted
 from wire.zones.nearby import ZONES
 
@@ -100,6 +105,8 @@ class AgentSettings:
     """The only MAVLink system on the line that this agent serves. None: the first that it hears."""
     neighbours: tuple[int, ...] = ()
     """The systems of the other drones on its line that this process serves."""
+    signing: tuple[SignedLine, KeyFile] | None = None
+    """Of `port`, and where its keys are kept. None: nothing is ever signed."""
     speaks_to_systemd: bool = True
     """False for a second drone on the line of another one, in the same process."""
     on_trial: int | None = None
@@ -123,6 +130,7 @@ class Agent:
         self._payload_release = settings.payload_release
         self._controller: ControllerChild | None = None
         self._landing = settings.landing
+        self._signing = settings.signing
         self._pad_watch: PadWatch | None = None
         self._switched = asyncio.Event()
         self._installer = TowerUpdateInstaller(
@@ -159,7 +167,8 @@ class Agent:
         box = None if settings.state is None or isinstance(journal, NoJournal) else settings.state / "black-box"
         self._black_box = BlackBox(box, settings.black_box_mb, self._loop.time())
         controllers = (CONTROLLERS, ZONES, *offers(names_on_board(settings.controllers)))
-        takes = (AGENT_UPDATE, *controllers, *((VIDEO,) if has_camera else ()), *self._black_box.takes)
+        signing = () if settings.signing is None else (SIGNING,)
+        takes = (AGENT_UPDATE, *signing, *controllers, *((VIDEO,) if has_camera else ()), *self._black_box.takes)
         self._link = TowerLink(
             settings.tower, settings.identity, self, settings.uplinks, takes, TowerFile(settings.state)
         )
@@ -210,6 +219,7 @@ class Agent:
                 share=self._share_frames,
             ),
             *self._landing_handlers(maker),
+            *self._signing_handlers(maker),
         ]
 
     def _share_frames(self, path: str) -> None:
@@ -222,6 +232,11 @@ class Agent:
         from onboard_agent.landing.handler import LandingTargetHandler  # not in the memory of every other agent
 
         return [LandingTargetHandler(maker, self._make_pad_watch)]
+
+    def _signing_handlers(self, maker: FrameMaker) -> list[TransactionHandler]:
+        if self._signing is None:
+            return []
+        return [SigningHandler(maker, *self._signing, unix_s=time.time)]
 
     def _make_pad_watch(self) -> "PadWatch":
         from onboard_agent.landing.child import PadWatch
@@ -265,6 +280,8 @@ class Agent:
                 self._pad_watch.look(False)
             self._files.stop()
             self._holds.close()
+            if self._signing is not None:
+                self._signing[1].close()
             self._black_box.stop(self._loop.time())
             for task in tasks:
                 task.cancel()
@@ -362,6 +379,8 @@ class Agent:
             stream.measured(measured, now)
         if self._link.rtt_s is not None:
             self._onboard.round_trip(self._link.rtt_s)
+        if self._signing is not None:
+            self._onboard.autopilot.line_signing = self._signing[0].state(now)
         self._onboard.tick(now)
         self._link.closely = self._onboard.hands_on
         self._send_up(self._onboard.frames_to_tower(now))

@@ -13,7 +13,9 @@ from onboard_agent.autopilot_port.schemes import make_port
 from onboard_agent.link.identity_file import read_identity, token_file_warning
 from onboard_agent.link.tower_url import parse_tower_url
 from onboard_agent.onboard import Onboard
+from onboard_agent.signing.signed_port import SignedPort, with_signing
 from onboard_agent.sockets.control_channel import NoLink, try_sign_in
+from onboard_agent.state_directory import state_directory
 from onboard_agent.unusable import Unusable
 from onboard_agent.video.camera_setting import NO_CAMERA
 from onboard_agent.video.trial import try_camera
@@ -22,6 +24,7 @@ from wire.frame_stream import FrameStream
 from wire.frames import message_id
 from wire.ids import DroneId
 from wire.own_system import OwnSystem
+from wire.signing_key import Signing
 
 LISTEN_S: Final = 5.0
 """An autopilot sends something at least once a second."""
@@ -35,7 +38,7 @@ async def check_all(
     token: Path,
     autopilot: str,
     camera: str = NO_CAMERA,
-    state_of: Callable[[DroneId], Path] | None = None,
+    state_of: Callable[[DroneId], Path] = lambda drone_id: state_directory(None, drone_id),
     *,
     system_id: int | None = None,
 ) -> bool:
@@ -45,14 +48,15 @@ async def check_all(
     warning = token_file_warning(token) if identity.key is None else None
     _say(warning is None, warning or f"the token file is that of drone {identity.drone_id}")
     good = True
+    signed, _ = with_signing(port, state_of(identity.drone_id), system_id)
     try:
         # Requests no link, so that an agent that is flying now keeps its own.
         _say(True, f"{url} accepts {await try_sign_in(url, identity)}")
     except NoLink as error:
         good = _say(False, str(error))
     try:
-        heard = await listen(port, system_id)
-        good = _say(heard is not None, heard or f"no heartbeat on {port.name} within {LISTEN_S:.0f} s") and good
+        heard = await listen(signed, system_id)
+        good = _say(heard is not None, heard or not_heard(signed)) and good
     except Unusable as error:
         good = _say(False, f"{error} (is the agent running?)")
     if camera != NO_CAMERA:
@@ -103,9 +107,17 @@ async def listen(port: AutopilotPort, system_id: int | None = None) -> str | Non
     held = "; it is watched only: the agent does not hold it" if view.watched_only else ""
     beside = "".join(f"; another autopilot, system {one}, is on this line" for one in view.other_systems)
     is_deaf = may_answer(view.kind) and not answers.hears(loop.time())
-    deaf = "; it has not answered: is the way to it open, or does it ask for signing?" if is_deaf else ""
+    asks = "it signs, and this agent has no key for it" if view.signing is Signing.NO_KEY else "is the way to it open?"
+    deaf = f"; it has not answered: {asks}" if is_deaf else ""
     said = f"the autopilot is heard: system {view.system_id}, kind {view.kind}{deaf}{held}{beside}"
     return said if view.heard else None
+
+
+def not_heard(port: SignedPort) -> str:
+    """Returns why nothing was heard of the autopilot."""
+    if port.line.state(asyncio.get_running_loop().time()) is Signing.WRONG_KEY:
+        return f"what comes on {port.name} is not signed with this drone's key (docs/agent.md, Signing)"
+    return f"no heartbeat on {port.name} within {LISTEN_S:.0f} s"
 
 
 async def _greet(port: AutopilotPort, onboard: Onboard) -> None:

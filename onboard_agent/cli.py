@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from onboard_agent import VERSION
 from onboard_agent.agent import Agent, AgentSettings, StartAgain
+from onboard_agent.autopilot_port.port import AutopilotPort
 from onboard_agent.autopilot_port.schemes import make_port
 from onboard_agent.autopilot_port.shared_line import share
 from onboard_agent.command_line import command_line
@@ -27,6 +28,7 @@ from onboard_agent.link.enrolment import enrol as enrol_here
 from onboard_agent.link.identity_file import enrolment_token, read_identity, token_file_warning
 from onboard_agent.link.tower_url import TowerUrl, parse_tower_url
 from onboard_agent.settings import KEYS, parse_system_id, read_settings
+from onboard_agent.signing.signed_port import with_signing
 from onboard_agent.sockets.uplinks import parse_uplinks
 from onboard_agent.state_directory import state_directory
 from onboard_agent.unusable import Unusable
@@ -52,23 +54,20 @@ def run(found: dict[str, Any]) -> None:
     system_id, also = parse_system_id(found["system_id"]), _also(found["also"] or ())
     if also and (system_id is None or system_id in also):
         raise Unusable("also: the first drone needs a system_id too, and each drone another one")
-    if found["servos"] or found["sensor"]:
-        from onboard_agent.payload.payload_port import with_payload  # not in the memory of every other agent
-        from onboard_agent.payload.servo import parse_servos
-
-        port = with_payload(port, parse_servos(found["servos"] or ()), found["sensor"])
     token, state = Path(found["token"]), _path(found["state"])
     port, *ports = share(port, 1 + len(also)) if also else (port,)
     camera = _usable_camera(parse_camera(found["camera"]))
     _enrol_first(address, token)
     identity = read_identity(token, lambda drone_id: state_directory(state, drone_id))
     own_state = state_directory(state, identity.drone_id)
+    signed, keys = with_signing(port, own_state, system_id)
     releases = Releases(own_state / "releases")
     launch(releases)
     settings = AgentSettings(
         tower=address,
         identity=identity,
-        port=port,
+        port=_with_payload(signed, found["servos"] or (), found["sensor"]),
+        signing=(signed.line, keys),
         uplinks=parse_uplinks(found["uplinks"] or ()),
         camera=camera,
         log_level=found["log_level"],
@@ -88,14 +87,17 @@ def run(found: dict[str, Any]) -> None:
     for part, (other_system, other_token) in zip(ports, also.items(), strict=True):
         _enrol_first(address, other_token)
         identity = read_identity(other_token, lambda drone_id: state_directory(state, drone_id))
+        other_state = state_directory(state, identity.drone_id)
+        signed, keys = with_signing(part, other_state, other_system)
         drones.append(
             AgentSettings(
                 tower=address,
                 identity=identity,
-                port=part,
+                port=signed,
+                signing=(signed.line, keys),
                 uplinks=settings.uplinks,
                 log_level=settings.log_level,
-                state=state_directory(state, identity.drone_id),
+                state=other_state,
                 black_box_mb=settings.black_box_mb,
                 system_id=other_system,
                 neighbours=tuple(one for one in (system_id, *also) if one is not None and one != other_system),
@@ -149,6 +151,15 @@ def enrol(found: dict[str, Any], tower: str, one_time_token: str) -> None:
         return
     print(f"start it:  tower-agent run --tower {address} --token {token} --autopilot WHERE")
     print("or, where the unit is installed:  systemctl enable --now tower-agent")
+
+
+def _with_payload(port: AutopilotPort, servos: Sequence[str], sensor: str | None) -> AutopilotPort:
+    if not servos and not sensor:
+        return port
+    from onboard_agent.payload.payload_port import with_payload  # not in the memory of every other agent
+    from onboard_agent.payload.servo import parse_servos
+
+    return with_payload(port, parse_servos(servos), sensor)
 
 
 def parse_megabytes(text: str) -> int:
@@ -302,6 +313,13 @@ def _command(said: argparse.Namespace) -> bool:
     _set_up_logging(found["log_level"] if said.command == "run" or said.log_level else "error")
     if said.command == "run":
         run(found)
+        return True
+    if said.command == "signing":
+        from onboard_agent.signing.command import signing
+
+        token, state = Path(found["token"]), _path(found["state"])
+        identity = read_identity(token, lambda drone_id: state_directory(state, drone_id))
+        signing(state_directory(state, identity.drone_id), show=said.show, take=said.take, forget=said.forget)
         return True
     return check(found) if said.command == "check" else doctor(found)
 

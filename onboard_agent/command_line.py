@@ -15,6 +15,7 @@ _SETTINGS_OF: Final = {
     "doctor": tuple(KEYS),
     "enrol": ("token", "autopilot", "camera", "log_level"),
     "install": ("tower", "autopilot", "camera", "uplinks", "release_keys", "log_level"),
+    "signing": ("token", "state", "log_level"),
 }
 _PURPOSES: Final = {
     "run": "Link an autopilot to the tower until stopped.",
@@ -22,6 +23,7 @@ _PURPOSES: Final = {
     "doctor": "Test key, disk, network, clock, data channel, autopilot and camera, and say what to do about each.",
     "enrol": "Make this drone's key, register its public half with a one-time token, and start or print how to start.",
     "install": "Write the settings, enrol this drone, and install and start the service. Needs root.",
+    "signing": "Print whether the autopilot's frames are signed; show, take or forget the key.",
 }
 
 
@@ -39,6 +41,8 @@ def command_line(version: str) -> argparse.ArgumentParser:
             command.add_argument("one_time_token", metavar="TOKEN", help="As an admin's console shows it.")
         if name == "install":
             _add_install(command)
+        if name == "signing":
+            _add_signing(command)
         _add_settings(command, (KEYS[key] for key in _SETTINGS_OF[name]))
         if name != "install":
             command.add_argument(
@@ -56,6 +60,13 @@ def _add_settings(command: argparse.ArgumentParser, settings: Iterable[Setting])
             action="append" if one.many else "store",
             help=f"{one.help} [{variables}]".replace("%", "%%"),
         )
+
+
+def _add_signing(command: argparse.ArgumentParser) -> None:
+    which = command.add_mutually_exclusive_group()
+    which.add_argument("--show", action="store_true", help="Print the key, for another ground station.")
+    which.add_argument("--take", action="store_true", help="Read a key that the autopilot has from standard input.")
+    which.add_argument("--forget", action="store_true", help="Remove the key here. The autopilot keeps its own.")
 
 
 def _add_install(command: argparse.ArgumentParser) -> None:

@@ -20,12 +20,14 @@ from email.utils import parsedate_to_datetime
 from pathlib import Path
 from typing import Any, Final
 
+from onboard_agent.autopilot_port.port import AutopilotPort
 from onboard_agent.autopilot_port.schemes import make_port
-from onboard_agent.check import LISTEN_S, listen
+from onboard_agent.check import listen, not_heard
 from onboard_agent.link.identity import Identity
 from onboard_agent.link.identity_file import enrolment_token, read_identity
 from onboard_agent.link.tower_url import TowerUrl, parse_tower_url
 from onboard_agent.settings import parse_system_id
+from onboard_agent.signing.signed_port import with_signing
 from onboard_agent.sockets.control_channel import NoLink, try_sign_in
 from onboard_agent.sockets.tower_link import TowerLink
 from onboard_agent.sockets.uplinks import parse_uplinks
@@ -62,7 +64,7 @@ async def examine(settings: dict[str, Any]) -> bool:
     good = True
     async for finding in _findings(settings, url, uplinks):
         good = _say(finding) and good
-    good = _say(await _autopilot(port, parse_system_id(settings["system_id"]))) and good
+    good = _say(await _autopilot(port, settings)) and good
     return _say(await _camera(camera, url)) and good
 
 
@@ -207,15 +209,20 @@ async def _udp(url: TowerUrl, identity: Identity, uplinks: tuple[str, ...], fold
 _UDP_REMEDY: Final = "open UDP port 14650 (TOWER_UDP_PORT) to the tower. The drone flies without, but feels each loss"
 
 
-async def _autopilot(port: Any, system_id: int | None) -> Finding:
+async def _autopilot(port: AutopilotPort, settings: dict[str, Any]) -> Finding:
+    system_id = parse_system_id(settings["system_id"])
+    state = None if settings["state"] is None else Path(settings["state"])
+    identity, _ = _key(Path(settings["token"]), state)
+    folder = state_directory(state, identity.drone_id) if identity else state or Path.home()
+    signed, _ = with_signing(port, folder, system_id)
     remedy = "is it powered? Wiring TX to RX; its port set to MAVLink 2 at the same baud; no other program on it"
     try:
-        heard = await listen(port, system_id)
+        heard = await listen(signed, system_id)
     except Unusable as error:
         return Finding(
             "autopilot", False, str(error), "is the agent running? `systemctl stop tower-agent`, on the ground"
         )
-    return Finding("autopilot", heard is not None, heard or f"no heartbeat on {port.name} in {LISTEN_S:.0f} s", remedy)
+    return Finding("autopilot", heard is not None, heard or not_heard(signed), remedy)
 
 
 async def _camera(camera: str, url: TowerUrl) -> Finding:

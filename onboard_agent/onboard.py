@@ -47,6 +47,7 @@ from wire.controllers import ControllerWork
 from wire.dialect import decode, mavlink
 from wire.drops import DropReason
 from wire.following import FollowWork, LeaderPosition
+from wire.frame_signing import is_signed
 from wire.frames import message_id, source
 from wire.ids import DroneId, Epoch
 from wire.lateness import Lateness
@@ -207,6 +208,7 @@ class Onboard:
         if msgid == mavlink.MAVLINK_MSG_ID_HEARTBEAT:
             event = view.heartbeat(message, system_id, component_id, now)
             if view.is_autopilot(system_id, component_id):
+                view.sends_signed = is_signed(frame)
                 if not self._restart.over:
                     self._restart.heartbeat(self._failsafe, self.hold, now, armed=view.armed)
                 self._failsafe.heartbeat(now)
@@ -411,6 +413,7 @@ class Onboard:
             ground_station_system_id=self._inquiry.ground_station_system_id,
             holder_present=self._holder_present,
             tower_silent_s=self._watch.loss.silent_s(now),
+            holds=self.hold.open,
         )
         if view.system_id is not None and view.heard:
             self._inquiry.follow(self.stream.profile)

@@ -64,6 +64,7 @@ ARDUPILOT = Flavour(
     system_id_parameter="SYSID_THISMAV",
     battery_parameter="BATT_CAPACITY",
     accepts_any_ground_station=False,
+    signs=True,
     disarm_delay_s=lambda flight: flight.parameters["DISARM_DELAY"],
     lands_with_throttle_up=False,
     set_mode_number=set_mode_number,

@@ -30,11 +30,19 @@ class Codec:
         self._system_id = system_id
         self._component_id = component_id
         self.bad_frames = 0
+        self._signing = mavlink.MAVLinkSigning()
         self._restart()
 
     def _restart(self) -> None:
         self._mav = mavlink.MAVLink(None, self._system_id, self._component_id)
         self._mav.robust_parsing = True
+        self._mav.signing = self._signing
+
+    def sign(self, key: bytes, timestamp: int) -> None:
+        """Signs all frames and takes only signed ones from now on; no key ends that."""
+        self._signing.secret_key = key or None
+        self._signing.sign_outgoing = bool(key)
+        self._signing.timestamp = timestamp
 
     def decode(self, data: bytes) -> list[Message]:
         """Returns the whole messages that `data` completes. Bad frames are counted and skipped."""

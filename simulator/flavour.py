@@ -83,6 +83,8 @@ class Flavour:
     battery_parameter: str
     accepts_any_ground_station: bool
     """Heartbeats of any ground station count, not only of the configured one."""
+    signs: bool
+    """Takes a key by SETUP_SIGNING, disarmed."""
     disarm_delay_s: Callable[[Flight], float]
     """Time on the ground without pilot input; 0 is never."""
     lands_with_throttle_up: bool

@@ -263,6 +263,9 @@ class Vehicle:
         elif name == "REQUEST_DATA_STREAM":
             rate = message.req_message_rate if message.start_stop else 0
             self._telemetry.set_stream(message.req_stream_id, rate, flight.now_s)
+        elif name == "SETUP_SIGNING" and self.settings.flavour.signs and not flight.armed:
+            key = bytes(message.secret_key)
+            self._codec.sign(key if any(key) or message.initial_timestamp else b"", message.initial_timestamp)
         elif name == "TIMESYNC":
             if message.tc1 == 0:
                 self._send(mavlink.MAVLink_timesync_message(round(flight.now_s * 1e9), message.ts1))

@@ -11,6 +11,7 @@ import msgspec
 
 from wire.black_box import BlackBoxToTower, BlackBoxWanted
 from wire.open_holds import HoldToAgent, HoldToTower, LostAction
+from wire.signing_key import Signing
 from wire.stream_profiles import StreamChoice, StreamProfile
 from wire.tower_list import Addresses, TowerList
 from wire.transactions import TransactionToAgent, TransactionToTower
@@ -252,7 +253,8 @@ class AutopilotState(msgspec.Struct, frozen=True, tag="autopilot_state", tag_fie
     measured how such a vehicle holds, so the agent sends it no sticks and no mode by itself. `system_id`: the MAVLink
     system that the agent serves; 0: not known yet. `other_systems`: of other autopilots on its line, whose frames it
     passes in neither direction. `hears_agent`: whether the autopilot has answered the agent in the last 10 s; None: not
-    known yet, or it answers nothing that the agent could ask.
+    known yet, or it answers nothing that the agent could ask. `signing`: whether autopilot and agent sign what they
+    send each other; older agents do not.
     """
 
     heard: bool
@@ -263,6 +265,7 @@ class AutopilotState(msgspec.Struct, frozen=True, tag="autopilot_state", tag_fie
     system_id: U8 = 0
     other_systems: tuple[U8, ...] = ()
     hears_agent: bool | None = None
+    signing: Signing = Signing.OFF
 
 
 ToTower = (

@@ -27,6 +27,7 @@ class DropReason(StrEnum):
     OFFLINE = "offline"
     NOT_ALLOWED = "not-allowed"
     OTHER_VEHICLE = "other-vehicle"  # of or for another system on the drone's line, in both directions
+    SIGNATURE = "signature"  # from the autopilot's line, and not signed with the drone's key
     ASSISTED = "assisted"
     ASK_TWICE = "ask-twice"
     LOSS_CHECK = "loss-check"

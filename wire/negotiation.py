@@ -18,6 +18,7 @@ from wire.findings import FINDINGS, SIGHTINGS
 from wire.following import FOLLOW, FollowWork, LeaderPosition
 from wire.open_holds import OPEN_HOLDS, Stay
 from wire.parameter_metadata import PARAMETER_METADATA, MetadataWanted
+from wire.signing_key import SIGNING, SigningWork
 from wire.tower_list import TOWERS, TowerList
 from wire.transactions import TRANSACTIONS, CancelTransaction, Transaction
 from wire.video import VIDEO, ClockProbe, VideoWanted
@@ -40,6 +41,14 @@ GROUPS: Final[Mapping[type, str]] = {
 }
 """Messages to an agent that not every agent understands."""
 
+WORK_GROUPS: Final[Mapping[type, str]] = {
+    FollowWork: FOLLOW,
+    AgentUpdateWork: AGENT_UPDATE,
+    ControllerWork: CONTROLLERS,
+    SigningWork: SIGNING,
+}
+"""Work of a transaction that not every agent with transactions can do."""
+
 _VERSION: Final = re.compile(r"[0-9A-Za-z][0-9A-Za-z.+~-]{0,39}")
 
 
@@ -49,11 +58,8 @@ def understands(takes: Collection[str], message: ToAgent) -> bool:
     if group is None:
         return True
     if isinstance(message, Transaction):
-        if isinstance(message.work, FollowWork) and FOLLOW not in takes:
-            return False
-        if isinstance(message.work, AgentUpdateWork) and AGENT_UPDATE not in takes:
-            return False
-        if isinstance(message.work, ControllerWork) and CONTROLLERS not in takes:
+        work_group = WORK_GROUPS.get(type(message.work))
+        if work_group is not None and work_group not in takes:
             return False
     return group in takes
 

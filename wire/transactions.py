@@ -17,6 +17,7 @@ from wire.findings import TargetFound
 from wire.following import FollowWork, LeaderPosition
 from wire.parameter_metadata import MetadataToTower, MetadataWanted
 from wire.plans import I32, MAX_ITEMS_ANY, U8, U16, BoundedPlan, PlanKind
+from wire.signing_key import SigningWork
 
 MAX_TRANSACTION_BYTES: Final = 256 * 1024
 """A plan of 724 items is at most 118 kB as JSON; the message limit is raised to this after the welcome."""
@@ -134,6 +135,7 @@ Work = (
     | FollowWork
     | AgentUpdateWork
     | ControllerWork
+    | SigningWork
 )
 
 

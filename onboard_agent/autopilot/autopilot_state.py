@@ -12,6 +12,7 @@ from wire.control_messages import AutopilotState
 from wire.dialect import mavlink
 from wire.ids import SystemId
 from wire.own_system import SILENT_S
+from wire.signing_key import Signing
 
 HEARD_WITHIN_S: Final = 3.0
 """After this silence the autopilot counts as lost: three heartbeats."""
@@ -65,6 +66,10 @@ class AutopilotView:
         """System ids of other autopilots on the line."""
         self.hears_agent: bool | None = None
         """None: not known."""
+        self.line_signing = Signing.OFF
+        """Of the agent's own key on the line."""
+        self.sends_signed = False
+        """Its last heartbeat came with a signature that the agent has no key for."""
         self._sent: AutopilotState | None = None
 
     @property
@@ -77,6 +82,11 @@ class AutopilotView:
     def watched_only(self) -> bool:
         """Whether it was heard, and may not be held."""
         return self.system_id is not None and not self.may_be_held
+
+    @property
+    def signing(self) -> Signing:
+        """Whether the line is signed, and which side has no key that fits."""
+        return Signing.NO_KEY if self.sends_signed and self.line_signing is Signing.OFF else self.line_signing
 
     def assume(self, kind: int, vehicle_type: int) -> None:
         """Uses the vehicle that the previous process has heard, until it is heard again."""
@@ -189,6 +199,7 @@ class AutopilotView:
             system_id=self.system_id or 0,
             other_systems=self.other_systems,
             hears_agent=self.hears_agent if self.heard else None,
+            signing=self.signing,
         )
         if state == self._sent:
             return None

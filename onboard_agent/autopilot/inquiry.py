@@ -3,7 +3,6 @@
 Combines `Rates`, `Parameters`, `Radio` and `LossReport`; makes no flight decisions.
 """
 
-from math import inf
 from typing import Any, Final
 
 from onboard_agent.autopilot.own_frames import FrameMaker
@@ -83,11 +82,6 @@ class Inquiry:
         """Whether sticks in force hide what the receiver receives."""
         family = registry.FAMILIES.get(autopilot_kind)
         return family is not None and family.sticks_hide_receiver
-
-    def station_lost_after_s(self, autopilot_kind: int) -> float:
-        """After how long without a ground station the autopilot's own failsafe acts; infinity if it does not."""
-        family = registry.FAMILIES.get(autopilot_kind)
-        return inf if family is None else family.station_lost_after_s(self._parameters.values)
 
     def switched(self, now: float) -> bool:
         """Whether a switch of the transmitter has just moved."""

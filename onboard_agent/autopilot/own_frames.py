@@ -111,6 +111,13 @@ def timesync_request(ts1: int) -> Any:
     return mavlink.MAVLink_timesync_message(0, ts1)
 
 
+def setup_signing(target_system: int, key: bytes, initial_ticks: int) -> Any:
+    """SETUP_SIGNING, which carries a key in the clear: for the line to the autopilot alone. No key takes it away."""
+    return mavlink.MAVLink_setup_signing_message(
+        target_system, _AUTOPILOT_COMPONENT, key.ljust(32, b"\0"), initial_ticks
+    )
+
+
 def agent_heartbeat() -> Any:
     """The agent's own heartbeat."""
     return mavlink.MAVLink_heartbeat_message(

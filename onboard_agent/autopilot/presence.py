@@ -1,7 +1,8 @@
 """Decides which heartbeats the agent sends to the autopilot, and when. No I/O.
 
 The agent always sends its own. It sends a ground station's only while a person is at the controls and the tower is
-present: the autopilot's own failsafe watches these, so one too many hides the loss of the pilot.
+present, or while it holds the drone itself: the autopilot's own failsafe watches these, so one too many hides the loss
+of the pilot. In a hold that loss is known, and a failsafe that acted on it would end the hold.
 """
 
 from typing import Final
@@ -39,6 +40,7 @@ class Presence:
         ground_station_system_id: int,
         holder_present: bool,
         tower_silent_s: float,
+        holds: bool,
     ) -> list[bytes]:
         """Returns heartbeats to send to the autopilot now.
 
@@ -53,7 +55,7 @@ class Presence:
             self._next_agent = now + BEAT_S
             frames.append(self._maker.make(agent_heartbeat(), agent_sender(system_id)))
         somebody_flies = holder_present and tower_silent_s < TOWER_IS_THERE_S
-        if somebody_flies and vehicle_system_id is not None and now >= self._next_ground_station:
+        if (somebody_flies or holds) and vehicle_system_id is not None and now >= self._next_ground_station:
             self._next_ground_station = now + BEAT_S
             sender = ground_station_sender(ground_station_system_id)
             frames.append(self._maker.make(ground_station_heartbeat(), sender))

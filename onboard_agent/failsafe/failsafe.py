@@ -345,8 +345,6 @@ class Failsafe:
     def _flying(self, now: float) -> Flying:
         view, motion = self._autopilot, self._motion
         obeys = holds_when_centred(view.kind, view.custom_mode)
-        # The agent's sticks must not hide a lost tower from an autopilot that shall act on it.
-        silent = self._watch.loss.tower_gone_s(now) >= self._inquiry.station_lost_after_s(view.kind)
         return Flying(
             vehicle_system_id=view.system_id or 1,
             may_be_held=view.may_be_held,
@@ -360,9 +358,7 @@ class Failsafe:
             sinking=motion.sinking(now),
             low_and_sinking=obeys and view.airborne(now) and motion.low_and_sinking(now),
             pilot_fresh=self._holder.stick_fallback.person_fresh(now),
-            after_sticks=lambda custom_mode: self._inquiry.after_sticks(
-                view.kind, custom_mode, now, trusts_receiver=silent
-            ),
+            after_sticks=lambda custom_mode: self._inquiry.after_sticks(view.kind, custom_mode, now),
         )
 
     def _stands(self, now: float) -> bool:

@@ -22,7 +22,7 @@ from server.api.alerts import delivery_routes as alert_delivery_routes
 from server.api.alerts import push_routes as alert_push_routes
 from server.api.alerts import routes as alert_routes
 from server.api.audit import routes as audit_routes
-from server.api.control import receiver_routes, safety_routes, settings_routes
+from server.api.control import receiver_routes, safety_routes, settings_routes, signing_routes
 from server.api.control import routes as control_routes
 from server.api.controllers import routes as controller_routes
 from server.api.fleet import enrolment_routes, loan_routes
@@ -70,6 +70,7 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     settings_routes.router,
     safety_routes.router,
     receiver_routes.router,
+    signing_routes.router,
     preflight_routes.router,
     plan_routes.router,
     parameter_routes.router,

@@ -73,6 +73,7 @@ PX4 = Flavour(
     system_id_parameter="MAV_SYS_ID",
     battery_parameter="BAT1_CAPACITY",
     accepts_any_ground_station=True,
+    signs=False,
     disarm_delay_s=disarm_delay_s,
     lands_with_throttle_up=True,
     set_mode_number=set_mode_number,

@@ -27,6 +27,8 @@ FLAGS: Final = (
 SIMULATOR: Final = ("--boot-s", "2", "--seed", "7", "--speed", "3", "--real-rates")
 
 FLIGHT_TIMEOUT_S: Final = 90.0
+CHECK_TIMEOUT_S: Final = 10.0
+"""The agent reads the parameters of a simulated drone within three."""
 METRES_PER_DEGREE: Final = 111_195.0
 
 
@@ -117,6 +119,28 @@ class ConsolePage:
     def acquire(self, name: str) -> None:
         self.part("control-acquire").click()
         expect(self.part("blocked-reason")).to_contain_text(f"You fly {name}")
+        self.read_loss_check(name)
+
+    def read_loss_check(self, name: str) -> None:
+        """A drone as it comes is in danger if its computer fails: whoever arms it has read that. Of one that is silent
+        there is nothing to read."""
+        request = self.page.request
+        api = f"{self.address}/api/v1/drones"
+        drone_id = next(one["id"] for one in request.get(api).json() if one["name"] == name)
+        path = f"{api}/{drone_id}/loss-check"
+
+        def is_read() -> bool:
+            check = request.get(path).json()
+            if not check["complete"] or check["has_radio"] is None:
+                return False
+            if check["dangerous"] and not check["acknowledged"]:
+                request.post(f"{path}/acknowledge", data={"drone": name}, headers={"Origin": self.address})
+                return False
+            return True
+
+        until = time.monotonic() + CHECK_TIMEOUT_S
+        while not is_read() and time.monotonic() < until:
+            self.page.wait_for_timeout(150)
 
     def take_off(self, name: str, height_m: float) -> None:
         self.wait("a position", lambda: self.word("gps") != "" and self.number("latitude") > 40)

@@ -24,6 +24,7 @@ from onboard_agent.link.tower_url import parse_tower_url
 from wire.control_messages import (
     AGENT_SUBPROTOCOL,
     KEY_SUBPROTOCOL,
+    AutopilotState,
     Hello,
     HoldProgress,
     SignInChallenge,
@@ -118,6 +119,11 @@ class FakeTower(asyncio.DatagramProtocol):
         self.sealed: SealedLink | None = None
         self._server: Server | None = None
         self._udp: asyncio.DatagramTransport | None = None
+
+    def saw_autopilot(self, *, armed: bool, airborne: bool) -> bool:
+        """Whether an agent reported its autopilot so, whatever else it said of it."""
+        reports = [one for one in self.messages if isinstance(one, AutopilotState) and one.heard]
+        return any((one.armed, one.airborne) == (armed, airborne) for one in reports)
 
     async def start(self, port: int = 0) -> None:
         loop = asyncio.get_running_loop()

@@ -26,7 +26,7 @@ async def flying() -> AsyncIterator[World]:
         await until(lambda: port.bound_port, what="the port is open")
         async with running_autopilot(port.bound_port, armed=True) as autopilot:
             await tower.linked()
-            await until(lambda: AutopilotState(heard=True, armed=True, airborne=False, system_id=1) in tower.messages)
+            await until(lambda: tower.saw_autopilot(armed=True, airborne=False))
             yield World(tower, autopilot)
 
 

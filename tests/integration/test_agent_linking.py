@@ -21,7 +21,6 @@ from onboard_agent.agent import Agent, AgentSettings
 from onboard_agent.autopilot_port.udp import UdpIn
 from onboard_agent.link.identity import Identity, Kept
 from onboard_agent.link.tower_url import parse_tower_url
-from wire.control_messages import AutopilotState
 from wire.dialect import build, mavlink
 from wire.drone_key import DroneKey
 from wire.ids import DroneId, LinkId
@@ -41,7 +40,7 @@ async def world() -> AsyncIterator[World]:
         await until(lambda: port.bound_port, what="the port is open")
         async with running_autopilot(port.bound_port) as autopilot:
             await tower.linked()
-            await until(lambda: AutopilotState(heard=True, armed=False, airborne=False, system_id=1) in tower.messages)
+            await until(lambda: tower.saw_autopilot(armed=False, airborne=False))
             yield World(tower, agent, autopilot)
 
 

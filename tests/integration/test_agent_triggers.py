@@ -9,7 +9,7 @@ import pytest
 from agent_fakes import FakeAutopilot, FakeTower, running_agent, running_autopilot, running_tower, until
 
 from onboard_agent.autopilot_port.udp import UdpIn
-from wire.control_messages import AutopilotState, HoldCause, HoldOrder, LossParameters, SafetySettings
+from wire.control_messages import HoldCause, HoldOrder, LossParameters, SafetySettings
 from wire.dialect import build, mavlink
 from wire.open_holds import LostAction
 
@@ -30,7 +30,7 @@ async def flying() -> AsyncIterator[World]:
         async with running_autopilot(port.bound_port, armed=True) as autopilot:
             autopilot.alt_rel_m = 20.0
             await tower.linked()
-            await until(lambda: AutopilotState(heard=True, armed=True, airborne=True, system_id=1) in tower.messages)
+            await until(lambda: tower.saw_autopilot(armed=True, airborne=True))
             yield World(tower, autopilot)
 
 

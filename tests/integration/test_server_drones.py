@@ -58,6 +58,7 @@ async def test_a_new_drone_has_no_identity_until_an_agent_is_enrolled(world: Tow
         "watched_only": False,
         "other_systems": [],
         "hears_agent": None,
+        "signing": "off",
         "hold": None,
         "airborne_since": None,
         "last_heard": None,

@@ -1,4 +1,5 @@
-"""Set-up for flight without a radio receiver, over REST: what is shown, what is written, and when it is refused."""
+"""Set-up for a failure of the computer on board, with and without a radio receiver, over REST: what is shown, what is
+written, and when it is refused."""
 
 from collections.abc import AsyncIterator
 from pathlib import Path
@@ -41,6 +42,22 @@ async def test_what_is_not_as_it_should_be_is_shown_and_written(scene: Scene) ->
     assert_problem(await scene.holder.post(path), 409, "nothing-to-set")
 
 
+async def test_with_a_receiver_other_parameters_are_written(scene: Scene) -> None:
+    path = f"{scene.path}/receiver-setup"
+    station = {"FS_GCS_ENABLE": 0.0, "FS_GCS_TIMEOUT": 5.0}
+    scene.agent.parameters(has_radio=True, **AS_IT_COMES | station)
+    check = (await scene.holder.get(f"{scene.path}/loss-check")).json()
+    assert check["dangerous"]
+    assert (await scene.watcher.get(path)).json()["needed"]
+    assert (await scene.holder.post(path)).status_code == 202
+    (written,) = [one.work for one in scene.agent.asked if isinstance(one.work, ParametersWriteWork)]
+    assert written.values == (("FS_GCS_ENABLE", 1.0), ("FS_OPTIONS", 2.0))
+    scene.agent.parameters(has_radio=True, **AS_IT_COMES | station | dict(written.values))
+    assert not (await scene.holder.get(f"{scene.path}/loss-check")).json()["dangerous"]
+    assert not (await scene.watcher.get(path)).json()["needed"]
+    assert_problem(await scene.holder.post(path), 409, "nothing-to-set")
+
+
 async def test_it_is_for_whoever_has_the_controls_and_no_borrower(scene: Scene) -> None:
     path = f"{scene.path}/receiver-setup"
     for client in (scene.watcher, scene.admin):
@@ -70,6 +87,6 @@ async def test_it_is_for_the_ground_and_unknown_is_not_the_ground(scene: Scene) 
     scene.agent.state()
     scene.agent.parameters(has_radio=False, FS_THR_ENABLE=1.0)
     assert_problem(await scene.holder.post(path), 409, "not-known-yet")
-    scene.agent.parameters(has_radio=True, **AS_IT_COMES)
-    assert_problem(await scene.holder.post(path), 409, "nothing-to-set")
+    scene.agent.parameters(has_radio=None, **AS_IT_COMES)
+    assert_problem(await scene.holder.post(path), 409, "not-known-yet")
     assert scene.agent.asked == []

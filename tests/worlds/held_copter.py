@@ -102,6 +102,8 @@ class HeldCopter:
         self.hand: tuple[int, int] | None = None
         """Pitch and throttle of the person's sticks, sent at 20 Hz. None: no sticks are sent."""
         self.sticks: list[StickFrame] = []
+        self.beats: list[float] = []
+        """When the agent sent a ground station's heartbeat."""
         """All stick frames that reached the autopilot, whether from the person or the agent."""
         self.agent_sent: list[Any] = []
         """Messages that the agent sent under its own ids, decoded."""
@@ -244,6 +246,8 @@ class HeldCopter:
                 continue
             if message.get_type() == "MANUAL_CONTROL":
                 self.sticks.append(StickFrame(self.now, message.x, message.z, message.buttons))
+            elif message.get_type() == "HEARTBEAT" and message.type == mavlink.MAV_TYPE_GCS:
+                self.beats.append(self.now)
             elif message.get_srcComponent() == AGENT_COMPONENT:
                 self.agent_sent.append(message)
         self.copter.receive(frames)

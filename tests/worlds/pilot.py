@@ -80,11 +80,19 @@ class Pilot:
                 await self.until(lambda: any(one == number for one, _ in self.acks), f"ACK of {number}", 2.0)
                 if (number, mavlink.MAV_RESULT_ACCEPTED) in self.acks:
                     return
+            await self._read_loss_check()
             await asyncio.sleep(0.2)
         raise AssertionError(
             f"command {number} was not accepted: {self.acks}, {self.texts[-6:]}, mode {self.mode}, armed {self.armed}, "
             f"{self.altitude_m:.1f} m, {self.events[-8:]}"
         )
+
+    async def _read_loss_check(self) -> None:
+        """A drone as it comes is in danger if its computer fails: whoever arms it has read that."""
+        check = (await self.ask("GET", "/loss-check")).json
+        if check.get("dangerous") and not check["acknowledged"]:
+            name = self._visitor.drone(self._drone_id)["name"]
+            await self.ask("POST", "/loss-check/acknowledge", {"drone": name})
 
     async def set_mode(self, mode: int) -> None:
         """Commands a mode and waits until a heartbeat shows it."""

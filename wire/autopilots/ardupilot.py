@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import inf
 from typing import Final
 
 from wire.autopilots import ardupilot_loss
@@ -19,7 +18,6 @@ _R: Final = AfterSticks
 _FS_OPTIONS_GO_ON: Final = {3: 1, 4: 4, 9: 8}
 """ArduCopter mode to the FS_OPTIONS bit with which it continues without a radio: AUTO, GUIDED, LAND."""
 _FS_THR_ACTIONS: Final = {1: _R.RETURNS, 2: _R.RETURNS, 3: _R.LANDS, 4: _R.RETURNS, 5: _R.LANDS, 6: _R.RETURNS}
-_GCS_TIMEOUT_S: Final = 5.0
 _AUTO: Final = 3
 _CONTINUES_AUTO: Final = 2
 
@@ -43,10 +41,6 @@ def _after_sticks(custom_mode: int, values: Mapping[str, float], without: bool) 
     if custom_mode == _AUTO and action == _CONTINUES_AUTO:
         return _R.STAYS
     return _FS_THR_ACTIONS.get(int(action), _R.UNKNOWN)
-
-
-def _station_lost_after_s(values: Mapping[str, float]) -> float:
-    return values.get("FS_GCS_TIMEOUT", _GCS_TIMEOUT_S) if values.get("FS_GCS_ENABLE", 0.0) > 0 else inf
 
 
 def _keeping(vehicle_type: int, release: Release | None) -> KeptFields:
@@ -78,7 +72,6 @@ ARDUPILOT: Final = AutopilotFamily(
     silent_without_receiver=False,
     answers_timesync=True,
     sticks_hide_receiver=True,
-    station_lost_after_s=_station_lost_after_s,
     station_parameters=GROUND_STATION,
     stick_parameters=("RC1_TRIM", "RC2_TRIM", "RC3_MIN", "RC3_MAX", "RC4_TRIM"),
     loss_parameters=(
@@ -100,6 +93,7 @@ ARDUPILOT: Final = AutopilotFamily(
     keeping=_keeping,
     loss_sentences=ardupilot_loss.loss_sentences,
     without_receiver=ardupilot_loss.WITHOUT_RECEIVER,
+    with_receiver=ardupilot_loss.WITH_RECEIVER,
     is_simulated=ardupilot_loss.is_simulated,
     mission_lacks=frozenset({int(mavlink.MAV_CMD_DO_VTOL_TRANSITION)}),
     mission_requires={

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
-from math import inf
 from typing import Final
 
 from wire.autopilots.commands import (
@@ -139,10 +138,6 @@ LossSentences = Callable[[LossParameters, SafetySettings], Iterable[Sentence]]
 """What it does on a loss, from its parameters, in words."""
 
 
-def _never_lost(values: Mapping[str, float]) -> float:
-    return inf
-
-
 def _never_proved(values: Mapping[str, float]) -> bool:
     return False
 
@@ -181,8 +176,6 @@ class AutopilotFamily:
     """It answers TIMESYNC, by which the agent knows that it is heard."""
     sticks_hide_receiver: bool = False
     """While sticks are in force, it does not report whether its receiver receives a transmitter, nor acts on a loss."""
-    station_lost_after_s: Callable[[Mapping[str, float]], float] = _never_lost
-    """After how long without a ground station its own failsafe acts, from its parameters; infinity: never."""
     accepts_modes_it_does_not_enter: bool = False
     """When a stick mode is requested together with the first sticks, the autopilot accepts but does not enter it; it
     enters the mode on a second request."""
@@ -201,6 +194,8 @@ class AutopilotFamily:
     """None: what it does on a loss is unknown."""
     without_receiver: tuple[WantedParameter, ...] = ()
     """What it needs to fly without a radio receiver."""
+    with_receiver: tuple[WantedParameter, ...] = ()
+    """What it needs so that it does not obey a transmitter that nobody holds when the computer on board fails."""
     is_simulated: Callable[[Mapping[str, float]], bool] = _never_proved
     """Whether these parameters prove that it is a simulation."""
     mission_lacks: frozenset[int] = frozenset()

@@ -1,4 +1,5 @@
-"""`/api/v1/drones/{id}/receiver-setup`: shows and sets the parameters for flying without a radio receiver."""
+"""`/api/v1/drones/{id}/receiver-setup`: the parameters for a failure of the computer on board, with and without a radio
+receiver."""
 
 from typing import Annotated
 
@@ -48,11 +49,13 @@ class SetupRowView(BaseModel):
 
 
 class ReceiverSetupView(BaseModel):
-    """Parameters that the autopilot needs to fly without a radio receiver."""
+    """Parameters that the autopilot needs so that a failure of the computer on board brings the drone home."""
 
     autopilot: Annotated[str, Field(description="Family of autopilots: `ardupilot`, `px4`; empty: another")]
     has_radio: Annotated[bool | None, Field(description="null: not known")]
-    needed: Annotated[bool, Field(description="There is no receiver, and some values are not the required ones")]
+    needed: Annotated[
+        bool, Field(description="Some values are not those that this drone requires, with or without a receiver")
+    ]
     known: Annotated[bool, Field(description="All these parameters were read")]
     rows: list[SetupRowView]
     text: Annotated[str, Field(description="For people")]
@@ -71,7 +74,8 @@ class ReceiverSetupView(BaseModel):
 
 @router.get("")
 async def get_receiver_setup(principal: Viewer, hub: HubDep, drone_id: DronePath) -> ReceiverSetupView:
-    """Lists the parameters that matter for flying without a radio receiver, with their present and required values."""
+    """Lists the parameters that decide what a failure of the computer on board does, with or without a radio receiver:
+    their present and required values."""
     return ReceiverSetupView.of(receiver_setup(watched_drone(hub, principal, drone_id).loss_parameters))
 
 
@@ -83,7 +87,7 @@ async def get_receiver_setup(principal: Viewer, hub: HubDep, drone_id: DronePath
         *(NotInControl, Assisted, LoanForbids, ControlRefused),
     ),
 )
-async def set_up_without_receiver(
+async def write_receiver_setup(
     principal: Pilot, hub: HubDep, address: AddressDep, drone_id: DronePath
 ) -> OperationView:
     """Writes the parameters that differ from the required values, if the drone is known to be disarmed. Only the holder
@@ -105,6 +109,8 @@ def refusal_of(drone: LiveDrone, setup: ReceiverSetup) -> Refused | None:
         return Refused("not-known-yet", "it is not known whether the drone is armed: its autopilot is silent")
     if drone.armed or drone.airborne:
         return Refused("armed", "the drone is armed: this is set on the ground, disarmed")
-    if setup.has_radio or (setup.known and not setup.to_write):
+    if setup.known and not setup.to_write:
         return Refused("nothing-to-set", setup.text)
+    if setup.has_radio is None:
+        return Refused("not-known-yet", "it is not known whether a radio receiver is on board")
     return None if setup.known else Refused("not-known-yet", "not all relevant parameters are known yet")

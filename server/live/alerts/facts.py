@@ -9,6 +9,7 @@ from typing import Literal
 from server.live.fleet.views import HoldView
 from wire.autopilots.profile import FlightTask
 from wire.open_holds import LostAction
+from wire.signing_key import Signing
 
 Silence = Literal["", "link", "autopilot"]
 """Who is not heard; empty: everything is."""
@@ -74,6 +75,7 @@ class Facts:
     crashed: str = ""
     other_systems: tuple[int, ...] = ()
     """MAVLink systems of other autopilots on its line."""
+    signing: Signing = Signing.OFF
     motion: str | None = None
     """`jump`, `speed`, `height`, `course`: it does not move as a machine can."""
 

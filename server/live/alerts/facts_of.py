@@ -10,6 +10,7 @@ from server.live.relay.loan_limits import whole_place_in
 from wire.autopilots import registry
 from wire.autopilots.vehicle_types import MULTICOPTERS
 from wire.frames import payload
+from wire.signing_key import Signing
 
 if TYPE_CHECKING:
     from server.live.relay.live_drone import LiveDrone
@@ -35,6 +36,7 @@ def facts_of(drone: LiveDrone, height_limit_m: float, now: float) -> Facts:
         hold_unconfirmed=drone.hold_unconfirmed,
         hold_reason=drone.hold_reason,
         black_box_problem=drone.black_box_problem,
+        signing=drone.signing if drone.online else Signing.OFF,
     )
     if drone.online and drone.autopilot_heard:
         facts.armed, facts.airborne = drone.armed, drone.airborne

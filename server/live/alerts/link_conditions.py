@@ -6,6 +6,7 @@ from server.live.alerts.facts import Facts
 from server.live.alerts.finding import Finding, Not
 from wire.autopilots.profile import FlightTask
 from wire.open_holds import Lost, LostAction, LostPhase
+from wire.signing_key import Signing
 
 _DOES: Final = {
     LostAction.RETURN: "returns",
@@ -45,7 +46,20 @@ def deaf_autopilot(facts: Facts, is_open: bool) -> Finding:
         return Not.KNOWN
     if facts.hears_agent:
         return Not.SO
+    if facts.signing is Signing.NO_KEY:
+        return (
+            f"The autopilot of {facts.name} does not answer its agent: it signs, and its agent has no key. No command "
+            "reaches it, and it cannot be held."
+        )
     return f"The autopilot of {facts.name} does not answer its agent. No command reaches it, and it cannot be held."
+
+
+def wrong_signing_key(facts: Facts, is_open: bool) -> Finding:
+    if facts.silence == "link":
+        return Not.KNOWN
+    if facts.signing is not Signing.WRONG_KEY:
+        return Not.SO
+    return f"The autopilot of {facts.name} does not sign with the key of its agent, which takes nothing from it."
 
 
 def other_autopilot(facts: Facts, is_open: bool) -> Finding:

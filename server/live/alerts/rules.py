@@ -335,6 +335,15 @@ RULES: Final[tuple[Rule, ...]] = (
         opens_after_s=5.0,
     ),
     Rule(
+        name="wrong-signing-key",
+        severity=_WARNING,
+        badge="Wrong key",
+        when="what the agent hears of its autopilot is not signed with its key",
+        advice="Was the autopilot changed or erased? Remove the key on the page Setup, and set up signing again.",
+        condition=link.wrong_signing_key,
+        closes_after_s=2.0,
+    ),
+    Rule(
         name="other-autopilot",
         severity=_WARNING,
         badge="Two on one line",

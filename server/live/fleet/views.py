@@ -20,6 +20,7 @@ from server.live.operations.onboard_views import (
 )
 from wire.drone_key import fingerprint
 from wire.open_holds import AfterSticks, HoldStage, Lost, LostAction, LostPhase
+from wire.signing_key import Signing
 from wire.stream_profiles import StreamChoice, StreamProfile
 
 
@@ -178,6 +179,13 @@ class DroneView(BaseModel):
         bool | None,
         Field(description="Whether the autopilot has answered the agent in the last 10 s; null: not known"),
     ] = None
+    signing: Annotated[
+        Signing,
+        Field(
+            description="Whether autopilot and agent sign what they send each other. `wrong_key`: what comes is not "
+            "signed with the agent's key, and does not count; `no_key`: the autopilot signs, and the agent has no key"
+        ),
+    ] = Signing.OFF
     hold: Annotated[HoldView | None, Field(description="null: no open hold, no loss, no lost action")] = None
     airborne_since: Annotated[
         datetime | None, Field(description="When it took off, as reported to the tower; null: not known")

@@ -27,6 +27,7 @@ WorkName = Literal[
     "follow",
     "follow_me",
     "agent_update",
+    "signing",
     "controller",
 ]
 

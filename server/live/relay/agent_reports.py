@@ -97,6 +97,7 @@ class AgentReports:
         before = _reported(drone)
         drone.firmware, drone.watched_only = state.firmware, state.watched_only
         drone.other_systems, drone.hears_agent = state.other_systems, state.hears_agent
+        drone.signing = state.signing
         drone.own.told(state.system_id, state.other_systems)
         drone.autopilot_heard = state.heard
         # What an autopilot that is silent did last is no longer known: it may be in the air.
@@ -154,5 +155,6 @@ class AgentReports:
 
 def _reported(drone: LiveDrone) -> tuple[object, ...]:
     """What people see of the agent's report."""
-    heard, armed, airborne = drone.autopilot_heard, drone.armed, drone.airborne
-    return heard, armed, airborne, drone.firmware, drone.watched_only, drone.other_systems, drone.hears_agent
+    state = drone.autopilot_heard, drone.armed, drone.airborne
+    line = drone.watched_only, drone.other_systems, drone.hears_agent, drone.signing
+    return *state, drone.firmware, *line

@@ -36,6 +36,7 @@ from wire.control_messages import LossParameters, SafetySettings, StreamSettings
 from wire.firmware import firmware_words, release_of
 from wire.ids import DroneId, Epoch, UserId
 from wire.own_system import OwnSystem
+from wire.signing_key import Signing
 from wire.zones.index import NO_ZONES, ZoneIndex
 
 MANUAL_FOR_S: Final = 3.0
@@ -126,6 +127,8 @@ class LiveDrone:
     fall_watch: FallWatch = field(default_factory=FallWatch)
     other_systems: tuple[int, ...] = ()
     """System ids of other autopilots on its line, as the agent reports."""
+    signing: Signing = Signing.OFF
+    """Whether its autopilot and agent sign, as the agent reports."""
     was_airborne: bool = False
     """As last known."""
     open_hold: OpenHold = field(default_factory=OpenHold)
@@ -367,6 +370,7 @@ class LiveDrone:
             watched_only=self.watched_only,
             other_systems=list(self.other_systems),
             hears_agent=self.hears_agent,
+            signing=self.signing,
             hold=self.open_hold.view(online=self.online),
             last_heard=self.last_heard.view,
             airborne_since=self.flight_start.since if self.online and self.airborne else None,

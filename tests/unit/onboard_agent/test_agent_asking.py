@@ -270,6 +270,7 @@ def beats(presence: Presence, now: float, **changes: Any) -> list[tuple[int, int
         "ground_station_system_id": 255,
         "holder_present": True,
         "tower_silent_s": 0.1,
+        "holds": False,
     } | changes
     frames = presence.due(now, **situation)
     return [(m.get_srcSystem(), m.get_srcComponent(), m.type) for m in map(decode, frames) if m is not None]
@@ -285,6 +286,7 @@ GROUND_STATION = (255, 190, 6)
         ({}, [OWN, GROUND_STATION]),
         ({"holder_present": False}, [OWN]),
         ({"tower_silent_s": 2.0}, [OWN]),
+        ({"holder_present": False, "tower_silent_s": 60.0, "holds": True}, [OWN, GROUND_STATION]),
         ({"ground_station_system_id": 245}, [OWN, (245, 190, 6)]),
         ({"vehicle_system_id": None}, []),
     ],
@@ -307,7 +309,12 @@ def test_each_sender_has_its_own_sequence() -> None:
     sequences = []
     for n in range(3):
         frames = presence.due(
-            float(n), vehicle_system_id=3, ground_station_system_id=255, holder_present=True, tower_silent_s=0.0
+            float(n),
+            vehicle_system_id=3,
+            ground_station_system_id=255,
+            holder_present=True,
+            tower_silent_s=0.0,
+            holds=False,
         )
         sequences.append([frame[4] for frame in frames])
     assert sequences == [[0, 0], [1, 1], [2, 2]]

@@ -13,6 +13,7 @@ from server.live.alerts.severity import Severity
 from server.live.fleet.views import HoldView
 from wire.autopilots.profile import FlightTask
 from wire.open_holds import AfterSticks, HoldStage, Lost, LostAction, LostPhase
+from wire.signing_key import Signing
 
 FLYING = Facts(name="Merlin", armed=True, airborne=True, held_by="alice", height_m=20.0)
 PARKED = Facts(name="Merlin", armed=False, airborne=False, held_by="alice")
@@ -128,6 +129,11 @@ SCENES: dict[str, tuple[Facts, Facts, str]] = {
         replace(PARKED, other_systems=(2,)),
         PARKED,
         "Another autopilot, system 2, is on the line of Merlin",
+    ),
+    "wrong-signing-key": (
+        replace(PARKED, signing=Signing.WRONG_KEY),
+        PARKED,
+        "The autopilot of Merlin does not sign with the key of its agent",
     ),
     "battery-on-ground": (replace(PARKED, battery_percent=10), replace(PARKED, battery_percent=90), "critical: 10 %"),
     "on-hold": (replace(FLYING, hold=HOLD, hold_reason="airspace closed"), FLYING, "Merlin is on hold: airspace"),

@@ -22,6 +22,7 @@ from server.live.fleet.views import HoldView
 from wire.autopilots.profile import FlightTask
 from wire.ids import DroneId
 from wire.open_holds import AfterSticks, HoldStage, Lost, LostAction, LostPhase
+from wire.signing_key import Signing
 
 SEEDS: Final = range(25)
 LOOKS: Final = 400
@@ -88,6 +89,7 @@ VALUES: Final[dict[str, tuple[Any, ...]]] = {
     "motion": (None, "jump"),
     "other_systems": ((), (2,)),
     "hears_agent": (None, True, False),
+    "signing": (Signing.OFF, Signing.ON, Signing.WRONG_KEY, Signing.NO_KEY),
     "falls": ("", "9 m/s"),
     "sinks": ("", "1 m/s"),
     "crashed": ("", "it fell"),

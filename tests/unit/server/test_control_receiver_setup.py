@@ -6,6 +6,7 @@ from server.live.control.receiver_setup import ReceiverSetup, receiver_setup
 from wire.control_messages import LossParameters
 
 COPTER = {"FS_THR_ENABLE": 1.0, "FS_OPTIONS": 16.0, "RC_OVERRIDE_TIME": 3.0}
+STATION = {"FS_GCS_ENABLE": 0.0, "FS_GCS_TIMEOUT": 5.0}
 PX4 = {"COM_RC_IN_MODE": 1.0, "NAV_RCL_ACT": 2.0, "COM_RCL_EXCEPT": 0.0}
 
 
@@ -38,6 +39,30 @@ def test_what_is_to_be_written(autopilot: str, values: dict[str, float], to_writ
     assert "is set up to fly without one" in written.text
 
 
+@pytest.mark.parametrize(
+    ("values", "to_write"),
+    [
+        ({}, {"FS_GCS_ENABLE": 1.0, "FS_OPTIONS": 2.0}),
+        ({"FS_GCS_ENABLE": 5.0, "FS_OPTIONS": 2.0}, {}),
+        (
+            {"FS_GCS_ENABLE": 1.0, "FS_OPTIONS": 29.0, "FS_GCS_TIMEOUT": 60.0},
+            {"FS_OPTIONS": 15.0, "FS_GCS_TIMEOUT": 5.0},
+        ),
+        ({"RC_OVERRIDE_TIME": -1.0}, {"FS_GCS_ENABLE": 1.0, "FS_OPTIONS": 2.0, "RC_OVERRIDE_TIME": 3.0}),
+    ],
+)
+def test_what_is_to_be_written_with_a_receiver(values: dict[str, float], to_write: dict[str, float]) -> None:
+    setup = setup_of(COPTER | STATION | values, has_radio=True)
+    assert setup.to_write == to_write
+    assert not setup_of(COPTER | STATION | values | to_write, has_radio=True).needed
+
+
+def test_px4_has_none_with_a_receiver() -> None:
+    setup = setup_of(PX4, "px4", has_radio=True)
+    assert (setup.rows, setup.needed) == ((), False)
+    assert setup.text.startswith("This set-up exists for ArduPilot only")
+
+
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
 def test_each_row_is_explained_in_a_short_sentence(autopilot: str) -> None:
     for row in setup_of({}, autopilot).rows:
@@ -48,7 +73,9 @@ def test_each_row_is_explained_in_a_short_sentence(autopilot: str) -> None:
 @pytest.mark.parametrize(
     ("has_radio", "values", "needed", "known", "words"),
     [
-        (True, COPTER, False, True, "none of this is needed"),
+        (True, COPTER | STATION, True, True, "not set up for a failure of the computer"),
+        (True, COPTER | STATION | {"FS_GCS_ENABLE": 5.0, "FS_OPTIONS": 2.0}, False, True, "is set up for a failure"),
+        (True, COPTER, True, False, "not all relevant parameters"),
         (None, COPTER, False, True, "not known whether"),
         (False, COPTER, True, True, "not set up"),
         (False, {"FS_THR_ENABLE": 1.0}, True, False, "not all relevant parameters"),

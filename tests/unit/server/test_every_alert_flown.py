@@ -22,6 +22,7 @@ from simulator.notices import Severity
 from wire.black_box import BlackBoxState
 from wire.control_messages import AutopilotState
 from wire.dialect import build, mavlink
+from wire.signing_key import Signing
 from wire.zones.kinds import ZoneKind, ZoneRule
 from wire.zones.zone import Zone, ZoneShape
 
@@ -315,6 +316,17 @@ def another_autopilot_is_on_its_line(flown: FlownHub) -> Scene:
     flown.hub.reports.receive(link, state, clock())
     yield
     flown.hub.reports.receive(link, msgspec.structs.replace(state, other_systems=()), clock())
+
+
+@scene("wrong-signing-key")
+def its_autopilot_signs_with_another_key(flown: FlownHub) -> Scene:
+    assert flown.end is not None
+    link, clock = flown.end.link, flown.hub.state.clock
+    state = AutopilotState(heard=False, armed=False, airborne=False, system_id=1, signing=Signing.WRONG_KEY)
+    flown.hub.reports.receive(link, state, clock())
+    yield
+    fits = msgspec.structs.replace(state, heard=True, signing=Signing.ON)
+    flown.hub.reports.receive(link, fits, clock())
 
 
 @scene("black-box")

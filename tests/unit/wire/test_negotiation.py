@@ -23,6 +23,7 @@ from wire.controllers import CONTROLLERS, ControllerWork
 from wire.following import FOLLOW, FollowWork
 from wire.negotiation import GROUPS, understands, version_of
 from wire.parameter_metadata import PARAMETER_METADATA
+from wire.signing_key import SIGNING, SigningWork
 from wire.transactions import TRANSACTIONS, Transaction
 
 OF_EVERY_AGENT = {
@@ -38,7 +39,8 @@ OF_EVERY_AGENT = {
 """What agents understood before there were groups. This set never grows: a new message needs a group."""
 
 MESSAGES = [decode_to_agent(json.dumps(one)) for one in examples(ToAgent)]
-EVERY_GROUP = frozenset({*GROUPS.values(), AGENT_UPDATE, CONTROLLERS})
+OF_WORK = {FollowWork: FOLLOW, AgentUpdateWork: AGENT_UPDATE, ControllerWork: CONTROLLERS, SigningWork: SIGNING}
+EVERY_GROUP = frozenset({*GROUPS.values(), *OF_WORK.values()})
 
 
 def test_every_message_to_an_agent_is_of_every_agent_or_of_a_group() -> None:
@@ -50,11 +52,7 @@ def test_every_message_to_an_agent_is_of_every_agent_or_of_a_group() -> None:
 def test_a_message_passes_only_with_its_group(missing: str) -> None:
     for message in MESSAGES:
         group = GROUPS.get(type(message))
-        is_follow = isinstance(message, Transaction) and isinstance(message.work, FollowWork)
-        is_update = isinstance(message, Transaction) and isinstance(message.work, AgentUpdateWork)
-        needed = {group} | ({FOLLOW} if is_follow else set()) | ({AGENT_UPDATE} if is_update else set())
-        is_controller = isinstance(message, Transaction) and isinstance(message.work, ControllerWork)
-        needed |= {CONTROLLERS} if is_controller else set()
+        needed = {group, OF_WORK.get(type(message.work)) if isinstance(message, Transaction) else None}
         assert understands(EVERY_GROUP - {missing}, message) is (missing not in needed), message
         assert understands(EVERY_GROUP, message)
 

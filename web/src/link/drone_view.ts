@@ -25,6 +25,7 @@ const BEFORE_THESE_FIELDS = {
   profile_why: '',
   other_systems: [],
   hears_agent: null,
+  signing: 'off',
 } as const satisfies Partial<Drone>;
 
 /** As received: the fields of the first version are present, newer ones may be missing. */

@@ -147,6 +147,7 @@ export const A_DRONE: Drone = {
   profile_why: '',
   other_systems: [],
   hears_agent: null,
+  signing: 'off',
 };
 
 /** Stage two of a hold, confirmed. Without a holder, it returns in 24 s, by a tower with our clock. */

@@ -746,7 +746,7 @@ export interface paths {
         };
         readonly get: operations["get_receiver_setup"];
         readonly put?: never;
-        readonly post: operations["set_up_without_receiver"];
+        readonly post: operations["write_receiver_setup"];
         readonly delete?: never;
         readonly options?: never;
         readonly head?: never;
@@ -847,6 +847,22 @@ export interface paths {
         readonly options?: never;
         readonly head?: never;
         readonly patch: operations["change_drone_settings"];
+        readonly trace?: never;
+    };
+    readonly "/drones/{drone_id}/signing": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put?: never;
+        readonly post: operations["set_signing_key"];
+        readonly delete: operations["remove_signing_key"];
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
         readonly trace?: never;
     };
     readonly "/drones/{drone_id}/video": {
@@ -2971,6 +2987,11 @@ export interface components {
                 number,
                 number
             ] | null;
+            /**
+             * @description Whether autopilot and agent sign what they send each other. `wrong_key`: what comes is not signed with the agent's key, and does not count; `no_key`: the autopilot signs, and the agent has no key
+             * @default off
+             */
+            readonly signing: components["schemas"]["Signing"];
             /** @description Impossible motion of the armed drone in the last minute */
             readonly suspicious_motion: ("jump" | "speed" | "height" | "course") | null;
             /** @description The operator from whom an admin took the controls; shut out until they are given back */
@@ -3974,7 +3995,7 @@ export interface components {
             /** @description The result, for people: what failed, why, and what is on board now */
             readonly words: string;
             /** @enum {string} */
-            readonly work: "plan_upload" | "plan_download" | "plan_clear" | "plan_verify" | "parameters_read" | "parameters_write" | "command" | "log_list" | "log_download" | "follow" | "follow_me" | "agent_update" | "controller";
+            readonly work: "plan_upload" | "plan_download" | "plan_clear" | "plan_verify" | "parameters_read" | "parameters_write" | "command" | "log_list" | "log_download" | "follow" | "follow_me" | "agent_update" | "signing" | "controller";
         };
         /** @description `radius_m` negative: counter-clockwise. */
         readonly Orbit: {
@@ -4335,7 +4356,7 @@ export interface components {
             /** @description Name of the team */
             readonly team: string;
         };
-        /** @description Parameters that the autopilot needs to fly without a radio receiver. */
+        /** @description Parameters that the autopilot needs so that a failure of the computer on board brings the drone home. */
         readonly ReceiverSetupView: {
             /** @description Family of autopilots: `ardupilot`, `px4`; empty: another */
             readonly autopilot: string;
@@ -4343,7 +4364,7 @@ export interface components {
             readonly has_radio: boolean | null;
             /** @description All these parameters were read */
             readonly known: boolean;
-            /** @description There is no receiver, and some values are not the required ones */
+            /** @description Some values are not those that this drone requires, with or without a receiver */
             readonly needed: boolean;
             readonly rows: readonly components["schemas"]["SetupRowView"][];
             /** @description For people */
@@ -4607,6 +4628,11 @@ export interface components {
             readonly passkey?: components["schemas"]["PasskeyAnswer"] | null;
             readonly password: string;
         };
+        /**
+         * @description Whether agent and autopilot sign what they send each other.
+         * @enum {string}
+         */
+        readonly Signing: "off" | "on" | "wrong_key" | "no_key";
         /** @description `hold`: stays in place without sticks. `resume`: continues what was paused, else the mission. */
         readonly Simple: {
             /**
@@ -6614,7 +6640,7 @@ export interface operations {
             };
         };
     };
-    readonly set_up_without_receiver: {
+    readonly write_receiver_setup: {
         readonly parameters: {
             readonly query?: never;
             readonly header?: never;
@@ -6875,6 +6901,74 @@ export interface operations {
                 };
                 content: {
                     readonly "application/json": components["schemas"]["DroneSettingsView"];
+                };
+            };
+        };
+    };
+    readonly set_signing_key: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: {
+                /** @description `respond-async`: responds with 202 at once; `/live` reports the result */
+                readonly prefer?: string | null;
+            };
+            readonly path: {
+                readonly drone_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["OperationView"];
+                };
+            };
+            /** @description Begun: with `Prefer: respond-async` */
+            readonly 202: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["OperationView"];
+                };
+            };
+        };
+    };
+    readonly remove_signing_key: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: {
+                /** @description `respond-async`: responds with 202 at once; `/live` reports the result */
+                readonly prefer?: string | null;
+            };
+            readonly path: {
+                readonly drone_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["OperationView"];
+                };
+            };
+            /** @description Begun: with `Prefer: respond-async` */
+            readonly 202: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["OperationView"];
                 };
             };
         };

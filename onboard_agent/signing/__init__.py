@@ -1,0 +1,1 @@
+"""MAVLink signing on the line to the autopilot."""
