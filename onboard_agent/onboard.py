@@ -17,6 +17,7 @@ from onboard_agent.autopilot.motion import READ as MOVES
 from onboard_agent.autopilot.motion import Motion
 from onboard_agent.autopilot.own_frames import FrameMaker, answers_agent_alone, may_answer_agent
 from onboard_agent.autopilot.presence import Presence
+from onboard_agent.autopilot.stick_gesture import GestureGuard
 from onboard_agent.failsafe.after_restart import AfterRestart
 from onboard_agent.failsafe.failsafe import Failsafe
 from onboard_agent.failsafe.hold import Hold
@@ -110,6 +111,7 @@ class Onboard:
         self.hold = Hold(maker, steps_reported)
         self.counts: Counter[str] = Counter()
         """Dropped frames by reason, except those that the downlink counts."""
+        self._gestures = GestureGuard()
         self._watch = PilotWatch(now)
         self._person = PersonWatch()
         self._memory = HoldMemory(holds or NoHoldStore())
@@ -380,7 +382,10 @@ class Onboard:
             if refused is not None:
                 self.counts[refused] += 1
                 continue
-            self._to_autopilot += [*self._work.ahead_of(frame, now), frame]
+            passed, words = self._gestures.pass_on(frame, now) if msgid in STICKS else (frame, None)
+            if words is not None:
+                self._work.tell(words)
+            self._to_autopilot += [*self._work.ahead_of(frame, now), passed]
         self._work.epoch(self.downlink.epoch, now)
 
     @property

@@ -141,6 +141,11 @@ class WorkAtDrone:
         answers, self._answers = self._answers, []
         return answers
 
+    def tell(self, words: str) -> None:
+        """Tells those who watch the drone."""
+        _log.warning("%s", words)
+        self._answers += self._gate.say(words, vehicle_system_id=self._autopilot.system_id or 1)
+
     def refuse(self, transaction: Transaction, words: str) -> None:
         """Refuses a transaction before it begins."""
         self._transactions.refuse(transaction.id, Outcome.REFUSED, words)
@@ -190,8 +195,7 @@ class WorkAtDrone:
         out = self._transactions.due(self._around(now), now)
         controllers = [] if self._controllers is None else self._controllers.pop_warnings()
         for warning in [*self._plans.pop_warnings(), *controllers]:
-            _log.warning("%s", warning)
-            self._answers += self._gate.say(warning, vehicle_system_id=self._autopilot.system_id or 1)
+            self.tell(warning)
         return out
 
     def sent(self, frames: Sequence[bytes], now: float) -> None:

@@ -60,6 +60,14 @@ def without_signature(frame: bytes) -> bytes:
     return _with_checksum(body, _seed(frame))
 
 
+def with_payload(frame: bytes, payload: bytes) -> bytes:
+    """Returns a whole frame of version 2 with another payload, and without a signature."""
+    body = bytearray(_body(frame)[:10])
+    body[1] = len(payload)
+    body[2] &= ~SIGNED
+    return _with_checksum(body + payload, _seed(frame))
+
+
 def _body(frame: bytes) -> bytes:
     """From the first byte to the end of the payload, as version 2."""
     if frame[0] == MAGIC_V1:

@@ -132,6 +132,7 @@ def test_a_whole_flight_without_a_pointer(somebody: Somebody, world: World) -> N
     press(alice, "j")
     expect(alice.part("messages")).to_be_focused()
 
+    alice.read_loss_check("Kestrel")
     # Arm and disarm on the ground, in a mode chosen by typing its first letters.
     press(alice, "m")
     expect(alice.part("mode-select")).to_be_focused()

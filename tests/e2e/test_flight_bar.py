@@ -403,6 +403,7 @@ def test_the_commonest_deeds_counted_in_clicks(come: Somebody, field: tuple[Worl
         expect(alice.part("bar-own")).to_contain_text("Merlin")
     expect(alice.part("bar-other")).to_have_count(0)
     alice.wait("a position", lambda: alice.word("gps") != "" and alice.number("latitude") > 40)
+    alice.read_loss_check("Merlin")
     with clicks(alice, "arm and take off", 1):  # held for a second
         alice.part("action-takeoff").click(delay=1100)
         alice.wait("the take-off", lambda: alice.number("altitude") > 9)

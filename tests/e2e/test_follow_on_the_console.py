@@ -120,6 +120,7 @@ def test_an_admin_forms_a_line_and_lets_all_hold(somebody: Somebody, world: Worl
     for number, drone_id in enumerate(SQUAD):
         wait_for(f"drone {drone_id} to know its place and home", partial(may_take_off, visitor, drone_id))
         assert visitor.ask("POST", f"/drones/{drone_id}/control/acquire").status == 200
+        visitor.accept_loss_check(drone_id)
         command = {"command": "takeoff", "height_m": 12 + 10 * (number % 2)}
         answer = visitor.ask("POST", f"/drones/{drone_id}/commands", command)
         assert answer.json.get("state") == "done", answer.body

@@ -131,7 +131,7 @@ def test_the_bar_and_the_questions_name_the_drone_in_portuguese(come: Somebody) 
     expect(alice.part("bar-answer")).to_contain_text("Parar")
 
     # The tower and the agent write in English; the console shows it in Portuguese: how a drone holds, a refusal.
-    alice.page.locator("summary", has_text="nenhum perigo").click()
+    alice.part("loss-check").locator("summary", has_text="PERIGOSO").click()
     expect(alice.page.get_by_text("Uma paragem não termina por si.").first).to_be_visible()
     there = alice.page.context.new_page()
     there.goto(alice.page.url.split("/#")[0].rstrip("/") + "/#/account")

@@ -196,6 +196,11 @@ def test_all_are_held_from_a_page_that_was_opened_while_they_fly(somebody: Someb
     expect(console.part("squad-row")).to_have_count(3)
     console.wait("three places", lambda: len(sky.places) == 3)
     plan_and_upload(console)
+    for drone_id, name in SQUAD.items():
+        control = f"{console.address}/api/v1/drones/{drone_id}/control"
+        console.page.request.post(f"{control}/acquire", headers={"Origin": console.address})
+        console.read_loss_check(name)
+        console.page.request.post(f"{control}/release", headers={"Origin": console.address})
     start_all(console)
     console.wait("all in the air", lambda: min(place[2] for place in sky.places.values()) > 8.0)
     assert set(sky.modes.values()) == {AUTO}

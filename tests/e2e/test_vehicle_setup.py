@@ -91,6 +91,12 @@ def test_a_vehicle_is_set_up_on_the_ground_and_signed_for(somebody: Somebody, wo
     alice.part("write-parameters").click()
     alice.confirm("Kestrel")
     expect(alice.part("operation")).to_have_attribute("data-state", "done")
+    page.evaluate("window.location.hash = '#/drone/1/setup/signing'")
+    for opener, signing in (("signing-new-key", "on"), ("signing-remove", "off")):
+        alice.part(opener).click()
+        alice.confirm("Kestrel")
+        expect(alice.part("signing-state")).to_have_attribute("data-signing", signing)
+        expect(alice.part("operation")).to_have_attribute("data-state", "done")
     page.evaluate("window.location.hash = '#/drone/1/setup/radio'")
     expect(alice.part("radio-channel").first).to_be_visible()
     alice.part("radio-begin").click()

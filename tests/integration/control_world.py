@@ -77,6 +77,8 @@ class ObedientAgent:
             self._speaking.cancel()
 
     def parameters(self, *, has_radio: bool | None = True, complete: bool = True, **values: float) -> None:
+        """Of a drone that is set up for a failure of its computer, unless `values` say otherwise."""
+        values = {"FS_GCS_ENABLE": 1.0, **values}
         reported = LossParameters(autopilot="ardupilot", values=values, complete=complete, has_radio=has_radio)
         self._hub.reports.receive(self.link, reported)
 

@@ -83,6 +83,7 @@ async def test_a_port_carries_a_mission(world: World, port: str) -> None:
         assert (put.status, put.json["state"]) == (200, "done"), put.body
         fresh = (await pilot.ask("GET", "/mission?fresh=true")).json
         assert (fresh["state"], fresh["count"]) == ("known", len(MISSION))
+        await pilot.accept_loss_check()
         for command in ({"command": "takeoff", "height_m": 10}, {"command": "start"}):
             await commanded(pilot, command)
             await pilot.until(lambda: pilot.altitude_m > 8, "the air")

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from agent_fakes import until
 from worlds.clean_install import closure, fill
-from worlds.processes import CHECKOUT, World, wait_for
+from worlds.processes import CHECKOUT, World
 
 from control_tower import ControlLost, LossCause, Refused, Tower, sync
 
@@ -49,13 +49,10 @@ def world(tmp_path_factory: pytest.TempPathFactory) -> Iterator[World]:
         root = world.visitor("root")
         world.wait_until_online(root, *ids)
         for drone_id in ids:  # what has not been read yet may look like a danger, and nobody reads it here
-            path = f"/drones/{drone_id}/loss-check"
-            wait_for(path, lambda: is_safe(root.ask("GET", path).json), every_s=0.2)  # noqa: B023
+            root.ask("POST", f"/drones/{drone_id}/control/acquire", {})
+            root.accept_loss_check(drone_id)
+            root.ask("POST", f"/drones/{drone_id}/control/release", {})
         yield world
-
-
-def is_safe(check: Any) -> bool:
-    return check["complete"] and all(one["severity"] != "danger" for one in check["sentences"])
 
 
 def token(world: World, user: str) -> str:
@@ -112,6 +109,7 @@ async def test_a_take_ends_what_the_program_does(world: World) -> None:
         drone = tower.drone("kestrel")
         with pytest.raises(ControlLost) as lost, drone.events() as events:
             async with drone.fly() as flight:
+                await flight.acknowledge_loss_check()
                 await flight.take_off(10)
                 flying = asyncio.create_task(stubborn(flight))
                 await flight.until(lambda now: (now.north_m_s or 0) > 1, "on its way")

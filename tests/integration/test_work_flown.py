@@ -103,6 +103,7 @@ async def test_a_copter_is_told_all_of_it_and_does_it(world: World) -> None:
 
         refused = await pilot.ask("POST", "/commands", {"command": "disarm", "force": False})
         assert refused.json["state"] == "done"
+        await pilot.accept_loss_check()
         await command(pilot, "takeoff", height_m=15)
         await pilot.until(lambda: abs(pilot.altitude_m - 15) < 1, "15 m")
         assert pilot.mode == GUIDED

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from integration.test_ports_flown import AUTO, LON_E7, MISSION, commanded
 from real.tcp_bridge import bridged
-from worlds.pilot import Pilot, at_the_controls
+from worlds.pilot import at_the_controls
 from worlds.processes import World
 from worlds.serial_cable import SerialCable
 
@@ -35,7 +35,7 @@ async def test_a_port_carries_a_mission_that_is_flown(arducopter: Path, tmp_path
                 assert (put.status, put.json["state"]) == (200, "done"), put.body
                 fresh = (await pilot.ask("GET", "/mission?fresh=true")).json
                 assert (fresh["state"], fresh["count"]) == ("known", len(MISSION))
-                await accept_its_loss_check(pilot)
+                await pilot.accept_loss_check()
                 for command in ({"command": "takeoff", "height_m": 10}, {"command": "start"}):
                     await commanded(pilot, command)
                     await pilot.until(lambda: pilot.altitude_m > 8, "the air")
@@ -45,13 +45,3 @@ async def test_a_port_carries_a_mission_that_is_flown(arducopter: Path, tmp_path
             assert "Traceback" not in world.log_of("agent-Kestrel")
             if cable is not None:
                 cable.unplug()
-
-
-async def accept_its_loss_check(pilot: Pilot) -> None:
-    """Acknowledges what a loss would do, once the parameters that say so have been read."""
-    for _ in range(600):
-        if (await pilot.ask("GET", "/loss-check")).json["complete"]:
-            break
-        await asyncio.sleep(0.1)
-    acknowledged = await pilot.ask("POST", "/loss-check/acknowledge", {"drone": "Kestrel"})
-    assert acknowledged.status == 200, acknowledged.body

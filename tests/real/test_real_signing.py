@@ -6,7 +6,6 @@ import asyncio
 from pathlib import Path
 
 from real.tcp_bridge import bridged
-from real.test_real_ports import accept_its_loss_check
 from worlds.pilot import at_the_controls
 from worlds.processes import World, kill_9, wait_for
 
@@ -31,7 +30,7 @@ async def test_a_key_is_set_up_flown_with_changed_and_removed(arducopter: Path, 
                 await pilot.until(lambda: pilot.has_position, "a position")
                 done = (await pilot.ask("POST", SIGNING)).json
                 assert done["state"] == "done", done["words"]
-                await accept_its_loss_check(pilot)
+                await pilot.accept_loss_check()
                 await pilot.take_off(10.0)
                 refused = (await pilot.ask("POST", SIGNING)).json
                 assert refused["state"] == "refused"

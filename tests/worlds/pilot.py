@@ -59,6 +59,10 @@ class Pilot:
         """Sends a REST request outside the event loop. Returns the Answer."""
         return await asyncio.to_thread(self._visitor.ask, method, f"/drones/{self._drone_id}{path}", body)
 
+    async def accept_loss_check(self) -> None:
+        """Acknowledges what a loss would do, once it is known."""
+        await asyncio.to_thread(self._visitor.accept_loss_check, self._drone_id)
+
     async def say(self, text: str) -> None:
         """Sends a text message over the live channel."""
         await self._socket.send(text)

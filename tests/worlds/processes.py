@@ -101,6 +101,22 @@ class Visitor:
     def drone(self, drone_id: int) -> Any:
         return self.ask("GET", f"/drones/{drone_id}").json
 
+    def accept_loss_check(self, drone_id: int) -> None:
+        """Waits until the agent has read the parameters, and acknowledges what a loss would do: a drone as it comes is
+        in danger if its computer fails."""
+        path = f"/drones/{drone_id}/loss-check"
+
+        def accepted() -> bool:
+            check = self.ask("GET", path).json
+            if not check["complete"] or check["has_radio"] is None:
+                return False
+            if not check["dangerous"] or check["acknowledged"]:
+                return True
+            self.ask("POST", f"{path}/acknowledge", {"drone": self.drone(drone_id)["name"]})
+            return False
+
+        wait_for("the check before flight", accepted)
+
     @property
     def cookie(self) -> str:
         return "; ".join(f"{one.name}={one.value}" for one in self._cookies)

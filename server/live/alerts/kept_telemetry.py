@@ -81,6 +81,7 @@ class KeptTelemetry:
     """For one drone. Every value is None before its first message on the present link."""
 
     __slots__ = (
+        "_armed",
         "_arrived",
         "_batteries",
         "_decoded",
@@ -103,11 +104,13 @@ class KeptTelemetry:
 
     def __init__(self) -> None:
         self.texts: deque[StatusText] = deque(maxlen=MAX_TEXTS)
-        """Complete texts that nobody has read yet."""
+        """Complete texts of the armed autopilot that nobody has read yet."""
         self._texts = StatusTexts()
         self.now = 0.0
         """Of the last look."""
-        self._arrived: deque[tuple[bytes, float]] = deque(maxlen=MAX_TEXT_FRAMES)
+        self._armed = False
+        """When the newest text came."""
+        self._arrived: deque[tuple[bytes, float, bool]] = deque(maxlen=MAX_TEXT_FRAMES)
         self.arming_texts = ArmingTexts()
         self.forget()
 
@@ -130,14 +133,14 @@ class KeptTelemetry:
         self.vibration_m_s2: float | None = None
         self.fence_breach: str | None = None
 
-    def text(self, frame: bytes, now: float) -> None:
-        """Takes a STATUSTEXT frame."""
-        self._arrived.append((frame, now))
+    def text(self, frame: bytes, now: float, *, armed: bool) -> None:
+        """Takes a STATUSTEXT frame. Those of a disarmed autopilot are reasons against arming, and no alerts."""
+        self._arrived.append((frame, now, armed))
 
     def decode(self, now: float) -> None:
         """Reads what has come since the last call."""
         while self._arrived:
-            frame, at = self._arrived.popleft()
+            frame, at, self._armed = self._arrived.popleft()
             self._add_texts(self._texts.take(frame, at), at)
         self._add_texts(self._texts.overdue(now), now)
         decoded, self.now = self._decoded, now
@@ -148,7 +151,8 @@ class KeptTelemetry:
         self._judge_batteries(now)
 
     def _add_texts(self, texts: list[StatusText], now: float) -> None:
-        self.texts.extend(texts)
+        if self._armed:
+            self.texts.extend(texts)
         for one in texts:
             self.arming_texts.take(one.text, now)
 

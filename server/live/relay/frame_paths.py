@@ -104,8 +104,8 @@ class FramePaths:
                     self._state.aircraft_frames.append((drone_id, frame, now))
                 if is_asked and kind in ANSWERS:
                     self._observed.heard(drone_id, frame)
-                if kind == STATUSTEXT and drone.armed:  # checks before arming are for the drone's own page
-                    drone.telemetry.text(frame, now)
+                if kind == STATUSTEXT:
+                    drone.telemetry.text(frame, now, armed=bool(drone.armed))
                 transactional.append(tag_bytes + frame)
                 continue
             state.append((key, tag_bytes + frame))

@@ -3,12 +3,14 @@
 from datetime import UTC, datetime, timedelta
 
 import pytest
+from hub_world import HubWorld
 
 from server.domain.people import UserRef
 from server.live.preflight.arming_texts import MAX_REASONS, REPEATED_WITHIN_S, ArmingTexts
 from server.live.preflight.checks import CheckLine, LineState, PreflightFacts, preflight_lines
 from server.live.preflight.signature import VALID_FOR, Signature, SignedLine, after_report
-from wire.ids import UserId
+from wire.dialect import build, mavlink
+from wire.ids import DroneId, UserId
 
 NOON = datetime(2026, 5, 1, 12, tzinfo=UTC)
 READY = PreflightFacts(
@@ -104,3 +106,17 @@ def test_a_signature_is_for_one_flight_and_an_hour() -> None:
     assert after_report(flying, armed=None) is flying
     assert after_report(flying, armed=False) is None
     assert after_report(None, armed=True) is None
+
+
+def test_reasons_against_arming_reach_the_checklist_while_it_is_disarmed() -> None:
+    world = HubWorld()
+    agent = world.agent(1)
+    drone = world.hub.state.drones[DroneId(1)]
+    for armed, words in ((False, "PreArm: Compass not calibrated"), (False, "EKF3 IMU0 is using GPS"), (True, "Crash")):
+        drone.armed = armed
+        agent.send(
+            build(mavlink.MAVLink_statustext_message(4, words.encode()), system_id=1, component_id=1, sequence=0)
+        )
+    drone.telemetry.decode(0.0)
+    assert drone.telemetry.arming_texts.now(0.0) == ("Compass not calibrated",)
+    assert [one.text for one in drone.telemetry.texts] == ["Crash"], "only of the armed autopilot there are alerts"
