@@ -138,4 +138,7 @@ async def test_auto_goes_down_on_a_lossy_network_and_comes_back(world: World, mo
     await until(lambda: tower.profile is StreamProfile.FULL, 60, "the agent sends all again")
     profiles = [state.profile for state in tower.states]
     assert profiles[-3:] == [StreamProfile.MINIMAL, StreamProfile.THIN, StreamProfile.FULL]
-    assert await tower.bytes_per_s(1.0) > full / 2
+    rates = [await tower.bytes_per_s(1.0)]
+    while rates[-1] <= full / 2:  # a second in which other tests had the processor says nothing
+        assert len(rates) < 20, rates
+        rates.append(await tower.bytes_per_s(1.0))
