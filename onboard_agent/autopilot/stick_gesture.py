@@ -18,7 +18,7 @@ TOLD: Final = "Sticks do not arm or disarm: with the throttle down, yaw ends at 
 
 _MANUAL: Final = struct.Struct("<hhhh")
 _LOW: Final = 200
-"""Of 1000: PX4 looks for the gesture below 100."""
+"""Of 1000. By its sources PX4 looks for the gesture below 100, with yaw beyond 90 %, for a second."""
 _YAW_END: Final = 850
 _OVERRIDE: Final = struct.Struct("<8H")
 _LOW_US: Final = 1200

@@ -76,7 +76,8 @@ class SigningHandler:
         """Makes and keeps a key, or refuses."""
         work, run = transaction.work, TransactionRun(transaction, now)
         assert isinstance(work, SigningWork)
-        if work.change is SigningChange.REMOVE and self._line.state(now) is Signing.WRONG_KEY:
+        is_wrong = self._line.state(now) is Signing.WRONG_KEY
+        if work.change is SigningChange.REMOVE and is_wrong and self._run is None:
             self._line.forget()
             words = "The key is forgotten. The agent takes what the autopilot sends without a signature."
             self._reports.append(run.result(Outcome.DONE, words))
@@ -129,11 +130,16 @@ class SigningHandler:
         """Sends the key until it counts, then the question until it is answered."""
         run = self._run
         if run is None:
+            # An order to sign no more that came to nothing must not let somebody else's unsigned heartbeat end signing.
+            if around.heard and self._line.keys[1:] == (UNSIGNED,):
+                self._line.withdraw()
             if self._line.keys != self._kept:  # the autopilot took late what had been offered
                 self._keep()
             return []
         try:
             if self._writing is not None and not self._writing():
+                if now >= run.deadline:
+                    self._end(Outcome.TIMED_OUT, "The disk does not answer. If the autopilot took the key, it counts.")
                 return []
         except OSError as error:
             if self._taken_at is None:  # else both keys are on the disk already

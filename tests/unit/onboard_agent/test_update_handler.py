@@ -3,27 +3,13 @@
 from dataclasses import replace
 
 import pytest
+from worlds.around import GROUND
 
 from onboard_agent.transactions.handler import Around
 from onboard_agent.update.fetching import Fetched, Fetching, NotFetched
 from onboard_agent.update.handler import UpdateHandler
 from wire.agent_update import AgentUpdateWork
 from wire.transactions import Outcome, Transaction, TransactionProgress, TransactionResult
-
-GROUND = Around(
-    system_id=1,
-    autopilot_kind=3,
-    vehicle_type=2,
-    heard=True,
-    armed=False,
-    airborne=False,
-    custom_mode=0,
-    starting=False,
-    flown_by_hand=False,
-    holding=False,
-    commanded=0,
-    narrow_line=False,
-)
 
 
 class Installer:

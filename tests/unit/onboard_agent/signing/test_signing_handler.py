@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pytest
 from signing_autopilot import SigningAutopilot
+from worlds.around import GROUND
 
 from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.signing.handler import SigningHandler
@@ -15,20 +16,6 @@ from wire.signing_key import SigningChange, SigningWork
 from wire.transactions import Outcome, Transaction, TransactionResult
 
 OLD, NEW = bytes([1] * 32), bytes([2] * 32)
-GROUND = Around(
-    system_id=1,
-    autopilot_kind=3,
-    vehicle_type=2,
-    heard=True,
-    armed=False,
-    airborne=False,
-    custom_mode=0,
-    starting=False,
-    flown_by_hand=False,
-    holding=False,
-    commanded=0,
-    narrow_line=False,
-)
 
 
 class Store:
@@ -284,3 +271,30 @@ def test_an_agent_without_a_disk_takes_no_key() -> None:
     handler.begin(work, GROUND, 0.0)
     (found,) = handler.reports()
     assert isinstance(found, TransactionResult) and "no state folder" in found.words
+
+
+@pytest.mark.parametrize("dies", [False, True])
+def test_a_removal_that_came_to_nothing_leaves_no_way_round_the_key(dies: bool) -> None:
+    signed = Signed(OLD)
+    signed.autopilot.takes_keys = False
+    signed.ask(SigningChange.REMOVE)
+    signed.pass_time(1.0)
+    if dies:
+        store, signed = signed.store, Signed(OLD, store=signed.store)
+        assert store.keys == (OLD, UNSIGNED)
+        signed.autopilot.sign(OLD, 1 << 47)
+    else:
+        signed.handler.cancel(7, signed.now)
+    signed.pass_time(1.5)
+    stranger = SigningAutopilot().heartbeat()
+    assert signed.line.open(stranger, signed.now) == []
+    assert signed.line.keys == signed.store.keys == (OLD,)
+
+
+def test_a_disk_that_never_answers_ends_it_in_time() -> None:
+    signed = Signed()
+    signed.store.slow = True
+    signed.ask(SigningChange.NEW_KEY)
+    signed.pass_time(21.0)
+    assert signed.result()[0] is Outcome.TIMED_OUT
+    assert signed.sent == []
