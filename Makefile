@@ -55,8 +55,9 @@ check-console: $(WEB_READY)
 	@cd web && npm run --silent check
 
 check-generated: $(DEV_READY) $(WEB_READY)
-	@$(SAY) "Generated files: the console's REST types and autopilots"
+	@$(SAY) "Generated files: the console's REST types, autopilots and the tower's texts"
 	@$(BIN)/python web/scripts/generate_autopilots.py --check
+	@$(BIN)/python web/scripts/tower_texts.py --check
 	@cd web && PYTHON=$(CURDIR)/$(BIN)/python npm run --silent generate:check
 
 check-docs: $(DEV_READY)
