@@ -215,7 +215,8 @@ async def _texts_until_closed(browser: _Browser, fuzzer: MessageFuzzer, account:
 
 
 async def attack_agent(target: Target, chance: random.Random, messages: int) -> Account:
-    """As a signed-in agent: sends messages of which some are valid; the first that is not must close the channel."""
+    """As a signed-in agent: sends messages of which some are valid. One that makes no sense must cost nothing else; one that cannot
+    even be read as text must close the channel."""
     account = Account()
     fuzzer = MessageFuzzer(chance, target.drone_ids)
     while account.messages < messages:
@@ -251,6 +252,9 @@ async def _agent_until_closed(
             account.accepted += 1
             continue
         account.refused[str(deserved)] += 1
+        if deserved == _MISUSED:
+            await asyncio.wait_for(await connection.ping(), _ANSWER_WITHIN_S)
+            continue
         await _expect_close(connection, deserved, text, account)
         return
 

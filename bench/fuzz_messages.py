@@ -69,7 +69,7 @@ class MessageFuzzer:
         return TextMessage(self._text(_BROWSER))
 
     def agent_text(self) -> TextMessage:
-        """For the agent's channel, usually valid: a wrong one closes it."""
+        """For the agent's channel, usually valid: the tower looks at so many a second."""
         if self._chance.random() < 0.85:
             return TextMessage(self._with_strange_values(self._chance.choice(_AGENT), self._chance.random() < 0.05))
         return TextMessage(self._text(_AGENT))

@@ -1,7 +1,8 @@
 """The typed messages of the control channel between agent and tower (docs/wire-protocol.md, 2).
 
 Text messages are these structs as JSON, told apart by `type`. Unknown fields are ignored, so that either side may be
-newer; an unknown type is a MalformedMessage, which the receiver counts and answers by closing the channel.
+newer; an unknown type is a MalformedMessage. In the sign-in it closes the channel; later the receiver drops and counts
+it, and the link goes on.
 """
 
 from enum import StrEnum

@@ -1,7 +1,7 @@
 """The typed messages by which the tower requests work of the agent: plans, parameters, commands (no I/O).
 
 They travel on the control channel beside those of wire.control_messages. Neither side sends any unless the other has
-listed TRANSACTIONS in its hello or welcome: an unknown type closes the channel. `id` is assigned by the tower, and
+listed TRANSACTIONS in its hello or welcome: an unknown type is dropped. `id` is assigned by the tower, and
 grows; the tower ignores reports on an id that it has forgotten. Messages to the tower fit its limit of 64 kB: plans and
 parameter tables are packed, refusals beyond the first are only counted.
 """

@@ -4,6 +4,7 @@ from math import cos, hypot, radians
 from typing import Any, Final
 
 from wire.dialect import mavlink
+from wire.places import place_of
 
 LEVEL_WITHIN_DEG: Final = 12.0
 """Within this tilt a mode that brakes may take over. Full tilt is 30 to 45 degrees."""
@@ -75,7 +76,7 @@ class Motion:
         self.alt_rel_m = message.relative_alt / 1000.0
         self.climb_m_s = -message.vz / 100.0
         self.speed_m_s = hypot(message.vx, message.vy) / 100.0
-        self._here = (message.lat / 1e7, message.lon / 1e7)
+        self._here = place_of(message.lat, message.lon)
         self._moved_at = now
 
     def estimator(self, message: Any, now: float) -> None:
@@ -85,7 +86,7 @@ class Motion:
 
     def home_position(self, message: Any) -> None:
         """HOME_POSITION."""
-        self._home = (message.latitude / 1e7, message.longitude / 1e7)
+        self._home = place_of(message.latitude, message.longitude)
 
     def battery(self, message: Any) -> None:
         """SYS_STATUS."""

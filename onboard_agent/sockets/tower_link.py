@@ -290,10 +290,10 @@ class TowerLink:
                     continue
                 try:
                     message = decode_to_agent(text)
-                except MalformedMessage as error:
-                    _log.error("the tower sent a message that is none: %s", error)
-                    await connection.close(1008, "malformed message")
-                    return
+                except MalformedMessage as error:  # costs itself, never the link: the drone may be in the air
+                    self.counts[DropReason.MALFORMED] += 1
+                    _log.error("a message of the tower is left out, as it cannot be read: %.200s", error)
+                    continue
                 if self._elsewhere.told(message):
                     continue
                 if not isinstance(message, ClockProbe):

@@ -11,6 +11,7 @@ from typing import Any, Final, Protocol
 from onboard_agent.autopilot.mode_names import mission_modes
 from onboard_agent.transactions.handler import Around
 from wire.dialect import mavlink
+from wire.places import place_of
 from wire.transactions import CommandWork
 
 SEEN_WITHIN_S: Final = 4.0
@@ -84,9 +85,9 @@ class _Home:
 
     def receive(self, message_id: int, message: Any) -> None:
         if message_id == _HOME:
-            self._home = (message.latitude / 1e7, message.longitude / 1e7)
+            self._home = place_of(message.latitude, message.longitude)
         elif message_id == _POSITION:
-            self._here = (message.lat / 1e7, message.lon / 1e7)
+            self._here = place_of(message.lat, message.lon)
 
     @property
     def _off_m(self) -> float | None:

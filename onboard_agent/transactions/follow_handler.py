@@ -30,6 +30,7 @@ from wire.autopilots.profile import FlightMode
 from wire.dialect import decode, mavlink
 from wire.following import FollowWork, LeaderPosition
 from wire.frames import message_id, source
+from wire.places import place_of
 from wire.transactions import Outcome, Transaction, TransactionProgress, TransactionResult, TransactionToTower
 
 SEND_EVERY_S: Final = 0.2
@@ -180,7 +181,7 @@ class FollowHandler:
             return False
         if msgid == _ACK:
             return self._acknowledged(one, message, now)
-        if message.lat != 0 or message.lon != 0:  # zeros mean that the autopilot has no position
+        if place_of(message.lat, message.lon) is not None:
             speed = (message.vx / 100, message.vy / 100, message.vz / 100)
             one.own = Motion(message.lat, message.lon, message.alt / 1000, *speed, now)
             one.home_alt_m = (message.alt - message.relative_alt) / 1000

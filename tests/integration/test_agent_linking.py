@@ -174,16 +174,16 @@ async def test_a_refused_key_is_said_clearly(caplog: pytest.LogCaptureFixture) -
             await task
 
 
-async def test_nonsense_on_the_control_channel_ends_the_link_and_a_new_one_is_made(world: World) -> None:
+async def test_a_message_of_the_tower_that_cannot_be_read_costs_itself_alone(world: World) -> None:
     assert world.tower.connection is not None
-    await world.tower.connection.send('{"type": "self_destruct"}')
-    await world.tower.linked(2)
-    assert world.tower.connection is not None
+    for nonsense in ('{"type": "self_destruct"}', '{"type":"nearby_zones","lat_e7":950000000}', "no JSON"):
+        await world.tower.connection.send(nonsense)
     await world.tower.connection.send(b"\x00\x01")
     await until(lambda: world.agent._link.counts["too_short"] == 1, what="a datagram that is none is counted")
-    assert len(world.tower.hellos) == 2
+    assert world.agent._link.counts["malformed"] == 3
     world.tower.send_frames(attitude(60))
     await until(lambda: attitude(60) in world.autopilot.frames)
+    assert len(world.tower.hellos) == 1
 
 
 async def test_being_replaced_is_said_and_not_fought_over(world: World, caplog: pytest.LogCaptureFixture) -> None:

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 import structlog
+from agent_fakes import until
+from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey
 from structlog.testing import capture_logs
 from tower_world import NewDrone, TowerWorld, start_tower
 from websockets.asyncio.client import ClientConnection, connect
@@ -16,8 +18,9 @@ from websockets.typing import Subprotocol
 from server.app.log import configure_log
 from server.domain.people import Role
 from server.live.anonymous.limits import LIMITS
-from wire.control_messages import AGENT_SUBPROTOCOL
+from wire.control_messages import AGENT_SUBPROTOCOL, AutopilotState, Hello, encode_message
 from wire.drops import DropReason
+from wire.key_agreement import public_bytes
 
 
 @pytest.fixture
@@ -76,6 +79,20 @@ async def test_a_first_message_that_is_no_hello_ends_the_agents_channel(
     await connection.send(first, text=is_text)
     assert await how_it_ends(connection) == code
     assert world.tower.hub.state.drops == {DropReason.MALFORMED: 1}
+
+
+async def test_a_linked_agents_message_that_makes_no_sense_costs_itself_alone(world: TowerWorld) -> None:
+    connection = await agent_channel(world)
+    hello = Hello(agent_version="1.0", public_key=public_bytes(X25519PrivateKey.generate()))
+    await connection.send(encode_message(hello))
+    await connection.recv()
+    for nonsense in ('{"type":"of_a_later_release"}', '{"type":"autopilot_state","heard":7}', "[" * 5000, "no JSON"):
+        await connection.send(nonsense)
+    await connection.send(encode_message(AutopilotState(heard=True, armed=True, airborne=True)))
+    (drone,) = world.tower.hub.state.drones.values()
+    await until(lambda: drone.armed)
+    assert connection.close_code is None
+    assert world.tower.hub.state.drops[DropReason.MALFORMED] == 4
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from onboard_agent.autonomy.core.local_plane import LocalPlane
 from onboard_agent.autonomy.core.safe_commands import Motion
 from onboard_agent.transactions.handler import Around
 from wire.autopilots.commands import VehicleState
+from wire.places import place_of
 
 _NO_HEADING: Final = 65535
 
@@ -32,13 +33,14 @@ class PositionTrack:
         return self.motion is not None
 
     def receive(self, message: Any, now: float) -> None:
-        """Takes ATTITUDE or GLOBAL_POSITION_INT. A position of zeros means that the autopilot has none."""
+        """Takes ATTITUDE or GLOBAL_POSITION_INT. An autopilot without a position has none here."""
         if message.get_type() == "ATTITUDE":
             self._attitude = (degrees(message.roll), degrees(message.pitch), degrees(message.yaw), now)
             return
-        if message.lat == 0 and message.lon == 0:
+        place = place_of(message.lat, message.lon)
+        if place is None:
             return
-        self._lat_deg, self._lon_deg = message.lat / 1e7, message.lon / 1e7
+        self._lat_deg, self._lon_deg = place
         if self.plane is None:
             self.plane = LocalPlane(self._lat_deg, self._lon_deg)
         before = 0.0 if self.motion is None else self.motion.heading_deg

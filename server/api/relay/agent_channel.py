@@ -104,6 +104,7 @@ class AgentChannel:
         self._something_to_send = asyncio.Event()
         self._ending = Ending()
         self._broken_off = False
+        self._has_told_malformed = False
 
     async def run(self) -> None:
         """Runs until either side ends the connection."""
@@ -322,20 +323,26 @@ class AgentChannel:
             await close_quietly(self._websocket, self._ending.code, self._ending.why)
 
     async def _receive(self, link: AgentLink) -> None:
+        while True:
+            message = await self._websocket.receive()
+            if message["type"] == "websocket.disconnect":
+                self._hub.state.drops[DropReason.MALFORMED] += is_breach(message["code"])
+                self._broken_off = message["code"] in BROKEN_OFF
+                return
+            if message.get("bytes") is not None:
+                self._datagram(link, message["bytes"])
+            elif link.channel is self and self._hub.admits_report(link, time.monotonic()):
+                self._report(link, message["text"])
+
+    def _report(self, link: AgentLink, text: str) -> None:
+        """A message that cannot be read costs itself and never the link: the drone may be in the air."""
         try:
-            while True:
-                message = await self._websocket.receive()
-                if message["type"] == "websocket.disconnect":
-                    self._hub.state.drops[DropReason.MALFORMED] += is_breach(message["code"])
-                    self._broken_off = message["code"] in BROKEN_OFF
-                    return
-                if message.get("bytes") is not None:
-                    self._datagram(link, message["bytes"])
-                elif link.channel is self and self._hub.admits_report(link, time.monotonic()):
-                    self._hub.reports.receive(link, decode_to_tower(message["text"]), at=self._clock())
-        except (MalformedMessage, KeyError):
+            self._hub.reports.receive(link, decode_to_tower(text), at=self._clock())
+        except MalformedMessage as error:
             self._hub.state.drops[DropReason.MALFORMED] += 1
-            self._ending.request(BAD_MESSAGE, "not a message of this channel")
+            if not self._has_told_malformed:
+                self._has_told_malformed = True
+                _log.warning("agent_message_dropped", drone_id=link.drone_id, why=str(error)[:200])
 
     def _datagram(self, link: AgentLink, datagram: bytes) -> None:
         """Handles a datagram tunnelled in the channel, with the same checks as UDP. A channel carries those of its own

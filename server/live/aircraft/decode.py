@@ -12,6 +12,7 @@ from typing import Final
 from server.live.separation.motion import Motion
 from wire.dialect import mavlink
 from wire.frames import message_id, payload
+from wire.places import place_of
 
 ADSB_VEHICLE: Final = int(mavlink.MAVLINK_MSG_ID_ADSB_VEHICLE)
 COLLISION: Final = int(mavlink.MAVLINK_MSG_ID_COLLISION)
@@ -97,11 +98,12 @@ def read(frame: bytes, at: float) -> Report | Identity | Threat | None:
 
 def _adsb(body: bytes, at: float) -> Report | None:
     icao, lat, lon, alt_mm, course, speed, climb, flags, squawk, _, call, emitter, since_s = _ADSB.unpack_from(body)
-    if not flags & _VALID_PLACE or (lat == 0 and lon == 0):
+    place = place_of(lat, lon)
+    if not flags & _VALID_PLACE or place is None:
         return None
     course_deg = course / 100 if flags & _VALID_COURSE else None
     speed_m_s = speed / 100 if flags & _VALID_SPEED else None
-    motion = _motion(lat, lon, alt_mm / 1000, course_deg, speed_m_s, climb / 100 if flags & _VALID_CLIMB else 0.0,
+    motion = _motion(place, alt_mm / 1000, course_deg, speed_m_s, climb / 100 if flags & _VALID_CLIMB else 0.0,
                      at - min(since_s, 255))  # fmt: skip
     return Report(
         _icao_key(icao),
@@ -117,22 +119,28 @@ def _adsb(body: bytes, at: float) -> Report | None:
 
 def _location(body: bytes, at: float) -> Report | None:
     lat, lon, _, geodetic_m, _, _, course, speed, climb, _, _, sender, status = _LOCATION.unpack_from(body)
-    if lat == 0 and lon == 0:
+    place = place_of(lat, lon)
+    if place is None:
         return None
     course_deg = course / 100 if course < _UNKNOWN_COURSE else None
     speed_m_s = speed / 100 if speed < _UNKNOWN_SPEED else None
     climb_m_s = climb / 100 if abs(climb) < _UNKNOWN_CLIMB else 0.0
     has_height = geodetic_m > _NO_HEIGHT
-    motion = _motion(lat, lon, geodetic_m if has_height else 0.0, course_deg, speed_m_s, climb_m_s, at)
+    motion = _motion(place, geodetic_m if has_height else 0.0, course_deg, speed_m_s, climb_m_s, at)
     key = _remote_key(sender)
     return Report(key, Kind.UNMANNED, "", motion, has_height, course_deg, speed_m_s, None, status == _ON_GROUND)
 
 
 def _motion(
-    lat_e7: int, lon_e7: int, alt_m: float, course_deg: float | None, speed_m_s: float | None, up_m_s: float, at: float
+    place: tuple[float, float],
+    alt_m: float,
+    course_deg: float | None,
+    speed_m_s: float | None,
+    up_m_s: float,
+    at: float,
 ) -> Motion:
     course, speed = radians(course_deg or 0.0), speed_m_s if course_deg is not None and speed_m_s is not None else 0.0
-    return Motion(lat_e7 / 1e7, lon_e7 / 1e7, alt_m, speed * cos(course), speed * sin(course), up_m_s, at)
+    return Motion(*place, alt_m, speed * cos(course), speed * sin(course), up_m_s, at)
 
 
 def _icao_key(icao: int) -> str:

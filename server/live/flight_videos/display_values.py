@@ -15,6 +15,7 @@ from server.live.flights.tlog import Entry
 from wire.autopilots import registry
 from wire.dialect import mavlink
 from wire.frames import message_id, payload, source
+from wire.places import place_of
 
 STALE_US: Final = 2_000_000
 """A value that was heard longer ago is not shown: it would be a guess."""
@@ -106,8 +107,8 @@ class DisplayTimeline:
         if layout is None or source(frame)[1] != _AUTOPILOT:
             return
         values = layout.unpack_from(payload(frame).ljust(layout.size, b"\0"))
-        if kind == mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT and not (values[1] or values[2]):
-            return  # the autopilot has no position
+        if kind == mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT and place_of(values[1], values[2]) is None:
+            return
         self._read[kind], self._heard_us[kind] = values, entry.at_us
 
     def _note(self, line: dict[str, Any]) -> None:

@@ -14,6 +14,7 @@ from typing import Final
 from server.live.flights.tlog import Entry
 from wire.dialect import mavlink
 from wire.frames import message_id, payload, source
+from wire.places import place_of
 
 _AUTOPILOT: Final = mavlink.MAV_COMP_ID_AUTOPILOT1
 _ARMED: Final = mavlink.MAV_MODE_FLAG_SAFETY_ARMED
@@ -81,13 +82,14 @@ class FixReader:
 
     def _fix(self, at_us: int, values: tuple[int, ...]) -> Fix | None:
         _, lat_e7, lon_e7, alt_mm, rel_mm, north, east, down, course = values
-        if not (lat_e7 or lon_e7):
-            return None  # the autopilot has no position
+        place = place_of(lat_e7, lon_e7)
+        if place is None:
+            return None
         roll, pitch, yaw = self._attitude or (None, None, None)
         return Fix(
             at_us=at_us,
-            lat_deg=lat_e7 / 1e7,
-            lon_deg=lon_e7 / 1e7,
+            lat_deg=place[0],
+            lon_deg=place[1],
             alt_msl_m=alt_mm / 1000,
             alt_rel_m=rel_mm / 1000,
             north_m_s=north / 100,

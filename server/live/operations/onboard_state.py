@@ -1,7 +1,7 @@
 """Plans and parameters on board of one drone, as its agent reports. State and checks; no I/O; takes the time.
 
 An agent is trusted about its own drone only, and only if its reports are consistent: a plan or a table that does not
-match its hash is a MalformedMessage, which ends the channel.
+match its hash is a MalformedMessage, and what was known before stays.
 """
 
 from dataclasses import dataclass

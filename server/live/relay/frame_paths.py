@@ -114,8 +114,8 @@ class FramePaths:
                 drone.position_frame, drone.position_at = frame, now
                 if place_in(frame) is not None:
                     drone.placed_frame, drone.placed_at = frame, now
-            elif msgid == _HOME_POSITION:
-                drone.home, drone.has_reported_home = home_in(frame), True
+            elif msgid == _HOME_POSITION and (home := home_in(frame)) is not None:
+                drone.home, drone.has_reported_home = home, True
             elif msgid == _HEARTBEAT and key[1] == _AUTOPILOT:
                 drone.heartbeat, drone.heartbeat_at = frame, now
             elif msgid == ADSB_VEHICLE:

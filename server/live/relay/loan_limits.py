@@ -9,6 +9,7 @@ from struct import Struct
 from typing import Final
 
 from wire.frames import payload
+from wire.places import place_of
 
 _METRES_PER_DEGREE: Final = 111_319.5
 HEIGHT_STEP_M: Final = 3.0
@@ -59,16 +60,18 @@ class Place:
     alt_rel_m: float
 
 
-def home_in(frame: bytes) -> Home:
-    """From a whole HOME_POSITION frame."""
+def home_in(frame: bytes) -> Home | None:
+    """From a whole HOME_POSITION frame; None where that is no place."""
     lat_e7, lon_e7, alt_mm = _HOME.unpack_from(payload(frame).ljust(_HOME.size, b"\0"))
-    return Home(lat_e7 / 1e7, lon_e7 / 1e7, alt_mm / 1000)
+    place = place_of(lat_e7, lon_e7)
+    return None if place is None else Home(*place, alt_mm / 1000)
 
 
 def whole_place_in(frame: bytes) -> Place | None:
-    """From a whole GLOBAL_POSITION_INT frame; None while the autopilot has no position."""
+    """From a whole GLOBAL_POSITION_INT frame; None while the autopilot has no position, or an impossible one."""
     _, lat_e7, lon_e7, alt_mm, rel_mm = _POSITION.unpack_from(payload(frame).ljust(_POSITION.size, b"\0"))
-    return None if lat_e7 == 0 and lon_e7 == 0 else Place(lat_e7 / 1e7, lon_e7 / 1e7, alt_mm / 1000, rel_mm / 1000)
+    place = place_of(lat_e7, lon_e7)
+    return None if place is None else Place(*place, alt_mm / 1000, rel_mm / 1000)
 
 
 class LimitWatch:

@@ -6,6 +6,7 @@ from typing import Final
 
 from wire.dialect import mavlink
 from wire.frames import payload
+from wire.places import place_of
 
 POSITION: Final = mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT
 
@@ -32,9 +33,6 @@ class Viewport:
 
 
 def place_in(frame: bytes) -> tuple[float, float] | None:
-    """(latitude, longitude) in degrees from a whole GLOBAL_POSITION_INT; None while the autopilot has no position.
-
-    An autopilot without a fix reports exactly 0, 0.
-    """
+    """(latitude, longitude) in degrees from a whole GLOBAL_POSITION_INT; None while the autopilot has no position."""
     _, lat_e7, lon_e7 = _PLACE.unpack_from(payload(frame).ljust(_PLACE.size, b"\0"))
-    return None if lat_e7 == 0 and lon_e7 == 0 else (lat_e7 / 1e7, lon_e7 / 1e7)
+    return place_of(lat_e7, lon_e7)

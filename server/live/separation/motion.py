@@ -5,6 +5,7 @@ from struct import Struct
 from typing import Final, NamedTuple, Self
 
 from wire.frames import payload
+from wire.places import place_of
 
 METRES_PER_DEGREE: Final = 111_319.5
 
@@ -26,11 +27,10 @@ class Motion(NamedTuple):
 
 
 def motion_in(frame: bytes, at: float) -> Motion | None:
-    """From a whole GLOBAL_POSITION_INT; None while the autopilot has no position (it reports exactly 0, 0)."""
+    """From a whole GLOBAL_POSITION_INT; None while the autopilot has no position."""
     _, lat_e7, lon_e7, alt_mm, _, north, east, down = _FIELDS.unpack_from(payload(frame).ljust(_FIELDS.size, b"\0"))
-    if lat_e7 == 0 and lon_e7 == 0:
-        return None
-    return Motion(lat_e7 / 1e7, lon_e7 / 1e7, alt_mm / 1000, north / 100, east / 100, -down / 100, at)
+    place = place_of(lat_e7, lon_e7)
+    return None if place is None else Motion(*place, alt_mm / 1000, north / 100, east / 100, -down / 100, at)
 
 
 def boot_s_in(frame: bytes) -> float:
