@@ -215,8 +215,8 @@ async def _texts_until_closed(browser: _Browser, fuzzer: MessageFuzzer, account:
 
 
 async def attack_agent(target: Target, chance: random.Random, messages: int) -> Account:
-    """As a signed-in agent: sends messages of which some are valid. One that makes no sense must cost nothing else; one that cannot
-    even be read as text must close the channel."""
+    """As a signed-in agent: sends messages of which some are valid. One that makes no sense must cost nothing else; one
+    that cannot even be read as text must close the channel."""
     account = Account()
     fuzzer = MessageFuzzer(chance, target.drone_ids)
     while account.messages < messages:

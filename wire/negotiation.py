@@ -1,9 +1,10 @@
 """What an agent understands: the messages of every agent, and the groups that its hello lists (no I/O).
 
 The wire has no version number beside the sign-in's. Each side lists in `takes` of hello and welcome the groups of
-messages that it understands, and is sent no others: an unknown type is dropped, and ends the channel of an agent of
-0.3. A new message belongs into a group of its own; a new field is ignored by whoever does not know it. `tests/integration/test_release_before.py` reads
-every message that the tower sends to an agent of 0.2.0 with that release's own code.
+messages that it understands, and is sent no others: an unknown type is dropped, and ends the channel of an agent
+before 0.3. A new message belongs into a group of its own; a new field is ignored by whoever does not know it.
+`tests/integration/test_release_before.py` reads every message that the tower sends to an agent of 0.2.0 with that
+release's own code.
 """
 
 import re

@@ -27,11 +27,12 @@ from server.live.hub import Hub
 from server.runtime.agent_packages import AgentPackages
 from server.runtime.aligned_timers import SharedChecks
 from server.runtime.elevation.uploads import ElevationUploads
-from server.runtime.loop_lag import LoopLag
+from server.runtime.loop_watch import LoopWatch
 from server.runtime.map_files import MapFolder
 from server.runtime.maps.terrain import Terrain
 from server.runtime.maps.tile_proxy import TileProxy
 from server.runtime.settings import Settings
+from server.runtime.side_thread import SideThread
 from server.runtime.vault import Vault
 from server.store.accounts.passkey_sign_in import PasskeySignInService
 from server.store.accounts.password_policy import PasswordPolicy
@@ -107,7 +108,8 @@ class Parts:
     elevation_uploads: ElevationUploads
     tile_proxy: TileProxy
     terrain: Terrain
-    loop_lag: LoopLag
+    loop_watch: LoopWatch
+    side_thread: SideThread
     anonymous: AnonymousBudget
     shared_checks: SharedChecks
     zone_follower: ZoneFollower
@@ -199,7 +201,8 @@ TileProxyDep = Annotated[TileProxy, _part(lambda parts: parts.tile_proxy)]
 TerrainDep = Annotated[Terrain, _part(lambda parts: parts.terrain)]
 AgentPackagesDep = Annotated[AgentPackages, _part(lambda parts: parts.agent_packages)]
 MapFolderDep = Annotated[MapFolder, _part(lambda parts: parts.map_folder)]
-LoopLagDep = Annotated[LoopLag, _part(lambda parts: parts.loop_lag)]
+LoopWatchDep = Annotated[LoopWatch, _part(lambda parts: parts.loop_watch)]
+SideThreadDep = Annotated[SideThread, _part(lambda parts: parts.side_thread)]
 AnonymousBudgetDep = Annotated[AnonymousBudget, _part(lambda parts: parts.anonymous)]
 SharedChecksDep = Annotated[SharedChecks, _part(lambda parts: parts.shared_checks)]
 ZoneFollowerDep = Annotated[ZoneFollower, _part(lambda parts: parts.zone_follower)]

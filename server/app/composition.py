@@ -19,6 +19,7 @@ from server.api.http.cookie_prefix import CookiePrefix
 from server.api.http.database_wait import BoundedDatabaseWait
 from server.api.http.guards import UnexpectedErrors
 from server.api.http.only_the_tower import OnlyTheTower
+from server.api.http.openapi_file import serve_openapi
 from server.api.http.origin import OriginCheck
 from server.api.http.over_tls import OverTls
 from server.api.http.prepare_routes import prepare_routes
@@ -52,9 +53,10 @@ from server.runtime.aligned_timers import SharedChecks
 from server.runtime.background import in_background
 from server.runtime.garbage import unsearched
 from server.runtime.listening import CannotListen
-from server.runtime.loop_lag import LoopLag
+from server.runtime.loop_watch import LoopWatch
 from server.runtime.private_files import make_private_folder
 from server.runtime.settings import Settings
+from server.runtime.side_thread import SideThread
 from server.store.accounts.hashing_process import HashingProcess
 from server.store.accounts.known_addresses import remember_addresses
 from server.store.accounts.passkey_sign_in import PasskeySignInService
@@ -111,13 +113,14 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> TowerApp:
         lifespan=_lifespan,
         docs_url=None,  # the default pages load scripts from elsewhere
         redoc_url=None,
-        openapi_url="/api/v1/openapi.json",
+        openapi_url=None,  # see serve_openapi
         redirect_slashes=False,
     )
     registry = metrics_routes.new_registry(tower)
     provide(app, tower, registry)
     handle_problems(app)
     describe_problems(app, [route for router in ROUTERS for route in router.routes])
+    serve_openapi(app, tower.side_thread)
     app.router.routes.extend(included_routes())
     security_contact_text = partial(security_txt, settings.security_contact, settings.public_url)
     serve_console(app, settings.web, {SECURITY_TXT: lambda: security_contact_text(clock())})
@@ -198,6 +201,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
     hub.alerts.listeners.append(alert_writer.changed)
     announcer, alert_deliverer = new_alert_deliverer(settings, hub, database, vault, clock)
     maps = new_map_parts(settings, database)
+    side_thread = SideThread("side")
     return Tower(
         settings=settings,
         clock=clock,
@@ -254,11 +258,12 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         tile_proxy=maps.proxy,
         terrain=maps.terrain,
         agent_packages=AgentPackages(settings.agent_releases),
-        loop_lag=LoopLag(),
+        loop_watch=LoopWatch(),
+        side_thread=side_thread,
         anonymous=anonymous,
         started_at=clock(),
         shared_checks=SharedChecks(),
-        zone_follower=ZoneFollower(database, hub.zones),
+        zone_follower=ZoneFollower(database, hub.zones, side_thread),
     )
 
 
@@ -278,6 +283,7 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         stack.push_async_callback(tower.database.close)
         stack.push_async_callback(tower.passwords.close)
         stack.callback(tower.password_policy.close)
+        stack.callback(tower.side_thread.close)
         if tower.tracing is not None:
             tower.tracing.open()
             stack.push_async_callback(tower.tracing.close)
@@ -343,8 +349,9 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         stack.callback(tower.terrain.close)
         stack.push_async_callback(tower.elevation_uploads.close)
         await stack.enter_async_context(in_background("offline maps", tower.map_areas.run))
-        await stack.enter_async_context(in_background("loop lag", tower.loop_lag.watch))
-        await stack.enter_async_context(in_background("tower watch", TowerWatch(settings, tower.hub.alerts).work))
+        await stack.enter_async_context(in_background("loop watch", tower.loop_watch.watch))
+        tower_watch = TowerWatch(settings, tower.hub.alerts, tower.loop_watch)
+        await stack.enter_async_context(in_background("tower watch", tower_watch.work))
         if several is not None:
             takeover = AlertTakeover(tower.hub, tower.database, tower.clock, tower.alert_writer, tower.announcer)
             several.claims.on_came = takeover.came

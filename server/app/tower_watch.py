@@ -1,4 +1,4 @@
-"""Measures the tower itself, for the alerts about it: its disks and its TLS certificate."""
+"""Measures the tower itself, for the alerts about it: its disks, its TLS certificate, its pace."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from urllib.parse import urlsplit
 import structlog
 
 from server.live.alerts.service import AlertService
-from server.live.alerts.tower_facts import Certificate, Disk, StoredThere, TowerFacts
+from server.live.alerts.tower_facts import Certificate, Disk, StoodStill, StoredThere, TowerFacts
+from server.runtime.loop_watch import LoopWatch
 from server.runtime.notify.sending_threads import SendingThreads
 from server.runtime.settings import Settings
 from server.runtime.tower_condition import disk_space, shown_certificate_ends_at, stored_certificate_ends_at
@@ -26,9 +27,10 @@ _log = structlog.get_logger(__name__)
 class TowerWatch:
     """One instance per tower."""
 
-    def __init__(self, settings: Settings, alerts: AlertService) -> None:
+    def __init__(self, settings: Settings, alerts: AlertService, loop_watch: LoopWatch) -> None:
         self._settings = settings
         self._alerts = alerts
+        self._loop_watch = loop_watch
         self._threads = SendingThreads()
         """A disk that does not answer, or a slow proxy, must not keep the tower from stopping."""
         self._problem = ""
@@ -49,7 +51,9 @@ class TowerWatch:
         def look() -> None:
             ends = self._certificate() if with_certificate else certificate
             low = self._settings.disk_low_mb * 1_000_000
-            found.append(TowerFacts(disk=self._disk(), disk_low_bytes=low, certificate=ends))
+            held = self._loop_watch.worst_hold()
+            still = None if held is None else StoodStill(held.held_s, held.where)
+            found.append(TowerFacts(disk=self._disk(), disk_low_bytes=low, certificate=ends, stood_still=still))
 
         await self._threads.start(0, look)
         self._alerts.tower_facts = found[0]

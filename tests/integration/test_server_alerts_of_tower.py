@@ -72,7 +72,7 @@ async def test_a_certificate_that_ends_reaches_admins_and_is_renewed(tmp_path: P
         assert (await root.post(path)).json()["acknowledged_by"]["name"] == "Root"
 
         write_certificate(certificate, datetime.now(UTC) + timedelta(days=80))
-        await TowerWatch(world.settings, hub.alerts).measure(with_certificate=True)
+        await TowerWatch(world.settings, hub.alerts, world.tower.loop_watch).measure(with_certificate=True)
         await until("the end", lambda: hub.alerts.live() == [])
         await until("it to be stored", lambda: not world.tower.alert_writer.waiting())
         listed = (await root.get("/api/v1/alerts", params={"state": "closed"})).json()

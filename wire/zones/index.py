@@ -9,8 +9,8 @@ from wire.zones.zone import Zone
 
 _CELL_DEG: Final = 0.01
 """Some 1 km: a zone of a street is in a few cells."""
-_MAX_CELLS: Final = 400
-"""A larger zone is looked at for every drone."""
+_MAX_CELLS: Final = 64
+"""A larger zone is looked at for every drone: to compare two boxes costs less than to keep it in many cells."""
 
 
 class ZoneIndex:

@@ -8,9 +8,9 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Path, Response
 
 from server.api.access import Pilot
-from server.api.dependencies import AddressDep, HubDep
+from server.api.dependencies import AddressDep, HubDep, SideThreadDep
 from server.api.http.problem_docs import answers
-from server.api.operations.operation_requests import ACCEPTED, ASYNC, Prefer, answer, begin, flown_drone
+from server.api.operations.operation_requests import ACCEPTED, ASYNC, Prefer, answer, begin, flown_drone, zones_of_plan
 from server.domain.access import UnknownDrone
 from server.live.flight_commands.bodies import Disarm, FlightCommand, Follow, FollowMe, Jump, SetHome, Start
 from server.live.flight_commands.follow_me import follow_me_order
@@ -34,7 +34,8 @@ from server.live.operations.refusals import (
     ZoneForbids,
 )
 from server.live.operations.views import OperationView
-from server.live.zones.check import zones_of_plan
+from server.live.zones.requests import ZoneHit
+from server.runtime.side_thread import TooMuchWork
 from wire.plans import PlanKind
 from wire.transactions import CommandWork
 
@@ -62,19 +63,23 @@ DronePath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
             MovesHome,
         ),
         *(TooManyOperations, NotKnownHow, NotKnownYet, NoSuchMode, NoSuchItem, NoSuchLeader, CannotFollow),
-        *(NotOnTheGround, PropellersNotConfirmed),
+        *(NotOnTheGround, PropellersNotConfirmed, TooMuchWork),
     ),
 )
 async def command_drone(
     response: Response,
     principal: Pilot,
     hub: HubDep,
+    side: SideThreadDep,
     address: AddressDep,
     drone_id: DronePath,
     body: Annotated[FlightCommand, Body()],
     prefer: Prefer = None,
 ) -> OperationView:
     """Commands the drone. A command of several steps stops at the first that is not accepted."""
+    zones: list[ZoneHit] = []
+    if isinstance(body, Start | Jump):
+        zones = await zones_of_plan(hub, principal, drone_id, side, PlanKind.MISSION)
     drone = await flown_drone(hub, principal, drone_id)
     if not drone.online:
         raise DroneOffline(drone.record.name)
@@ -89,9 +94,7 @@ async def command_drone(
     sent = [step.work for step in order.steps if step.skip is None or not step.skip()]
     works = [work for work in sent if isinstance(work, CommandWork)]
     refuse_commands(drone, principal, works, falls=isinstance(body, Disarm) and body.force)
-    if isinstance(body, Start | Jump):
-        on_board = drone.onboard.plan(PlanKind.MISSION)[1].items() or ()
-        refuse_zones(drone, zones_of_plan(drone, PlanKind.MISSION, on_board))
+    refuse_zones(drone, zones)
     if isinstance(body, SetHome) and drone.airborne is not False and not body.while_flying:
         raise MovesHome(drone.record.name, known=drone.airborne is True)
     operation = begin(hub, principal, drone, order, address)

@@ -94,6 +94,7 @@ from server.live.teams.refusals import (
 )
 from server.live.zones.imports import UnreadableFile
 from server.live.zones.zone import BadZone
+from server.runtime.side_thread import TooMuchWork
 from server.runtime.tile_source import NoTileFile
 from server.store.accounts.passkey_sign_in import PasskeyRefused, PasswordNeeded, WrongPasskey
 from server.store.accounts.passkeys import PasskeyKnown, TooManyPasskeys, UnknownPasskey
@@ -178,6 +179,7 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     UnknownSession: Kind("unknown-session", 404, "No such session"),
     SignInThrottled: Kind("too-many-tries", 429, "Too many tries"),
     TooManyJudgements: Kind("busy", 503, "The tower is busy"),
+    TooMuchWork: Kind("too-much-work", 429, "Too much at once"),
     TooManySignIns: Kind("busy", 503, "The tower is busy"),
     ReadOnlyAccount: Kind("read-only-account", 403, "Your account only watches"),
     AdminsOnly: Kind("admins-only", 403, "For admins only"),

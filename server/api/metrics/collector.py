@@ -58,10 +58,12 @@ _COUNTERS: Final[tuple[tuple[str, str, tuple[tuple[str, str, Counted], ...]], ..
 
 
 class RelayCollector(Collector):
-    """The hub's counters and its present state. `database`: the connections to it."""
+    """The hub's counters and its present state. `database`: the connections to it. `held_s`: for how long the event
+    loop stood still, by place."""
 
-    def __init__(self, hub: Hub, database: Database) -> None:
+    def __init__(self, hub: Hub, database: Database, held_s: Mapping[str, float]) -> None:
         self._hub = hub
+        self._held_s = held_s
         self._database_pool = database
 
     def collect(self) -> Iterator[Metric]:
@@ -107,6 +109,7 @@ class RelayCollector(Collector):
         yield histogram_family(
             "tower_up_latency_seconds", "Agent's socket to browser's socket, frames due at once", traffic.up
         )
+        yield _by("tower_loop_held_seconds", "Time for which the event loop stood still", "where", dict(self._held_s))
         yield histogram_family("tower_down_latency_seconds", "Browser's socket to agent's socket", traffic.down)
         yield histogram_family("tower_loop_late_seconds", "How late the hub's clock beats", traffic.loop_late)
         yield from self._video()
@@ -182,7 +185,7 @@ def _depths(name: str, words: str, queues: Sequence[str], depths: Sequence[int])
     return family
 
 
-def _by(name: str, words: str, label: str, counts: Mapping[Any, int]) -> CounterMetricFamily:
+def _by(name: str, words: str, label: str, counts: Mapping[Any, float]) -> CounterMetricFamily:
     family = CounterMetricFamily(name, words, labels=(label,))
     for key, count in sorted(counts.items(), key=lambda item: str(item[0])):
         family.add_metric((str(key),), count)

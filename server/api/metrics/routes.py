@@ -39,7 +39,7 @@ _may_read.action = Action.READ_METRICS  # type: ignore[attr-defined]  # for the 
 def new_registry(parts: Parts) -> CollectorRegistry:
     """One registry per tower, so that a second tower in the same process (tests) counts separately."""
     registry = CollectorRegistry()
-    registry.register(RelayCollector(parts.hub, parts.database))
+    registry.register(RelayCollector(parts.hub, parts.database, parts.loop_watch.held_s))
     registry.register(AnonymousCollector(parts.anonymous))
     registry.register(RecordingCollector(parts.recordings))
     registry.register(FlightCollector(parts.flights))

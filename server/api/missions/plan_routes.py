@@ -11,10 +11,27 @@ from fastapi import APIRouter, Path, Query, Request, Response
 from starlette.convertors import Convertor, register_url_convertor
 
 from server.api.access import Pilot, Viewer
-from server.api.dependencies import AddressDep, AuthenticatorDep, ClockDep, HubDep, SettingsDep, TerrainDep
+from server.api.dependencies import (
+    AddressDep,
+    AuthenticatorDep,
+    ClockDep,
+    HubDep,
+    SettingsDep,
+    SideThreadDep,
+    TerrainDep,
+)
 from server.api.http.problem_docs import answers
 from server.api.http.strict_body import read_body
-from server.api.operations.operation_requests import ACCEPTED, Prefer, answer, begin, ended, flown_drone, watched_drone
+from server.api.operations.operation_requests import (
+    ACCEPTED,
+    Prefer,
+    answer,
+    begin,
+    ended,
+    flown_drone,
+    watched_drone,
+    zones_of_plan,
+)
 from server.domain.access import Action, UnknownDrone
 from server.live.flight_commands.vehicle import NotKnownYet
 from server.live.hub import Hub
@@ -47,7 +64,7 @@ from server.live.operations.refusals import (
 )
 from server.live.operations.views import OperationView
 from server.live.relay.live_drone import LiveDrone
-from server.live.zones.check import zones_of_plan
+from server.runtime.side_thread import TooMuchWork
 from wire.plans import PlanKind
 from wire.transactions import PlanDownloadWork
 
@@ -107,7 +124,7 @@ async def get_plan(
 @router.put(
     "/{kind:plan_kind}",
     operation_id="put_plan",
-    responses=_WRITE | _BODY | answers(IntoTheGround),
+    responses=_WRITE | _BODY | answers(IntoTheGround, TooMuchWork),
     openapi_extra=body_schema({**_ITEMS, "while_flying": _NO, "despite_ground": _NO}, ["items"]),
 )
 async def put_plan(
@@ -118,6 +135,7 @@ async def put_plan(
     hub: HubDep,
     address: AddressDep,
     terrain: TerrainDep,
+    side: SideThreadDep,
     settings: SettingsDep,
     drone_id: DronePath,
     kind: KindPath,
@@ -138,8 +156,9 @@ async def put_plan(
         refuse = partial(refuse_into_the_ground, drone.record.name, items, home, terrain.heights, clearance_m)
         with suppress(TimeoutError):  # then the ground is not known, and nothing is said
             await terrain.in_turn(refuse)
+    zones = await zones_of_plan(hub, principal, drone_id, side, what, items)
     drone = await flown_drone(hub, principal, drone_id)
-    refuse_plan(drone, principal, what, items)
+    refuse_plan(drone, principal, what, items, zones)
     order = plans.upload(what, items, while_flying=body.while_flying)
     return await answer(begin(hub, principal, drone, order, address), response, prefer)
 
@@ -158,7 +177,7 @@ async def clear_plan(
     """Deletes the plan on board."""
     what = PlanKind(kind)
     drone = await flown_drone(hub, principal, drone_id)
-    refuse_plan(drone, principal, what, ())
+    refuse_plan(drone, principal, what, (), ())
     order = plans.clear(what, while_flying=while_flying)
     return await answer(begin(hub, principal, drone, order, address), response, prefer)
 
@@ -189,17 +208,19 @@ async def verify_plan(
 @router.post(
     "/{kind:plan_kind}/kept",
     operation_id="foresee_plan",
-    responses=answers(NotKnownYet) | _BODY,
+    responses=answers(NotKnownYet, TooMuchWork) | _BODY,
     openapi_extra=body_schema(_ITEMS, ["items"]),
 )
 async def foresee_plan(
-    request: Request, principal: Viewer, hub: HubDep, drone_id: DronePath, kind: KindPath
+    request: Request, principal: Viewer, hub: HubDep, side: SideThreadDep, drone_id: DronePath, kind: KindPath
 ) -> PlanKeptView:
     """Lists what the drone's autopilot would not keep of this plan, and the zones on its way. Nothing is sent to the
     drone."""
     items = plan_of((await read_body(request, PlanBody)).items)
-    drone, what = watched_drone(hub, principal, drone_id), PlanKind(kind)
-    return plan_kept(keeping_for(drone), what, items, zones_of_plan(drone, what, items))
+    what = PlanKind(kind)
+    zones = await zones_of_plan(hub, principal, drone_id, side, what, items)
+    keeping = keeping_for(watched_drone(hub, principal, drone_id))
+    return await side.in_turn(principal.user_id, lambda: plan_kept(keeping, what, items, zones))
 
 
 def _being_read(hub: Hub, drone: LiveDrone, kind: PlanKind) -> Operation | None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import time
+from collections.abc import Sequence
+from functools import partial
 from typing import Annotated, Any, Final
 
 from fastapi import Header, Response
@@ -12,13 +14,18 @@ from server.domain.access import UnknownDrone
 from server.domain.people import Principal, UserRef
 from server.domain.relations import Right
 from server.live.hub import Hub
+from server.live.operations.onboard_state import KnownPlan
 from server.live.operations.operation import Operation, Order
 from server.live.operations.permissions import refuse_others, require_view
 from server.live.operations.refusals import Assisted, OnlyWatches, TooManyOperations, TurnTimeout
 from server.live.operations.views import OperationView
 from server.live.relay.live_drone import LiveDrone
+from server.live.zones.check import PlanJudge, plan_judge
+from server.live.zones.requests import ZoneHit
 from server.runtime.request_id import current_request_id
+from server.runtime.side_thread import SideThread
 from wire.ids import DroneId
+from wire.plans import PlanItem, PlanKind
 
 TURN_WITHIN_S: Final = 2.0
 CHECK_EVERY_S: Final = 0.02
@@ -45,6 +52,31 @@ def refuse_observers(drone: LiveDrone, principal: Principal) -> None:
     """Raises OnlyWatches for users who may see the drone, but may not have anything read or fetched from it."""
     if not drone.may(principal.user_id, principal.role, Right.READ):
         raise OnlyWatches(drone.record.name)
+
+
+async def zones_of_plan(
+    hub: Hub,
+    principal: Principal,
+    drone_id: int,
+    side: SideThread,
+    kind: PlanKind,
+    items: Sequence[PlanItem] | None = None,
+) -> list[ZoneHit]:
+    """Returns the zones that a plan would lead the drone into. `items` None: the plan on board. Raises UnknownDrone,
+    ViewTaken, TooMuchWork."""
+    while True:
+        drone = watched_drone(hub, principal, drone_id)
+        zones, on_board = drone.zones, drone.onboard.plan(kind)[1]
+        if not zones:
+            return []
+        judged = partial(_judged, plan_judge(drone), kind, on_board if items is None else items)
+        hits = await side.in_turn(principal.user_id, judged)
+        if drone.zones is zones and (items is not None or drone.onboard.plan(kind)[1] is on_board):
+            return hits
+
+
+def _judged(judge: PlanJudge, kind: PlanKind, plan: KnownPlan | Sequence[PlanItem]) -> list[ZoneHit]:
+    return judge(kind, (plan.items() or ()) if isinstance(plan, KnownPlan) else plan)
 
 
 async def flown_drone(hub: Hub, principal: Principal, drone_id: int) -> LiveDrone:

@@ -13,7 +13,7 @@ from fastapi import APIRouter, Request
 from pydantic import BaseModel, Field
 
 from server.api.access import Admin
-from server.api.dependencies import ClockDep, DatabaseDep, HubDep, LoopLagDep, SettingsDep, StartedAtDep
+from server.api.dependencies import ClockDep, DatabaseDep, HubDep, LoopWatchDep, SettingsDep, StartedAtDep
 from server.api.http.problem_docs import answers
 from server.domain.access import AdminsOnly, NotSignedIn, SessionExpired
 from server.live.fleet.views import UserRefView
@@ -85,7 +85,7 @@ async def system(
     settings: SettingsDep,
     hub: HubDep,
     started_at: StartedAtDep,
-    loop_lag: LoopLagDep,
+    loop_watch: LoopWatchDep,
     database: DatabaseDep,
 ) -> SystemView:
     """Returns the present state of database, disk, agents, clients and event loop, and the versions."""
@@ -97,7 +97,7 @@ async def system(
         python=platform.python_version(),
         started_at=started_at,
         uptime_s=round((now - started_at).total_seconds(), 1),
-        loop_lag_ms=LagView(now=loop_lag.now_ms, worst_60s=loop_lag.worst_ms),
+        loop_lag_ms=LagView(now=loop_watch.now_ms, worst_60s=loop_watch.worst_ms),
         database=DatabaseView.model_validate(await database_facts(database), from_attributes=True),
         disk=DiskView(free_bytes=disk.free, total_bytes=disk.total),
         agents=AgentsView(known=counts.drones, online=counts.online),

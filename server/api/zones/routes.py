@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated, Literal
 
 import msgspec
-from fastapi import APIRouter, Path, Request
+from fastapi import APIRouter, Path, Request, Response
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field
 
 from server.api.access import TeamEditor, Viewer
-from server.api.dependencies import AuditDep, DatabaseDep, HubDep, ZoneFollowerDep
+from server.api.dependencies import AuditDep, DatabaseDep, HubDep, SideThreadDep, ZoneFollowerDep
 from server.api.http.problem_docs import answers
 from server.api.http.strict_body import read_body
 from server.domain.access import AdminsOnly, NotSignedIn, SessionExpired
@@ -17,7 +18,8 @@ from server.domain.names import BadName
 from server.live.missions.plan_body import MalformedBody, body_schema
 from server.live.teams.refusals import TeamAdminsOnly, UnknownTeam
 from server.live.zones.imports import MAX_FILE_BYTES, UnreadableFile, shapes_in
-from server.live.zones.zone import MAX_POINTS, MAX_REASON, BadZone, check_points
+from server.live.zones.zone import MAX_POINTS, MAX_REASON, BadZone, check_points, checked
+from server.runtime.side_thread import TooMuchWork
 from server.store.teams.teams import TeamManager
 from server.store.zones import zones
 from server.store.zones.zones import TooManyZones, UnknownZone, ZoneChangedMeanwhile
@@ -36,7 +38,7 @@ Points = Annotated[
 _FILE = body_schema(
     {"text": {"type": "string", "description": f"A GeoJSON or KML file, {MAX_FILE_BYTES // 1000} kB at most"}}, ["text"]
 )
-_CHANGES = answers(BadZone, BadName, AdminsOnly, UnknownTeam, TeamAdminsOnly)
+_CHANGES = answers(BadZone, BadName, AdminsOnly, UnknownTeam, TeamAdminsOnly, TooMuchWork)
 
 
 class ZoneBody(BaseModel):
@@ -85,7 +87,7 @@ class ZoneView(ZoneBody):
 
     @classmethod
     def of(cls, zone: Zone) -> ZoneView:
-        return cls(
+        return cls.model_construct(
             id=zone.id,
             name=zone.name,
             kind=zone.kind.value,
@@ -121,37 +123,56 @@ class ShapesView(BaseModel):
     skipped: Annotated[list[str], Field(description="What cannot become a zone, in words")]
 
 
-@router.get("")
-async def list_zones(principal: Viewer, hub: HubDep, database: DatabaseDep) -> list[ZoneView]:
+def _zones_json(zones: Sequence[Zone]) -> bytes:
+    """In small pieces: a whole one would keep the interpreter from the event loop."""
+    return b"[" + b",".join(msgspec.json.encode(ZoneView.of(one).__dict__) for one in zones) + b"]"
+
+
+def _shapes_json(text: str) -> bytes:
+    found = shapes_in(text)
+    return msgspec.json.encode({"shapes": found.shapes, "skipped": found.skipped})
+
+
+@router.get("", response_model=list[ZoneView], responses=answers(TooMuchWork))
+async def list_zones(principal: Viewer, hub: HubDep, database: DatabaseDep, side: SideThreadDep) -> Response:
     """Lists the zones of the tower, of your teams, and of the teams of drones in your squad."""
     async with database.reading() as session:
         teams = await zones.teams_of(session, principal.user_id)
-    return [ZoneView.of(zone) for zone in hub.zones.visible(principal, teams)]
+    visible = hub.zones.visible(principal, teams)
+    body = await side.in_turn(principal.user_id, lambda: _zones_json(visible))
+    return Response(body, media_type="application/json")
 
 
 @router.post("", status_code=201, responses=_CHANGES | answers(TooManyZones))
 async def create_zone(
-    principal: TeamEditor, database: DatabaseDep, audit: AuditDep, follower: ZoneFollowerDep, body: ZoneBody
+    principal: TeamEditor,
+    database: DatabaseDep,
+    audit: AuditDep,
+    follower: ZoneFollowerDep,
+    side: SideThreadDep,
+    body: ZoneBody,
 ) -> ZoneView:
     """Admin, or team admin for the team: draws a zone. It counts when the response arrives. A drone inside is told of
     it, and may leave."""
     action, manager = audit.action(principal), TeamManager.of(principal)
+    zone = await side.in_turn(principal.user_id, lambda: checked(body.zone()))
     async with database.writing() as session:
-        made = await zones.create_zone(session, body.zone(), manager=manager, action=action)
+        made = await zones.create_zone(session, zone, manager=manager, action=action)
     await follower.refresh()
     return ZoneView.of(made)
 
 
-@router.post("/shapes", responses=answers(UnreadableFile, MalformedBody), openapi_extra=_FILE)
-async def read_zone_file(request: Request, principal: TeamEditor) -> ShapesView:
+@router.post(
+    "/shapes",
+    response_model=ShapesView,
+    responses=answers(UnreadableFile, MalformedBody, TooMuchWork),
+    openapi_extra=_FILE,
+)
+async def read_zone_file(request: Request, principal: TeamEditor, side: SideThreadDep) -> Response:
     """Reads the shapes of a GeoJSON or KML file. Stores nothing."""
     body = await read_body(request, ZoneFile)
-    found = shapes_in(body.text)
-    shapes = [
-        ShapeView(name=one.name, points=list(one.points), is_line=one.is_line, reason=one.reason)
-        for one in found.shapes
-    ]
-    return ShapesView(shapes=shapes, skipped=found.skipped)
+    found = await side.in_turn(principal.user_id, lambda: _shapes_json(body.text))
+    return Response(found, media_type="application/json")
 
 
 @router.put("/{zone_id}", responses=_CHANGES | answers(UnknownZone, ZoneChangedMeanwhile))
@@ -160,13 +181,14 @@ async def replace_zone(
     database: DatabaseDep,
     audit: AuditDep,
     follower: ZoneFollowerDep,
+    side: SideThreadDep,
     zone_id: ZonePath,
     body: ChangedZone,
 ) -> ZoneView:
     """Admin, or team admin for the team: replaces a zone."""
     action, manager = audit.action(principal), TeamManager.of(principal)
+    zone = await side.in_turn(principal.user_id, lambda: checked(body.zone(body.version)))
     async with database.writing() as session:
-        zone = body.zone(body.version)
         changed = await zones.replace_zone(session, zone_id, zone, manager=manager, action=action)
     await follower.refresh()
     return ZoneView.of(changed)

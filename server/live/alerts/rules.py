@@ -374,6 +374,15 @@ RULES: Final[tuple[Rule, ...]] = (
         closes_after_s=60.0,
     ),
     Rule(
+        name="tower-stands-still",
+        severity=_WARNING,
+        badge="Tower too busy",
+        when="a piece of the tower's own work has kept all sticks and frames waiting for 250 ms or more",
+        advice="Look in the tower's log for loop_held: it has the time and the place. Tell us, with that line.",
+        tower_condition=tower.stands_still,
+        follows=True,
+    ),
+    Rule(
         name="tower-certificate",
         severity=_WARNING,
         badge="Certificate expiring",

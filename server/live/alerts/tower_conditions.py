@@ -12,6 +12,8 @@ WAY_BACK: Final = 10
 """A tenth more than the limit must be free again."""
 ENDS_SOON: Final = timedelta(days=14)
 ENDS: Final = timedelta(days=3)
+STANDS_STILL_S: Final = 0.25
+"""Half of what the agents wait for sticks before they hold."""
 
 
 def disk_full(facts: TowerFacts, at: datetime, is_open: bool) -> Finding:
@@ -28,6 +30,13 @@ def certificate_ends(facts: TowerFacts, at: datetime, is_open: bool) -> Finding:
 
 def certificate_ends_soon(facts: TowerFacts, at: datetime, is_open: bool) -> Finding:
     return _ends_within(facts, at, ENDS_SOON)
+
+
+def stands_still(facts: TowerFacts, at: datetime, is_open: bool) -> Finding:
+    held = facts.stood_still
+    if held is None or held.for_s < (0.0 if is_open else STANDS_STILL_S):
+        return Not.SO
+    return f"The tower stood still for {held.for_s * 1000:.0f} ms, in {held.where}. Sticks came late."
 
 
 def _disk_below(facts: TowerFacts, limit_bytes: int, is_open: bool) -> Finding:

@@ -1,4 +1,4 @@
-"""What the rules about the tower itself judge: its disks and its TLS certificate. None is unknown."""
+"""What the rules about the tower itself judge: its disks, its TLS certificate, its pace. None is unknown."""
 
 from __future__ import annotations
 
@@ -34,13 +34,23 @@ class Certificate:
     ends_at: datetime
 
 
+@dataclass(frozen=True, slots=True)
+class StoodStill:
+    """The longest time in the last minute for which nothing was passed on, and the code that took it."""
+
+    for_s: float
+    where: str
+
+
 @dataclass(frozen=True, kw_only=True, slots=True)
 class TowerFacts:
-    """`disk`: the one with the least free space. `disk_low_bytes`: the limit of the warning; 0: there is none."""
+    """`disk`: the one with the least free space. `disk_low_bytes`: the limit of the warning; 0: there is none.
+    `stood_still` None: it did not."""
 
     disk: Disk | None = None
     disk_low_bytes: int = 0
     certificate: Certificate | None = None
+    stood_still: StoodStill | None = None
 
 
 TowerCondition = Callable[[TowerFacts, datetime, bool], Finding]

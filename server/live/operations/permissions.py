@@ -20,7 +20,7 @@ from server.live.operations.refusals import (
 from server.live.relay.live_drone import LiveDrone
 from server.live.relay.loan_check import barred_by_loan
 from server.live.relay.policy import command_in, ends_the_flight, refusal_of
-from server.live.zones.check import warn, zones_of_frame, zones_of_plan
+from server.live.zones.check import warn, zones_of_frame
 from server.live.zones.requests import ZoneHit
 from wire.dialect import build, mavlink
 from wire.drops import DropReason
@@ -64,10 +64,12 @@ def refuse_frame(
         raise WouldFall(name, known=standing.airborne is True)
 
 
-def refuse_plan(drone: LiveDrone, viewer: Principal, kind: PlanKind, items: Sequence[PlanItem]) -> None:
-    """Raises LoanForbids about the first item that leads beyond the limits of a loan, and ZoneForbids about the first
-    one on whose way a zone is."""
-    refuse_zones(drone, zones_of_plan(drone, kind, items))
+def refuse_plan(
+    drone: LiveDrone, viewer: Principal, kind: PlanKind, items: Sequence[PlanItem], zones: Sequence[ZoneHit]
+) -> None:
+    """Raises ZoneForbids about the first item on whose way one of `zones` is, and LoanForbids about the first one that
+    leads beyond the limits of a loan."""
+    refuse_zones(drone, zones)
     limits = drone.limits_of(viewer.user_id, viewer.role)
     if limits is None or not limits.any:
         return

@@ -7,7 +7,6 @@ shapes with names; what kind of zone each becomes is for a person to say.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from math import isfinite
 from typing import Any, Final
@@ -24,6 +23,10 @@ MAX_SHAPES: Final = 200
 MAX_DEPTH: Final = 40
 """Of elements in a KML, and of values in a GeoJSON."""
 MAX_ELEMENTS: Final = 50_000
+MAX_SKIPPED: Final = 100
+"""Told one by one."""
+
+_SHAPES: Final = frozenset({"Polygon", "LineString", "Point"})
 
 Ring = tuple[tuple[float, float], ...]
 
@@ -44,18 +47,25 @@ class FoundShape:
 
 @dataclass
 class FoundShapes:
-    """`skipped`: what cannot become a zone, in words."""
+    """`skipped`: what cannot become a zone, in words; `more`: how many there are besides."""
 
     shapes: list[FoundShape] = field(default_factory=list)
     skipped: list[str] = field(default_factory=list)
+    more: int = 0
+
+    def skip(self, words: str) -> None:
+        if len(self.skipped) < MAX_SKIPPED:
+            self.skipped.append(words)
+        else:
+            self.more += 1
 
     def add(self, name: str, points: Any, *, is_line: bool, holes: bool, reason: str) -> None:
         """`points`: longitude and latitude first, as both formats have them."""
-        name = _clean(name, 64) or f"Shape {len(self.shapes) + len(self.skipped) + 1}"
+        name = _clean(name, 64) or f"Shape {len(self.shapes) + len(self.skipped) + self.more + 1}"
         if len(self.shapes) >= MAX_SHAPES:
             raise UnreadableFile(f"a file has at most {MAX_SHAPES} shapes")
         if holes:
-            self.skipped.append(f"{name}: it has a hole. Draw it as several areas without one.")
+            self.skip(f"{name}: it has a hole. Draw it as several areas without one.")
             return
         try:
             ring = tuple((_number(point[1]), _number(point[0])) for point in points)
@@ -65,10 +75,10 @@ class FoundShapes:
                 raise BadZone("points", f"it has {len(ring)} points, and {MAX_POINTS} are the most")
             check_points(ring, 1.0 if is_line else None)
         except BadZone as bad:
-            self.skipped.append(f"{name}: {bad.message}.")
+            self.skip(f"{name}: {bad.message}.")
             return
         except (TypeError, IndexError, KeyError, ValueError):
-            self.skipped.append(f"{name}: its points are not numbers.")
+            self.skip(f"{name}: its points are not numbers.")
             return
         self.shapes.append(FoundShape(name, ring, is_line, _clean(reason, MAX_REASON)))
 
@@ -87,6 +97,8 @@ def shapes_in(text: str) -> FoundShapes:
         raise UnreadableFile("this is neither GeoJSON nor KML")
     if not found.shapes and not found.skipped:
         raise UnreadableFile("there is no area and no line in this file")
+    if found.more > 0:
+        found.skipped.append(f"There are {found.more} more that cannot become a zone.")
     return found
 
 
@@ -128,7 +140,7 @@ def _geojson_object(one: Any, name: str, reason: str, found: FoundShapes, depth:
             for number, line in enumerate(_list(one.get("coordinates")), 1):
                 found.add(f"{name} {number}" if name else "", _list(line), is_line=True, holes=False, reason=reason)
         case "Point" | "MultiPoint":
-            found.skipped.append(f"{_clean(name, 64) or 'A point'}: a point is no area.")
+            found.skip(f"{_clean(name, 64) or 'A point'}: a point is no area.")
         case _:
             return
 
@@ -143,21 +155,29 @@ def _geojson_polygon(rings: Any, name: str, reason: str, found: FoundShapes) -> 
 
 
 def _read_kml(text: str, found: FoundShapes) -> None:
-    root = _parsed(text)
-    for place in _elements(root):
-        if _local(place) != "Placemark":
+    """Each element is looked at once. A shape has the name of the innermost Placemark around it."""
+    waiting: list[tuple[ElementTree.Element, tuple[str, str] | None]] = [(_parsed(text), None)]
+    while waiting:
+        one, about = waiting.pop()
+        kind = _local(one)
+        if kind == "Placemark":
+            about = _child_text(one, "name"), _child_text(one, "description")
+        elif about is not None and kind in _SHAPES:
+            _kml_shape(one, kind, *about, found)
             continue
-        name, reason = _child_text(place, "name"), _child_text(place, "description")
-        for shape in _elements(place):
-            if _local(shape) == "Polygon":
-                outer = next((one for one in shape if _local(one) == "outerBoundaryIs"), None)
-                holes = any(_local(one) == "innerBoundaryIs" for one in shape)
-                points = _kml_points(outer) if outer is not None else []
-                found.add(name, points, is_line=False, holes=holes, reason=reason)
-            elif _local(shape) == "LineString":
-                found.add(name, _kml_points(shape), is_line=True, holes=False, reason=reason)
-            elif _local(shape) == "Point":
-                found.skipped.append(f"{_clean(name, 64) or 'A point'}: a point is no area.")
+        waiting += [(child, about) for child in reversed(one)]
+
+
+def _kml_shape(shape: ElementTree.Element, kind: str, name: str, reason: str, found: FoundShapes) -> None:
+    if kind == "Polygon":
+        outer = next((one for one in shape if _local(one) == "outerBoundaryIs"), None)
+        holes = any(_local(one) == "innerBoundaryIs" for one in shape)
+        points = _kml_points(outer) if outer is not None else []
+        found.add(name, points, is_line=False, holes=holes, reason=reason)
+    elif kind == "LineString":
+        found.add(name, _kml_points(shape), is_line=True, holes=False, reason=reason)
+    else:
+        found.skip(f"{_clean(name, 64) or 'A point'}: a point is no area.")
 
 
 def _parsed(text: str) -> ElementTree.Element:
@@ -195,10 +215,6 @@ def _parsed(text: str) -> ElementTree.Element:
     return builder.close()
 
 
-def _elements(of: ElementTree.Element) -> Iterator[ElementTree.Element]:
-    return of.iter()
-
-
 def _local(element: ElementTree.Element) -> str:
     return str(element.tag).rpartition(" ")[2]
 
@@ -208,7 +224,7 @@ def _child_text(element: ElementTree.Element, name: str) -> str:
 
 
 def _kml_points(element: ElementTree.Element) -> list[list[str]]:
-    coordinates = next((one.text or "" for one in _elements(element) if _local(one) == "coordinates"), "")
+    coordinates = next((one.text or "" for one in element.iter() if _local(one) == "coordinates"), "")
     return [triple.split(",") for triple in coordinates.split()]
 
 

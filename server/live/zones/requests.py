@@ -75,10 +75,8 @@ def plan_hits(
             index.near(Track(spot, spot).box.widened(NEAR_M)), spot, 0.0)])  # fmt: skip
     hits: list[ZoneHit] = []
     places: dict[int, Spot] = {}
-    before: dict[int, Spot | None] = {}
     at = here if here is not None else _on_ground(home)
     for number, item in enumerate(items):
-        before[number] = at
         if item.command == _JUMP:
             to = places.get(int(item.params[0] or 0))
             if at is not None and to is not None:
@@ -89,6 +87,8 @@ def plan_hits(
             continue
         hits += [ZoneHit(zone, number) for zone in hits_on_the_way(index, at or spot, spot, _circle_m(item))]
         places[number] = at = spot
+        if len({hit.item for hit in hits}) >= MAX_FOUND:
+            break
     return _first(hits)
 
 

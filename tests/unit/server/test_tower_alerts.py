@@ -16,7 +16,7 @@ from server.live.alerts.refusals import UnknownAlert
 from server.live.alerts.rules import BY_NAME, OF_TOWER
 from server.live.alerts.service import LOOK_S, PARTS
 from server.live.alerts.tower_conditions import DISK_FULL_BYTES
-from server.live.alerts.tower_facts import Certificate, Disk, StoredThere, TowerFacts
+from server.live.alerts.tower_facts import Certificate, Disk, StoodStill, StoredThere, TowerFacts
 from server.live.alerts.views import AlertView
 from server.live.relay import live_messages as live
 from server.store.alert_channels.deliverer import message_of
@@ -44,6 +44,10 @@ SCENES: Final = {
         "The disk with the tower's data and recordings has 268 MB left.",
     ),
     "tower-disk-low": (disk(1_900 * MB), "The disk with the tower's data and recordings has 1900 MB left."),
+    "tower-stands-still": (
+        replace(WELL, stood_still=StoodStill(0.31, "server.api.zones.routes.list_zones")),
+        "The tower stood still for 310 ms, in server.api.zones.routes.list_zones. Sticks came late.",
+    ),
     "tower-certificate-ends": (
         certificate(days=2),
         "The TLS certificate (proxy:443) expires on 2026-01-03 at 00:00 UTC.",

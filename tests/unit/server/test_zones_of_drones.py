@@ -14,6 +14,7 @@ from server.live.hub_events import HubEvent, ZoneReached
 from server.live.operations.permissions import refuse_commands, refuse_plan
 from server.live.operations.refusals import ZoneForbids
 from server.live.relay.live_messages import Notice
+from server.live.zones.check import plan_judge
 from server.live.zones.messages import ZonesChanged
 from wire.dialect import build, mavlink
 from wire.ids import DroneId, UserId
@@ -76,6 +77,10 @@ class Scene:
         return [one.text for one in self.alice.events() if isinstance(one, Notice) and one.code == "zone"]
 
 
+def judge_plan(scene: Scene, kind: PlanKind, items: list[PlanItem]) -> None:
+    refuse_plan(scene.drone, scene.person, kind, items, plan_judge(scene.drone)(kind, items))
+
+
 @pytest.fixture
 def scene() -> Scene:
     return Scene()
@@ -84,21 +89,21 @@ def scene() -> Scene:
 def test_a_plan_into_a_zone_is_refused_and_names_zone_and_item(scene: Scene) -> None:
     scene.hub.zones.replace([zone(points=AHEAD, reason="helicopter")])
     with pytest.raises(ZoneForbids) as refused:
-        refuse_plan(scene.drone, scene.person, PlanKind.MISSION, [waypoint(50), waypoint(150), waypoint(400)])
+        judge_plan(scene, PlanKind.MISSION, [waypoint(50), waypoint(150), waypoint(400)])
     assert str(refused.value) == ("item 3: the way of Drone 1 there leads into the no-fly zone Airport (helicopter)")
     assert refused.value.item == 2
-    refuse_plan(scene.drone, scene.person, PlanKind.MISSION, [waypoint(50), waypoint(150)])
-    refuse_plan(scene.drone, scene.person, PlanKind.FENCE, [waypoint(250, command=5003)])
+    judge_plan(scene, PlanKind.MISSION, [waypoint(50), waypoint(150)])
+    judge_plan(scene, PlanKind.FENCE, [waypoint(250, command=5003)])
     with pytest.raises(ZoneForbids):
-        refuse_plan(scene.drone, scene.person, PlanKind.RALLY, [waypoint(250, command=5100)])
+        judge_plan(scene, PlanKind.RALLY, [waypoint(250, command=5100)])
 
 
 def test_a_plan_over_a_low_zone_is_free_and_a_circle_into_one_is_not(scene: Scene) -> None:
     scene.hub.zones.replace([zone(points=AHEAD, ceiling_m=50.0)])
-    refuse_plan(scene.drone, scene.person, PlanKind.MISSION, [waypoint(0, 60.0), waypoint(400, 60.0)])
+    judge_plan(scene, PlanKind.MISSION, [waypoint(0, 60.0), waypoint(400, 60.0)])
     wide = PlanItem(18, 3, (2.0, 0.0, 60.0, 0.0), waypoint(150).x, waypoint(150).y, 20.0)
     with pytest.raises(ZoneForbids):
-        refuse_plan(scene.drone, scene.person, PlanKind.MISSION, [wide])
+        judge_plan(scene, PlanKind.MISSION, [wide])
 
 
 def test_a_jump_back_over_a_zone_is_a_way_too(scene: Scene) -> None:
@@ -107,9 +112,9 @@ def test_a_jump_back_over_a_zone_is_a_way_too(scene: Scene) -> None:
     east = PlanItem(16, 3, (0.0,) * 4, round(200 * M * 1e7), round(350 * M * 1e7), 20.0)
     beyond = waypoint(350)
     jump = PlanItem(177, 2, (0.0, 3.0, 0.0, 0.0))
-    refuse_plan(scene.drone, scene.person, PlanKind.MISSION, [waypoint(150), north, east, beyond])
+    judge_plan(scene, PlanKind.MISSION, [waypoint(150), north, east, beyond])
     with pytest.raises(ZoneForbids) as refused:
-        refuse_plan(scene.drone, scene.person, PlanKind.MISSION, [waypoint(150), north, east, beyond, jump])
+        judge_plan(scene, PlanKind.MISSION, [waypoint(150), north, east, beyond, jump])
     assert refused.value.item == 4
 
 
@@ -135,7 +140,7 @@ def test_inside_a_go_to_leads_out_and_not_deeper(scene: Scene) -> None:
 def test_a_zone_that_warns_lets_pass_and_tells(scene: Scene) -> None:
     scene.hub.zones.replace([zone(points=AHEAD, rule=ZoneRule.WARN)])
     refuse_commands(scene.drone, scene.person, [go_to(250)])
-    refuse_plan(scene.drone, scene.person, PlanKind.MISSION, [waypoint(250)])
+    judge_plan(scene, PlanKind.MISSION, [waypoint(250)])
     assert scene.notices() == [
         "The way of Drone 1 leads into the no-fly zone Airport. This zone only warns.",
         "Item 1: the way of Drone 1 leads into the no-fly zone Airport. This zone only warns.",

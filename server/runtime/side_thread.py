@@ -1,0 +1,80 @@
+"""One thread for work of requests that takes longer than a frame may wait. People take turns at it.
+
+The event loop passes sticks on meanwhile: the interpreter changes between the two every millisecond.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, Final, TypeVar
+
+from server.domain.refusal import RetryLater
+
+PER_PERSON: Final = 4
+"""Pieces of work of one person that wait. A page asks for two or three at once."""
+MAX_WAITING: Final = 64
+RETRY_AFTER_S: Final = 2.0
+TOWERS_OWN: Final = 0
+"""Instead of a person: work that nobody asked for, and that is never refused."""
+
+_Answer = TypeVar("_Answer")
+
+
+class TooMuchWork(RetryLater):
+    """This person, or all together, already wait for as much as may wait."""
+
+    def __init__(self, *, yours: bool) -> None:
+        words = "you already wait for as much work of the tower as one person may" if yours else "the tower is busy"
+        super().__init__(f"{words}: try again in a moment", retry_after_s=RETRY_AFTER_S)
+
+
+class SideThread:
+    """`name`: of the thread, for whoever looks at the process."""
+
+    def __init__(self, name: str) -> None:
+        self._thread = ThreadPoolExecutor(1, thread_name_prefix=name)
+        self._waiting: dict[int, deque[tuple[Callable[[], Any], asyncio.Future[Any]]]] = {}
+        """By person; who had a turn longest ago comes first."""
+        self._is_working = False
+
+    async def in_turn(self, user_id: int, work: Callable[[], _Answer]) -> _Answer:
+        """The answer of `work`, or what it raises. Raises TooMuchWork. Who no longer waits for it loses the turn,
+        unless the work has begun."""
+        if user_id != TOWERS_OWN:
+            if len(self._waiting.get(user_id, ())) >= PER_PERSON:
+                raise TooMuchWork(yours=True)
+            if sum(map(len, self._waiting.values())) >= MAX_WAITING:
+                raise TooMuchWork(yours=False)
+        answer: asyncio.Future[_Answer] = asyncio.get_running_loop().create_future()
+        self._waiting.setdefault(user_id, deque()).append((work, answer))
+        self._next()
+        return await answer
+
+    def _next(self) -> None:
+        while not self._is_working and self._waiting:
+            user_id = next(iter(self._waiting))
+            queue = self._waiting.pop(user_id)
+            work, answer = queue.popleft()
+            if queue:
+                self._waiting[user_id] = queue  # behind the others
+            if answer.cancelled():
+                continue
+            self._is_working = True
+            done = asyncio.get_running_loop().run_in_executor(self._thread, work)
+            done.add_done_callback(lambda done, answer=answer: self._worked(done, answer))  # type: ignore[misc]
+
+    def _worked(self, done: asyncio.Future[Any], answer: asyncio.Future[Any]) -> None:
+        self._is_working = False
+        error = done.exception()
+        if not answer.done():
+            if error is None:
+                answer.set_result(done.result())
+            else:
+                answer.set_exception(error)
+        self._next()
+
+    def close(self) -> None:
+        self._thread.shutdown(wait=False, cancel_futures=True)
