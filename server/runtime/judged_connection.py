@@ -14,8 +14,19 @@ from contextlib import suppress
 from typing import Final
 
 CONNECT_WITHIN_S: Final = 5.0
-_CARRIES_IPV4: Final = (ipaddress.IPv6Network("64:ff9b::/96"),)
+_CARRIES_IPV4: Final = ipaddress.IPv6Network("64:ff9b::/96")
 """NAT64 (RFC 6052): the network may lead such an address to the IPv4 one in it."""
+_GLOBAL_IPV6: Final = ipaddress.IPv6Network("2000::/3")
+"""All that is assigned as global unicast. What else there is leads somewhere inside: NAT64 of a local network (RFC
+8215), addresses that contain an IPv4 one, site-local ones."""
+_PRIVATE_IPV6: Final = (ipaddress.IPv6Network("fc00::/7"), ipaddress.IPv6Network("::1/128"))
+_METADATA: Final = frozenset(
+    map(
+        ipaddress.ip_address,
+        ("fd00:ec2::254", "fd20:ce::254", "100.100.100.200", "168.63.129.16", "192.0.0.192"),
+    )
+)
+"""Where clouds tell a machine its secrets, besides link-local addresses."""
 
 
 class AddressUnknown(Exception):
@@ -39,19 +50,23 @@ def judged_address(host: str, port: int, *, may_be_private: bool) -> str:
 
 
 def is_allowed(address: str, *, may_be_private: bool) -> bool:
-    """Whether the tower may connect to this address. Link-local ones (metadata of clouds) are never allowed."""
+    """Whether the tower may connect to this address. Where clouds keep metadata is never allowed."""
     try:
         ip = ipaddress.ip_address(address.partition("%")[0])
     except ValueError:
         return False
     if isinstance(ip, ipaddress.IPv6Address):
-        if any(ip in network for network in _CARRIES_IPV4):
+        if ip in _CARRIES_IPV4:
             ip = ipaddress.IPv4Address(int(ip) & 0xFFFFFFFF)
         else:
             ip = ip.ipv4_mapped or ip.sixtofour or ip
-    if ip.is_multicast or ip.is_unspecified or ip.is_link_local:
+    if ip.is_multicast or ip.is_unspecified or ip.is_link_local or ip in _METADATA:
         return False
-    return ip.is_global or (may_be_private and (ip.is_private or ip.is_loopback))
+    if isinstance(ip, ipaddress.IPv6Address):
+        is_global, is_private = ip.is_global and ip in _GLOBAL_IPV6, any(ip in network for network in _PRIVATE_IPV6)
+    else:
+        is_global, is_private = ip.is_global, ip.is_private or ip.is_loopback
+    return is_global or (may_be_private and is_private)
 
 
 class JudgedConnection(http.client.HTTPConnection):

@@ -6,11 +6,11 @@ The event loop passes sticks on meanwhile: the interpreter changes between the t
 from __future__ import annotations
 
 import asyncio
-from collections import deque
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Final, TypeVar
 
+from server.domain.fair_queue import FairQueue
 from server.domain.refusal import RetryLater
 
 PER_PERSON: Final = 4
@@ -36,30 +36,26 @@ class SideThread:
 
     def __init__(self, name: str) -> None:
         self._thread = ThreadPoolExecutor(1, thread_name_prefix=name)
-        self._waiting: dict[int, deque[tuple[Callable[[], Any], asyncio.Future[Any]]]] = {}
-        """By person; who had a turn longest ago comes first."""
+        self._waiting: FairQueue[int, tuple[Callable[[], Any], asyncio.Future[Any]]] = FairQueue(share=MAX_WAITING)
+        """By person."""
         self._is_working = False
 
     async def in_turn(self, user_id: int, work: Callable[[], _Answer]) -> _Answer:
         """The answer of `work`, or what it raises. Raises TooMuchWork. Who no longer waits for it loses the turn,
         unless the work has begun."""
         if user_id != TOWERS_OWN:
-            if len(self._waiting.get(user_id, ())) >= PER_PERSON:
+            if self._waiting.waiting(user_id) >= PER_PERSON:
                 raise TooMuchWork(yours=True)
-            if sum(map(len, self._waiting.values())) >= MAX_WAITING:
+            if len(self._waiting) >= MAX_WAITING:
                 raise TooMuchWork(yours=False)
         answer: asyncio.Future[_Answer] = asyncio.get_running_loop().create_future()
-        self._waiting.setdefault(user_id, deque()).append((work, answer))
+        self._waiting.put(user_id, (work, answer))
         self._next()
         return await answer
 
     def _next(self) -> None:
         while not self._is_working and self._waiting:
-            user_id = next(iter(self._waiting))
-            queue = self._waiting.pop(user_id)
-            work, answer = queue.popleft()
-            if queue:
-                self._waiting[user_id] = queue  # behind the others
+            _, (work, answer) = self._waiting.pop()
             if answer.cancelled():
                 continue
             self._is_working = True

@@ -3,16 +3,16 @@
 The path of a frame only puts frames of a few message ids into a bounded queue. They are read here, between other work.
 """
 
-from collections import deque
+from functools import cache
 from math import floor
 from typing import Final
 
 from server.live.aircraft import decode
 from server.live.aircraft.decode import Identity, Report, Threat
 from server.live.aircraft.messages import AircraftHeard, AircraftView
-from server.live.aircraft.near import NOTHING, STALE_S, judge_own, near
+from server.live.aircraft.near import NOTHING, STALE_S, is_own, judge_along, near
 from server.live.aircraft.shared import SharedAircraft, report_of, shared
-from server.live.aircraft.table import Aircraft, AircraftTable
+from server.live.aircraft.table import Aircraft, AircraftTable, Heard, Trusts, Witness
 from server.live.relay.live_drone import LiveDrone
 from server.live.relay.live_state import LiveState
 from server.live.separation.motion import Motion, motion_in
@@ -35,7 +35,7 @@ class AircraftService:
     def __init__(self, state: LiveState) -> None:
         self._state = state
         self.table = AircraftTable()
-        self._pending: deque[tuple[DroneId, bytes, float]] = state.aircraft_frames
+        self._pending = state.aircraft_frames
         self._told: set[int] = set()
         """Browsers whose map shows aircraft."""
         self._looked_at = float("-inf")
@@ -65,7 +65,7 @@ class AircraftService:
     def tick(self, now: float) -> None:
         """Some ten times a second."""
         for _ in range(min(READ_A_TICK, len(self._pending))):
-            drone_id, frame, at = self._pending.popleft()
+            drone_id, (frame, at) = self._pending.pop()
             self._take(drone_id, frame, at)
         if now - self._looked_at < LOOK_S / PARTS:
             return
@@ -75,9 +75,9 @@ class AircraftService:
             return
         if self._part == 0:
             self.table.forget_old(now)
-            motions = list(self._motions().values())
+            motions = self._motions()
             for one in self.table:
-                judge_own(one, motions, now)
+                judge_along(one, motions, now)
             self._tell(now)
         self._look(now)
 
@@ -86,9 +86,9 @@ class AircraftService:
             case Report() as report:
                 self.table.take(report, drone_id, at)
             case Identity() as identity:
-                self.table.name(identity)
+                self.table.name(identity, drone_id)
             case Threat() as threat:
-                self.table.threaten(threat, at)
+                self.table.threaten(threat, drone_id, at)
             case None:
                 pass
 
@@ -98,7 +98,23 @@ class AircraftService:
                 continue
             flies = drone.counts_as_flying() and drone.place is Place.HERE
             own = motion_in(drone.position_frame, drone.position_at) if flies and drone.position_frame else None
-            drone.aircraft_near = NOTHING if own is None else near(own, self.table, now)
+            drone.aircraft_near = (
+                NOTHING if own is None else near(drone_id, own, self.table, self._trusted_by(drone), now)
+            )
+
+    def _trusted_by(self, drone: LiveDrone) -> Trusts:
+        """Whose receivers count for a drone: its own, and those of drones that its owners or its team may see."""
+        ties = drone.record.ties
+        people = ties.owners | ties.crew.keys()
+
+        def trusts(other_id: DroneId) -> bool:
+            other = self._state.drones.get(other_id)
+            if other is None:
+                return False
+            theirs = other.record.ties
+            return other is drone or not people.isdisjoint(theirs.owners | theirs.borrowers | theirs.crew.keys())
+
+        return cache(trusts)
 
     def _motions(self) -> dict[DroneId, Motion]:
         found = {one: motion for one, motion in self._state.elsewhere.motions() if one in self._state.drones}
@@ -112,37 +128,58 @@ class AircraftService:
 
     def _tell(self, now: float) -> None:
         """To each browser what drones that it watches have heard, and the feed. Those of other towers hear it there."""
-        shown: dict[int, list[Aircraft]] = {}
+        shown: dict[int, list[tuple[Aircraft, Heard]]] = {}
         beside: dict[tuple[int, int], set[int]] = {}
         for drone_id, place in self._motions().items():
             watching = self._told_of(self._state.drones[drone_id])
             for cell in _around(place):
                 beside.setdefault(cell, set()).update(watching)
-        newest = sorted(self.table, key=lambda one: -one.report.motion.at)
-        for one in newest:
-            if one.is_own:
-                continue
-            numbers: set[int] = set()
-            if now - one.fed_at <= STALE_S:
-                # Only beside one's own drones: where the feed is cut off would show where those of others are.
-                numbers.update(beside.get(_cell(one.report.motion), ()))
-            for drone_id in one.heard_by:
-                drone = self._state.drones.get(drone_id)
-                if drone is not None:
-                    numbers.update(self._told_of(drone))
-            for number in numbers:
-                shown.setdefault(number, []).append(one)
+        told_of: dict[DroneId, set[int]] = {}
+        for one in self.table:
+            for number, heard in self._heard_by_browser(one, beside, told_of, now).items():
+                shown.setdefault(number, []).append((one, heard))
         for number in self._told - shown.keys():
             if number in self._state.browsers:
                 self._state.browsers[number].notify(AircraftHeard([]))
-        events: dict[tuple[str, ...], AircraftHeard] = {}
+        events: dict[tuple[tuple[str, Witness], ...], AircraftHeard] = {}
         for number, aircraft in shown.items():
-            keys = tuple(one.key for one in aircraft[:MAX_TOLD])
+            newest = sorted(aircraft, key=lambda pair: -pair[1].report.motion.at)[:MAX_TOLD]
+            keys = tuple((one.key, heard.by) for one, heard in newest)
             event = events.get(keys)
             if event is None:
-                event = events[keys] = AircraftHeard([_view(one, now) for one in aircraft[:MAX_TOLD]])
+                event = events[keys] = AircraftHeard([_view(one, heard, now) for one, heard in newest])
             self._state.browsers[number].notify(event)
         self._told = set(shown)
+
+    def _heard_by_browser(
+        self, one: Aircraft, beside: dict[tuple[int, int], set[int]], told_of: dict[DroneId, set[int]], now: float
+    ) -> dict[int, Heard]:
+        """The newest report of an aircraft that each browser may know, but for its own drones. `told_of`: the browsers
+        that watch a drone, filled here."""
+
+        def watching(drone_id: DroneId) -> set[int]:
+            if drone_id not in told_of:
+                drone = self._state.drones.get(drone_id)
+                told_of[drone_id] = set() if drone is None else self._told_of(drone)
+            return told_of[drone_id]
+
+        best: dict[int, Heard] = {}
+        for by, report in one.reports.items():
+            if by is not None:
+                numbers = watching(by)
+            elif now - report.motion.at <= STALE_S:
+                # Only beside one's own drones: where the feed is cut off would show where those of others are.
+                numbers = beside.get(_cell(report.motion), set())
+            else:
+                continue
+            for number in numbers:
+                if number not in best or best[number].report.motion.at < report.motion.at:
+                    best[number] = Heard(by, report)
+        return {
+            number: heard
+            for number, heard in best.items()
+            if not is_own(one, heard, lambda drone_id, number=number: number in watching(drone_id), now)  # type: ignore[misc]
+        }
 
     def _told_of(self, drone: LiveDrone) -> set[int]:
         return {browser.number for browser in self._state.frame_watchers_of(drone) if not browser.is_visitor}
@@ -157,12 +194,12 @@ def _around(place: Motion) -> list[tuple[int, int]]:
     return [(row + up, column + along) for up in (-1, 0, 1) for along in (-1, 0, 1)]
 
 
-def _view(one: Aircraft, now: float) -> AircraftView:
-    report, motion = one.report, one.report.motion
+def _view(one: Aircraft, heard: Heard, now: float) -> AircraftView:
+    report, motion = heard.report, heard.report.motion
     return AircraftView(
         key=one.key,
         manned=report.kind is decode.Kind.MANNED,
-        name=one.label,
+        name=one.label_of(heard),
         lat=round(motion.lat_deg, 6),
         lon=round(motion.lon_deg, 6),
         alt_amsl_m=round(motion.alt_amsl_m, 1) if report.has_height else None,

@@ -10,8 +10,8 @@ from server.live.aircraft.table import Aircraft
 from server.live.separation.motion import Motion
 from wire.ids import DroneId
 
-MAX_TOLD: Final = 100
-"""Aircraft in one message. The newest."""
+MAX_TOLD: Final = 300
+"""Reports in one message. The newest."""
 FRESH_S: Final = 15.0
 _KINDS: Final = {kind.value: kind for kind in Kind}
 
@@ -38,30 +38,29 @@ class SharedAircraft(msgspec.Struct, frozen=True, array_like=True):
 
 
 def shared(aircraft: Iterable[Aircraft], here: Iterable[DroneId], now: float) -> list[SharedAircraft]:
-    """What the drones that are at home here have heard lately."""
+    """What the drones that are at home here have heard lately: one entry for each receiver."""
     ours = frozenset(here)
     found = []
     for one in aircraft:
-        heard_by = [int(drone_id) for drone_id, at in one.heard_by.items() if drone_id in ours and now - at <= FRESH_S]
-        motion = one.report.motion
-        if one.is_own or not heard_by or now - motion.at > FRESH_S:
-            continue
-        report = one.report
-        found.append(
-            SharedAircraft(
-                report.key,
-                report.kind.value,
-                one.label,
-                *motion[:6],
-                max(0, round((now - motion.at) * 1000)),
-                report.has_height,
-                report.course_deg,
-                report.speed_m_s,
-                report.squawk,
-                report.on_ground,
-                heard_by,
+        for drone_id, report in one.reports.items():
+            motion = report.motion
+            if drone_id is None or drone_id not in ours or now - motion.at > FRESH_S:
+                continue
+            found.append(
+                SharedAircraft(
+                    report.key,
+                    report.kind.value,
+                    one.names.get(drone_id) or report.name,
+                    *motion[:6],
+                    max(0, round((now - motion.at) * 1000)),
+                    report.has_height,
+                    report.course_deg,
+                    report.speed_m_s,
+                    report.squawk,
+                    report.on_ground,
+                    [int(drone_id)],
+                )
             )
-        )
     return sorted(found, key=lambda one: one.age_ms)[:MAX_TOLD]
 
 

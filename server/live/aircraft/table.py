@@ -1,51 +1,72 @@
-"""The aircraft that somebody hears: bounded, with ages, and by whom. Pure; takes `now`."""
+"""The aircraft that somebody hears: bounded, with ages, and by whom. Pure; takes `now`.
 
-from collections.abc import Iterator
+Every receiver on board is a witness of its own: what it says counts for the people of its drone, and neither displaces
+nor overrules what others hear. The network feed is the tower's own receiver and counts for all.
+"""
+
+from collections import OrderedDict
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Final, NamedTuple
 
 from server.live.aircraft.decode import Identity, Report, Threat
 from wire.ids import DroneId
 
-MAX_AIRCRAFT: Final = 500
+MAX_OF_A_DRONE: Final = 100
+"""Aircraft that one receiver on board hears at the same time; more, and the one that was silent longest goes."""
+MAX_OF_FEED: Final = 500
 KEEP_S: Final = 60.0
 """An aircraft that nobody has heard for this long is forgotten."""
 THREAT_S: Final = 5.0
 
+Witness = DroneId | None
+"""The drone whose receiver heard it; None: the network feed."""
+Trusts = Callable[[DroneId], bool]
+"""Whether what this drone's receiver hears counts for somebody."""
+
+
+class Heard(NamedTuple):
+    by: Witness
+    report: Report
+
 
 @dataclass
 class Aircraft:
-    """`heard_by`: which drones, and when last."""
+    """All that is said of one aircraft."""
 
-    report: Report
-    heard_by: dict[DroneId, float] = field(default_factory=dict)
-    fed_at: float = float("-inf")
-    """When the network feed had it last."""
-    threat: Threat | None = None
-    threat_at: float = float("-inf")
-    name: str = ""
-    is_own: bool = False
-    """One of the tower's own drones, by its Remote ID or its transponder."""
-    along_since: float | None = None
-    """Since when it is where one of them is."""
+    key: str
+    reports: dict[Witness, Report] = field(default_factory=dict)
+    names: dict[DroneId, str] = field(default_factory=dict)
+    """Serial numbers that were heard with it."""
+    threatens: dict[DroneId, tuple[Threat, float]] = field(default_factory=dict)
+    """Drones whose autopilot avoids it, and since when."""
+    along_since: dict[Witness, dict[DroneId, float]] = field(default_factory=dict)
+    """The tower's own drones that are where each report has it, and since when."""
 
-    @property
-    def key(self) -> str:
-        return self.report.key
+    def heard_for(self, trusts: Trusts) -> Heard | None:
+        """The newest report that counts."""
+        count = [Heard(by, one) for by, one in self.reports.items() if by is None or trusts(by)]
+        return max(count, key=lambda one: one.report.motion.at, default=None)
 
-    @property
-    def label(self) -> str:
-        return self.name or self.report.name
+    def label_of(self, heard: Heard) -> str:
+        """Call sign or serial number, by the same receiver."""
+        return (self.names.get(heard.by, "") if heard.by is not None else "") or heard.report.name
+
+    def threat_to(self, drone_id: DroneId, now: float) -> Threat | None:
+        threat, at = self.threatens.get(drone_id, (None, 0.0))
+        return threat if now - at <= THREAT_S else None
 
 
 class AircraftTable:
-    """The newest position of an aircraft counts, whoever reports it."""
+    """What all witnesses say."""
 
     def __init__(self) -> None:
         self._known: dict[str, Aircraft] = {}
-        self._names: dict[str, str] = {}
+        self._of: dict[Witness, OrderedDict[str, None]] = {}
+        """The aircraft that each witness hears; the one heard last is last."""
+        self._names: dict[DroneId, dict[str, str]] = {}
         self.left_out = 0
-        """How often one was dropped because there were too many."""
+        """How often one was dropped because a witness named too many."""
 
     def __len__(self) -> int:
         return len(self._known)
@@ -53,47 +74,52 @@ class AircraftTable:
     def __iter__(self) -> Iterator[Aircraft]:
         return iter(self._known.values())
 
-    def get(self, key: str) -> Aircraft | None:
-        return self._known.get(key)
-
-    def take(self, report: Report, by: DroneId | None, now: float) -> None:
-        """`by`: the drone whose receiver heard it; None: the network feed."""
+    def take(self, report: Report, by: Witness, now: float) -> None:
         if now - report.motion.at > KEEP_S:
             return
-        one = self._known.get(report.key)
-        if one is None:
-            if len(self._known) >= MAX_AIRCRAFT:
-                self.left_out += 1
-                oldest = min(self._known.values(), key=lambda known: known.report.motion.at)
-                if oldest.report.motion.at >= report.motion.at:
-                    return
-                del self._known[oldest.key]
-            one = self._known[report.key] = Aircraft(report, name=self._names.get(report.key, ""))
-        elif report.motion.at >= one.report.motion.at:
-            one.report = report
-        if by is None:
-            one.fed_at = now
-        else:
-            one.heard_by[by] = now
+        heard = self._of.setdefault(by, OrderedDict())
+        one = self._known.setdefault(report.key, Aircraft(report.key))
+        before = one.reports.get(by)
+        if before is None or report.motion.at >= before.motion.at:
+            one.reports[by] = report
+        if by is not None and report.key in self._names.get(by, ()):
+            one.names[by] = self._names[by][report.key]
+        heard[report.key] = None
+        heard.move_to_end(report.key)
+        if len(heard) > (MAX_OF_FEED if by is None else MAX_OF_A_DRONE):
+            self.left_out += 1
+            self._forget(next(iter(heard)), by)
 
-    def name(self, identity: Identity) -> None:
-        if len(self._names) >= MAX_AIRCRAFT:
-            self._names.clear()  # senders say their names again every few seconds
-        self._names[identity.key] = identity.name
+    def name(self, identity: Identity, by: DroneId) -> None:
+        names = self._names.setdefault(by, {})
+        if len(names) >= MAX_OF_A_DRONE:
+            names.clear()  # senders say their names again every few seconds
+        names[identity.key] = identity.name
         one = self._known.get(identity.key)
-        if one is not None:
-            one.name = identity.name
+        if one is not None and by in one.reports:
+            one.names[by] = identity.name
 
-    def threaten(self, threat: Threat, now: float) -> None:
+    def threaten(self, threat: Threat, to: DroneId, now: float) -> None:
         one = self._known.get(threat.key)
-        if one is not None:
-            one.threat, one.threat_at = threat, now
+        if one is not None and to in one.reports:
+            one.threatens[to] = threat, now
 
     def forget_old(self, now: float) -> None:
-        for key, one in list(self._known.items()):
-            if now - one.report.motion.at > KEEP_S:
-                del self._known[key]
-                continue
-            one.heard_by = {drone_id: at for drone_id, at in one.heard_by.items() if now - at <= KEEP_S}
-            if one.threat is not None and now - one.threat_at > THREAT_S:
-                one.threat = None
+        for one in list(self._known.values()):
+            for by, report in list(one.reports.items()):
+                if now - report.motion.at > KEEP_S:
+                    self._forget(one.key, by)
+
+    def _forget(self, key: str, by: Witness) -> None:
+        one, heard = self._known[key], self._of[by]
+        del one.reports[by], heard[key]
+        one.along_since.pop(by, None)
+        if by is not None:
+            one.names.pop(by, None)
+            one.threatens.pop(by, None)
+        if not one.reports:
+            del self._known[key]
+        if not heard:
+            del self._of[by]
+            if by is not None:
+                self._names.pop(by, None)

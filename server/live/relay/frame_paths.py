@@ -101,7 +101,7 @@ class FramePaths:
                     has_secret = True
                     continue
                 if kind in AIRCRAFT:
-                    self._state.aircraft_frames.append((drone_id, frame, now))
+                    self._state.aircraft_frames.put(drone_id, (frame, now))
                 if is_asked and kind in ANSWERS:
                     self._observed.heard(drone_id, frame)
                 if kind == STATUSTEXT:
@@ -119,7 +119,7 @@ class FramePaths:
             elif msgid == _HEARTBEAT and key[1] == _AUTOPILOT:
                 drone.heartbeat, drone.heartbeat_at = frame, now
             elif msgid == ADSB_VEHICLE:
-                self._state.aircraft_frames.append((drone_id, frame, now))
+                self._state.aircraft_frames.put(drone_id, (frame, now))
             elif msgid in KEPT and key[1] == _AUTOPILOT:
                 drone.telemetry.newest[msgid, key[3]] = frame
         for browser in watchers:

@@ -3,7 +3,6 @@
 Nothing here decides anything. Every method is plain and returns at once.
 """
 
-from collections import deque
 from collections.abc import Callable, Iterable
 from collections.abc import Set as AbstractSet
 from datetime import datetime
@@ -13,6 +12,7 @@ from msgspec import Raw
 from msgspec.structs import replace
 
 from server.domain.clock import Clock
+from server.domain.fair_queue import FairQueue
 from server.domain.relations import Right
 from server.live.hub_events import HoldToKeep, HubEvent
 from server.live.relay import live_messages as live
@@ -30,7 +30,8 @@ from wire.frames import payload
 from wire.ids import DroneId, LinkId, UserId
 from wire.open_holds import LostAction
 
-MAX_AIRCRAFT_FRAMES: Final = 500
+MAX_AIRCRAFT_FRAMES: Final = 200
+"""Of one drone that wait."""
 
 
 class LiveState:
@@ -46,8 +47,8 @@ class LiveState:
         self.traffic = Traffic()
         self.elsewhere = DronesElsewhere()
         """Drones in the air at other towers."""
-        self.aircraft_frames: deque[tuple[DroneId, bytes, float]] = deque(maxlen=MAX_AIRCRAFT_FRAMES)
-        """What receivers on board heard and nobody has read yet; a flood loses the oldest."""
+        self.aircraft_frames: FairQueue[DroneId, tuple[bytes, float]] = FairQueue(MAX_AIRCRAFT_FRAMES)
+        """What receivers on board heard and nobody has read yet, and when; a flood loses its own oldest."""
         self.sticks_at = float("-inf")
         """When the last stick frame of any user was forwarded."""
         self.place_of: Callable[[DroneId], Place] = lambda drone_id: Place.HERE

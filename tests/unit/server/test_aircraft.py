@@ -1,15 +1,17 @@
 """Aircraft around drones: what receivers and the feed report, what people see, and the alert about what comes near."""
 
 import json
+from collections.abc import Callable
 
 import pytest
+from hub_world import record
 from test_zones_geometry import M
-from test_zones_of_drones import Scene
+from test_zones_of_drones import Scene, position
 
 from server.live.aircraft.decode import Identity, Kind, Report, Threat, read
 from server.live.aircraft.feed import reports_in
 from server.live.aircraft.messages import AircraftHeard
-from server.live.aircraft.table import MAX_AIRCRAFT, AircraftTable
+from server.live.aircraft.table import MAX_OF_A_DRONE, AircraftTable
 from server.live.relay.live_messages import AlertChanged
 from wire.control_messages import AutopilotState
 from wire.dialect import build, mavlink
@@ -35,6 +37,12 @@ def remote_id(east_m: float, up_m: float = 120.0, sender: int = 9) -> bytes:
         0, 0, [sender, *zeros], 2, 36100, 25500, 0, 1, round(east_m * M * 1e7), 0, up_m, 0, 0, 0, 0, 0, 0, 0, 0
     )
     return build(message, system_id=1, component_id=236, sequence=0)
+
+
+def reported(frame: bytes, at: float) -> Report:
+    report = read(frame, at)
+    assert isinstance(report, Report)
+    return report
 
 
 def fly(scene: Scene, *frames: bytes, seconds: float = 4.0) -> None:
@@ -73,13 +81,13 @@ def test_what_remote_id_and_collision_say() -> None:
     assert threat == Threat("icao:4b1234", 2, 12.0, 90.0, 30.0)
 
 
-def test_the_table_is_bounded_and_forgets() -> None:
+def test_the_table_is_bounded_for_each_receiver_and_forgets() -> None:
     table = AircraftTable()
-    for number in range(MAX_AIRCRAFT + 50):
-        report = read(adsb(0, icao=number), number / 100)
-        assert isinstance(report, Report)
-        table.take(report, DroneId(1), number / 100)
-    assert (len(table), table.left_out) == (MAX_AIRCRAFT, 50)
+    table.take(reported(adsb(0, icao=7), 0.0), DroneId(2), 0.0)
+    for number in range(1000, 1000 + MAX_OF_A_DRONE + 50):
+        table.take(reported(adsb(0, icao=number), number / 100), DroneId(1), number / 100)
+    assert (len(table), table.left_out) == (MAX_OF_A_DRONE + 1, 50)
+    assert "icao:000007" in {one.key for one in table}, "a flood displaces nothing that another receiver hears"
     table.forget_old(1000.0)
     assert len(table) == 0
 
@@ -123,6 +131,61 @@ def test_a_foreign_drone_is_a_warning_and_one_of_the_towers_own_is_none() -> Non
     fly(scene, remote_id(3.0))
     assert scene.drone.aircraft_near == ("", "")
     assert all(not one.aircraft for one in heard(scene))
+
+
+class Beside(Scene):
+    """Drone 2 is a stranger's, and in the air too, 4 km east. What its receiver "hears" comes at 20 Hz."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.liar = self.world.agent(2)
+        other = self.hub.state.drones[DroneId(2)]
+        other.armed = other.airborne = other.was_airborne = True
+        self.place = position(4000.0, 20.0)
+
+    def fly(self, heard: Callable[[], bytes], claimed: Callable[[], bytes], seconds: float = 6.0) -> None:
+        for step in range(round(seconds * 5)):
+            self.liar.send(self.place, *(claimed() for _ in range(4)), now=self.now)
+            if step % 5 == 0:
+                self.agent.send(heard(), now=self.now)
+            self.be(0.0)
+
+
+def test_a_strangers_receiver_hides_no_aircraft() -> None:
+    """It has the same address somewhere else, newer each time."""
+    scene = Beside()
+    scene.fly(lambda: adsb(3000 - 60 * scene.now, east_m_s=-60.0), lambda: adsb(90_000))
+    assert "an aircraft (HELI1) comes near" in scene.drone.aircraft_near.manned
+
+
+def test_a_strangers_drone_beside_an_aircraft_makes_it_nobodys_own() -> None:
+    scene = Beside()
+
+    def aircraft() -> bytes:
+        return adsb(4000 - 60 * scene.now, east_m_s=-60.0, up_m=120.0)
+
+    for _ in range(100):  # 20 s beside it
+        scene.place = position(4000 - 60 * scene.now, 20.0, east_m_s=-60.0)
+        scene.fly(aircraft, aircraft, seconds=0.2)
+    assert "an aircraft (HELI1) comes near" in scene.drone.aircraft_near.manned
+
+
+def test_a_strangers_receiver_invents_no_aircraft_and_one_of_the_same_people_counts() -> None:
+    scene = Beside()
+    scene.fly(lambda: adsb(90_000, icao=1), lambda: adsb(3000 - 60 * scene.now, east_m_s=-60.0))
+    assert scene.drone.aircraft_near == ("", "")
+    scene.world.apply(record(1, (1,), holder=1), record(2, (1, 2)))
+    scene.fly(lambda: adsb(90_000, icao=1), lambda: adsb(3000 - 60 * scene.now, east_m_s=-60.0))
+    assert "an aircraft (HELI1) comes near" in scene.drone.aircraft_near.manned
+
+
+def test_the_collision_of_a_strangers_autopilot_threatens_its_own_drone_alone() -> None:
+    scene = Beside()
+    collision = build(
+        mavlink.MAVLink_collision_message(0, ICAO, 0, 2, 12.0, 30.0, 90.0), system_id=1, component_id=1, sequence=0
+    )
+    scene.fly(lambda: adsb(9000), lambda: collision)
+    assert scene.drone.aircraft_near == ("", "")
 
 
 FEED = {

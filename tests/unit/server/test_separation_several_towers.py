@@ -217,7 +217,9 @@ def test_a_tower_of_the_version_before_is_told_nothing_that_it_does_not_know() -
     assert older.b.towers.packets_dropped == 0
 
 
-def test_what_one_drone_hears_warns_a_drone_of_another_tower(two: TwoTowers) -> None:
+def test_what_one_drone_hears_warns_a_drone_of_the_same_people_at_another_tower(two: TwoTowers) -> None:
+    for tower in (two.a, two.b):
+        tower.world.apply(record(1, (1,)), record(2, (1, 2)))
     two.places[2] = (0.0, 3_000.0, 53.0)
     alice, bob = two.b.world.browser(1), two.b.world.browser(2)
     two.pass_time(2.0)

@@ -59,7 +59,10 @@ def on_disk(folder: Path) -> int:
         *((one, False, True) for one in ("127.0.0.1", "10.1.2.3", "192.168.0.1", "172.16.9.9", "::1", "fd00::1")),
         *((one, False, False) for one in ("169.254.169.254", "fe80::1%eth0", "0.0.0.0", "224.0.0.1", "ff02::1", "::")),
         *((one, False, True) for one in ("::ffff:127.0.0.1", "::ffff:10.0.0.1", "2002:7f00:1::")),
-        ("::ffff:169.254.169.254", False, False),
+        *((one, False, False) for one in ("::ffff:169.254.169.254", "64:ff9b::a9fe:a9fe", "::127.0.0.1", "fec0::1")),
+        *((one, False, False) for one in ("64:ff9b:1::a00:1", "64:ff9b:1:fffe::7f00:1", "100.64.0.1")),
+        *((one, False, False) for one in ("fd00:ec2::254", "fd20:ce::254", "100.100.100.200", "168.63.129.16")),
+        ("64:ff9b::808:808", True, True),
         ("not an address", False, False),
     ],
 )
