@@ -106,7 +106,8 @@ class LoopWatch:
         if hold.at - self._logged_at.get(hold.where, float("-inf")) >= LOG_EVERY_S:
             self._logged_at[hold.where] = hold.at
             through = " > ".join(stack[-STACK_LINES:])
-            _log.warning("loop_held", where=hold.where, held_ms=round(hold.held_s * 1000), through=through)
+            log = _log.info if hold.where == NOT_OURS else _log.warning
+            log("loop_held", where=hold.where, held_ms=round(hold.held_s * 1000), through=through)
 
 
 def _ours(frame: FrameType | None) -> Iterator[str]:

@@ -11,10 +11,14 @@ from sqlalchemy import event, select
 from tower_world import copy_empty_database
 
 from server.live.alerts.alert import Alert
+from server.live.alerts.announcer import Announcement, Happening
 from server.live.alerts.rules import BY_NAME
 from server.live.flights.black_box import BlackBoxFetcher
 from server.live.flights.gap_watch import GapFound, GapWatch
 from server.live.flights.recorder import FlightHead
+from server.store.accounts.tables import UserRow
+from server.store.alert_channels import outbox
+from server.store.alert_channels.tables import AlertChannelRow
 from server.store.alerts import writer as alert_writer
 from server.store.alerts.tables import AlertRow
 from server.store.alerts.writer import AlertWriter
@@ -142,8 +146,8 @@ async def test_gaps_outlast_a_database_that_is_away(store: Store, monkeypatch: p
     assert len(await store.rows(FlightGapRow)) == len(store.fetched) == DRONES
 
 
-def alert(number: int, words: str = "found") -> Alert:
-    return Alert(number, BY_NAME["unattended"], "", DroneId(1), words, NOW)
+def alert(number: int, words: str = "found", drone_id: int = 1) -> Alert:
+    return Alert(number, BY_NAME["unattended"], "", DroneId(drone_id), words, NOW)
 
 
 async def test_new_alerts_and_known_ones_are_stored_together(store: Store) -> None:
@@ -167,11 +171,43 @@ async def test_new_alerts_and_known_ones_are_stored_together(store: Store) -> No
 
 
 async def test_alerts_that_find_no_room_are_counted(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(alert_writer, "MAX_WAITING", 5)
+    monkeypatch.setattr(alert_writer, "OF_A_DRONE", 5)
     alerts = AlertWriter(store.database, lambda: NOW)
     for number in range(1, 8):
         alerts.changed(alert(number))
     alerts.changed(alert(5))
-    assert alerts.lost == 2, "one that waits already needs no room"
+    alerts.changed(alert(8, drone_id=2))
+    assert alerts.lost == 2, "one that waits already needs no room, and the other drone has a share of its own"
     await alerts._write_all()
-    assert [row.id for row in await store.rows(AlertRow)] == [1, 2, 3, 4, 5]
+    assert [row.id for row in await store.rows(AlertRow)] == [1, 2, 3, 4, 5, 8]
+    alerts.changed(alert(9))
+    assert alerts.lost == 2
+    await alerts._write_all()
+
+
+async def test_what_waits_about_one_drone_leaves_room_for_the_others(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(outbox, "OF_A_DRONE", 5)
+    async with store.database.writing() as session:
+        someone = UserRow(name="ada", name_key="ada", password_hash="", role="admin", created_at=NOW)
+        session.add(someone)
+        await session.flush()
+        channel = AlertChannelRow(
+            user_id=someone.id, kind="mail", target="a@example.org", severity="notice", drones="all", created_at=NOW
+        )
+        session.add(channel)
+    alerts = AlertWriter(store.database, lambda: NOW)
+
+    async def announced(numbers: range, drone_id: int) -> int:
+        known = [alert(number, drone_id=drone_id) for number in numbers]
+        for one in known:
+            alerts.changed(one)
+        await alerts._write_all()
+        said = [(Announcement(Happening.OPENED, one, "Kestrel"), {"id": one.id}) for one in known]
+        async with store.database.writing() as session:
+            return await outbox.put(session, said, knows=lambda *_: True, owns=lambda *_: True, now=NOW)
+
+    assert await announced(range(1, 9), 1) == 3
+    assert await announced(range(9, 12), 1) == 3
+    assert await announced(range(20, 24), 2) == 0

@@ -5,11 +5,13 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
 
+import httpx
 import pytest
 from flying_scene import Scene
 from tower_world import start_tower
 
 from server.domain.people import Role
+from server.store.zones import zones
 
 AREA = [[47.002, 7.999], [47.003, 7.999], [47.003, 8.001], [47.002, 8.001]]
 """Some 220 m north of home."""
@@ -78,6 +80,26 @@ async def test_a_team_draws_its_own_zones_and_others_do_not_know_them(scene: Sce
     assert (await holder.delete(f"/api/v1/teams/{team['id']}")).status_code == 204
     await world.tower.zone_follower.refresh()
     assert (await scene.admin.get("/api/v1/zones")).json() == []
+
+
+async def test_no_team_takes_the_room_of_others_or_of_the_tower(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(zones, "MAX_OF_A_TEAM", 2)
+    monkeypatch.setattr(zones, "MAX_OF_TEAMS", 4)
+    monkeypatch.setattr(zones, "MAX_ZONES", 6)
+
+    async def drawn(client: httpx.AsyncClient, team_id: int | None) -> tuple[int, str]:
+        answer = await client.post("/api/v1/zones", json=ZONE | {"team_id": team_id})
+        return answer.status_code, answer.json().get("detail", "")
+
+    first, second = [(await scene.holder.post("/api/v1/teams", json={"name": one})).json()["id"] for one in ("A", "B")]
+    by_admin = [(await scene.admin.post("/api/v1/teams", json={"name": one})).json()["id"] for one in ("C", "D")]
+    assert [(await drawn(scene.holder, team))[0] for team in (first, second)] == [201, 201]
+    status, why = await drawn(scene.holder, second)
+    assert (status, "one person has made" in why) == (409, True)
+    assert [(await drawn(scene.admin, team))[0] for team in by_admin] == [201, 201]
+    status, why = await drawn(scene.admin, by_admin[0])
+    assert (status, "all teams together" in why) == (409, True)
+    assert [(await drawn(scene.admin, None))[0] for _ in range(3)] == [201, 201, 409]
 
 
 async def test_a_plan_into_a_zone_is_refused_with_words(scene: Scene) -> None:

@@ -1,23 +1,24 @@
 """What is announced of alerts outside of the console: the beginning, the end, and that nobody has answered.
 
 Part of the hub: plain calls, no database. Whoever delivers takes the announcements from here (`taken`); until then they
-wait, at most MAX_WAITING.
+wait, at most OF_A_DRONE of each drone.
 """
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from enum import StrEnum
 from typing import Final
 
+from server.domain.fair_queue import FairQueue
 from server.live.alerts.alert import Alert
 from server.live.alerts.severity import Severity
 from server.live.relay.live_state import LiveState
+from wire.ids import DroneId
 
-MAX_WAITING: Final = 2_000
+OF_A_DRONE: Final = 100
 """While the database is unreachable. The oldest go: the newest say how things are."""
 RECENT: Final = timedelta(minutes=10)
 """After a restart the beginning of an older alert is no news."""
@@ -53,8 +54,8 @@ class Announcer:
         self._quiet: dict[int, Alert] = {}
         """Open alerts of drones on the bench: announced if the drone leaves it."""
         self._unanswered: set[int] = set()
-        self._waiting: deque[Announcement] = deque()
-        self.lost = 0
+        self._waiting: FairQueue[DroneId | None, Announcement] = FairQueue(OF_A_DRONE)
+        """Of each drone; None: of the tower."""
         self.on_waiting: Callable[[], None] = lambda: None
         """Called when there is something to take."""
 
@@ -109,15 +110,13 @@ class Announcer:
                 self._announce(Happening.UNANSWERED, alert)
 
     def taken(self) -> list[Announcement]:
-        """Returns what waits, oldest first, and forgets it."""
-        taken = list(self._waiting)
-        self._waiting.clear()
-        return taken
+        """Returns what waits, oldest first of each drone, and forgets it."""
+        return [self._waiting.pop()[1] for _ in range(len(self._waiting))]
 
     def give_back(self, announcements: list[Announcement]) -> None:
         """They could not be stored: they wait again, before all others."""
-        self._waiting.extendleft(reversed(announcements))
-        self._limit()
+        for one in [*announcements, *self.taken()]:
+            self._waiting.put(one.alert.drone_id, one)
 
     def _is_worth_it(self, alert: Alert) -> bool:
         if alert.drone_id is None:
@@ -135,11 +134,5 @@ class Announcer:
             if drone is None:
                 return
             name = drone.record.name
-        self._waiting.append(Announcement(happening, alert, name))
-        self._limit()
+        self._waiting.put(alert.drone_id, Announcement(happening, alert, name))
         self.on_waiting()
-
-    def _limit(self) -> None:
-        while len(self._waiting) > MAX_WAITING:
-            self._waiting.popleft()
-            self.lost += 1

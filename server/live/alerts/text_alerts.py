@@ -10,6 +10,7 @@ from typing import Final
 
 from server.live.alerts.rules import AUTOPILOT_ERROR, FAILSAFE, Rule
 from server.live.alerts.status_texts import StatusText
+from server.live.relay.token_bucket import TokenBucket
 from wire.dialect import mavlink
 
 ERROR_LASTS_S: Final = 60.0
@@ -18,6 +19,11 @@ RULES: Final = frozenset({FAILSAFE.name, AUTOPILOT_ERROR.name})
 MAX_LASTING: Final = 6
 """Of one drone. Beyond it the oldest ends."""
 MAX_WORDS: Final = 200
+BURST: Final = 12
+"""Texts about something new that become alerts one after the other; then one in EVERY_S."""
+EVERY_S: Final = 15.0
+MANY: Final = "many"
+"""The subject of the one alert for all others."""
 _WARNING: Final = int(mavlink.MAV_SEVERITY_WARNING)
 _ERROR: Final = int(mavlink.MAV_SEVERITY_ERROR)
 _FAILSAFE: Final = re.compile(
@@ -42,6 +48,7 @@ class TextAlerts:
 
     def __init__(self) -> None:
         self._lasting: dict[tuple[str, str], _Lasting] = {}
+        self._room = TokenBucket(1 / EVERY_S, BURST, 0.0)
 
     @property
     def idle(self) -> bool:
@@ -80,10 +87,15 @@ class TextAlerts:
 
     def _begin(self, rule: Rule, name: str, words: str, now: float, *, until: float | None) -> None:
         key = (rule.name, _subject(words))
+        told = f"The autopilot of {name} says: {words}"
+        if key not in self._lasting and not self._room.take(1, now):
+            # A flood would push out of everybody's channels what others need to know.
+            key, until = (rule.name, MANY), now + ERROR_LASTS_S
+            told = f"The autopilot of {name} reports more than can be told one by one: read its messages."
         self._lasting.pop(key, None)
         if len(self._lasting) >= MAX_LASTING:
             del self._lasting[next(iter(self._lasting))]
-        self._lasting[key] = _Lasting(f"The autopilot of {name} says: {words}", now, until)
+        self._lasting[key] = _Lasting(told, now, until)
 
 
 def _subject(words: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
@@ -27,6 +28,8 @@ RETRY_AFTER: Final = tuple(timedelta(seconds=wait) for wait in (10, 30, 120, 600
 KEPT_FOR: Final = timedelta(days=7)
 MAX_WAITING: Final = 10_000
 """Rows; with more, new announcements are dropped."""
+OF_A_DRONE: Final = 300
+"""Rows about one drone: however much it announces, the others' find room."""
 _RANK: Final = {severity: number for number, severity in enumerate(Severity)}
 
 Knows = Callable[[Principal, Announcement], bool]
@@ -83,20 +86,31 @@ async def put(
     ids = {announcement.alert.id for _, announcement, _ in wanted}
     there = select(AlertDeliveryRow.channel_id, AlertDeliveryRow.alert_id, AlertDeliveryRow.happening)
     known = {tuple(row) for row in await session.execute(there.where(AlertDeliveryRow.alert_id.in_(ids)))}
-    waiting = await session.scalar(
-        select(func.count()).select_from(AlertDeliveryRow).where(AlertDeliveryRow.ended_at.is_(None))
+    counted = (
+        select(AlertRow.drone_id, func.count())
+        .select_from(AlertDeliveryRow)
+        .outerjoin(AlertRow, AlertRow.id == AlertDeliveryRow.alert_id)
+        .where(AlertDeliveryRow.ended_at.is_(None))
+        .group_by(AlertRow.drone_id)
     )
-    room = MAX_WAITING - (waiting or 0)
+    waiting: Counter[int | None] = Counter({row[0]: row[1] for row in await session.execute(counted)})
+    room = MAX_WAITING - waiting.total()
+    dropped = 0
     # In order, so that a beginning of this very batch counts for its end.
-    new = []
+    new: list[tuple[int, Announcement, dict[str, Any]]] = []
     for channel_id, announcement, content in wanted:
         happening, alert_id = announcement.happening, announcement.alert.id
         is_told = (channel_id, alert_id, Happening.OPENED.value) in known
         if (channel_id, alert_id, happening.value) in known or (happening is Happening.CLOSED and not is_told):
             continue
         known.add((channel_id, alert_id, happening.value))
+        whose = announcement.alert.drone_id
+        if len(new) >= room or (whose is not None and waiting[whose] >= OF_A_DRONE):
+            dropped += 1
+            continue
+        waiting[whose] += 1
         new.append((channel_id, announcement, content))
-    for channel_id, announcement, content in new[: max(room, 0)]:
+    for channel_id, announcement, content in new:
         row = AlertDeliveryRow(
             channel_id=channel_id,
             alert_id=announcement.alert.id,
@@ -106,7 +120,7 @@ async def put(
             due_at=now,
         )
         session.add(row)
-    return max(len(new) - max(room, 0), 0)
+    return dropped
 
 
 def _gets(channel: AlertChannelRow, user: UserRow, announcement: Announcement, knows: Knows, owns: Owns) -> bool:

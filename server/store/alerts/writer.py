@@ -7,6 +7,7 @@ trail, in the same transaction.
 from __future__ import annotations
 
 import asyncio
+from collections import Counter
 from dataclasses import dataclass
 from typing import Final
 
@@ -20,8 +21,9 @@ from server.store.alerts.tables import AlertRow
 from server.store.audit.trail import Actor, record
 from server.store.database import Database
 
-MAX_WAITING: Final = 5_000
-"""While the database is unreachable. The newest alerts are not stored then: people are told of them all the same."""
+OF_A_DRONE: Final = 500
+"""While the database is unreachable. Of a drone with more, the newest are not stored: people are told of them all the
+same."""
 AT_ONCE: Final = 200
 TRY_AGAIN_AFTER_S: Final = 1.0
 CAUGHT_UP_WITHIN_S: Final = 5.0
@@ -44,6 +46,8 @@ class AlertWriter:
         self._database = database
         self._clock = clock
         self._waiting: dict[int, Alert] = {}
+        self._of: Counter[int | None] = Counter()
+        """How many of them are of a drone; None: of the tower."""
         self._acknowledged: dict[int, Acknowledgement] = {}
         self._something = asyncio.Event()
         self.lost = 0
@@ -51,10 +55,12 @@ class AlertWriter:
 
     def changed(self, alert: Alert) -> None:
         """The alert is to be stored as it is when its turn comes."""
-        if alert.id not in self._waiting and len(self._waiting) >= MAX_WAITING:
-            self.lost += 1
-            _log.error("alert_not_stored", alert=alert.id, rule=alert.rule.name, drone_id=alert.drone_id)
-            return
+        if alert.id not in self._waiting:
+            if self._of[alert.drone_id] >= OF_A_DRONE:
+                self.lost += 1
+                _log.error("alert_not_stored", alert=alert.id, rule=alert.rule.name, drone_id=alert.drone_id)
+                return
+            self._of[alert.drone_id] += 1
         self._waiting[alert.id] = alert
         self._something.set()
 
@@ -121,7 +127,8 @@ class AlertWriter:
             del self._acknowledged[alert_id]
         for alert_id, state in before.items():
             if _state(self._waiting[alert_id]) == state:  # else it has changed meanwhile, and is written again
-                del self._waiting[alert_id]
+                written = self._waiting.pop(alert_id)
+                self._of[written.drone_id] -= 1
 
 
 def row_of(alert: Alert) -> AlertRow:

@@ -16,10 +16,12 @@ from sqlalchemy import Row, func, select
 from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.domain.access import AdminsOnly
+from server.domain.people import Role
 from server.domain.refusal import Refusal
-from server.live.zones.zone import MAX_ZONES
+from server.live.zones.zone import MAX_OF_A_TEAM, MAX_OF_TEAMS, MAX_ZONES
+from server.store.accounts.tables import UserRow
 from server.store.audit.action import AuditAction
-from server.store.teams.tables import TeamMemberRow
+from server.store.teams.tables import TeamMemberRow, TeamRow
 from server.store.teams.teams import TeamManager, get_team, led_team, new_id
 from server.store.zones.tables import ZoneRow
 from wire.zones.kinds import HeightAbove, ZoneKind, ZoneRule
@@ -38,8 +40,14 @@ class UnknownZone(Refusal):
 
 
 class TooManyZones(Refusal):
-    def __init__(self) -> None:
-        super().__init__(f"the tower keeps at most {MAX_ZONES} zones: delete some first")
+    def __init__(self, *, of_team: bool = False, of_teams: bool = False) -> None:
+        if of_team:
+            words = f"a team, or all teams that one person has made, may have {MAX_OF_A_TEAM} zones"
+        elif of_teams:
+            words = f"all teams together may have {MAX_OF_TEAMS} zones, and they have them: ask an admin of the tower"
+        else:
+            words = f"the tower keeps at most {MAX_ZONES} zones"
+        super().__init__(f"{words}: delete some first")
 
 
 class ZoneChangedMeanwhile(Refusal):
@@ -82,8 +90,7 @@ async def teams_of(session: AsyncSession, user_id: int) -> frozenset[int]:
 async def create_zone(session: AsyncSession, zone: Zone, *, manager: TeamManager, action: AuditAction) -> Zone:
     """The zone with its id. `zone`: a checked one. Raises AdminsOnly, UnknownTeam, TeamAdminsOnly, TooManyZones."""
     await _require_right(session, zone.team_id, manager)
-    if (await session.scalar(select(func.count(ZoneRow.id))) or 0) >= MAX_ZONES:
-        raise TooManyZones
+    await _require_room(session, zone.team_id)
     row = ZoneRow(id=new_id(), version=1)
     _fill(row, zone, action)
     session.add(row)
@@ -100,6 +107,8 @@ async def replace_zone(
     await _require_right(session, zone.team_id, manager)
     if zone.version != row.version:
         raise ZoneChangedMeanwhile(row.version)
+    if zone.team_id != row.team_id:
+        await _require_room(session, zone.team_id)
     before = _about(zone_of(row))
     _fill(row, zone, action)
     row.version += 1
@@ -135,6 +144,29 @@ async def _require_right(session: AsyncSession, team_id: int | None, manager: Te
         await led_team(session, team_id, manager)
     elif not manager.above:
         raise AdminsOnly
+
+
+async def _require_room(session: AsyncSession, team_id: int | None) -> None:
+    """For one zone more of the team; None: of the tower. Raises TooManyZones."""
+    whole, of_teams = (await session.execute(select(func.count(ZoneRow.id), func.count(ZoneRow.team_id)))).one()
+    if whole >= MAX_ZONES:
+        raise TooManyZones
+    if team_id is None:
+        return
+    if of_teams >= MAX_OF_TEAMS:
+        raise TooManyZones(of_teams=True)
+    made_by = await session.scalar(
+        select(UserRow.id)
+        .join(TeamRow, TeamRow.made_by == UserRow.id)
+        .where(TeamRow.id == team_id, UserRow.role != Role.ADMIN.value)
+    )
+    share = select(func.count(ZoneRow.id))
+    if made_by is None:
+        share = share.where(ZoneRow.team_id == team_id)
+    else:
+        share = share.join(TeamRow, TeamRow.id == ZoneRow.team_id).where(TeamRow.made_by == made_by)
+    if (await session.scalar(share) or 0) >= MAX_OF_A_TEAM:
+        raise TooManyZones(of_team=True)
 
 
 def _fill(row: ZoneRow, zone: Zone, action: AuditAction) -> None:

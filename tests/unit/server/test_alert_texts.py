@@ -3,7 +3,15 @@
 import pytest
 
 from server.live.alerts.status_texts import CHUNK_WAIT_S, StatusText, StatusTexts
-from server.live.alerts.text_alerts import ERROR_LASTS_S, LASTS_AT_LEAST_S, MAX_LASTING, TextAlerts
+from server.live.alerts.text_alerts import (
+    BURST,
+    ERROR_LASTS_S,
+    EVERY_S,
+    LASTS_AT_LEAST_S,
+    MANY,
+    MAX_LASTING,
+    TextAlerts,
+)
 from wire.dialect import build, mavlink
 
 
@@ -74,6 +82,24 @@ def test_many_texts_are_bounded() -> None:
     found = said(*many)
     assert len(found) == MAX_LASTING
     assert ("autopilot-error", "fault i") in found
+
+
+def test_a_flood_becomes_one_alert() -> None:
+    """A hostile vehicle sent 12 a second, each about something new: 9,594 messages to others found no room."""
+    alerts, opened, before = TextAlerts(), 0, set[tuple[str, str]]()
+    for number in range(720):
+        now = number / 12
+        letters = "".join(chr(97 + int(digit)) for digit in str(number))
+        alerts.take("Merlin", StatusText(2, f"failsafe {letters}"), now)
+        found = alerts.found(now)
+        opened += len(found.keys() - before)
+        before = set(found)
+    assert opened <= BURST + 60 / EVERY_S + 1
+    words = found["failsafe", MANY]
+    assert words == "The autopilot of Merlin reports more than can be told one by one: read its messages."
+    assert ("failsafe", MANY) not in alerts.found(now + ERROR_LASTS_S)
+    alerts.take("Merlin", StatusText(2, "Radio failsafe"), now + 60)
+    assert ("failsafe", "radio failsafe") in alerts.found(now + 60), "later it is told by name again"
 
 
 def chunk(text: str, number: int, sequence: int, severity: int = 4) -> bytes:
