@@ -75,6 +75,10 @@ class UlogReader:
         self._log = log
         self._names = names
         self._formats: dict[str, list[tuple[str, int, str]]] = {}
+        """The first definition of a name counts, so that what was made of it holds."""
+        self._layouts: dict[str, _Layout | None] = {}
+        """None: a topic without a time."""
+        self._sizes: dict[str, int] = {}
         self._topics: dict[int, tuple[str, int, _Layout]] = {}
         self._appended: list[int] = []
         self._mark = -1
@@ -163,7 +167,7 @@ class UlogReader:
             name, _, fields = body.decode("ascii").partition(":")
             found = [_FIELD.fullmatch(field) for field in fields.split(";") if field]
             if all(found):
-                self._formats[name] = [(one[1], int(one[2] or 0), one[3]) for one in found if one]
+                self._formats.setdefault(name, [(one[1], int(one[2] or 0), one[3]) for one in found if one])
         elif kind == "B":
             if body[8] & ~_APPENDED or any(body[9:_OFFSETS_AT]):
                 raise BadFlightFile("this ULog is of a newer kind that the tower cannot read")
@@ -174,6 +178,14 @@ class UlogReader:
     def _subscribe(self, instance: int, number: int, name: str) -> None:
         if name not in self._names:
             return
+        if name not in self._layouts:
+            self._layouts[name] = None  # also where it raises: it is tried once
+            self._layouts[name] = self._layout(name)
+        layout = self._layouts[name]
+        if layout is not None:
+            self._topics[number] = name, instance, layout
+
+    def _layout(self, name: str) -> _Layout | None:
         codes: list[str] = []
         places: list[tuple[str, int, int]] = []
         values = 0
@@ -187,11 +199,14 @@ class UlogReader:
             values += max(count, 1)
         while codes and codes[-1].endswith("x"):
             codes.pop()  # the log leaves out padding at the end
-        if ("uint64_t", 0, "timestamp") in self._formats.get(name, ()):
-            self._topics[number] = name, instance, _Layout(Struct("<" + "".join(codes)), tuple(places))
+        if ("uint64_t", 0, "timestamp") not in self._formats.get(name, ()):
+            return None
+        return _Layout(Struct("<" + "".join(codes)), tuple(places))
 
     def _size(self, kind: str, depth: int) -> int:
-        """Bytes of a type. Raises BadFlightFile."""
+        """Bytes of a type, found once. Raises BadFlightFile."""
+        if kind in self._sizes:
+            return self._sizes[kind]
         letter = _BASIC.get(kind)
         if letter is not None:
             return Struct("<" + letter).size
@@ -200,6 +215,7 @@ class UlogReader:
         size = sum(max(count, 1) * self._size(inner, depth - 1) for inner, count, _ in self._formats[kind])
         if size > MAX_MESSAGE_BYTES:
             raise BadFlightFile(f"this ULog has a type that no message can hold: {kind[:40]}")
+        self._sizes[kind] = size
         return size
 
 

@@ -14,6 +14,9 @@ from server.store.bounded_program import TooMuchSaid, run_program
 
 MAX_DURATION_S: Final = 300.0
 """By the clock: at low priority beside a busy tower, 240 s of processor time take longer."""
+SMALL_S: Final = 60.0
+S_PER_MB: Final = 6.0
+"""A small file must not keep others waiting for as long as a large one may."""
 _PROGRAM: Final = "server.store.flight_imports.converter"
 _MAX_ANSWER_BYTES: Final = 256 * 1024
 _MAX_WORDS: Final = 200
@@ -24,7 +27,9 @@ async def run_converter(source: Path, target: Path, uploaded_us: int) -> Convert
     arguments = str(source), str(target), str(uploaded_us)
     done = False
     try:
-        code, answer = await run_program(_PROGRAM, *arguments, within_s=MAX_DURATION_S, max_bytes=_MAX_ANSWER_BYTES)
+        size_mb = (await asyncio.to_thread(source.stat)).st_size / 1e6
+        within_s = min(SMALL_S + S_PER_MB * size_mb, MAX_DURATION_S)
+        code, answer = await run_program(_PROGRAM, *arguments, within_s=within_s, max_bytes=_MAX_ANSWER_BYTES)
         if code == 0:
             found = msgspec.json.decode(answer, type=Converted)
             done = True

@@ -29,6 +29,7 @@ from worlds.tiers import examples
 from server.live.flight_imports.conversion import convert
 from server.live.flight_imports.converted import Converted
 from server.live.flight_imports.refusals import BadFlightFile
+from server.live.flight_imports.ulog import UlogReader
 from server.live.flight_imports.ulog_flight import MODES
 from server.live.flights.tlog import STAMP, read_entries
 from wire.dialect import build, decode, mavlink
@@ -188,6 +189,28 @@ def test_types_that_contain_themselves_are_refused() -> None:
     )
     with pytest.raises(BadFlightFile, match="does not explain"):
         made(b"ULog\x01\x12\x35\x01" + bytes(8) + recursive)
+
+
+def test_a_type_is_worked_out_once_however_often_it_is_subscribed_to(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each of 6,600 subscriptions looked at each of 15,000 fields: 144 kB kept the one converter busy for 5 minutes."""
+    worked_out = []
+    layout, size = UlogReader._layout, UlogReader._size
+    monkeypatch.setattr(UlogReader, "_layout", lambda self, name: worked_out.append(name) or layout(self, name))
+    monkeypatch.setattr(UlogReader, "_size", lambda self, *one: worked_out.append(one[0]) or size(self, *one))
+    formats = [
+        ("F", b"one:uint8_t a;"),
+        ("F", b"wide:" + b"one a;" * 9_000),
+        ("F", b"wide:float a;"),  # counts for nothing: the first one does
+        ("F", b"vehicle_status:uint64_t timestamp;wide a;uint8_t nav_state;"),
+    ]
+    subscribed = [("A", b"\0" + number.to_bytes(2, "little") + b"vehicle_status") for number in range(6_600)]
+    head = b"ULog\x01\x12\x35\x01" + bytes(8)
+    log = head + b"".join(foreign_logs.ulog_message(kind, body) for kind, body in formats + subscribed)
+    reader = UlogReader(log, {"vehicle_status"})
+    assert list(reader) == []
+    assert worked_out.count("vehicle_status") == 1
+    assert len(worked_out) < 10_000
+    assert reader._topics[6_599][2].body.size == 8 + 9_000 + 1
 
 
 @given(st.data())
