@@ -23,6 +23,7 @@ from server.domain.refusal import Refusal
 from server.store.accounts.sessions import Sessions
 from server.store.accounts.tokens import ApiTokens
 from server.store.database import Database, DatabaseUnavailable
+from server.store.writer_turns import write_as
 
 COOKIE: Final = "tower_session"
 VOUCHED: Final = "tower.vouched"
@@ -73,6 +74,7 @@ class Authenticator:
         if found is None:
             return SessionExpired() if token_in(connection.headers) is None else BadToken()
         admitted(connection)
+        write_as(found.user_id)
         return found
 
     def remembered(self, connection: HTTPConnection) -> Principal | None:

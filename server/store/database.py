@@ -3,8 +3,9 @@
 There are two entry points, because the two databases have little else in common:
 - `reading()`: one consistent snapshot, without writes.
 - `writing()`: one transaction, committed when the block succeeds. On SQLite it takes the write lock at its beginning,
-  so that "read, decide, write" never fails half way because of another process. Writers of this process queue in order:
-  SQLite retries waiting writers at random times, so that with many some would wait longer than the timeout, and fail.
+  so that "read, decide, write" never fails half way because of another process. Writers of this process have turns
+  (`writer_turns.py`): SQLite retries waiting writers at random times, so that with many some would wait longer than the
+  timeout, and fail.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ from server.runtime.private_files import make_private_file
 from server.store.database_wait import DatabaseWait, EndingTasks, current_wait, giving_up_after, left_s, waiting_at_most
 from server.store.repeated_statement import RepeatedStatement
 from server.store.sqlite_driver import use_one_trip
+from server.store.writer_turns import WriterTurns
 
 TIMEOUT_S: Final = 2.0
 """Maximum time for the database to respond, to be reached, or to be free for a writer."""
@@ -154,7 +156,7 @@ class Database:
         writer = engine.execution_options(tower_begin="BEGIN IMMEDIATE") if sqlite else engine
         self._reading = async_sessionmaker(reader, expire_on_commit=False, autoflush=False)
         self._writing = async_sessionmaker(writer, expire_on_commit=False)
-        self._writers = asyncio.Lock() if sqlite else None
+        self._writers = WriterTurns() if sqlite else None
 
     @asynccontextmanager
     async def reading(self) -> AsyncIterator[AsyncSession]:
@@ -169,10 +171,11 @@ class Database:
             yield connection
 
     @asynccontextmanager
-    async def writing(self) -> AsyncIterator[AsyncSession]:
-        """Raises DatabaseUnavailable, and LockLost from the guard."""
+    async def writing(self, *, first: bool = False) -> AsyncIterator[AsyncSession]:
+        """`first`: a change of who flies a drone, which waits for nothing else. Raises DatabaseUnavailable, and
+        LockLost from the guard."""
         # The turn comes first: a waiting writer has no connection yet, and keeps no reader from one.
-        async with self._in_time(wrote=True), self._turn(), self._writing() as session, session.begin():
+        async with self._in_time(wrote=True), self._turn(first=first), self._writing() as session, session.begin():
             if self.guard is not None:
                 await self.guard(session)
             yield session
@@ -207,20 +210,15 @@ class Database:
                 wait.failed_after(took_s)
 
     @asynccontextmanager
-    async def _turn(self) -> AsyncIterator[None]:
+    async def _turn(self, *, first: bool) -> AsyncIterator[None]:
         """Raises DatabaseUnavailable."""
-        if self._writers is None:
+        async with AsyncExitStack() as stack:
+            if self._writers is not None:
+                try:
+                    await stack.enter_async_context(self._writers.turn(left_s(self._timeout_s), first=first))
+                except TimeoutError:
+                    raise DatabaseUnavailable(f"the database has taken nothing for {self._timeout_s:g} s") from None
             yield
-            return
-        try:
-            async with asyncio.timeout(left_s(self._timeout_s)):
-                await self._writers.acquire()
-        except TimeoutError:
-            raise DatabaseUnavailable(f"the database has taken nothing for {self._timeout_s:g} s") from None
-        try:
-            yield
-        finally:
-            self._writers.release()
 
     def repeated(self, statement: Executable) -> RepeatedStatement:
         """Prepares a statement that runs again and again. Its connection closes with the database."""

@@ -294,10 +294,10 @@ async def test_without_a_database_the_drone_holds_first_and_the_lease_follows(
     monkeypatch.setattr(event_handler, "_try_again_after_s", 0.01)
     writing, failures = world.database.writing, iter([OSError("disk full"), OperationalError("x", {}, OSError())])
 
-    def out_of_reach() -> Any:
+    def out_of_reach(**how: bool) -> Any:
         for failure in failures:
             raise failure
-        return writing()
+        return writing(**how)
 
     monkeypatch.setattr(world.database, "writing", out_of_reach)
     await notice(world, RightLost(DroneId(hawk.id), UserId(anna.id), "holder", "disabled"))

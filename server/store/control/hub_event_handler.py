@@ -37,6 +37,7 @@ from server.live.hub_events import (
     TurnRequested,
     ZoneReached,
 )
+from server.live.relay.token_bucket import TokenBucket
 from server.store.audit.trail import TOWER, Actor, record
 from server.store.control.lease_store import MOVED
 from server.store.control.loss_checks import LossChecks
@@ -59,6 +60,9 @@ MAX_TRIES: Final = 600
 
 CAUGHT_UP_WITHIN_S: Final = 5.0
 
+AGENTS_ROWS: Final = 60
+AGENTS_ROW_EVERY_S: Final = 5.0
+"""What an agent may put into the audit trail at once, and then: it must not bury what others did."""
 AGENT: Final = Actor(None, "agent")
 _RIGHTS: Final = {"holder": Event.REVOKE, "taken_from": Event.FORGET, "assistant": Event.ASSIST_END}
 _log = structlog.get_logger(__name__)
@@ -92,6 +96,9 @@ class HubEventHandler:
         self._monotonic = monotonic
         self._waiting: dict[DroneId, deque[HubEvent]] = {}
         self._at_work: dict[DroneId, asyncio.Task[None]] = {}
+        self._agents_rows: dict[DroneId, TokenBucket] = {}
+        self.agents_rows_left_out = 0
+        """Ends of holds that agents reported, and too many for the audit trail."""
 
     def noticed(self, event: HubEvent) -> None:
         """Does at once what cannot wait, and sees to the rest soon. Never raises, never waits."""
@@ -243,6 +250,13 @@ class HubEventHandler:
             "detail": progress.detail[:256],
             "elapsed_ms": progress.elapsed_ms,
         }
+        room = self._agents_rows.setdefault(
+            event.drone_id, TokenBucket(1 / AGENTS_ROW_EVERY_S, AGENTS_ROWS, self._monotonic())
+        )
+        if not room.take(1, self._monotonic()):
+            self.agents_rows_left_out += 1
+            _log.warning("agents_hold_not_recorded", drone_id=event.drone_id, step=progress.step.value)
+            return
         await self._record(event.drone_id, f"hold.{progress.step.value}", detail, actor=AGENT)
 
     async def _record(self, drone_id: DroneId, action: str, detail: dict[str, Any], *, actor: Actor = TOWER) -> None:

@@ -88,7 +88,7 @@ class DatabaseLeaseStore:
     async def commit(self, ask: Ask) -> Committed | Refused:
         """See LeaseStore."""
         try:
-            async with self._database.writing() as session:
+            async with self._database.writing(first=True) as session:
                 outcome = await self._decide_and_write(session, ask)
                 self._record(session, ask, outcome)
                 await session.flush()
@@ -99,7 +99,7 @@ class DatabaseLeaseStore:
 
     async def settle(self, ask: Ask) -> LeaseView:
         """See LeaseStore."""
-        async with self._database.writing() as session:
+        async with self._database.writing(first=True) as session:
             row = await session.get(ControlLeaseRow, ask.drone_id)
             lease = lease_of_row(row) if row is not None else Lease()
             detail = {"reason": ask.reason, "result": "failed", "code": "database-unavailable", "epoch": lease.epoch}
