@@ -233,7 +233,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         rehearsals=rehearsals,
         stay_service=StayService(hub=hub, database=database, clock=clock),
         event_handler=event_handler,
-        several=share_bus(settings, lock, hub, leases, control, database, clock, loss_checks, event_handler),
+        several=share_bus(settings, lock, hub, leases, control, database, clock, loss_checks, event_handler, vault),
         tracing=new_tracing(settings, hub),
         enrolment_notifier=enrolment_notifier,
         sign_in_rules=SignInRules(

@@ -12,6 +12,7 @@ from server.domain.clock import Clock
 from server.live.hub import Hub
 from server.live.towers.messages import BUS_VERSION
 from server.runtime.settings import Settings
+from server.runtime.vault import Vault
 from server.store.control.hub_event_handler import HubEventHandler
 from server.store.control.lease_store import DatabaseLeaseStore
 from server.store.control.loss_checks import LossChecks
@@ -43,6 +44,7 @@ def share_bus(
     clock: Clock,
     loss_checks: LossChecks,
     event_handler: HubEventHandler,
+    vault: Vault,
 ) -> SeveralTowers | None:
     """None without a bus."""
     if not isinstance(lock, TowerMembership):
@@ -51,7 +53,7 @@ def share_bus(
     from server.store.towers.claims import Claims
     from server.store.towers.drone_homes import DroneHomes
 
-    several = SeveralTowers(settings.bus_url, lock, hub, authority=settings.bus_authority)
+    several = SeveralTowers(settings.bus_url, lock, hub, keys=vault.raw_keys, authority=settings.bus_authority)
     homes = DroneHomes(database, clock, lock.tower)
     leases.refuse_elsewhere = homes.refuse_elsewhere
     several.claims = Claims(

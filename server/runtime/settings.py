@@ -88,12 +88,14 @@ def _is_loopback(host: str) -> bool:
 
 
 def _bus_url(text: str) -> str:
-    """What towers tell each other is not sealed: beyond this machine it goes over TLS."""
+    """Beyond this machine: over TLS, and with a user of its own. What towers say is sealed besides."""
     parts = urlsplit(text)
     if parts.scheme not in {"nats", "tls"} or not parts.hostname:
         raise ValueError("must look like nats://127.0.0.1:4222 or tls://user:password@bus.example.org:4222")
     if parts.scheme == "nats" and not _is_loopback(parts.hostname):
         raise ValueError("must begin with tls:// unless the bus is on this machine: it carries sign-ins")
+    if not _is_loopback(parts.hostname) and not (parts.username and parts.password):
+        raise ValueError("must have a user and a password, as tls://user:password@host:4222, beyond this machine")
     return text
 
 

@@ -5,6 +5,7 @@ The keys are Fernet keys of the library `cryptography`, newest first: the first 
 """
 
 import os
+from base64 import urlsafe_b64decode
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -40,6 +41,7 @@ class Vault:
     def __init__(self, *, keys: Sequence[str] = (), key_file: Path) -> None:
         self._key_file = key_file
         self._fernet: MultiFernet | None = None
+        self._raw: tuple[bytes, ...] = ()
         if keys:
             self._take(keys)
 
@@ -114,7 +116,14 @@ class Vault:
             return False
         return True
 
+    def raw_keys(self) -> tuple[bytes, ...]:
+        """Newest first, for keys that are derived from them. Raises VaultError."""
+        if not self.find_keys():
+            raise VaultError(self.where)
+        return self._raw
+
     def _take(self, keys: Sequence[str]) -> None:
+        self._raw = tuple(urlsafe_b64decode(key) for key in keys)
         self._newest = Fernet(keys[0])
         self._fernet = MultiFernet([Fernet(key) for key in keys])
 

@@ -46,6 +46,13 @@ class Bus:
         return f"{scheme}://{user}{self.address}"
 
 
+A, B = "0a" * 16, "0b" * 16
+
+
+def keys() -> list[bytes]:
+    return [b"k" * 32]
+
+
 @pytest.fixture
 def bus(tmp_path: Path, missing: Callable[[str], None]) -> Iterator[Bus]:
     program = nats_program()
@@ -61,18 +68,18 @@ def bus(tmp_path: Path, missing: Callable[[str], None]) -> Iterator[Bus]:
 
 
 async def opened(bus: Bus, me: str, packets: list[bytes]) -> NatsBus:
-    one = NatsBus(bus.url(), me, on_packet=packets.append, authority=bus.authority)
+    one = NatsBus(bus.url(), me, on_packet=packets.append, keys=keys, authority=bus.authority)
     await one.open()
     return one
 
 
 async def test_towers_hear_each_other_and_it_is_healthy(bus: Bus) -> None:
     packets: list[bytes] = []
-    a, b = await opened(bus, "a", []), await opened(bus, "b", packets)
+    a, b = await opened(bus, A, []), await opened(bus, B, packets)
     try:
         largest = b"x" * 900_000
-        a.publish("b", b"order")
-        a.publish("b", largest)
+        a.publish(B, b"order")
+        a.publish(B, largest)
         await until("both packets", lambda: packets == [b"order", largest])
     finally:
         await a.close()
@@ -92,7 +99,7 @@ def _soon(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize("user", ["", "tower:wrong@", f"root:{PASSWORD}@"])
 async def test_nobody_else_comes_in(bus: Bus, user: str) -> None:
-    stranger = NatsBus(bus.url(user), "a", on_packet=lambda packet: None, authority=bus.authority)
+    stranger = NatsBus(bus.url(user), A, on_packet=lambda packet: None, keys=keys, authority=bus.authority)
     with pytest.raises(BusUnavailable, match="TOWER_BUS_URL"):
         await stranger.open()
 
@@ -100,7 +107,7 @@ async def test_nobody_else_comes_in(bus: Bus, user: str) -> None:
 async def test_a_tower_believes_its_own_authority_only_and_speaks_over_tls(bus: Bus, tmp_path: Path) -> None:
     bus_certificate(tmp_path / "other", NAMES)
     for authority in (None, tmp_path / "other" / AUTHORITY, tmp_path / "none.pem"):
-        tower = NatsBus(bus.url(), "a", on_packet=lambda packet: None, authority=authority)
+        tower = NatsBus(bus.url(), A, on_packet=lambda packet: None, keys=keys, authority=authority)
         with pytest.raises(BusUnavailable):
             await tower.open()
 

@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import asyncio
 import ssl
+import time
 from collections import deque
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -17,7 +18,9 @@ from nats.aio.client import Client
 from nats.aio.msg import Msg
 from nats.errors import Error as NatsError
 
+from server.runtime.bus_seal import SENDER_BYTES, BusSeal, NotOfATower
 from server.runtime.bus_unavailable import BusUnavailable
+from server.runtime.vault import VaultError
 
 CONNECT_WITHIN_S: Final = 2.0
 OPEN_WITHIN_S: Final = 5.0
@@ -30,6 +33,7 @@ HIGH_WATER_BYTES: Final = 200_000
 """From here on state waits in the outboxes of visitors, where a newer frame takes the place of an older one.
 Pictures are left out."""
 PREFIX: Final = "control-tower"
+LOG_EVERY_S: Final = 60.0
 _log = structlog.get_logger(__name__)
 
 
@@ -52,7 +56,7 @@ async def _within(work: Coroutine[Any, Any, None], limit_s: float) -> None:
 class NatsBus:
     """One connection of one tower. `on_packet` is called for each packet to `me`. `prefix`: of the subjects.
     `gives_way`: lets everything else have its turn after each packet. `authority`: certificates in PEM to believe
-    instead of the system's."""
+    instead of the system's. `keys`: with which towers seal what they say (`bus_seal.py`)."""
 
     def __init__(
         self,
@@ -60,6 +64,7 @@ class NatsBus:
         me: str,
         *,
         on_packet: Callable[[bytes], None],
+        keys: Callable[[], Sequence[bytes]],
         prefix: str = PREFIX,
         gives_way: bool = False,
         authority: Path | None = None,
@@ -70,6 +75,12 @@ class NatsBus:
         self._prefix = prefix
         self._gives_way = gives_way
         self._on_packet = on_packet
+        self._seal = BusSeal(me, keys, prefix)
+        self.is_older: Callable[[str], bool] = lambda tower: False
+        """Whether this tower is of a version that seals nothing, as the database says."""
+        self.refused = 0
+        """Packets that were not of a tower, or repeated."""
+        self._refusal_logged_at = float("-inf")
         self._client: Client | None = None
         self._waiting: deque[tuple[str, bytes]] = deque()
         self._waiting_bytes = 0
@@ -132,6 +143,8 @@ class NatsBus:
 
     def publish(self, tower: str, packet: bytes) -> None:
         """Sends soon, or drops it."""
+        if not self.is_older(tower):
+            packet = self._seal.seal(packet, tower)
         if not self.is_connected or self._waiting_bytes + len(packet) > MAX_WAITING_BYTES:
             self.dropped += 1
             return
@@ -161,9 +174,28 @@ class NatsBus:
                     self.dropped += 1
 
     async def _received(self, message: Msg) -> None:
-        self._on_packet(message.data)
+        packet = self._opened(message.data)
+        if packet is not None:
+            self._on_packet(packet)
         if self._gives_way:
             await asyncio.sleep(0)
+
+    def _opened(self, data: bytes) -> bytes | None:
+        if self.is_older(data[:SENDER_BYTES].hex()):
+            return data
+        try:
+            return self._seal.open(data)
+        except (NotOfATower, VaultError) as error:
+            self.refused += 1
+            now = time.monotonic()
+            if now - self._refusal_logged_at > LOG_EVERY_S:
+                self._refusal_logged_at = now
+                _log.error("bus_packet_refused", connection=self._prefix, why=str(error), refused=self.refused)
+            return None
+
+    def forget(self, tower: str) -> None:
+        """It has ended."""
+        self._seal.forget(tower)
 
     async def _disconnected(self) -> None:
         _log.error("bus_lost", connection=self._prefix)

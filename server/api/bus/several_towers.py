@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Final
@@ -18,7 +18,7 @@ from server.api.bus.video_bus import VideoBus
 from server.api.relay.live_writer import LiveWriter
 from server.api.relay.write_round import WriteRound
 from server.live.hub import Hub
-from server.live.towers.messages import EventUp, FramesUp
+from server.live.towers.messages import SEALS, EventUp, FramesUp
 from server.live.towers.towers import Towers
 from server.live.towers.visitors import Stop, Visitor
 from server.runtime.aligned_timers import rest
@@ -86,16 +86,28 @@ class SeveralTowers:
 
     claims: Claims
 
-    def __init__(self, url: str, membership: TowerMembership, hub: Hub, *, authority: Path | None = None) -> None:
+    def __init__(
+        self,
+        url: str,
+        membership: TowerMembership,
+        hub: Hub,
+        *,
+        keys: Callable[[], Sequence[bytes]],
+        authority: Path | None = None,
+    ) -> None:
+        """`keys`: with which towers seal what they say."""
         self._membership = membership
         self._hub = hub
         self._round = WriteRound()
-        self.bus = NatsBus(url, membership.tower, on_packet=self._received, authority=authority)
+        self.bus = NatsBus(url, membership.tower, on_packet=self._received, keys=keys, authority=authority)
         self._room = _Room(self.bus)
         self.towers = Towers(
             membership.tower, hub, publish=self.bus.publish, begin_writing=self._begin_writing, wake=self._flush_soon
         )
-        self.video = VideoBus(url, membership.tower, hub, self.towers, may_act=membership.may_act, authority=authority)
+        self.video = VideoBus(
+            url, membership.tower, hub, self.towers, may_act=membership.may_act, keys=keys, authority=authority
+        )
+        self.bus.is_older = self.video.bus.is_older = self._seals_nothing
         self.towers.reaches_database = lambda: membership.is_renewed
         self.asking = Asking(self.towers)
         membership.others_decide = self.towers.others_decide
@@ -173,6 +185,10 @@ class SeveralTowers:
 
         await Draining(self._hub, self.towers, report=report).run()
         self.on_drained()
+
+    def _seals_nothing(self, tower: str) -> bool:
+        version = self.towers.version_of(tower)
+        return version is not None and version < SEALS
 
     def _received(self, packet: bytes) -> None:
         if self._membership.may_act():

@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 import time
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -40,14 +40,24 @@ class VideoBus:
     """One for a tower."""
 
     def __init__(
-        self, url: str, me: str, hub: Hub, towers: Towers, *, may_act: Callable[[], bool], authority: Path | None
+        self,
+        url: str,
+        me: str,
+        hub: Hub,
+        towers: Towers,
+        *,
+        may_act: Callable[[], bool],
+        keys: Callable[[], Sequence[bytes]],
+        authority: Path | None,
     ) -> None:
         self._me = me
         self._towers = towers
         self._may_act = may_act
         self._lateness: defaultdict[str, Lateness] = defaultdict(Lateness)
         self._confirming: asyncio.TimerHandle | None = None
-        self.bus = NatsBus(url, me, on_packet=self._received, prefix=PREFIX, gives_way=True, authority=authority)
+        self.bus = NatsBus(
+            url, me, on_packet=self._received, keys=keys, prefix=PREFIX, gives_way=True, authority=authority
+        )
         self.exports = VideoExports(hub, self, is_heard=self._is_heard)
         self.imports = VideoImports(
             hub,
@@ -79,6 +89,7 @@ class VideoBus:
         """Ten times a second."""
         for tower in [tower for tower in self._lateness if tower not in self._towers.others]:
             del self._lateness[tower]
+            self.bus.forget(tower)
         self.exports.tick(now)  # first: a drone that has left is not to be asked for in the name of other towers
         self.imports.tick(now)
 

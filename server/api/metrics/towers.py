@@ -28,6 +28,7 @@ class TowersCollector(Collector):
         dropped = CounterMetricFamily("tower_bus_packets_dropped", "Packets, by why", labels=("why",))
         dropped.add_metric(("not sent",), bus.dropped)
         dropped.add_metric(("not understood",), towers.packets_dropped)
+        dropped.add_metric(("not of a tower",), bus.refused)
         yield dropped
         others = GaugeMetricFamily("tower_other_towers", "Other towers of this database", labels=("state",))
         ready = sum(1 for _ in towers.ready())
@@ -65,6 +66,7 @@ class TowersCollector(Collector):
         yield CounterMetricFamily("tower_bus_video_skipped", skipped, value=sent.skipped)
         dropped = CounterMetricFamily("tower_bus_video_dropped", "Packets of video, by why", labels=("why",))
         dropped.add_metric(("not sent",), video.bus.dropped)
+        dropped.add_metric(("not of a tower",), video.bus.refused)
         for why, count in (video.imports.dropped + taken.dropped).items():
             dropped.add_metric((why,), count)
         yield dropped

@@ -1,7 +1,7 @@
 """What towers tell each other on the bus: one header and several messages in each packet. No I/O.
 
-Frames travel as in the browser's WebSocket: tagged, in binary messages. The bus is inside the tower's trust: it needs
-TLS and a password of its own wherever it leaves the machine.
+Frames travel as in the browser's WebSocket: tagged, in binary messages. Packets are sealed with the keys of the towers
+(server.runtime.bus_seal), which whoever can only write to the bus does not have.
 """
 
 from collections.abc import Iterator
@@ -22,9 +22,11 @@ MAX_PACKET_BYTES: Final = 900_000
 """NATS takes a million bytes by default."""
 MAX_BODY_BYTES: Final = 100_000
 """Of several messages in one packet: sticks wait behind one. A single message may be larger."""
-BUS_VERSION: Final = 3
+BUS_VERSION: Final = 4
 """A tower tells it in its row. 0: knows no HandOver, and would break the stream; 1: no InAir, and it does not take over
-the alerts of drones that come to it; 2: sends no video (video_messages.py)."""
+the alerts of drones that come to it; 2: sends no video (video_messages.py); 3: seals nothing (bus_seal.py)."""
+SEALS: Final = 4
+"""From this version on towers seal what they say, and believe nothing else of each other."""
 _HEADER: Final = Struct("<16sIIQ")
 
 

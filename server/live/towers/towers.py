@@ -177,6 +177,10 @@ class Towers:
         """Whether that tower knows the messages of this version of the bus."""
         return self._bus_versions.get(tower, 0) >= version
 
+    def version_of(self, tower: str) -> int | None:
+        """Of the bus, as the database says; None: it has not said it yet."""
+        return self._bus_versions.get(tower)
+
     def _tell_in_air(self, now: float) -> None:
         """Also while nothing is in the air: what is not named has landed."""
         towers = [tower for tower in self.ready() if self.understands(tower, 2)]

@@ -1,7 +1,7 @@
 """What towers tell each other of video, on a connection of its own to the bus. No I/O.
 
 Each packet has one message and stands alone: units have numbers, and what is asked for is asked for again every second.
-The bus is inside the tower's trust, as for everything else (server.live.towers.messages).
+Packets are sealed, as all others on the bus (server.live.towers.messages).
 """
 
 from struct import Struct
