@@ -17,10 +17,13 @@ from server.runtime.loop_watch import LoopWatch
 from server.runtime.notify.sending_threads import SendingThreads
 from server.runtime.settings import Settings
 from server.runtime.tower_condition import disk_space, shown_certificate_ends_at, stored_certificate_ends_at
+from server.store.integrity import fault_in, sqlite_file
 
 EVERY_S: Final = 15.0
 ROUNDS: Final = 40
 """The certificate is read once in so many rounds: every ten minutes."""
+DATABASE_ROUNDS: Final = 5760
+"""And the file of the database: every day."""
 _log = structlog.get_logger(__name__)
 
 
@@ -34,14 +37,28 @@ class TowerWatch:
         self._threads = SendingThreads()
         """A disk that does not answer, or a slow proxy, must not keep the tower from stopping."""
         self._problem = ""
+        self._database_fault = ""
 
     async def work(self) -> None:
         """Runs until cancelled."""
         round_number = 0
         while True:
             await self.measure(with_certificate=round_number % ROUNDS == 0)
+            if round_number % DATABASE_ROUNDS == 0:
+                await self.check_database()
             round_number += 1
             await asyncio.sleep(EVERY_S)
+
+    async def check_database(self) -> None:
+        """Reads the whole file, beside all other work."""
+        file = sqlite_file(self._settings.database_url)
+        if file is None:
+            return
+        found: list[str] = []
+        await self._threads.start(0, lambda: found.append(fault_in(file, whole=False)))
+        if found[0] and not self._database_fault:
+            _log.error("database_damaged", file=str(file), fault=found[0])
+        self._database_fault = found[0]
 
     async def measure(self, *, with_certificate: bool) -> None:
         """Without the certificate, the end of the one that was read last counts."""
@@ -53,7 +70,15 @@ class TowerWatch:
             low = self._settings.disk_low_mb * 1_000_000
             held = self._loop_watch.worst_hold()
             still = None if held is None else StoodStill(held.held_s, held.where)
-            found.append(TowerFacts(disk=self._disk(), disk_low_bytes=low, certificate=ends, stood_still=still))
+            found.append(
+                TowerFacts(
+                    disk=self._disk(),
+                    disk_low_bytes=low,
+                    certificate=ends,
+                    stood_still=still,
+                    database_fault=self._database_fault,
+                )
+            )
 
         await self._threads.start(0, look)
         self._alerts.tower_facts = found[0]

@@ -119,7 +119,7 @@ NOT_SHOWN: Final = re.compile(
             r"onboard_agent/(payload/(payload_port|sensor_lines|servo\.)|telemetry/t|update/(release_keys|launch))",
             r"onboard_agent/autonomy/(.*sett?ings?|loading|scripted|frame_sharing|target_watch|core/payload_release)",
             r"onboard_agent/video/(channel|child|trial|entry|core/units|encoders|sources)",
-            r"server/runtime/(settings|listening|mail_source|bus_certificate|feed_source|vault|tower_condition)",
+            r"server/runtime/(settings|listening|mail_source|bus_certificate|bus_seal|feed_source|vault|tower_condition)",
             r"server/runtime/notify/(push_encryption|sending_threads|vapid)",
             r"server/domain/tower_lease",
             r"server/store/(backup|schema|tower_lock|database|audit/|.*/tables|tables|folder_id|repeated|towers/[cm])",

@@ -1,4 +1,5 @@
-"""`tower backup`, `restore`, `check-backup`, `copy-database` and `migrate`: what concerns a database as a whole.
+"""`tower backup`, `restore`, `check-backup`, `check-database`, `copy-database` and `migrate`: what concerns a database
+as a whole.
 
 docs/how-to/backup.md shows each at work.
 """
@@ -22,6 +23,7 @@ from server.store.backup.copying import CountsDiffer, copy_database
 from server.store.backup.only_process import only_process
 from server.store.backup.restore import CannotRestore, Place, restore
 from server.store.database import Database, open_database
+from server.store.integrity import fault_in, sqlite_file
 from server.store.schema import check_schema, current_revision, is_known_revision, migrate, newest_revision
 
 LONG_S: Final = 3600.0
@@ -36,6 +38,7 @@ def add_to(app: typer.Typer) -> None:
     app.command("backup")(backup)
     app.command("restore")(restore_backup)
     app.command("check-backup")(check_backup)
+    app.command("check-database")(check_database)
     app.command("copy-database")(copy_to)
     app.command("migrate")(migrate_database)
 
@@ -64,10 +67,28 @@ def backup(
             f"{file}: {made.rows} rows of {made.tables} tables, {made.files} files, "
             f"{'the keys' if keys else 'no keys'}; {made.size_bytes} bytes"
         )
+        _require_whole(settings)
         if made.skipped:
             typer.echo(f"{made.skipped} files were deleted meanwhile and are not in it", err=True)
 
     _run(work())
+
+
+def check_database() -> None:
+    """Read the database file completely and compare every index with its table. The tower may run."""
+    settings = settings_now()
+    if sqlite_file(settings.database_url) is None:
+        raise CommandError("this is for SQLite: PostgreSQL has pg_amcheck")
+    _require_whole(settings)
+    typer.echo("the file of the database is whole")
+
+
+def _require_whole(settings: Settings) -> None:
+    """Raises CommandError."""
+    file = sqlite_file(settings.database_url)
+    fault = "" if file is None else fault_in(file, whole=True)
+    if fault:
+        raise CommandError(f"the file of the database, {file}, is damaged: {fault}. Restore the newest whole backup")
 
 
 def restore_backup(file: File) -> None:

@@ -198,6 +198,15 @@ RULES: Final[tuple[Rule, ...]] = (
         closes_after_s=3.0,
     ),
     Rule(
+        name="tower-database-damaged",
+        severity=_CRITICAL,
+        badge="Database damaged",
+        when="the file of the database is not whole; looked at once at the start of the tower, and every day",
+        advice="Stop the tower and restore the newest backup. Look at the disk: it has lost what was written.",
+        tower_condition=tower.database_damaged,
+        follows=True,
+    ),
+    Rule(
         name="tower-disk-full",
         severity=_CRITICAL,
         badge="Tower's disk full",

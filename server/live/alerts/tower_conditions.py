@@ -32,6 +32,12 @@ def certificate_ends_soon(facts: TowerFacts, at: datetime, is_open: bool) -> Fin
     return _ends_within(facts, at, ENDS_SOON)
 
 
+def database_damaged(facts: TowerFacts, at: datetime, is_open: bool) -> Finding:
+    if not facts.database_fault:
+        return Not.SO
+    return f"The file of the database is damaged: {facts.database_fault}."
+
+
 def stands_still(facts: TowerFacts, at: datetime, is_open: bool) -> Finding:
     held = facts.stood_still
     if held is None or held.for_s < (0.0 if is_open else STANDS_STILL_S):

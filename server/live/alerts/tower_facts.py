@@ -45,12 +45,13 @@ class StoodStill:
 @dataclass(frozen=True, kw_only=True, slots=True)
 class TowerFacts:
     """`disk`: the one with the least free space. `disk_low_bytes`: the limit of the warning; 0: there is none.
-    `stood_still` None: it did not."""
+    `stood_still` None: it did not. `database_fault`: what is wrong with its file; empty: nothing is known to be."""
 
     disk: Disk | None = None
     disk_low_bytes: int = 0
     certificate: Certificate | None = None
     stood_still: StoodStill | None = None
+    database_fault: str = ""
 
 
 TowerCondition = Callable[[TowerFacts, datetime, bool], Finding]

@@ -44,6 +44,10 @@ SCENES: Final = {
         "The disk with the tower's data and recordings has 268 MB left.",
     ),
     "tower-disk-low": (disk(1_900 * MB), "The disk with the tower's data and recordings has 1900 MB left."),
+    "tower-database-damaged": (
+        replace(WELL, database_fault="Tree 12 page 80: btreeInitPage() returns error code 11"),
+        "The file of the database is damaged: Tree 12 page 80: btreeInitPage() returns error code 11.",
+    ),
     "tower-stands-still": (
         replace(WELL, stood_still=StoodStill(0.31, "server.api.zones.routes.list_zones")),
         "The tower stood still for 310 ms, in server.api.zones.routes.list_zones. Sticks came late.",
