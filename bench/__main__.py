@@ -27,6 +27,7 @@ from bench import (
     relay,
     scale,
     simulator,
+    tenants,
     towers,
     vision,
 )
@@ -50,6 +51,7 @@ BENCHES: dict[str, tuple[Callable[[Report, argparse.Namespace], Coroutine[Any, A
     "relay": (relay.run, relay.__doc__ or ""),
     "scale": (scale.run, scale.__doc__ or ""),
     "simulator": (simulator.run, simulator.__doc__ or ""),
+    "tenants": (tenants.run, tenants.__doc__ or ""),
     "towers": (towers.run, towers.__doc__ or ""),
     "video": (video.run, video.__doc__ or ""),
     "vision": (vision.run, vision.__doc__ or ""),
