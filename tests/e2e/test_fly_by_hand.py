@@ -6,15 +6,8 @@ from fake_pad import FakePad
 from playwright.sync_api import expect
 from worlds.processes import World
 
+pytestmark = pytest.mark.usefixtures("patient_drones")
 HEIGHT_M = 12.0
-
-
-@pytest.fixture(autouse=True)
-def patient_drones(world: World) -> None:
-    """A browser that draws in software is sometimes late; other tests check the limits."""
-    patient = {"sticks_stale_s": 2.0, "sticks_late_s": 2.0, "rtt_limit_ms": 5000, "rtt_limit_s": 5.0}
-    answer = world.visitor("admin").ask("PATCH", "/drones/1/settings", patient)
-    assert answer.status == 200, answer.body
 
 
 def in_the_air(somebody: Somebody, *, has_touch: bool = False) -> ConsolePage:

@@ -1,10 +1,12 @@
 """What a pilot sees of losses: hands off in manual flight, the tower lost, the check before flight, a rehearsal."""
 
+import pytest
 from console_page import Somebody, signed_in
 from playwright.sync_api import expect
 from worlds.processes import World, kill_9
 
 
+@pytest.mark.usefixtures("patient_drones")
 def test_flying_by_hand_ends_with_a_hold_when_the_window_is_left(somebody: Somebody) -> None:
     alice = signed_in(somebody, "alice", "Kestrel")
     alice.acquire("Kestrel")
@@ -43,6 +45,7 @@ def test_what_a_loss_would_do_is_said_before_and_counted_down_in_the_air(somebod
     alice.wait("counting", lambda: int(alice.part("countdown").get_attribute("data-seconds") or 0) < before)
 
 
+@pytest.mark.usefixtures("patient_drones")
 def test_an_admin_rehearses_on_the_ground_and_the_settings_decide_the_hold(somebody: Somebody) -> None:
     admin = signed_in(somebody, "admin", "Kestrel")
     admin.wait("the autopilot", lambda: admin.word("mode") != "")

@@ -1,5 +1,6 @@
 """Who may fly, on the screens of those concerned: losing the controls, regaining them, sharing them."""
 
+import pytest
 from console_page import ConsolePage, Somebody, signed_in
 from playwright.sync_api import expect
 from worlds.processes import World
@@ -93,6 +94,7 @@ def test_given_back_is_hers_only_once_she_has_accepted_with_centred_sticks(someb
     expect(admin.part("action-arm")).to_be_disabled()
 
 
+@pytest.mark.usefixtures("patient_drones")
 def test_while_an_admin_assists_the_operator_waits_and_goes_on_by_herself(somebody: Somebody) -> None:
     alice, admin = alice_and_admin(somebody)
     admin.part("control-assist").click()
