@@ -41,6 +41,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_configure(config: pytest.Config) -> None:
     if file := config.getoption("--costs"):
         config.pluginmanager.register(CostsPlugin(config, Path(file)), "costs")
+    gc.disable()  # until all is imported and collected: nothing of it is garbage
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -55,6 +56,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 def pytest_collection_finish() -> None:
     """What was imported and collected stays to the end: no search for garbage goes through it again."""
+    gc.enable()
     gc.collect()
     gc.freeze()
 

@@ -183,6 +183,7 @@ def test_an_operator_who_comes_to_the_administration(come: Somebody, axe: Axe) -
     axe.look(console, "no-such-drone")
 
 
+@pytest.mark.long("further states of pages that test_every_page.py looks at")
 def test_the_monitor(come: Somebody, axe: Axe) -> None:
     console = entered(come, "admin")
     axe.look(console, "monitor")
@@ -201,6 +202,7 @@ def test_the_monitor(come: Somebody, axe: Axe) -> None:
     axe.look(console, "squad-mission")
 
 
+@pytest.mark.long("further states of pages that test_every_page.py looks at")
 def test_the_missions_page(come: Somebody, axe: Axe) -> None:
     console = entered(come, "alice", "/#/missions/1", has_map=True)
     expect(console.part("drone-strip")).to_be_visible()

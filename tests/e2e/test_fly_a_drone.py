@@ -16,6 +16,16 @@ def test_an_operator_flies_their_drone_there_and_back(somebody: Somebody) -> Non
     alice.acquire("Kestrel")
     home = (alice.number("latitude"), alice.number("longitude"))
 
+    # A rejected arming is explained.
+    alice.part("mode-select").select_option(label="RTL")
+    alice.part("action-mode").click()
+    alice.wait("RTL", lambda: alice.word("mode") == "RTL")
+    alice.part("action-arm").click()
+    alice.confirm("Kestrel")
+    expect(alice.part("action-report")).to_contain_text("Arm: ")
+    expect(alice.part("messages")).to_contain_text("Arm")
+    assert alice.word("armed") == "false"
+
     # Arming by hand in GUIDED, then take-off.
     alice.part("mode-select").select_option(label="GUIDED")
     alice.part("action-mode").click()
@@ -70,7 +80,9 @@ def test_take_off_and_land_from_one_button_each(somebody: Somebody) -> None:
 
 
 @pytest.mark.drones("Kestrel", "Merlin")
-def test_a_stranger_sees_neither_the_drone_nor_its_frames(somebody: Somebody) -> None:
+def test_a_stranger_sees_nothing_of_a_drone_the_admin_all_and_each_that_the_tower_is_gone(
+    somebody: Somebody, world: World
+) -> None:
     bob = signed_in(somebody, "bob")
     assert bob.squad() == ["2"]
     answers = []
@@ -87,9 +99,7 @@ def test_a_stranger_sees_neither_the_drone_nor_its_frames(somebody: Somebody) ->
     bob.wait_for_frames()
     assert bob.drones_heard == {2}
 
-
-@pytest.mark.drones("Kestrel", "Merlin")
-def test_the_admin_sees_all_and_takes_and_gives(somebody: Somebody) -> None:
+    # The admin sees all, and takes and gives.
     alice = signed_in(somebody, "alice")
     alice.open_drone("Kestrel")
     alice.acquire("Kestrel")
@@ -107,19 +117,14 @@ def test_the_admin_sees_all_and_takes_and_gives(somebody: Somebody) -> None:
     expect(alice.part("taken-banner")).to_have_count(0)
     expect(alice.part("blocked-reason")).to_contain_text("You fly Kestrel")
 
-
-def test_a_rejected_arming_is_explained(somebody: Somebody, world: World) -> None:
-    alice = signed_in(somebody, "alice")
-    alice.open_drone("Kestrel")
-    alice.acquire("Kestrel")
-    alice.part("mode-select").select_option(label="RTL")
-    alice.part("action-mode").click()
-    alice.wait("RTL", lambda: alice.word("mode") == "RTL")
-    alice.part("action-arm").click()
-    alice.confirm("Kestrel")
-    expect(alice.part("action-report")).to_contain_text("Arm: ")
-    expect(alice.part("messages")).to_contain_text("Arm")
-    assert alice.word("armed") == "false"
+    # The console says that the tower is gone, and comes back by itself.
+    expect(bob.part("connection-state")).to_contain_text("Connected")
+    kill_9(world.tower)
+    expect(bob.part("connection-state")).not_to_contain_text("Connected")
+    world.start_tower()
+    expect(bob.part("connection-state")).to_contain_text("Connected", timeout=15_000)
+    bob.drones_heard.clear()
+    bob.wait_for_frames()
 
 
 def test_a_wrong_password_says_so_and_not_which_part(somebody_early: Somebody) -> None:
@@ -131,14 +136,3 @@ def test_a_wrong_password_says_so_and_not_which_part(somebody_early: Somebody) -
         texts.append(console.part("sign-in-problem").inner_text())
         console.open()
     assert texts[0] == texts[1]
-
-
-def test_the_console_says_that_the_tower_is_gone_and_comes_back_by_itself(somebody: Somebody, world: World) -> None:
-    alice = signed_in(somebody, "alice")
-    expect(alice.part("connection-state")).to_contain_text("Connected")
-    kill_9(world.tower)
-    expect(alice.part("connection-state")).not_to_contain_text("Connected")
-    world.start_tower()
-    expect(alice.part("connection-state")).to_contain_text("Connected", timeout=15_000)
-    alice.drones_heard.clear()
-    alice.wait_for_frames()

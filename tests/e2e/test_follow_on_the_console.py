@@ -36,7 +36,7 @@ def seen_from(leader: ConsolePage, follower: ConsolePage) -> tuple[float, float,
 
 
 @pytest.mark.drones("Kestrel", "Osprey")
-def test_it_follows_keeps_its_place_and_holds_when_the_leader_lands(somebody: Somebody) -> None:
+def test_it_follows_keeps_its_place_and_holds_when_stopped_or_when_the_leader_lands(somebody: Somebody) -> None:
     bob = signed_in(somebody, "bob", "Osprey", has_map=True)
     alice = signed_in(somebody, "alice", "Kestrel")
     bob.acquire("Osprey")
@@ -77,6 +77,18 @@ def test_it_follows_keeps_its_place_and_holds_when_the_leader_lands(somebody: So
     bob.wait("40 m further on", lambda: (bob.number("latitude") - begins) * METRES_PER_DEGREE > 38)
     alice.wait("its place, 40 m further on", in_place)
 
+    # It is stopped by a button and holds, and follows again, now from above.
+    alice.part("follow-stop").click()
+    expect(alice.part("follow-end")).to_contain_text(
+        "Kestrel: It was ordered to stop following Osprey. It holds in BRAKE"
+    )
+    alice.wait("BRAKE", lambda: alice.word("mode") == "BRAKE")
+    alice.part("follow-side").select_option("above")
+    alice.part("follow-up").fill("12")
+    alice.part("action-follow").click()
+    alice.confirm("Osprey")
+    expect(alice.part("follow-phase")).to_contain_text("following Osprey")
+
     # A page opened meanwhile shows it too.
     alice.page.reload()
     expect(alice.part("follow-phase")).to_contain_text("Kestrel: following Osprey")
@@ -87,28 +99,6 @@ def test_it_follows_keeps_its_place_and_holds_when_the_leader_lands(somebody: So
     expect(alice.part("follow-end")).to_contain_text("It holds in BRAKE")
     alice.wait("a stop", lambda: alice.number("speed") < 0.5 and alice.word("mode") == "BRAKE")
     assert alice.number("altitude") > 3
-
-
-@pytest.mark.drones("Kestrel", "Osprey")
-def test_following_is_stopped_by_a_button_and_the_drone_holds(somebody: Somebody) -> None:
-    bob = signed_in(somebody, "bob", "Osprey")
-    alice = signed_in(somebody, "alice", "Kestrel")
-    bob.acquire("Osprey")
-    alice.acquire("Kestrel")
-    bob.take_off("Osprey", 12)
-    alice.take_off("Kestrel", 12)
-    alice.part("in-flight").locator("summary").click()
-    alice.part("follow-leader").select_option(label="Osprey")
-    alice.part("follow-side").select_option("above")
-    alice.part("follow-up").fill("12")
-    alice.part("action-follow").click()
-    alice.confirm("Osprey")
-    expect(alice.part("follow-phase")).to_contain_text("following Osprey")
-    alice.part("follow-stop").click()
-    expect(alice.part("follow-end")).to_contain_text(
-        "Kestrel: It was ordered to stop following Osprey. It holds in BRAKE"
-    )
-    alice.wait("BRAKE", lambda: alice.word("mode") == "BRAKE")
 
 
 @pytest.mark.drones("Kestrel", "Merlin", "Osprey")

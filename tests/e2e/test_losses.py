@@ -1,10 +1,12 @@
 """What a pilot sees of losses: hands off in manual flight, the tower lost, the check before flight, a rehearsal."""
 
+import pytest
 from console_page import Somebody, signed_in
 from playwright.sync_api import expect
 from worlds.processes import World, kill_9
 
 
+@pytest.mark.usefixtures("patient_drones")
 def test_flying_by_hand_ends_with_a_hold_when_the_window_is_left(somebody: Somebody) -> None:
     alice = signed_in(somebody, "alice", "Kestrel")
     alice.acquire("Kestrel")
@@ -24,8 +26,12 @@ def test_flying_by_hand_ends_with_a_hold_when_the_window_is_left(somebody: Someb
     alice.wait("no more climbing", lambda: abs(alice.number("climb")) < 0.2)
 
 
-def test_a_lost_tower_is_counted_down_in_the_air(somebody: Somebody, world: World) -> None:
+def test_what_a_loss_would_do_is_said_before_and_counted_down_in_the_air(somebody: Somebody, world: World) -> None:
     alice = signed_in(somebody, "alice", "Kestrel")
+    expect(alice.part("loss-check-summary")).not_to_contain_text("reading")
+    alice.part("loss-check").locator("summary").click()
+    for about in ("loss-operator", "loss-tower"):
+        expect(alice.part("loss-check").get_by_test_id(about).locator("li").first).to_be_visible()
     alice.acquire("Kestrel")
     alice.take_off("Kestrel", 8)
     expect(alice.part("countdown")).to_have_count(0)
@@ -39,9 +45,20 @@ def test_a_lost_tower_is_counted_down_in_the_air(somebody: Somebody, world: Worl
     alice.wait("counting", lambda: int(alice.part("countdown").get_attribute("data-seconds") or 0) < before)
 
 
-def test_the_settings_of_the_admin_are_read_by_the_operator_and_decide_the_hold(somebody: Somebody) -> None:
+@pytest.mark.usefixtures("patient_drones")
+def test_an_admin_rehearses_on_the_ground_and_the_settings_decide_the_hold(somebody: Somebody) -> None:
     admin = signed_in(somebody, "admin", "Kestrel")
     admin.wait("the autopilot", lambda: admin.word("mode") != "")
+    admin.part("rehearse").click()
+    dialog = admin.page.get_by_role("dialog")
+    expect(dialog).to_contain_text("on the ground, disarmed")
+    expect(dialog).to_contain_text("For 4 s the tower is silent")
+    admin.part("rehearse-tower").check()
+    admin.part("rehearse-confirm").click()
+    expect(admin.part("rehearsal")).to_have_attribute("data-phase", "not_needed")
+    expect(admin.part("rehearsal")).to_contain_text("no hold was needed")
+    expect(admin.part("rehearse")).to_be_enabled()
+
     admin.part("open-settings").click()
     admin.part("setting-lost_action_s").fill("0")
     admin.part("settings-save").click()
@@ -75,14 +92,6 @@ def test_the_settings_of_the_admin_are_read_by_the_operator_and_decide_the_hold(
     expect(alice.part("hold-drift")).to_have_count(0)
 
 
-def test_the_check_before_flight_says_what_a_loss_would_do(somebody: Somebody) -> None:
-    alice = signed_in(somebody, "alice", "Kestrel")
-    expect(alice.part("loss-check-summary")).not_to_contain_text("reading")
-    alice.part("loss-check").locator("summary").click()
-    for about in ("loss-operator", "loss-tower"):
-        expect(alice.part("loss-check").get_by_test_id(about).locator("li").first).to_be_visible()
-
-
 def test_a_rehearsal_shows_the_measured_time_to_the_hold(somebody: Somebody) -> None:
     alice = signed_in(somebody, "alice", "Kestrel")
     alice.acquire("Kestrel")
@@ -98,17 +107,3 @@ def test_a_rehearsal_shows_the_measured_time_to_the_hold(somebody: Somebody) -> 
     expect(alice.part("rehearsal")).to_have_attribute("data-phase", "ended")
     expect(alice.part("rehearsal")).to_contain_text("ms")
     expect(alice.part("blocked-reason")).to_contain_text("You fly Kestrel")
-
-
-def test_a_rehearsal_on_the_ground_says_that_no_hold_is_needed(somebody: Somebody) -> None:
-    admin = signed_in(somebody, "admin", "Kestrel")
-    admin.wait("the autopilot", lambda: admin.word("mode") != "")
-    admin.part("rehearse").click()
-    dialog = admin.page.get_by_role("dialog")
-    expect(dialog).to_contain_text("on the ground, disarmed")
-    expect(dialog).to_contain_text("For 4 s the tower is silent")
-    admin.part("rehearse-tower").check()
-    admin.part("rehearse-confirm").click()
-    expect(admin.part("rehearsal")).to_have_attribute("data-phase", "not_needed")
-    expect(admin.part("rehearsal")).to_contain_text("no hold was needed")
-    expect(admin.part("rehearse")).to_be_enabled()

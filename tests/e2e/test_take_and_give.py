@@ -1,5 +1,6 @@
 """Who may fly, on the screens of those concerned: losing the controls, regaining them, sharing them."""
 
+import pytest
 from console_page import ConsolePage, Somebody, signed_in
 from playwright.sync_api import expect
 from worlds.processes import World
@@ -56,15 +57,33 @@ def test_who_loses_the_controls_in_flight_sees_who_why_and_the_confirmed_hold(so
     assert [said for said in alice.complaints if "401" not in said] == []
 
 
-def test_given_back_is_hers_only_once_she_has_accepted(somebody: Somebody) -> None:
+def test_given_back_is_hers_only_once_she_has_accepted_with_centred_sticks(somebody: Somebody) -> None:
     alice, admin = alice_and_admin(somebody)
-    admin.takes_from("alice", "Kestrel")
+    admin.takes_from("alice", "Kestrel", reason="airspace closed")
     admin.gives_back("Kestrel")
+    expect(alice.part("control-accept")).to_be_enabled()
 
+    # An offer can be withdrawn.
+    admin.part("control-keep").click()
+    expect(alice.part("offer")).to_have_count(0)
+    expect(alice.part("taken-banner")).to_be_visible()
+    expect(admin.part("control-give")).to_be_enabled()
+    expect_grey(alice)
+
+    alice.page.evaluate(
+        "window.pad = {id: 'A pad', index: 0, connected: true, axes: [0, 1, 0, 0]};"
+        "navigator.getGamepads = () => [window.pad]"
+    )
+    admin.gives_back("Kestrel")
     expect(alice.part("offer")).to_contain_text("admin gives you Kestrel back")
     expect(admin.part("offer-waiting")).to_contain_text("Waiting for alice to accept")
     expect_grey(alice)
     assert admin.part("holder").get_attribute("data-value") == "admin"
+    expect(alice.part("offer-sticks")).to_contain_text("Centre the sticks: throttle")
+    expect(alice.part("axis-throttle")).to_have_attribute("data-value", "-1.00")
+    expect(alice.part("control-accept")).to_be_disabled()
+    alice.page.evaluate("window.pad.axes[1] = 0.02")
+    expect(alice.part("control-accept")).to_be_enabled()
 
     alice.part("control-accept").click()
     expect(alice.part("blocked-reason")).to_contain_text("You fly Kestrel")
@@ -75,35 +94,7 @@ def test_given_back_is_hers_only_once_she_has_accepted(somebody: Somebody) -> No
     expect(admin.part("action-arm")).to_be_disabled()
 
 
-def test_an_offer_can_be_withdrawn(somebody: Somebody) -> None:
-    alice, admin = alice_and_admin(somebody)
-    admin.takes_from("alice", "Kestrel", reason="airspace closed")
-    admin.gives_back("Kestrel")
-    expect(alice.part("control-accept")).to_be_enabled()
-    admin.part("control-keep").click()
-    expect(alice.part("offer")).to_have_count(0)
-    expect(alice.part("taken-banner")).to_be_visible()
-    expect(admin.part("control-give")).to_be_enabled()
-    expect_grey(alice)
-
-
-def test_sticks_that_are_not_centred_cannot_take_over(somebody: Somebody) -> None:
-    alice, admin = alice_and_admin(somebody)
-    alice.page.evaluate(
-        "window.pad = {id: 'A pad', index: 0, connected: true, axes: [0, 1, 0, 0]};"
-        "navigator.getGamepads = () => [window.pad]"
-    )
-    admin.takes_from("alice", "Kestrel")
-    admin.gives_back("Kestrel")
-    expect(alice.part("offer-sticks")).to_contain_text("Centre the sticks: throttle")
-    expect(alice.part("axis-throttle")).to_have_attribute("data-value", "-1.00")
-    expect(alice.part("control-accept")).to_be_disabled()
-    alice.page.evaluate("window.pad.axes[1] = 0.02")
-    expect(alice.part("control-accept")).to_be_enabled()
-    alice.part("control-accept").click()
-    expect(alice.part("blocked-reason")).to_contain_text("You fly Kestrel")
-
-
+@pytest.mark.usefixtures("patient_drones")
 def test_while_an_admin_assists_the_operator_waits_and_goes_on_by_herself(somebody: Somebody) -> None:
     alice, admin = alice_and_admin(somebody)
     admin.part("control-assist").click()
@@ -142,7 +133,7 @@ def fly_by_hand(console: ConsolePage) -> None:
     expect(console.part("manual-bars")).to_have_attribute("data-phase", "flying")
 
 
-def test_who_is_no_longer_an_owner_is_told_so_at_once(somebody: Somebody, world: World) -> None:
+def test_who_is_no_longer_an_owner_or_is_disabled_is_told_so_at_once(somebody: Somebody, world: World) -> None:
     alice = signed_in(somebody, "alice", "Kestrel")
     alice.acquire("Kestrel")
     admin = world.visitor("admin")
@@ -155,12 +146,10 @@ def test_who_is_no_longer_an_owner_is_told_so_at_once(somebody: Somebody, world:
     expect(alice.part("action-arm")).to_have_count(0)
     assert admin.drone(1)["holder"] is None
 
-
-def test_whose_account_is_disabled_reads_why_and_what_they_fly_no_longer(somebody: Somebody, world: World) -> None:
-    alice = signed_in(somebody, "alice", "Kestrel")
+    assert admin.ask("PUT", f"/drones/1/owners/{owner['id']}").status == 200
+    alice.page.reload()
+    expect(alice.part("value-mode")).to_be_visible()
     alice.acquire("Kestrel")
-    admin = world.visitor("admin")
-    [owner] = admin.drone(1)["owners"]
     assert admin.ask("PATCH", f"/users/{owner['id']}", {"disabled": True}).status == 200
     farewell = alice.part("sign-in-problem")
     expect(farewell).to_contain_text("You were signed out: the account was disabled.")

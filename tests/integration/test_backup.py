@@ -63,7 +63,7 @@ async def _contents(url: str) -> dict[str, list[str]]:
 
 @pytest.fixture
 def shell(tmp_path: Path) -> Shell:
-    return Shell(tmp_path / "new", as_installed=False)
+    return Shell(tmp_path / "new")
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])

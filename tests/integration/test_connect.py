@@ -90,15 +90,28 @@ def template(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.fixture
-def world(tmp_path: Path, template: Path) -> Iterator[World]:
-    """A simulated Kestrel of alice, on the ground."""
+@contextlib.contextmanager
+def kestrel_on_the_ground(folder: Path, template: Path) -> Iterator[World]:
+    """A simulated Kestrel of alice."""
     for file in template.iterdir():
-        (tmp_path / file.name).write_bytes(file.read_bytes())
-    with World(tmp_path, prepared=True) as world:
+        (folder / file.name).write_bytes(file.read_bytes())
+    with World(folder, prepared=True) as world:
         world.start_tower()
         world.start_simulated("Kestrel", options=("--boot-s", "1"))
         world.wait_until_online(world.visitor("alice"), 1)
+        yield world
+
+
+@pytest.fixture
+def world(tmp_path: Path, template: Path) -> Iterator[World]:
+    with kestrel_on_the_ground(tmp_path, template) as world:
+        yield world
+
+
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory: pytest.TempPathFactory, template: Path) -> Iterator[World]:
+    """For tests that leave it as they found it."""
+    with kestrel_on_the_ground(tmp_path_factory.mktemp("shared"), template) as world:
         yield world
 
 
@@ -189,11 +202,11 @@ def test_a_holder_flies_until_an_admin_takes_it_and_again_after_accepting(
     assert world.visitor("root").drone(1)["holder"] is None
 
 
-def test_what_is_typed_changes_hands(world: World) -> None:
+def test_what_is_typed_changes_hands(shared: World) -> None:
     port = free_udp_ports(1)[0]
     process = subprocess.Popen(
-        [str(BIN / "tower"), "connect", "1", "--tower", world.address, "--fly", "--udp", f"127.0.0.1:{port}"],
-        env={**world.environment, "TOWER_TOKEN_FILE": str(world.folder / "token")},
+        [str(BIN / "tower"), "connect", "1", "--tower", shared.address, "--fly", "--udp", f"127.0.0.1:{port}"],
+        env={**shared.environment, "TOWER_TOKEN_FILE": str(shared.folder / "token")},
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
@@ -300,7 +313,7 @@ def test_the_loss_check_is_read_out_and_asked_for_on_a_terminal(world: World) ->
     assert status == 0
 
 
-def test_the_token_goes_to_nobody_else(world: World) -> None:
+def test_the_token_goes_to_nobody_else(shared: World) -> None:
     heard: list[str] = []
 
     class Elsewhere(http.server.BaseHTTPRequestHandler):
@@ -317,44 +330,46 @@ def test_the_token_goes_to_nobody_else(world: World) -> None:
         serving = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.05})
         serving.start()
         address = f"http://127.0.0.1:{server.server_port}"
-        where = ("--tower", address, "--token-file", str(world.folder / "token"), "--tcp", "127.0.0.1:0")
+        where = ("--tower", address, "--token-file", str(shared.folder / "token"), "--tcp", "127.0.0.1:0")
         try:
-            assert "refuses: HTTP status 302" in failed(world, "Kestrel", *where, code=2)
+            assert "refuses: HTTP status 302" in failed(shared, "Kestrel", *where, code=2)
         finally:
             server.shutdown()
             serving.join()
     assert heard == ["/api/v1/drones"]
 
 
-def test_mistakes_are_one_line(world: World) -> None:
-    good = ("--tower", world.address, "--token-file", str(world.folder / "token"))
+def test_mistakes_are_one_line(shared: World) -> None:
+    good = ("--tower", shared.address, "--token-file", str(shared.folder / "token"))
     bad = {"TOWER_TOKEN": "twt_" + "x" * 43}
     local = ("--tcp", "127.0.0.1:0")
-    assert "there is no drone Osprey in your squad; there is Kestrel (1)" in failed(world, "Osprey", *good, code=2)
-    assert "this token is not valid" in failed(world, "Kestrel", "--tower", world.address, *local, code=2, **bad)
-    assert "an API token is needed" in failed(world, "Kestrel", "--tower", world.address, code=2)
-    assert "cannot be read" in failed(world, "Kestrel", *good[:2], "--token-file", "/nowhere/token", code=2)
-    assert "plain http" in failed(world, "Kestrel", "--tower", "http://tower.example", *good[2:], code=2)
-    assert "HOST:PORT" in failed(world, "Kestrel", *good, "--udp", "14550", code=2)
-    assert "--other-machines" in failed(world, "Kestrel", *good, "--tcp", "0.0.0.0:0", code=2)
-    looks = ("--tower", world.address, "--token-file", str(world.folder / "looks"), *local)
-    assert "lacks the scope fly" in failed(world, "Kestrel", *looks, "--fly", code=1)
+    assert "there is no drone Osprey in your squad; there is Kestrel (1)" in failed(shared, "Osprey", *good, code=2)
+    assert "this token is not valid" in failed(shared, "Kestrel", "--tower", shared.address, *local, code=2, **bad)
+    assert "an API token is needed" in failed(shared, "Kestrel", "--tower", shared.address, code=2)
+    assert "cannot be read" in failed(shared, "Kestrel", *good[:2], "--token-file", "/nowhere/token", code=2)
+    assert "plain http" in failed(shared, "Kestrel", "--tower", "http://tower.example", *good[2:], code=2)
+    assert "HOST:PORT" in failed(shared, "Kestrel", *good, "--udp", "14550", code=2)
+    assert "--other-machines" in failed(shared, "Kestrel", *good, "--tcp", "0.0.0.0:0", code=2)
+    looks = ("--tower", shared.address, "--token-file", str(shared.folder / "looks"), *local)
+    assert "lacks the scope fly" in failed(shared, "Kestrel", *looks, "--fly", code=1)
     unreachable = ("--tower", f"http://127.0.0.1:{free_udp_ports(1)[0]}", *good[2:])
-    assert "cannot be reached" in failed(world, "Kestrel", *unreachable, *local, code=1)
-    assert "goes with --fly" in failed(world, "Kestrel", *good, "--acknowledge-loss-check", code=2)
-    world.visitor("root").ask("POST", "/drones/1/control/acquire")
-    assert "somebody else has the controls" in failed(world, "Kestrel", *good, *local, "--fly", code=1)
+    assert "cannot be reached" in failed(shared, "Kestrel", *unreachable, *local, code=1)
+    assert "goes with --fly" in failed(shared, "Kestrel", *good, "--acknowledge-loss-check", code=2)
+    root = shared.visitor("root")
+    root.ask("POST", "/drones/1/control/acquire")
+    assert "somebody else has the controls" in failed(shared, "Kestrel", *good, *local, "--fly", code=1)
+    assert root.ask("POST", "/drones/1/control/release").status == 200
 
 
 @pytest.mark.parametrize(("option", "kind"), [("--tcp", socket.SOCK_STREAM), ("--udp-listen", socket.SOCK_DGRAM)])
-def test_a_port_in_use_is_named(world: World, option: str, kind: socket.SocketKind) -> None:
-    good = ("--tower", world.address, "--token-file", str(world.folder / "token"))
+def test_a_port_in_use_is_named(shared: World, option: str, kind: socket.SocketKind) -> None:
+    good = ("--tower", shared.address, "--token-file", str(shared.folder / "token"))
     with socket.socket(socket.AF_INET, kind) as taken:
         taken.bind(("127.0.0.1", 0))
         if kind is socket.SOCK_STREAM:
             taken.listen()
         place = f"127.0.0.1:{taken.getsockname()[1]}"
-        assert f"{place} is in use by another program" in failed(world, "Kestrel", *good, option, place, code=2)
+        assert f"{place} is in use by another program" in failed(shared, "Kestrel", *good, option, place, code=2)
 
 
 def test_it_starts_without_a_database() -> None:

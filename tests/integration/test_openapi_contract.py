@@ -95,7 +95,7 @@ ANSWER_WITHIN_S: Final = 60.0
 
 @dataclass
 class Scene:
-    """Fresh for each operation, because some of them end sessions, delete users and remove drones."""
+    """Fresh after each operation that changes something: some end sessions, delete users and remove drones."""
 
     cookies: dict[str, dict[str, str]]
     headers: dict[str, dict[str, str]]
@@ -119,16 +119,20 @@ class Walk:
         # One hash for all: two for each operation would be most of the walk's cost.
         hashing = self.world.tower.passwords.hash(PASSWORD)
         password_hash = asyncio.run_coroutine_threadsafe(hashing, self.loop).result(ANSWER_WITHIN_S)
+        scene: Scene | None = None
         for number, found in enumerate(schema.get_all_operations()):
             operation = found.ok()
             name = str(operation.definition.raw["operationId"])
             self.walked.add(name)
-            making = set_the_scene(self.world, number, password_hash)
-            scene = asyncio.run_coroutine_threadsafe(making, self.loop).result(ANSWER_WITHIN_S)
+            if scene is None:
+                making = set_the_scene(self.world, number, password_hash)
+                scene = asyncio.run_coroutine_threadsafe(making, self.loop).result(ANSWER_WITHIN_S)
             for mode in (GenerationMode.POSITIVE, GenerationMode.NEGATIVE):
                 # An operation without possible faults has no bad requests.
                 with suppress(Unsatisfiable):
                     self._send(name, operation.as_strategy(generation_mode=mode), scene, mode)
+            if operation.method.upper() != "GET":
+                scene = None
 
     def _send(self, name: str, strategy: Any, scene: Scene, mode: GenerationMode) -> None:
         checks = [*CHECKS, negative_data_rejection] if mode is GenerationMode.NEGATIVE else CHECKS

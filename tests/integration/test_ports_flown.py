@@ -19,6 +19,7 @@ WAYPOINT, TAKE_OFF, RETURN = 16, 22, 20
 LAT_E7, LON_E7 = 473977000, 85456000
 AUTO = 3
 FLOWN_TO_THE_END = ("udpin", "serial")
+OTHER_END = pytest.mark.long("the other end of a port that is flown; test_agent_ports.py opens it")
 MISSION = [
     [TAKE_OFF, 3, [0, 0, 0, 0], 0, 0, 12, 1],
     [WAYPOINT, 3, [0, 0, 0, 0], LAT_E7 + 1500, LON_E7, 15, 1],
@@ -72,7 +73,17 @@ async def commanded(pilot: Pilot, command: dict[str, Any]) -> None:
     assert (done.status, done.json.get("state")) == (200, "done"), done.body
 
 
-@pytest.mark.parametrize("port", ["udpin", "udpout", "tcp", "tcpin", "serial"], indirect=True)
+@pytest.mark.parametrize(
+    "port",
+    [
+        "udpin",
+        pytest.param("udpout", marks=OTHER_END),
+        "tcp",
+        pytest.param("tcpin", marks=OTHER_END),
+        "serial",
+    ],
+    indirect=True,
+)
 async def test_a_port_carries_a_mission(world: World, port: str) -> None:
     assert importlib.util.find_spec("uvloop"), f"{port} is to be tried on the loop that is installed"
     alice = world.visitor("alice")

@@ -1,6 +1,6 @@
 """The `tower` command as people use it: a process, its output, its exit code.
 
-Where only the words matter, and there are many commands, the process is forked (`worlds.program_forker`).
+The processes are forked (`worlds.program_forker`), except where the installed script serves: its start is imports.
 """
 
 import asyncio
@@ -28,7 +28,7 @@ TOWER = Path(sys.executable).with_name("tower")
 class Shell:
     """Runs `tower` with its own environment. `as_installed`: the console script, in a new interpreter."""
 
-    def __init__(self, var: Path, *, as_installed: bool = True) -> None:
+    def __init__(self, var: Path, *, as_installed: bool = False) -> None:
         self._as_installed = as_installed
         kept = {name: os.environ[name] for name in ("PATH", "HOME", "LANG", "PYTHONPATH") if name in os.environ}
         self.environment = kept | {
@@ -67,13 +67,6 @@ async def shell(tmp_path: Path) -> Shell:
     return shell
 
 
-@pytest.fixture
-async def forked(tmp_path: Path) -> Shell:
-    shell = Shell(tmp_path / "var", as_installed=False)
-    await shell.run("migrate")
-    return shell
-
-
 async def test_commands_beside_a_tower_leave_its_write_ahead_log(tmp_path: Path) -> None:
     """A command that ends must not take itself for the last user of the database: it would remove the log into which
     the tower writes on, and everything from then on would be lost."""
@@ -100,22 +93,22 @@ async def test_before_migrate_every_command_says_what_to_run(tmp_path: Path) -> 
     assert (tmp_path / "var").stat().st_mode & 0o077 == 0
 
 
-async def test_users(forked: Shell) -> None:
-    out = await forked.run("user", "add", "Root", "--role", "admin")
+async def test_users(shell: Shell) -> None:
+    out = await shell.run("user", "add", "Root", "--role", "admin")
     assert re.search(r"^password: \S{20,}$", out, re.MULTILINE)
-    out = await forked.run("user", "add", "Anna", "--password-stdin", stdin="four words are longer\n")
+    out = await shell.run("user", "add", "Anna", "--password-stdin", stdin="four words are longer\n")
     assert "four words" not in out
     assert "password" not in out
-    listed = (await forked.run("user", "list")).splitlines()
+    listed = (await shell.run("user", "list")).splitlines()
     assert [line.split() for line in listed] == [
         ["ID", "NAME", "ROLE", "STATE"],
         ["1", "Root", "admin", "first", "password"],
         ["2", "Anna", "operator", "first", "password"],
     ]
-    await forked.run("user", "disable", "anna")
-    assert "disabled" in (await forked.run("user", "list")).splitlines()[2]
-    await forked.run("user", "enable", "anna")
-    assert "password: " in await forked.run("user", "password", "anna")
+    await shell.run("user", "disable", "anna")
+    assert "disabled" in (await shell.run("user", "list")).splitlines()[2]
+    await shell.run("user", "enable", "anna")
+    assert "password: " in await shell.run("user", "password", "anna")
 
 
 MISTAKES = (
@@ -134,49 +127,49 @@ MISTAKES = (
 )
 
 
-async def test_mistakes_are_told_in_one_line_and_change_nothing(forked: Shell) -> None:
-    await forked.run("user", "add", "Root", "--role", "admin")
+async def test_mistakes_are_told_in_one_line_and_change_nothing(shell: Shell) -> None:
+    await shell.run("user", "add", "Root", "--role", "admin")
     for arguments, stdin, words in MISTAKES:
-        error = await forked.run(*arguments, stdin=stdin, code=1)
+        error = await shell.run(*arguments, stdin=stdin, code=1)
         assert error.startswith("tower: ")
         assert words in error
         assert error.count("\n") == 1
-    assert len((await forked.run("user", "list")).splitlines()) == 2
-    assert len((await forked.run("drone", "list")).splitlines()) == 1
+    assert len((await shell.run("user", "list")).splitlines()) == 2
+    assert len((await shell.run("drone", "list")).splitlines()) == 1
 
 
-async def test_drones(forked: Shell, tmp_path: Path) -> None:
+async def test_drones(shell: Shell, tmp_path: Path) -> None:
     token = tmp_path / "tokens" / "hawk"
-    await forked.run("user", "add", "Anna")
-    await forked.run("user", "add", "Ben")
-    out = await forked.run("drone", "add", "hawk", "--owner", "anna", "--owner", "Ben", "--token-file", str(token))
+    await shell.run("user", "add", "Anna")
+    await shell.run("user", "add", "Ben")
+    out = await shell.run("drone", "add", "hawk", "--owner", "anna", "--owner", "Ben", "--token-file", str(token))
     assert "twe_" not in out
     assert re.fullmatch(r"twe_[A-Za-z0-9_-]{43}\n", token.read_text())
     assert stat.S_IMODE(token.stat().st_mode) == 0o600
-    assert re.search(r"enrolment token: twe_\S{43}$", await forked.run("drone", "add", "kite"), re.MULTILINE)
-    await forked.run("drone", "unassign", "1", "ben")
-    await forked.run("drone", "assign", "kite", "ben")
-    listed = (await forked.run("drone", "list")).splitlines()
+    assert re.search(r"enrolment token: twe_\S{43}$", await shell.run("drone", "add", "kite"), re.MULTILINE)
+    await shell.run("drone", "unassign", "1", "ben")
+    await shell.run("drone", "assign", "kite", "ben")
+    listed = (await shell.run("drone", "list")).splitlines()
     none = ["none:", "not", "enrolled"]
     assert [line.split() for line in listed[1:]] == [["1", "hawk", "Anna", *none], ["2", "kite", "Ben", *none]]
     before = token.read_text()
-    await forked.run("drone", "enrol", "hawk", "--token-file", str(token))
+    await shell.run("drone", "enrol", "hawk", "--token-file", str(token))
     assert token.read_text() != before
     assert [path.name for path in token.parent.iterdir()] == ["hawk"]
-    assert "no agent can sign in as hawk until one is enrolled" in await forked.run("drone", "revoke", "1")
+    assert "no agent can sign in as hawk until one is enrolled" in await shell.run("drone", "revoke", "1")
 
 
-async def test_tokens(forked: Shell, tmp_path: Path) -> None:
-    await forked.run("user", "add", "Anna")
+async def test_tokens(shell: Shell, tmp_path: Path) -> None:
+    await shell.run("user", "add", "Anna")
     file = tmp_path / "anna.token"
-    out = await forked.run("token", "add", "anna", "flight log", "--scope", "watch", "--token-file", str(file))
+    out = await shell.run("token", "add", "anna", "flight log", "--scope", "watch", "--token-file", str(file))
     assert "twt_" not in out
     assert re.fullmatch(r"twt_[A-Za-z0-9_-]{43}\n", file.read_text())
     assert stat.S_IMODE(file.stat().st_mode) == 0o600
     both = ("--scope", "watch", "--scope", "fly", "--expires-days", "30")
-    assert re.search(r"token: twt_\S{43}$", await forked.run("token", "add", "anna", "QGC", *both), re.MULTILINE)
-    assert "only an admin's" in await forked.run("token", "add", "anna", "all", "--scope", "admin", code=1)
-    listed = (await forked.run("token", "list")).splitlines()
+    assert re.search(r"token: twt_\S{43}$", await shell.run("token", "add", "anna", "QGC", *both), re.MULTILINE)
+    assert "only an admin's" in await shell.run("token", "add", "anna", "all", "--scope", "admin", code=1)
+    listed = (await shell.run("token", "list")).splitlines()
     assert listed[1].split()[:6] == [
         "1",
         "flight",
@@ -186,8 +179,8 @@ async def test_tokens(forked: Shell, tmp_path: Path) -> None:
         f"{datetime.now(UTC) + timedelta(days=90):%Y-%m-%d}",
     ]
     assert "fly,watch" in listed[2]
-    assert await forked.run("token", "revoke", "1") == "token 1 is revoked\n"
-    assert len((await forked.run("token", "list")).splitlines()) == 2
+    assert await shell.run("token", "revoke", "1") == "token 1 is revoked\n"
+    assert len((await shell.run("token", "list")).splitlines()) == 2
 
 
 async def test_bad_settings_are_named_and_not_shown(shell: Shell) -> None:
@@ -195,7 +188,7 @@ async def test_bad_settings_are_named_and_not_shown(shell: Shell) -> None:
     assert error == "tower: TOWER_PORT must be a whole number\n"
 
 
-async def test_serve_tells_its_address_and_stops_quietly(shell: Shell) -> None:
+async def test_serve_tells_its_address_and_stops_quietly(shell: Shell, tmp_path: Path) -> None:
     await shell.run("user", "add", "Root", "--role", "admin", "--password-stdin", stdin="four words are longer\n")
     process = await asyncio.create_subprocess_exec(
         TOWER, "serve", env=shell.environment, stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.PIPE
@@ -209,7 +202,8 @@ async def test_serve_tells_its_address_and_stops_quietly(shell: Shell) -> None:
             credentials = {"name": "root", "password": "four words are longer"}
             assert (await client.post("/api/v1/session", json=credentials)).status_code == 200
         port = httpx.URL(address).port
-        error = await shell.run("serve", code=1, TOWER_PORT=str(port))
+        installed = Shell(tmp_path / "var", as_installed=True)
+        error = await installed.run("serve", code=1, TOWER_PORT=str(port))
         assert f"port {port} on 127.0.0.1 is in use: set TOWER_PORT to another one" in error
     finally:
         process.send_signal(signal.SIGTERM)
@@ -232,7 +226,7 @@ async def test_a_changed_audit_event_is_named(tmp_path: Path) -> None:
         await world.add_user("Ann")
         await world.tower.audit_sealer.once()
         url = world.settings.database_url
-        shell = Shell(tmp_path / "var", as_installed=False)
+        shell = Shell(tmp_path / "var")
         said = await shell.run("audit", "verify", DATABASE_URL=url)
         assert "events are as they were written" in said and "1 signed heads fit" in said
         async with world.database.writing() as session:

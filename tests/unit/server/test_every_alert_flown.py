@@ -262,13 +262,13 @@ def its_position_jumps(flown: FlownHub) -> Scene:
 
 @scene("estimator", flight={"model": AirframeModel.SENSING})
 def its_compass_is_disturbed(flown: FlownHub) -> Scene:
-    flown.fail(Failure.COMPASS_JUMP, 15.0)
+    flown.fail(Failure.COMPASS_JUMP, 4.0)
     yield
 
 
 @scene("vibration", flight={"model": AirframeModel.SENSING})
 def it_vibrates(flown: FlownHub) -> Scene:
-    flown.fail(Failure.IMU_NOISE, 20.0)
+    flown.fail(Failure.IMU_NOISE, 9.0)
     yield
 
 

@@ -26,6 +26,9 @@ export class StickSettingsStore {
   readonly #clock: Clock;
   readonly #rest: Pick<Rest, 'preferences' | 'keepPreference'>;
   #cancelSave: () => void = () => undefined;
+  /** One save at a time: of two on their way, the older could arrive last. */
+  #saved: Promise<void> = Promise.resolve();
+  #changes = 0;
   /** Answers for a previous user, or to a repeated request, are ignored. */
   #asked = 0;
 
@@ -54,18 +57,23 @@ export class StickSettingsStore {
 
   change(change: (settings: StickSettings) => StickSettings): void {
     this.#asked++;
+    const changes = ++this.#changes;
     this.kept.update(({ settings }) => ({ settings: change(settings), phase: 'saving', why: '', isRead: true }));
     this.#cancelSave();
-    this.#cancelSave = this.#clock.after(SAVE_AFTER_MS, () => void this.#save());
+    this.#cancelSave = this.#clock.after(SAVE_AFTER_MS, () => {
+      this.#saved = this.#saved.then(() => this.#save(changes));
+    });
   }
 
   forget(): void {
     this.#asked++;
+    this.#changes++;
     this.#cancelSave();
     this.kept.set(UNREAD);
   }
 
-  async #save(): Promise<void> {
+  async #save(changes: number): Promise<void> {
+    if (changes !== this.#changes) return; // changed again meanwhile, which saves it; or of a previous user
     const asked = ++this.#asked;
     let [phase, why]: [StoragePhase, string] = ['kept', ''];
     try {

@@ -90,6 +90,29 @@ describe('the store', () => {
     expect(store.kept.get()).toMatchObject({ settings: USED, phase: 'kept', isRead: true });
   });
 
+  it('sends one change after the other, and the newest last', async () => {
+    const sent: unknown[] = [];
+    const arrived: (() => void)[] = [];
+    store = new StickSettingsStore(clock, {
+      preferences: () => Promise.resolve({}),
+      keepPreference(_, document) {
+        sent.push((document as { mode: unknown }).mode);
+        return new Promise((resolve) => arrived.push(() => resolve(undefined)));
+      },
+    });
+    for (const mode of [1, 3, 4] as const) {
+      store.change((settings) => ({ ...settings, mode }));
+      await clock.pass(1_000);
+    }
+    expect([sent, store.kept.get().phase]).toEqual([[1], 'saving']);
+    arrived[0]!();
+    await settled();
+    expect([sent, store.kept.get().phase]).toEqual([[1, 4], 'saving']);
+    arrived[1]!();
+    await settled();
+    expect(store.kept.get().phase).toBe('kept');
+  });
+
   it('says why it could not, and does not pass off guesses as the pilot’s', async () => {
     fault = new Error('The tower cannot be reached.');
     await store.read();
