@@ -385,6 +385,7 @@ class Onboard:
             passed, words = self._gestures.pass_on(frame, now) if msgid in STICKS else (frame, None)
             if words is not None:
                 self._work.tell(words)
+                self.autopilot.stick_gestures = self._gestures.held_back
             self._to_autopilot += [*self._work.ahead_of(frame, now), passed]
         self._work.epoch(self.downlink.epoch, now)
 
