@@ -108,6 +108,7 @@ class Onboard:
         self._answers = Answers(maker)
         self._record = record
         self.stream = TelemetryStream()
+        self.autopilot.system_is_fixed = self._own.is_fixed
         self.hold = Hold(maker, steps_reported)
         self.counts: Counter[str] = Counter()
         """Dropped frames by reason, except those that the downlink counts."""

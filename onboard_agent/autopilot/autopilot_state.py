@@ -64,6 +64,8 @@ class AutopilotView:
         self._alt_rel_m = 0.0
         self.other_systems: tuple[int, ...] = ()
         self.stick_gestures = 0
+        self.system_is_fixed = False
+        """The agent serves this system id and will follow no change of it."""
         """System ids of other autopilots on the line."""
         self.hears_agent: bool | None = None
         """None: not known."""
