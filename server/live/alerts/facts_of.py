@@ -58,7 +58,8 @@ def _add_telemetry(facts: Facts, drone: LiveDrone, now: float) -> None:
     telemetry.decode(now)
     facts.battery_percent, facts.battery_charge = telemetry.battery_percent, telemetry.battery_charge
     facts.battery_number = telemetry.battery_number
-    facts.gps_fix, facts.estimator_fault = telemetry.gps_fix, telemetry.estimator_fault
+    facts.gps_lost, facts.gps_fix, facts.gps_number = telemetry.gps_lost, telemetry.gps_fix, telemetry.gps_number
+    facts.sensor_fault, facts.estimator_fault = telemetry.sensor_fault, telemetry.estimator_fault
     facts.vibration_m_s2, facts.fence_breach = telemetry.vibration_m_s2, telemetry.fence_breach
     facts.aircraft_near, facts.foreign_drone_near = drone.aircraft_near
     facts.zone_near, facts.zone_breach = drone.zone_watch.situation

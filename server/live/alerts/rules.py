@@ -236,6 +236,16 @@ RULES: Final[tuple[Rule, ...]] = (
         opens_after_s=2.0,
         closes_after_s=5.0,
     ),
+    Rule(
+        name="sensor",
+        severity=_WARNING,
+        badge="Sensor",
+        when="a gyroscope, accelerometer, compass or barometer is ill, or one of several GPS has no fix, in the air",
+        advice="It flies on what is left. Land soon, and find the cause.",
+        condition=flight.sensor,
+        opens_after_s=1.0,
+        closes_after_s=5.0,
+    ),
     NEAR,
     Rule(
         name="foreign-drone-near",

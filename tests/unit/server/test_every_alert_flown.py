@@ -260,6 +260,17 @@ def its_position_jumps(flown: FlownHub) -> Scene:
     yield
 
 
+@scene("sensor")
+def its_second_gps_loses_its_fix(flown: FlownHub) -> Scene:
+    assert flown.end is not None
+    drone = flown.hub.state.drones[flown.end.link.drone_id]
+    for fix in (1, 3):
+        message = mavlink.MAVLink_gps2_raw_message(1, fix, 470000000, 80000000, 500000, 80, 80, 0, 0, 9, 0, 0)
+        drone.telemetry.newest[message.id, 0] = build(message, system_id=1, component_id=1, sequence=0)
+        if fix == 1:
+            yield
+
+
 @scene("estimator", flight={"model": AirframeModel.SENSING})
 def its_compass_is_disturbed(flown: FlownHub) -> Scene:
     flown.fail(Failure.COMPASS_JUMP, 15.0)
