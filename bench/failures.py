@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from bench.autopilot_tap import AutopilotTap
-from bench.control_flown import EXPECTED, PATIENT, USUAL
+from bench.control_flown import EXPECTED, PATIENT, TRIES, USUAL
 from bench.control_situations import take_off
 from bench.real_autopilot import Receiver
 from bench.rig import HOME, wait_for
@@ -30,7 +30,7 @@ from wire.dialect import build, mavlink
 HEIGHT_M: Final = 40.0
 WATCHED_S: Final = 25.0
 DRONES: Final = 3
-ALL_MOTORS, ONE_MOTOR = 15, 1
+MOTOR_STOP, SWITCH_HIGH = 31, 2
 SECOND: Final = 2
 """The system id of the other autopilot."""
 
@@ -51,6 +51,11 @@ class Failure:
 def _truth(drone: FlownDrone) -> Truth:
     assert drone.autopilot is not None, "a real autopilot"
     return drone.autopilot.truth
+
+
+async def _stop_motors(drone: FlownDrone) -> None:
+    """As by a switch: armed, and no motor turns."""
+    _truth(drone).command(mavlink.MAV_CMD_DO_AUX_FUNCTION, MOTOR_STOP, SWITCH_HIGH)
 
 
 def _set(**values: float) -> Callable[[FlownDrone], Awaitable[None]]:
@@ -99,8 +104,8 @@ _FALL: Final = ("falls", "crashed")
 _DEAF: Final = ("deaf-autopilot", "wrong-signing-key")
 
 FAILURES: Final = (
-    Failure("all motors", _set(SIM_ENGINE_FAIL=ALL_MOTORS, SIM_ENGINE_MUL=0), _FALL),
-    Failure("one motor", _set(SIM_ENGINE_FAIL=ONE_MOTOR, SIM_ENGINE_MUL=0), _FALL),
+    Failure("all motors", _stop_motors, _FALL),
+    Failure("one motor", _set(SIM_ENGINE_FAIL=1, SIM_ENGINE_MUL=0), _FALL),
     Failure("flip", _set(ATC_RAT_RLL_P=-0.5), _FALL),
     Failure("force disarm", _force_disarm, _FALL),
     Failure("GPS", _set(SIM_GPS1_ENABLE=0), ("gps", "estimator")),
@@ -140,7 +145,7 @@ async def run(report: Report, options: argparse.Namespace) -> None:
 
 async def _attempt(report: Report, drone: FlownDrone, failure: Failure) -> None:
     try:
-        heard = await _fail(drone, failure)
+        heard = await _tried(drone, failure)
     except EXPECTED as error:
         report.say(f"  {failure.name}: could not be flown: {type(error).__name__}: {error}")
         report.add(failure.name, "failed", 1, "count")
@@ -152,6 +157,17 @@ async def _attempt(report: Report, drone: FlownDrone, failure: Failure) -> None:
     report.say(f"  {'UNTOLD' if math.isnan(seconds) else f'{seconds:5.1f}s'} {failure.name}: {in_short(heard, 9)}")
     for one in heard:
         report.say(f"          {one.at:5.1f} s {one.code}: {one.words}")
+
+
+async def _tried(drone: FlownDrone, failure: Failure) -> list[Told]:
+    """On a busy machine a take-off may fail. Raises the last problem."""
+    for left in reversed(range(TRIES)):
+        try:
+            return await _fail(drone, failure)
+        except EXPECTED:
+            if not left:
+                raise
+    raise AssertionError("unreachable")
 
 
 async def _fail(drone: FlownDrone, failure: Failure) -> list[Told]:

@@ -349,6 +349,15 @@ def its_disk_is_full(flown: FlownHub) -> Scene:
     flown.hub.reports.receive(link, BlackBoxState(now_us=2), clock())
 
 
+def test_a_fall_is_told_within_two_seconds_though_a_hand_is_on_the_sticks() -> None:
+    flown = FlownHub()
+    flown.watch()
+    flown.take_off()
+    flown.pass_time(3.0)
+    flown.fail(Failure.MOTOR_LOST, 10.0)
+    flown.pass_until(lambda: flown.is_open("falls"), within_s=2.0)
+
+
 def test_a_take_out_of_a_full_descent_is_no_alarm() -> None:
     flown = FlownHub()
     flown.watch()

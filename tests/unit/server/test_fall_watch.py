@@ -25,7 +25,7 @@ class Seen:
         *,
         tilt_deg: float = 0.0,
         armed: bool = True,
-        by_hand: bool = False,
+        may_dive: bool = False,
         forward_m_s: float = 0.0,
     ) -> None:
         self.now += LOOK_S
@@ -35,7 +35,7 @@ class Seen:
         attitude = mavlink.MAVLink_attitude_message(0, math.radians(tilt_deg), 0, 0, 0, 0, 0)
         position, tilted = (build(one, system_id=1, component_id=1, sequence=0) for one in (place, attitude))
         self.watch.look(
-            position=position, position_at=self.now, attitude=tilted, armed=armed, by_hand=by_hand, now=self.now
+            position=position, position_at=self.now, attitude=tilted, armed=armed, may_dive=may_dive, now=self.now
         )
 
 
@@ -95,10 +95,10 @@ def test_a_fall_onto_a_hill_is_a_crash() -> None:
 def test_a_hand_may_dive() -> None:
     seen = Seen()
     for height_m in (90, 84, 78):
-        seen.look(height_m, 12.0, by_hand=True)
+        seen.look(height_m, 12.0, may_dive=True)
     assert not seen.watch.falls
     for height_m in (70, 62, 54):
-        seen.look(height_m, 16.0, by_hand=True)
+        seen.look(height_m, 16.0, may_dive=True)
     assert seen.watch.falls
 
 
