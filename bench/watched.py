@@ -74,10 +74,10 @@ VEHICLES: Final = (
         "ardurover",
         _file("default_params/rover.parm", model="rover"),
         _MANUAL,
-        Sticks(),
+        REST,  # a rover's throttle goes both ways: 0 is its middle
         (
             Situation("at rest", _MANUAL, rests=True),
-            Situation("by hand", _MANUAL, Sticks(z=800)),
+            Situation("by hand", _MANUAL, Sticks(z=300)),
             Situation("AUTO", _AUTO, mission=True),
             Situation("RTL", _RTL),
         ),
@@ -256,7 +256,12 @@ async def _ask_until(drone: FlownDrone, what: str, done: Callable[[], bool], *co
             await drone.operator.command(int(command[0]), *command[1:])
         return False
 
-    await wait_for(what, look, 60)
+    try:
+        await wait_for(what, look, 60)
+    except TimeoutError as error:
+        assert drone.autopilot is not None
+        said = [text for _, text in drone.autopilot.truth.texts[-4:]]
+        raise TimeoutError(f"{error}; it said: {said}") from None
 
 
 async def _put_mission(drone: FlownDrone) -> None:

@@ -42,7 +42,7 @@ class FallWatch:
         """Whether that is wanted, the alert's rule judges."""
         self.crashed = ""
         self._looks = self._sinking_looks = 0
-        self._from_m = 0.0
+        self._from_m = self._crashed_at_m = 0.0
         self._tipped_since: float | None = None
         self._position_at = float("-inf")
         self._was_disarmed = False
@@ -69,8 +69,9 @@ class FallWatch:
             self._position_at = position_at
             self._sink(height_m, down_m_s)
             self._fall(height_m, down_m_s, DIVES_M_S if may_dive else FALLS_M_S, still=still)
-        self._tip(armed, tilt, now, still=still)
-        if armed and tilt < LEVEL_RAD and (self._was_disarmed or down_m_s < -CLIMBS_M_S) and not self.falls:
+        self._tip(armed, tilt, now, height_m, still=still)
+        is_up = down_m_s < -CLIMBS_M_S and height_m > self._crashed_at_m + ON_GROUND_M  # a wreck bounces
+        if armed and tilt < LEVEL_RAD and (self._was_disarmed or is_up) and not self.falls:
             self.crashed = ""  # it flies again
         self._was_disarmed = armed is False
 
@@ -90,15 +91,17 @@ class FallWatch:
             # Rotors need longer to catch it: from one report to the next only the ground does, at whatever height.
             if self.falls and (still or height_m < ON_GROUND_M):
                 self.crashed = f"it fell about {max(self._from_m - height_m, 0):.0f} m to the ground"
+                self._crashed_at_m = height_m
             self.falls, self._looks, self._from_m = "", 0, height_m
 
-    def _tip(self, armed: bool | None, tilt: float, now: float, *, still: bool) -> None:
+    def _tip(self, armed: bool | None, tilt: float, now: float, height_m: float, *, still: bool) -> None:
         if not (armed and tilt > TIPPED_RAD and still):
             self._tipped_since = None
         elif self._tipped_since is None:
             self._tipped_since = now
         elif now - self._tipped_since >= TIPPED_FOR_S and not self.crashed:
             self.crashed = "it lies on its side with its motors armed"
+            self._crashed_at_m = height_m
 
 
 def _tilt(attitude: bytes | None) -> float:

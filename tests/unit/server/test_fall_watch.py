@@ -92,6 +92,15 @@ def test_a_fall_onto_a_hill_is_a_crash() -> None:
     assert seen.watch.crashed == "it fell about 15 m to the ground"
 
 
+def test_a_wreck_that_bounces_does_not_fly_again() -> None:
+    seen = Seen()
+    for height_m, down_m_s in ((30, 0), (24, 9), (14, 12), (3, 14), (0, -3.4), (1.2, -1), (0.1, 0)):
+        seen.look(height_m, down_m_s)
+    assert seen.watch.crashed == "it fell about 30 m to the ground"
+    seen.look(4.0, -1.0)
+    assert not seen.watch.crashed
+
+
 def test_a_hand_may_dive() -> None:
     seen = Seen()
     for height_m in (90, 84, 78):
