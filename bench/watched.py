@@ -14,7 +14,7 @@ import shutil
 import signal
 import tempfile
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
@@ -46,6 +46,9 @@ class Situation:
     rests: bool = False
     starts: tuple[int, float] | None = None
     mission: bool = False
+    arms_in: int | None = None
+    """If not in the vehicle's mode for it."""
+    parameters: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +70,9 @@ def _file(*names: str, model: str) -> Callable[[Path], Airframe]:
 _MANUAL, _FBWA, _AUTO, _RTL, _TAKEOFF = 0, 5, 10, 11, 13
 _QHOVER, _QLOITER, _QRTL, _GUIDED = 18, 19, 21, 15
 REST: Final = Sticks(z=0)
+_HOLD: Final = 4
+_NOT_MANUAL: Final = {"INITIAL_MODE": 4.0, "MODE6": 4.0}
+"""A rover that lets nobody out of MANUAL but its transmitter was met."""
 
 VEHICLES: Final = (
     Vehicle(
@@ -78,8 +84,8 @@ VEHICLES: Final = (
         (
             Situation("at rest", _MANUAL, rests=True),
             Situation("by hand", _MANUAL, Sticks(z=300)),
-            Situation("AUTO", _AUTO, mission=True),
-            Situation("RTL", _RTL),
+            Situation("AUTO", _AUTO, mission=True, arms_in=_HOLD, parameters=_NOT_MANUAL),
+            Situation("RTL", _RTL, arms_in=_HOLD, parameters=_NOT_MANUAL),
         ),
     ),
     Vehicle(
@@ -214,12 +220,11 @@ def _judge(found: Found, situation: Situation) -> list[str]:
 
 
 async def _begin(drone: FlownDrone, vehicle: Vehicle, situation: Situation, receiver: Receiver) -> None:
-    await drone.equip(receiver, {})
+    await drone.equip(receiver, situation.parameters)
     await drone.order(drone.operator, "acquire")
     if situation.mission:
         await _put_mission(drone)
-    await drone.acknowledge_losses()
-    await _into(drone, vehicle.arms_in)
+    await _into(drone, vehicle.arms_in if situation.arms_in is None else situation.arms_in)
     drone.operator.sticks = vehicle.arming_sticks
     await _ask_until(drone, "it to arm", lambda: drone.tap.modes[-1].armed, ARM, 1)
     await _reach(drone, situation)
@@ -316,9 +321,16 @@ async def _found(drone: FlownDrone, at: float, ended: float, place: tuple[float,
             promises.append(f"{hold['phase']} {hold['action']}")
         if event["type"] == "hold" and event["step"] == "confirmed":
             promises.append("a confirmed hold")
-    untold = told and not (await drone.view())["watched_only"]
+    untold = told and not await _says_watched_only(drone)
     moved_m = math.hypot(last.north_m - place[0], last.east_m - place[1])
     return Found(acts, moved_m, promises, untold)
+
+
+async def _says_watched_only(drone: FlownDrone) -> bool:
+    """In the drone's view, and in the check before flight."""
+    check = await drone.admin.ask("GET", f"/drones/{drone.drone_id}/loss-check")
+    words = " ".join(sentence["text"] for sentence in check["sentences"])
+    return bool((await drone.view())["watched_only"]) and "watched only" in words
 
 
 async def _mend(drone: FlownDrone, vehicle: Vehicle, situation: Situation, loss: str) -> None:

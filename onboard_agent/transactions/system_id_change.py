@@ -1,7 +1,7 @@
 """A write of the autopilot's own MAVLink system id. Pure.
 
 ArduPilot from 4.7 on has the new id at once, so that its answer comes from a system that nobody knows; before, and
-PX4, after a restart. Meanwhile that ArduPilot ignores sticks for the id under which it still sends (by its sources).
+PX4, after a restart. Meanwhile that ArduPilot ignores sticks for the id under which it still sends (measured).
 """
 
 from typing import Final
