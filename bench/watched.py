@@ -191,7 +191,7 @@ async def _wave(report: Report, tree: Path, folder: Path, vehicle: Vehicle, situ
             else:
                 raise problem
         for loss in (*LOSSES, *TOGETHER):
-            found = await _lose(squadron, [drone for drone, _ in flying], vehicle, situation, loss)
+            found, lost = await _lose(squadron, [drone for drone, _ in flying], vehicle, situation, loss)
             for (_, receiver), one in zip(flying, found, strict=True):
                 losses += 1
                 bad = _judge(one, situation)
@@ -203,6 +203,10 @@ async def _wave(report: Report, tree: Path, folder: Path, vehicle: Vehicle, situ
                     f"  {'WRONG' if bad else 'ok   '} {case}: {len(one.acts)} frames of ours, "
                     f"{one.moved_m:.2f} m{'; ' if bad else ''}{'; '.join(bad)}"
                 )
+            for _, receiver in [one for one in flying if one[0] in lost]:
+                report.say(f"  {vehicle.name}, {situation.name}, {receiver}: could not go on after {loss}")
+                report.add(f"{vehicle.name}, {situation.name}, {receiver}", "failed", 1, "count")
+            flying = [one for one in flying if one[0] not in lost]
         for drone, receiver in flying:
             drone.write_down(f"{vehicle.name}, {situation.name}, {receiver}", drone.admin.now)
     return losses, wrong
@@ -224,14 +228,15 @@ async def _begin(drone: FlownDrone, vehicle: Vehicle, situation: Situation, rece
     await drone.order(drone.operator, "acquire")
     if situation.mission:
         await _put_mission(drone)
-    await _into(drone, vehicle.arms_in if situation.arms_in is None else situation.arms_in)
-    drone.operator.sticks = vehicle.arming_sticks
-    await _ask_until(drone, "it to arm", lambda: drone.tap.modes[-1].armed, ARM, 1)
-    await _reach(drone, situation)
+    await _reach(drone, vehicle, situation)
 
 
-async def _reach(drone: FlownDrone, situation: Situation) -> None:
-    """Into the air if need be, and into the mode, with the pilot's sticks."""
+async def _reach(drone: FlownDrone, vehicle: Vehicle, situation: Situation) -> None:
+    """Armed, in the air if need be, and in the mode, with the pilot's sticks."""
+    if not (drone.tap.modes and drone.tap.modes[-1].armed):
+        await _into(drone, vehicle.arms_in if situation.arms_in is None else situation.arms_in)
+        drone.operator.sticks = vehicle.arming_sticks
+        await _ask_until(drone, "it to arm", lambda: drone.tap.modes[-1].armed, ARM, 1)
     if situation.starts is not None and drone.tap.motions[-1].alt_m < situation.starts[1] / 2:
         mode, height_m = situation.starts
         drone.operator.sticks = Sticks(z=1000)
@@ -282,8 +287,9 @@ async def _put_mission(drone: FlownDrone) -> None:
 
 async def _lose(
     squadron: Squadron, drones: Sequence[FlownDrone], vehicle: Vehicle, situation: Situation, loss: str
-) -> list[Found]:
-    """Loses the pilot of all of them in this way, watches, and brings everything back."""
+) -> tuple[list[Found], list[FlownDrone]]:
+    """Loses the pilot of all of them in this way, watches, and brings everything back. Also returns those with which
+    that did not succeed."""
     watched_s = WATCHED_S if situation.rests else IN_FLIGHT_S
     for drone in drones:
         drone.operator.sticks = None
@@ -307,8 +313,12 @@ async def _lose(
         await _found(drone, at, ended, (place.north_m, place.east_m), told=loss not in TOGETHER)
         for drone, place in zip(drones, places, strict=True)
     ]
-    await asyncio.gather(*(_mend(drone, vehicle, situation, loss) for drone in drones))
-    return found
+    mended = await asyncio.gather(*(_mend(drone, vehicle, situation, loss) for drone in drones), return_exceptions=True)
+    for problem in mended:
+        if problem is not None and not isinstance(problem, EXPECTED):
+            raise problem
+    lost = [drone for drone, problem in zip(drones, mended, strict=True) if problem is not None]
+    return found, lost
 
 
 async def _found(drone: FlownDrone, at: float, ended: float, place: tuple[float, float], *, told: bool) -> Found:
@@ -355,4 +365,4 @@ async def _mend(drone: FlownDrone, vehicle: Vehicle, situation: Situation, loss:
         return
     if situation.sticks is not None or situation.starts is not None:
         drone.operator.sticks = situation.sticks or Sticks()
-        await _reach(drone, situation)
+        await _reach(drone, vehicle, situation)
