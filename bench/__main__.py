@@ -18,9 +18,11 @@ from bench import (
     challenge,
     control,
     encoder,
+    failures,
     faults,
     fuzz,
     missions,
+    modes,
     precision_landing,
     reconnect,
     recorder,
@@ -30,6 +32,7 @@ from bench import (
     tenants,
     towers,
     vision,
+    watched,
 )
 from bench.rows import Report
 from bench.video import bench_run as video
@@ -42,9 +45,11 @@ BENCHES: dict[str, tuple[Callable[[Report, argparse.Namespace], Coroutine[Any, A
     "challenge": (challenge.run, challenge.__doc__ or ""),
     "control": (control.run, control.__doc__ or ""),
     "encoder": (encoder.run, encoder.__doc__ or ""),
+    "failures": (failures.run, failures.__doc__ or ""),
     "faults": (faults.run, faults.__doc__ or ""),
     "fuzz": (fuzz.run, fuzz.__doc__ or ""),
     "missions": (missions.run, missions.__doc__ or ""),
+    "modes": (modes.run, modes.__doc__ or ""),
     "recorder": (recorder.run, recorder.__doc__ or ""),
     "precision_landing": (precision_landing.run, precision_landing.__doc__ or ""),
     "reconnect": (reconnect.run, reconnect.__doc__ or ""),
@@ -55,6 +60,7 @@ BENCHES: dict[str, tuple[Callable[[Report, argparse.Namespace], Coroutine[Any, A
     "towers": (towers.run, towers.__doc__ or ""),
     "video": (video.run, video.__doc__ or ""),
     "vision": (vision.run, vision.__doc__ or ""),
+    "watched": (watched.run, watched.__doc__ or ""),
 }
 
 UVLOOP: Final = frozenset({"relay", "towers"})
@@ -97,7 +103,10 @@ def parse(words: list[str]) -> argparse.Namespace:
         "--autopilot",
         type=Path,
         metavar="PATH",
-        help="control: the flown table, missions: all of it, with this ArduCopter simulator",
+        help="control: the flown table, missions, modes, failures: all of it, with this ArduCopter simulator",
+    )
+    parser.add_argument(
+        "--vehicles", type=Path, metavar="FOLDER", help="watched: an ArduPilot tree with its simulators built"
     )
     parser.add_argument("--peer-rounds", type=int, help="missions: so many of MAVSDK's, which are long (all)")
     parser.add_argument("--n", type=int, default=1, help="control: each flight so often (1)")

@@ -31,6 +31,11 @@ class AutopilotTap(Tap):
         self._loop.add_reader(self._inner, self._from_simulator)
         self._loop.add_reader(self._outer, self._from_agent)
 
+    def inject(self, frame: bytes) -> None:
+        """Sends a frame to the agent, as if another machine were on the autopilot's line."""
+        assert self._outer is not None
+        self._outer.sendto(frame, self._agent)
+
     def _from_simulator(self) -> None:
         assert self._inner is not None and self._outer is not None
         while True:

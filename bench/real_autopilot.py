@@ -1,4 +1,4 @@
-"""A real ArduCopter, given as a path to its own simulator's program, on a loopback that nobody else can reach.
+"""A real ArduPilot, given as a path to its own simulator's program, on a loopback that nobody else can reach.
 
     async with flying(binary, folder, receiver=Receiver.NONE) as autopilot:
         autopilot.port      # a socket of its network: the agent's side of SERIAL0 (bench.autopilot_tap)
@@ -16,6 +16,7 @@ import socket
 import struct
 import sys
 from collections.abc import AsyncIterator, Mapping
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import Any, Final
@@ -64,6 +65,19 @@ _AIRFRAME: Final = {
 """A quadcopter with a radio whose mode switch selects STABILIZE in every position. All else is ArduCopter's default."""
 
 
+@dataclass(frozen=True, slots=True)
+class Airframe:
+    """What the simulator flies or drives. `model`: the simulator's name for it. `files`: of parameters, which
+    `parameters` override."""
+
+    model: str
+    parameters: Mapping[str, float]
+    files: tuple[Path, ...] = ()
+
+
+QUADCOPTER: Final = Airframe("+", _AIRFRAME)
+
+
 class Receiver(StrEnum):
     """The radio receiver's output while nobody touches the transmitter."""
 
@@ -97,6 +111,7 @@ class RealAutopilot:
         home: tuple[float, float, float] = HOME,
         on_tcp: bool = False,
         agent_on_second: bool = False,
+        airframe: Airframe = QUADCOPTER,
     ) -> None:
         """`parameters` are set in addition to the defaults here; `folder` is used by it alone. `home`: degrees, metres
         above sea level.
@@ -112,7 +127,8 @@ class RealAutopilot:
         self._home = home
         self._binary = binary.resolve()
         self._folder = folder
-        self._parameters = {**_CALIBRATED, **_AIRFRAME, **(parameters or {})}
+        self._airframe = airframe
+        self._parameters = {**_CALIBRATED, **airframe.parameters, **(parameters or {})}
         self._process: asyncio.subprocess.Process | None = None
         self._radio: socket.socket | None = None
         self._feeding: asyncio.Task[None] | None = None
@@ -130,7 +146,17 @@ class RealAutopilot:
             ports.reverse()
         serials = ["--serial0", ports[0], "--serial1", ports[1]]
         serials += [word for number in (2, 5, 6, 7, 8) for word in (f"--serial{number}", "none:0")]
-        options = ["--model", "+", "--speedup", str(BOOT_SPEED), "--home", home, "--defaults", str(ours)]
+        defaults = ",".join(str(file) for file in (*self._airframe.files, ours))
+        options = [
+            "--model",
+            self._airframe.model,
+            "--speedup",
+            str(BOOT_SPEED),
+            "--home",
+            home,
+            "--defaults",
+            defaults,
+        ]
         command = [str(self._binary), *options, "--rc-in-port", "{free}", *serials]
         radio_port, sockets = await self._run(command)
         self.port, truth, self._radio = sockets
@@ -139,7 +165,7 @@ class RealAutopilot:
         if self.receiver is not Receiver.NONE:
             self._feeding = asyncio.create_task(self._feed(_CHANNELS[self.receiver]))
         try:
-            await wait_for("ArduCopter to be ready to arm", self._ready, BOOT_S)
+            await wait_for("the autopilot to be ready to arm", self._ready, BOOT_S)
         except TimeoutError as error:
             raise NoAutopilot(f"{error}; it said: {self.truth.texts[-3:]}") from None
         await self.truth.set_parameter("SIM_SPEEDUP", 1)
@@ -161,7 +187,7 @@ class RealAutopilot:
         sockets = [socket.socket(fileno=descriptor) for descriptor in descriptors]
         if len(sockets) != SOCKETS:
             reason = words.removeprefix(REFUSED).decode() or "see autopilot.log"
-            raise NoAutopilot(f"no network of its own for ArduCopter: {reason}")
+            raise NoAutopilot(f"no network of its own for the autopilot: {reason}")
         for one in sockets:
             one.setblocking(False)
         return int(words), sockets
@@ -175,7 +201,7 @@ class RealAutopilot:
     def _ready(self) -> bool:
         if self._process is not None and self._process.returncode is not None:
             log = (self._folder / "autopilot.log").read_text(errors="replace")
-            raise NoAutopilot(f"ArduCopter ended: {log[-500:]}")
+            raise NoAutopilot(f"the autopilot ended: {log[-500:]}")
         return self.truth.has_position
 
     async def turn_switch(self, width_us: int) -> None:

@@ -15,7 +15,7 @@ from typing import Any, Final
 
 from bench.autopilot_tap import AutopilotTap
 from bench.person import Event, Person
-from bench.real_autopilot import RealAutopilot, Receiver
+from bench.real_autopilot import QUADCOPTER, Airframe, RealAutopilot, Receiver
 from bench.rig import HOME, PASSWORD, Kind, Rig, free_udp_port, wait_for
 from bench.tap import ADMIN, OPERATOR, Tap
 
@@ -27,10 +27,11 @@ BOOTS_AT_ONCE: Final = 2
 class Squadron(Rig):
     """`drones` exist after `start`. `binary`: of a real autopilot, or None."""
 
-    def __init__(self, folder: Path, count: int, binary: Path | None) -> None:
+    def __init__(self, folder: Path, count: int, binary: Path | None, airframe: Airframe) -> None:
         super().__init__(folder, SIMULATED, None)
         self.folder = folder
         self.binary = binary
+        self.airframe = airframe
         self.booting = asyncio.Semaphore(BOOTS_AT_ONCE)
         self.drones: list[FlownDrone] = []
         self._count = count
@@ -115,16 +116,16 @@ class FlownDrone:
         await self.operator.sign_in(PASSWORD)
         await self.operator.go_live()
 
-    async def equip(self, receiver: Receiver, parameters: dict[str, float]) -> None:
+    async def equip(self, receiver: Receiver, parameters: dict[str, float], *, agent_on_second: bool = False) -> None:
         """Starts a fresh autopilot and a fresh agent; nobody has the controls; the tower receives the autopilot's
-        heartbeats."""
+        heartbeats. `agent_on_second`: as for RealAutopilot."""
         await self.leave()
         self._flights += 1
         self._equipped_at = self.admin.now
         self.folder.mkdir(parents=True)
         self._agent_port = free_udp_port()
         if self.squadron.binary is not None:
-            await self._real(self.squadron.binary, receiver, parameters)
+            await self._real(self.squadron.binary, receiver, parameters, agent_on_second)
         else:
             await self._simulated(receiver, parameters)
         await self.start_agent()
@@ -136,8 +137,17 @@ class FlownDrone:
         await wait_for("the tower to hear the autopilot", heard)
         await self.free()
 
-    async def _real(self, binary: Path, receiver: Receiver, parameters: dict[str, float]) -> None:
-        self.autopilot = RealAutopilot(binary, self.folder / "autopilot", receiver=receiver, parameters=parameters)
+    async def _real(
+        self, binary: Path, receiver: Receiver, parameters: dict[str, float], agent_on_second: bool
+    ) -> None:
+        self.autopilot = RealAutopilot(
+            binary,
+            self.folder / "autopilot",
+            receiver=receiver,
+            parameters=parameters,
+            agent_on_second=agent_on_second,
+            airframe=self.squadron.airframe,
+        )
         async with self.squadron.booting:
             await self.autopilot.start()
         self.tap = AutopilotTap(("127.0.0.1", self._agent_port), self.autopilot)
@@ -270,9 +280,11 @@ def _in_short(event: Event) -> str:
 
 
 @contextlib.asynccontextmanager
-async def squadron_of(folder: Path, count: int, binary: Path | None) -> AsyncIterator[Squadron]:
+async def squadron_of(
+    folder: Path, count: int, binary: Path | None, airframe: Airframe = QUADCOPTER
+) -> AsyncIterator[Squadron]:
     folder.mkdir(parents=True)  # noqa: ASYNC240 (once, before anything runs)
-    squadron = Squadron(folder, count, binary)
+    squadron = Squadron(folder, count, binary, airframe)
     try:
         await squadron.start()
         yield squadron

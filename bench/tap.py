@@ -23,6 +23,13 @@ _SETPOINTS = (
     mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED,
     mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_GLOBAL_INT,
 )
+_MOVES = (
+    *_SETPOINTS,
+    mavlink.MAVLINK_MSG_ID_RC_CHANNELS_OVERRIDE,
+    mavlink.MAVLINK_MSG_ID_SET_MODE,
+    mavlink.MAVLINK_MSG_ID_SET_ATTITUDE_TARGET,
+)
+_ASKS = frozenset({mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, mavlink.MAV_CMD_REQUEST_MESSAGE})
 MOTION_US = 20_000
 _MAIN_MODE_FLAG = 0x80
 _FORCE = 21196
@@ -40,6 +47,15 @@ class Stick:
     @property
     def centred(self) -> bool:
         return (self.x, self.y, self.z, self.r) == (0, 0, 500, 0)
+
+
+@dataclass(frozen=True, slots=True)
+class Act:
+    """`what`: the message or the MAV_CMD. `who`: of sticks, by their buttons; a command may be anybody's."""
+
+    at: float
+    what: str
+    who: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +93,10 @@ class Tap:
         self.mode_requests: list[float] = []
         self.mode_answers: list[float] = []
         self.texts: list[str] = []
+        self.acts: list[Act] = []
+        """Everything from the agent that could move the vehicle or change its mode."""
+        self.is_cut = False
+        """Passes nothing from the agent on."""
         self._inner: socket.socket | None = None
         self._outer: socket.socket | None = None
         self._ask_at = 0.0
@@ -119,6 +139,8 @@ class Tap:
             except BlockingIOError:
                 return
             now = self._loop.time()
+            if self.is_cut:
+                continue
             if self._simulator is not None:
                 self._inner.sendto(data, self._simulator)
             for frame in _frames(data):
@@ -154,10 +176,18 @@ class Tap:
         number = message_id(frame)
         if number in _SETPOINTS:
             self.setpoints.append(now)
-        if number not in (69, 76):
+        if number in _MOVES:
+            self.acts.append(Act(now, mavlink.mavlink_map[number].msgname, AGENT))
+        if number not in (69, 75, 76):
             return
         message = decode(frame)
         if message is None:
+            return
+        if number == 69:
+            self.acts.append(Act(now, "MANUAL_CONTROL", message.buttons))
+        elif message.command not in _ASKS:
+            self.acts.append(Act(now, mavlink.enums["MAV_CMD"][message.command].name, AGENT))
+        if number == 75:
             return
         if number == 69:
             self.sticks.append(Stick(now, message.buttons, message.x, message.y, message.z, message.r))
@@ -192,6 +222,7 @@ class Tap:
             self.setpoints,
             self.mode_requests,
             self.mode_answers,
+            self.acts,
         ):
             del kept[: len(kept) - 1]
 

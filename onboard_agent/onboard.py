@@ -108,6 +108,7 @@ class Onboard:
         self._answers = Answers(maker)
         self._record = record
         self.stream = TelemetryStream()
+        self.autopilot.system_is_fixed = self._own.is_fixed
         self.hold = Hold(maker, steps_reported)
         self.counts: Counter[str] = Counter()
         """Dropped frames by reason, except those that the downlink counts."""
@@ -385,6 +386,7 @@ class Onboard:
             passed, words = self._gestures.pass_on(frame, now) if msgid in STICKS else (frame, None)
             if words is not None:
                 self._work.tell(words)
+                self.autopilot.stick_gestures = self._gestures.held_back
             self._to_autopilot += [*self._work.ahead_of(frame, now), passed]
         self._work.epoch(self.downlink.epoch, now)
 

@@ -249,4 +249,6 @@ class WorkAtDrone:
             commanded=self._holder.commanded,
             busy=self._transactions.busy or self._plans.busy or now - self._station_files_at < STATION_FILES_S,
             firmware=view.firmware,
+            system_is_fixed=view.system_is_fixed,
+            other_systems=view.other_systems,
         )

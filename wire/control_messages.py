@@ -255,7 +255,8 @@ class AutopilotState(msgspec.Struct, frozen=True, tag="autopilot_state", tag_fie
     system that the agent serves; 0: not known yet. `other_systems`: of other autopilots on its line, whose frames it
     passes in neither direction. `hears_agent`: whether the autopilot has answered the agent in the last 10 s; None: not
     known yet, or it answers nothing that the agent could ask. `signing`: whether autopilot and agent sign what they
-    send each other; older agents do not.
+    send each other; older agents do not. `stick_gestures`: how many gestures of sticks that arm or disarm the agent has
+    kept from the autopilot since it started.
     """
 
     heard: bool
@@ -267,6 +268,7 @@ class AutopilotState(msgspec.Struct, frozen=True, tag="autopilot_state", tag_fie
     other_systems: tuple[U8, ...] = ()
     hears_agent: bool | None = None
     signing: Signing = Signing.OFF
+    stick_gestures: U32 = 0
 
 
 ToTower = (

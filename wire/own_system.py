@@ -93,6 +93,11 @@ class OwnSystem:
         self._beside: set[int] = set()
         """Other autopilots that were heard while the own one was."""
 
+    @property
+    def is_fixed(self) -> bool:
+        """Whether no other system id can become its own."""
+        return self._is_fixed
+
     def told(self, system_id: int, others: tuple[int, ...]) -> None:
         """The agent says which one it is, and which others are on its line. 0: it does not say."""
         self._told_others = others

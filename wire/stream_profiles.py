@@ -51,6 +51,7 @@ _RATES: Final = {
     "SYS_STATUS": Rates(0.5, 0.2, 0.5),
     "BATTERY_STATUS": Rates(0.2, 0.1, 0.2),
     "GPS_RAW_INT": Rates(0.5, 0.2, 0.5),
+    "GPS2_RAW": Rates(0.5, 0.1, 0.5),
     "EKF_STATUS_REPORT": Rates(0.5, 0.1, 0.5),
     "ESTIMATOR_STATUS": Rates(0.5, 0.1, 0.5),
     "RC_CHANNELS": Rates(0.5, 0.1, 1.0),

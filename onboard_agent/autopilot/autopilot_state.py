@@ -63,6 +63,9 @@ class AutopilotView:
         self._on_ground_since: float | None = None
         self._alt_rel_m = 0.0
         self.other_systems: tuple[int, ...] = ()
+        self.stick_gestures = 0
+        self.system_is_fixed = False
+        """The agent serves this system id and will follow no change of it."""
         """System ids of other autopilots on the line."""
         self.hears_agent: bool | None = None
         """None: not known."""
@@ -200,6 +203,7 @@ class AutopilotView:
             other_systems=self.other_systems,
             hears_agent=self.hears_agent if self.heard else None,
             signing=self.signing,
+            stick_gestures=self.stick_gestures,
         )
         if state == self._sent:
             return None

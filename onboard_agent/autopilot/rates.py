@@ -38,6 +38,7 @@ RATE_REQUESTS: Final[tuple[RateRequest, ...]] = (
     RateRequest(mavlink.MAVLINK_MSG_ID_VFR_HUD, 4),
     RateRequest(mavlink.MAVLINK_MSG_ID_SYS_STATUS, 1),
     RateRequest(mavlink.MAVLINK_MSG_ID_GPS_RAW_INT, 1),
+    RateRequest(mavlink.MAVLINK_MSG_ID_GPS2_RAW, 1),  # sent only where there are two
     RateRequest(mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT, 5),
     RateRequest(mavlink.MAVLINK_MSG_ID_BATTERY_STATUS, 0.5),
     RateRequest(mavlink.MAVLINK_MSG_ID_HOME_POSITION, 0.2),

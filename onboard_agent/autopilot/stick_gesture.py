@@ -56,6 +56,8 @@ class GestureGuard:
     def __init__(self) -> None:
         self._since: float | None = None
         self._told = False
+        self.held_back = 0
+        """Gestures, not frames."""
 
     def pass_on(self, frame: bytes, now: float) -> tuple[bytes, str | None]:
         """Returns the frame for the autopilot, and words for the pilot if there is something to say."""
@@ -67,4 +69,5 @@ class GestureGuard:
         if self._told or now - self._since < TOLD_AFTER_S:
             return passed, None
         self._told = True
+        self.held_back += 1
         return passed, TOLD

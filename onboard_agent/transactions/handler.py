@@ -39,6 +39,10 @@ class Around:
     file transfers."""
     firmware: int = 0
     """flight_sw_version of its AUTOPILOT_VERSION; 0: not known."""
+    system_is_fixed: bool = False
+    """The agent would not follow the autopilot to another system id."""
+    other_systems: tuple[int, ...] = ()
+    """Of other autopilots on the line."""
 
 
 class TransactionHandler(Protocol):

@@ -103,7 +103,10 @@ class ParameterHandler:
         """The autopilot is heard for the first time, or again, or has rebooted."""
         self._pace = NARROW if around.narrow_line else FAST
         if (self._system, self._kind) != (around.system_id, around.autopilot_kind):
-            self._stop_write(Outcome.FAILED, "another autopilot is there now", at_once=True)
+            is_same = self._kind == around.autopilot_kind
+            follows = is_same and self._write is not None and self._write.moves_to(around.system_id)
+            if not follows:
+                self._stop_write(Outcome.FAILED, "another autopilot is there now", at_once=True)
             self._table.forget()
             self._autopilot_hash = None
             self._count = 0
@@ -112,6 +115,8 @@ class ParameterHandler:
             self._encoding = encoding_of(self._kind, 0)
             self._name = place_name(system_id=around.system_id, autopilot_kind=self._kind)
             self._recall_at = now + self._pace.recall_after_s
+            if follows and self._write is not None:
+                self._write.moved(self._talk())
         self._table.doubt()
         self._listing = None
         self._list_at = now + self._pace.list_after_s
@@ -340,7 +345,7 @@ class ParameterHandler:
             self._report(run, Outcome.REFUSED, _NOT_HEARD)
         else:
             self._writer = run
-            self._write = ParameterWrite(self._talk(), work.values, self._table.values, self._pace)
+            self._write = ParameterWrite(self._talk(), work.values, self._table.values, self._pace, around)
 
     def _stop_write(self, outcome: Outcome, why: str, *, at_once: bool = False) -> None:
         if self._write is not None:

@@ -5,6 +5,7 @@ Rules, each tested:
 - An invalid value is refused without being sent: not a number, a fraction for an integer, out of range for its kind.
 - A parameter that is not in the table is requested by name first: its kind decides how its value is encoded.
 - The final value of each parameter that differs from the requested one is reported, in words.
+- After a write of its system id the autopilot may answer under the new one, which the agent has to find first.
 - A stopped write finishes its current parameter and begins no other. After two unanswered ones it stops by itself.
 """
 
@@ -13,9 +14,13 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, Final
 
+from onboard_agent.transactions.handler import Around
 from onboard_agent.transactions.parameter_encoding import HASH_NAME, NAME, ParamValue, as_kept, why_not, words_of
 from onboard_agent.transactions.parameter_frames import Pace, ParameterFrames
 from onboard_agent.transactions.retry_policy import Repeated
+from onboard_agent.transactions.system_id_change import FOLLOWED_WITHIN_S, SYSTEM_IDS
+from onboard_agent.transactions.system_id_change import why_not as why_not_system_id
+from onboard_agent.transactions.system_id_change import words_of as words_of_system_id
 from wire.dialect import mavlink
 from wire.parameters import Parameter
 from wire.transactions import MAX_REFUSALS, Outcome, ParameterRefusal
@@ -40,6 +45,8 @@ class _At(StrEnum):
     LEARNING = "learning"
     SETTING = "setting"
     CHECKING = "checking"
+    MOVING = "moving"
+    """Its system id was written, and it does not answer under the old one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,12 +68,18 @@ class ParameterWrite:
         values: Sequence[tuple[str, float]],
         known: Mapping[str, Parameter],
         pace: Pace,
+        around: Around,
     ) -> None:
-        """`known`: the known part of the table."""
+        """`known`: the known part of the table. `around`: at the beginning."""
         self._talk = talk
         self._values = values
         self._known = known
         self._pace = pace
+        self._around = around
+        self._moved_by: float | None = None
+        """Until when an autopilot with the new system id is waited for."""
+        self._has_moved = False
+        self._notes = ""
         self._next = 0
         self._at: _At | None = None
         """State of the current parameter; None between two parameters."""
@@ -108,6 +121,7 @@ class ParameterWrite:
         elif self._has == self._wanted:
             self._written += 1
             self._at = None
+            self._note_system_id()
         elif self._sets < MAX_SETS:
             self._set()
         else:
@@ -128,10 +142,29 @@ class ParameterWrite:
             question = self._question.due(now)
             if question is not None:
                 return [question]
-            if not self._question.given_up(now):
+            if self._at is _At.MOVING:
+                if now < (self._moved_by or 0.0):
+                    break
+                self._silent += 1
+                self._has = None
+                self._refuse(_NOT_ANSWERED)
+            elif not self._question.given_up(now):
                 break
-            self._give_up()
+            elif self._changes_system_id and self._at is not _At.LEARNING:
+                self._at, self._moved_by = _At.MOVING, now + FOLLOWED_WITHIN_S
+            else:
+                self._give_up()
         return []
+
+    def moves_to(self, system_id: int) -> bool:
+        """Whether an autopilot with this system id is the one that is written to."""
+        return self._at is not None and self._changes_system_id and self._wanted == system_id
+
+    def moved(self, talk: ParameterFrames) -> None:
+        """The autopilot has its new system id, as `moves_to` said: the value is read back from there."""
+        self._talk = talk
+        self._has_moved = True
+        self._ask(_At.CHECKING, talk.ask_name(self._name))
 
     # Internals.
 
@@ -163,9 +196,19 @@ class ParameterWrite:
             self._kind = known.kind
             self._set_if_possible()
 
+    @property
+    def _changes_system_id(self) -> bool:
+        return self._name in SYSTEM_IDS and self._wanted != self._before
+
+    def _note_system_id(self) -> None:
+        if self._changes_system_id:
+            self._notes += words_of_system_id(self._wanted, moved=self._has_moved)
+
     def _set_if_possible(self) -> None:
         self._before = self._has
         trouble = why_not(self._asked, self._kind, self._talk.encoding)
+        if trouble is None and self._changes_system_id:
+            trouble = why_not_system_id(self._wanted, self._around)
         if trouble is not None:
             self._refuse(trouble)
         else:
@@ -226,4 +269,4 @@ class ParameterWrite:
             self._refusals.append(ParameterRefusal(name[:16], asked, has, "Not sent."))
         received = tuple(self._refusals[:MAX_REFUSALS])
         words = words[0].upper() + words[1:]
-        self.end = WriteEnd(outcome, f"{words}.", received, len(self._refusals))
+        self.end = WriteEnd(outcome, f"{words}.{self._notes}", received, len(self._refusals))

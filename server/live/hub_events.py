@@ -139,8 +139,20 @@ class MotionSuspected:
     why: str
 
 
+@dataclass(frozen=True)
+class StickGestureHeldBack:
+    """Somebody tried to arm or to disarm by sticks, and the agent kept it from the autopilot. `user_id`: whose frames
+    passed then; None: nobody's any more. `number`: counts those of this agent since it started."""
+
+    drone_id: DroneId
+    user_id: UserId | None
+    airborne: bool
+    number: int
+
+
 HubEvent = (
     LoanLimitPassed
+    | StickGestureHeldBack
     | ZoneReached
     | AgentLinked
     | HolderGone

@@ -7,6 +7,7 @@ from typing import Final
 
 from wire.autopilots import ardupilot_loss
 from wire.autopilots.ardupilot_plans import SINCE, ArduPilot
+from wire.autopilots.own_fence import OwnFence
 from wire.autopilots.profile import AutopilotFamily, FlightMode
 from wire.autopilots.vehicle_types import PLANES
 from wire.dialect import mavlink
@@ -45,6 +46,43 @@ def _after_sticks(custom_mode: int, values: Mapping[str, float], without: bool) 
 
 def _keeping(vehicle_type: int, release: Release | None) -> KeptFields:
     return ArduPilot(is_plane=vehicle_type in PLANES, release=release)
+
+
+_ALT_MAX, _CIRCLE, _POLYGON = 1, 2, 4
+"""Bits of FENCE_TYPE."""
+_INCLUSION_UNION: Final = 2
+"""Bit of FENCE_OPTIONS."""
+
+
+def _own_fence(values: Mapping[str, float], is_on: bool | None) -> OwnFence | None:
+    """SYS_STATUS shows what DO_FENCE_ENABLE and switches did; with FENCE_ACTION 0, report only, it never shows it."""
+    reports_only = values.get("FENCE_ACTION") == 0
+    if not (values.get("FENCE_ENABLE", 0) > 0 if is_on is None or reports_only else is_on):
+        return None
+    kinds = int(values.get("FENCE_TYPE", 0))
+    return OwnFence(
+        max_height_m=values.get("FENCE_ALT_MAX") if kinds & _ALT_MAX else None,
+        height_name="FENCE_ALT_MAX",
+        radius_m=values.get("FENCE_RADIUS") if kinds & _CIRCLE else None,
+        radius_name="FENCE_RADIUS",
+        has_areas=bool(kinds & _POLYGON),
+        one_is_enough=bool(int(values.get("FENCE_OPTIONS", 0)) & _INCLUSION_UNION),
+    )
+
+
+_MOTORS_OF_CLASS: Final = {1: 4, 2: 6, 3: 8, 4: 8, 5: 6, 7: 4, 12: 12, 14: 10}
+"""FRAME_CLASS of ArduCopter. A tricopter's test order has four: the third turns its servo."""
+_MOTOR_FUNCTIONS: Final = frozenset({*range(33, 41), *range(82, 86)})
+"""SERVOn_FUNCTION of motors 1 to 12."""
+_MAX_OUTPUTS: Final = 32
+
+
+def _motor_count(values: Mapping[str, float]) -> int | None:
+    count = _MOTORS_OF_CLASS.get(int(values.get("FRAME_CLASS", 0)))
+    if count is not None:
+        return count
+    functions = [values.get(f"SERVO{number}_FUNCTION") for number in range(1, _MAX_OUTPUTS + 1)]
+    return len({one for one in functions if one in _MOTOR_FUNCTIONS}) or None
 
 
 def _main_of(custom_mode: int) -> int:
@@ -95,6 +133,8 @@ ARDUPILOT: Final = AutopilotFamily(
     without_receiver=ardupilot_loss.WITHOUT_RECEIVER,
     with_receiver=ardupilot_loss.WITH_RECEIVER,
     is_simulated=ardupilot_loss.is_simulated,
+    own_fence=_own_fence,
+    motor_count=_motor_count,
     mission_lacks=frozenset({int(mavlink.MAV_CMD_DO_VTOL_TRANSITION)}),
     mission_requires={
         int(mavlink.MAV_CMD_DO_SET_CAM_TRIGG_DIST): (2, 4),

@@ -19,6 +19,7 @@ from wire.autopilots.commands import (
     VehicleState,
 )
 from wire.autopilots.loss_sentence import Sentence
+from wire.autopilots.own_fence import OwnFence
 from wire.autopilots.pilot_command import PilotCommand
 from wire.autopilots.wanted_parameter import WantedParameter
 from wire.control_messages import LossParameters, SafetySettings
@@ -142,6 +143,14 @@ def _never_proved(values: Mapping[str, float]) -> bool:
     return False
 
 
+def _no_fence(values: Mapping[str, float], is_on: bool | None) -> OwnFence | None:
+    return None
+
+
+def _not_known(values: Mapping[str, float]) -> int | None:
+    return None
+
+
 @dataclass(frozen=True, kw_only=True)
 class AutopilotFamily:
     """What all vehicles of one MAV_AUTOPILOT have in common."""
@@ -198,6 +207,11 @@ class AutopilotFamily:
     """What it needs so that it does not obey a transmitter that nobody holds when the computer on board fails."""
     is_simulated: Callable[[Mapping[str, float]], bool] = _never_proved
     """Whether these parameters prove that it is a simulation."""
+    own_fence: Callable[[Mapping[str, float], bool | None], OwnFence | None] = _no_fence
+    """The fence that it keeps by itself, from its parameters and whether its SYS_STATUS shows it as enabled (None: not
+    heard). None: it refuses no place, or that is not known."""
+    motor_count: Callable[[Mapping[str, float]], int | None] = _not_known
+    """How many motors its motor test knows, from its parameters; None: not known."""
     mission_lacks: frozenset[int] = frozenset()
     """Mission commands of the planner that it does not carry out."""
     mission_hides: frozenset[int] = frozenset()

@@ -26,6 +26,7 @@ from wire.autopilots.commands import (
     Unable,
     VehicleState,
 )
+from wire.autopilots.own_fence import OwnFence
 from wire.autopilots.profile import (
     AutopilotFamily,
     AutopilotProfile,
@@ -92,6 +93,27 @@ def _mode(
         settable=settable,
         offered=offered and settable,
     )
+
+
+_FENCE_REFUSES: Final = 2
+"""GF_ACTION from which on it refuses a place; 1 only warns of a breach."""
+
+
+def _own_fence(values: Mapping[str, float], is_on: bool | None) -> OwnFence | None:
+    """SYS_STATUS never shows it."""
+    if values.get("GF_ACTION", 0) < _FENCE_REFUSES:
+        return None
+    return OwnFence(
+        max_height_m=values.get("GF_MAX_VER_DIST") or None,
+        height_name="GF_MAX_VER_DIST",
+        radius_m=values.get("GF_MAX_HOR_DIST") or None,
+        radius_name="GF_MAX_HOR_DIST",
+        has_areas=True,
+    )
+
+
+def _motor_count(values: Mapping[str, float]) -> int | None:
+    return int(values.get("CA_ROTOR_COUNT", 0)) or None
 
 
 _MANUAL: Final = _mode("MANUAL", 1, 0, "MANUAL", _T.BY_HAND, place=False)
@@ -199,6 +221,8 @@ PX4: Final = AutopilotFamily(
     loss_sentences=px4_loss.loss_sentences,
     without_receiver=px4_loss.WITHOUT_RECEIVER,
     is_simulated=px4_loss.is_simulated,
+    own_fence=_own_fence,
+    motor_count=_motor_count,
 )
 
 

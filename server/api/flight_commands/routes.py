@@ -15,7 +15,12 @@ from server.domain.access import UnknownDrone
 from server.live.flight_commands.bodies import Disarm, FlightCommand, Follow, FollowMe, Jump, SetHome, Start
 from server.live.flight_commands.follow_me import follow_me_order
 from server.live.flight_commands.following import CannotFollow, NoSuchLeader, follow_order
-from server.live.flight_commands.on_the_ground import NotOnTheGround, PropellersNotConfirmed, require_set_up
+from server.live.flight_commands.on_the_ground import (
+    NoSuchMotor,
+    NotOnTheGround,
+    PropellersNotConfirmed,
+    require_set_up,
+)
 from server.live.flight_commands.steps import order_of
 from server.live.flight_commands.vehicle import NoSuchItem, NoSuchMode, NotKnownHow, NotKnownYet, Vehicle
 from server.live.operations.permissions import refuse_commands, refuse_zones
@@ -28,6 +33,7 @@ from server.live.operations.refusals import (
     LossCheckOpen,
     MovesHome,
     NotInControl,
+    OutsideOwnFence,
     TooManyOperations,
     ViewTaken,
     WouldFall,
@@ -63,7 +69,7 @@ DronePath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
             MovesHome,
         ),
         *(TooManyOperations, NotKnownHow, NotKnownYet, NoSuchMode, NoSuchItem, NoSuchLeader, CannotFollow),
-        *(NotOnTheGround, PropellersNotConfirmed, TooMuchWork),
+        *(NotOnTheGround, PropellersNotConfirmed, NoSuchMotor, OutsideOwnFence, TooMuchWork),
     ),
 )
 async def command_drone(

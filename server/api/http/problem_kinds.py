@@ -37,7 +37,7 @@ from server.live.accounts.relying_party import PasskeysUnavailable
 from server.live.agent_updates.refusals import FlownByAnother, UnknownRelease
 from server.live.alerts.refusals import MayNotAcknowledge, UnknownAlert
 from server.live.flight_commands.following import CannotFollow, NoSuchLeader
-from server.live.flight_commands.on_the_ground import NotOnTheGround, PropellersNotConfirmed
+from server.live.flight_commands.on_the_ground import NoSuchMotor, NotOnTheGround, PropellersNotConfirmed
 from server.live.flight_commands.vehicle import NoSuchItem, NoSuchMode, NotKnownHow, NotKnownYet
 from server.live.flight_imports.refusals import BadFlightFile, ImportsFull, UnknownImport
 from server.live.flight_logs.refusals import BadCredential, FileIncomplete, FileNotTaken, NotAskedFor, UnknownLog
@@ -59,6 +59,7 @@ from server.live.operations.refusals import (
     NotInControl,
     NotThroughTheTower,
     OnlyWatches,
+    OutsideOwnFence,
     TooManyOperations,
     TurnTimeout,
     UnknownOperation,
@@ -224,8 +225,10 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     NoSuchKind: Kind("no-such-kind", 404, "No such kind of drone"),
     NotOnTheGround: Kind("not-on-the-ground", 409, "The drone is not on the ground"),
     PropellersNotConfirmed: Kind("propellers-not-confirmed", 409, "The propellers are not confirmed to be off"),
+    NoSuchMotor: Kind("no-such-motor", 409, "No such motor"),
     MovesHome: Kind("moves-home", 409, "Home would move"),
     ZoneForbids: Kind("zone", 409, "A zone is on the way"),
+    OutsideOwnFence: Kind("outside-fence", 409, "Outside the autopilot's fence"),
     UnknownZone: Kind("unknown-zone", 404, "No such zone"),
     TooManyZones: Kind("too-many-zones", 409, "Too many zones"),
     ZoneChangedMeanwhile: Kind("changed-meanwhile", 412, "Changed meanwhile"),

@@ -49,8 +49,14 @@ class Facts:
     """Which of several batteries is the worst, from 1."""
     battery_charge: int | None = None
     """MAV_BATTERY_CHARGE_STATE, the worst of its batteries."""
+    gps_lost: bool | None = None
+    """No GPS has a 3D fix."""
     gps_fix: int | None = None
-    """GPS_FIX_TYPE."""
+    """GPS_FIX_TYPE, of the worst GPS."""
+    gps_number: int | None = None
+    """Which of several it is, from 1."""
+    sensor_fault: str | None = None
+    """Which sensors the autopilot calls unhealthy; empty: none."""
     estimator_fault: str | None = None
     """What is wrong with the position estimate; empty: nothing."""
     vibration_m_s2: float | None = None

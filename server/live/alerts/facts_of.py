@@ -58,7 +58,8 @@ def _add_telemetry(facts: Facts, drone: LiveDrone, now: float) -> None:
     telemetry.decode(now)
     facts.battery_percent, facts.battery_charge = telemetry.battery_percent, telemetry.battery_charge
     facts.battery_number = telemetry.battery_number
-    facts.gps_fix, facts.estimator_fault = telemetry.gps_fix, telemetry.estimator_fault
+    facts.gps_lost, facts.gps_fix, facts.gps_number = telemetry.gps_lost, telemetry.gps_fix, telemetry.gps_number
+    facts.sensor_fault, facts.estimator_fault = telemetry.sensor_fault, telemetry.estimator_fault
     facts.vibration_m_s2, facts.fence_breach = telemetry.vibration_m_s2, telemetry.fence_breach
     facts.aircraft_near, facts.foreign_drone_near = drone.aircraft_near
     facts.zone_near, facts.zone_breach = drone.zone_watch.situation
@@ -77,10 +78,18 @@ def _add_fall(facts: Facts, drone: LiveDrone, now: float) -> None:
         position_at=drone.position_at,
         attitude=drone.telemetry.newest.get((ATTITUDE, 0)),
         armed=drone.armed,
-        by_hand=now - drone.sticks_at < BY_HAND_FOR_S,
+        may_dive=now - drone.sticks_at < BY_HAND_FOR_S and not _keeps_height(drone.heartbeat),
         now=now,
     )
     facts.falls, facts.sinks, facts.crashed = watch.falls, watch.sinks, watch.crashed
+
+
+def _keeps_height(heartbeat: bytes) -> bool:
+    """Whether the autopilot keeps the height in its mode, sticks or not."""
+    heart = payload(heartbeat).ljust(_HEARTBEAT, b"\0")
+    profile = registry.nearest(heart[_AUTOPILOT], heart[_TYPE])
+    custom_mode = int.from_bytes(heart[:_TYPE], "little")
+    return profile.flies_without_sticks(custom_mode) or profile.holds_when_centred(custom_mode)
 
 
 def _add_height(facts: Facts, drone: LiveDrone, of_tower_m: float) -> None:

@@ -15,7 +15,9 @@ from wire.frames import payload
 FALLS_M_S: Final = 6.0
 """Autopilots descend by themselves at 1 to 3 m/s; a fall is this fast after 0.6 s."""
 DIVES_M_S: Final = 15.0
-"""What a hand on the sticks may want."""
+"""What a hand on the sticks may want, where the mode leaves the height to it. Elsewhere sticks descend at some 5 m/s at
+most: with one motor lost at 40 m and centred sticks, a copter in LOITER fell at up to 14 m/s (measured).
+"""
 SINKS_M_S: Final = 0.8
 """A hold keeps the height within a tenth of this."""
 CLIMBS_M_S: Final = 0.5
@@ -40,7 +42,7 @@ class FallWatch:
         """Whether that is wanted, the alert's rule judges."""
         self.crashed = ""
         self._looks = self._sinking_looks = 0
-        self._from_m = 0.0
+        self._from_m = self._crashed_at_m = 0.0
         self._tipped_since: float | None = None
         self._position_at = float("-inf")
         self._was_disarmed = False
@@ -52,10 +54,11 @@ class FallWatch:
         position_at: float,
         attitude: bytes | None,
         armed: bool | None,
-        by_hand: bool,
+        may_dive: bool,
         now: float,
     ) -> None:
-        """Takes the newest GLOBAL_POSITION_INT and when it came, and the newest ATTITUDE, as whole frames."""
+        """Takes the newest GLOBAL_POSITION_INT and when it came, and the newest ATTITUDE, as whole frames. `may_dive`:
+        it is flown by hand, in a mode that leaves the height to the hand."""
         if position is None:
             return
         _, _, _, _, height_mm, north, east, down, _ = _POSITION.unpack_from(payload(position).ljust(28, b"\0"))
@@ -65,9 +68,10 @@ class FallWatch:
         if position_at != self._position_at:
             self._position_at = position_at
             self._sink(height_m, down_m_s)
-            self._fall(height_m, down_m_s, DIVES_M_S if by_hand else FALLS_M_S, still=still)
-        self._tip(armed, tilt, now, still=still)
-        if armed and tilt < LEVEL_RAD and (self._was_disarmed or down_m_s < -CLIMBS_M_S) and not self.falls:
+            self._fall(height_m, down_m_s, DIVES_M_S if may_dive else FALLS_M_S, still=still)
+        self._tip(armed, tilt, now, height_m, still=still)
+        is_up = down_m_s < -CLIMBS_M_S and height_m > self._crashed_at_m + ON_GROUND_M  # a wreck bounces
+        if armed and tilt < LEVEL_RAD and (self._was_disarmed or is_up) and not self.falls:
             self.crashed = ""  # it flies again
         self._was_disarmed = armed is False
 
@@ -87,15 +91,17 @@ class FallWatch:
             # Rotors need longer to catch it: from one report to the next only the ground does, at whatever height.
             if self.falls and (still or height_m < ON_GROUND_M):
                 self.crashed = f"it fell about {max(self._from_m - height_m, 0):.0f} m to the ground"
+                self._crashed_at_m = height_m
             self.falls, self._looks, self._from_m = "", 0, height_m
 
-    def _tip(self, armed: bool | None, tilt: float, now: float, *, still: bool) -> None:
+    def _tip(self, armed: bool | None, tilt: float, now: float, height_m: float, *, still: bool) -> None:
         if not (armed and tilt > TIPPED_RAD and still):
             self._tipped_since = None
         elif self._tipped_since is None:
             self._tipped_since = now
         elif now - self._tipped_since >= TIPPED_FOR_S and not self.crashed:
             self.crashed = "it lies on its side with its motors armed"
+            self._crashed_at_m = height_m
 
 
 def _tilt(attitude: bytes | None) -> float:

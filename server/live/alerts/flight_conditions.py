@@ -65,9 +65,19 @@ def estimator(facts: Facts, is_open: bool) -> Finding:
 
 
 def gps(facts: Facts, is_open: bool) -> Finding:
-    if not facts.flies or facts.gps_fix is None:
+    if not facts.flies or facts.gps_lost is None:
         return _on_ground(facts)
-    return f"{facts.name} has no GPS fix in the air." if facts.gps_fix < _3D_FIX else Not.SO
+    return f"{facts.name} has no GPS fix in the air." if facts.gps_lost else Not.SO
+
+
+def sensor(facts: Facts, is_open: bool) -> Finding:
+    """One that others may replace: without any GPS fix there is another alert."""
+    if not facts.flies or (facts.sensor_fault is None and facts.gps_lost is None):
+        return _on_ground(facts)
+    if facts.sensor_fault:
+        return f"{facts.name} flies with a sensor that fails: {facts.sensor_fault}."
+    is_one_lost = facts.gps_lost is False and facts.gps_fix is not None and facts.gps_fix < _3D_FIX
+    return f"GPS {facts.gps_number} of {facts.name} has no fix. Another one has." if is_one_lost else Not.SO
 
 
 def vibration(facts: Facts, is_open: bool) -> Finding:

@@ -20,17 +20,19 @@ MAX_TEXTS: Final = 20
 MAX_TEXT_FRAMES: Final = 3 * MAX_TEXTS
 """A text may come in chunks, one a frame."""
 MAX_BATTERIES: Final = 8
-BATTERY_GONE_S: Final = 60.0
+GONE_S: Final = 60.0
+"""A battery or a GPS that has not reported for this long is no longer there."""
 
 _SYS_STATUS: Final = mavlink.MAVLINK_MSG_ID_SYS_STATUS
 _BATTERY: Final = mavlink.MAVLINK_MSG_ID_BATTERY_STATUS
 _GPS: Final = mavlink.MAVLINK_MSG_ID_GPS_RAW_INT
+_GPS2: Final = mavlink.MAVLINK_MSG_ID_GPS2_RAW
 _EKF: Final = mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT
 _ESTIMATOR: Final = mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS
 _VIBRATION: Final = mavlink.MAVLINK_MSG_ID_VIBRATION
 _FENCE: Final = mavlink.MAVLINK_MSG_ID_FENCE_STATUS
 ATTITUDE: Final = mavlink.MAVLINK_MSG_ID_ATTITUDE
-KEPT: Final = frozenset({_SYS_STATUS, _BATTERY, _GPS, _EKF, _ESTIMATOR, _VIBRATION, _FENCE, ATTITUDE})
+KEPT: Final = frozenset({_SYS_STATUS, _BATTERY, _GPS, _GPS2, _EKF, _ESTIMATOR, _VIBRATION, _FENCE, ATTITUDE})
 """State messages that are kept, from the autopilot's own component."""
 
 _SENSORS: Final = Struct("<III")
@@ -38,6 +40,7 @@ _REMAINING: Final = 30
 _BATTERY_REMAINING: Final = 35
 _CHARGE: Final = 40
 _FIX: Final = 28
+_FIX_2: Final = 32
 _EKF_FIELDS: Final = Struct("<5fH")
 _ESTIMATOR_FIELDS: Final = Struct("<Q8fH")
 _VIBRATION_FIELDS: Final = Struct("<Q3f")
@@ -55,6 +58,17 @@ _AHRS: Final = int(mavlink.MAV_SYS_STATUS_AHRS)
 _GEOFENCE: Final = int(mavlink.MAV_SYS_STATUS_GEOFENCE)
 _PREARM: Final = int(mavlink.MAV_SYS_STATUS_PREARM_CHECK)
 _NO_COUNT: Final = 255
+_3D_FIX: Final = int(mavlink.GPS_FIX_TYPE_3D_FIX)
+_SENSORS_BY_NAME: Final = {
+    "its gyroscope": int(mavlink.MAV_SYS_STATUS_SENSOR_3D_GYRO),
+    "its accelerometer": int(mavlink.MAV_SYS_STATUS_SENSOR_3D_ACCEL),
+    "its compass": int(mavlink.MAV_SYS_STATUS_SENSOR_3D_MAG),
+    "its barometer": int(mavlink.MAV_SYS_STATUS_SENSOR_ABSOLUTE_PRESSURE),
+    "its second gyroscope": int(mavlink.MAV_SYS_STATUS_SENSOR_3D_GYRO2),
+    "its second accelerometer": int(mavlink.MAV_SYS_STATUS_SENSOR_3D_ACCEL2),
+    "its second compass": int(mavlink.MAV_SYS_STATUS_SENSOR_3D_MAG2),
+}
+"""Sensors that are told by name. Rangefinders and optical flow are left out: they lose the ground with every climb."""
 _BREACH_WORDS: Final = {
     int(mavlink.FENCE_BREACH_MINALT): "its minimum height",
     int(mavlink.FENCE_BREACH_MAXALT): "its maximum height",
@@ -77,6 +91,18 @@ class Battery(NamedTuple):
         return self.charge, 100 - (100 if self.percent is None else self.percent)
 
 
+class Gps(NamedTuple):
+    """`fix`: GPS_FIX_TYPE. `satellites`: None: not reported."""
+
+    fix: int
+    satellites: int | None
+    at: float
+
+    @property
+    def goodness(self) -> tuple[int, int]:
+        return self.fix, -1 if self.satellites is None else self.satellites
+
+
 class KeptTelemetry:
     """For one drone. Every value is None before its first message on the present link."""
 
@@ -85,6 +111,7 @@ class KeptTelemetry:
         "_arrived",
         "_batteries",
         "_decoded",
+        "_gps_units",
         "_system_percent",
         "_texts",
         "arming_ok",
@@ -95,9 +122,12 @@ class KeptTelemetry:
         "estimator_fault",
         "fence_breach",
         "gps_fix",
+        "gps_lost",
+        "gps_number",
         "newest",
         "now",
         "satellites",
+        "sensor_fault",
         "texts",
         "vibration_m_s2",
     )
@@ -125,7 +155,14 @@ class KeptTelemetry:
         """Of the worst battery, with its charge state and, of several, its number from 1."""
         self.battery_charge: int | None = None
         self.battery_number: int | None = None
+        self._gps_units: dict[int, Gps] = {}
         self.gps_fix: int | None = None
+        """Of the worst GPS, with its satellites and, of several, its number from 1."""
+        self.gps_number: int | None = None
+        self.gps_lost: bool | None = None
+        """No GPS has a position."""
+        self.sensor_fault: str | None = None
+        """Which sensors are enabled and not healthy; empty: none."""
         self.satellites: int | None = None
         self.arming_ok: bool | None = None
         self.arming_texts.forget()
@@ -149,6 +186,7 @@ class KeptTelemetry:
                 decoded[key] = frame
                 _READERS[key[0]](self, payload(frame), key[1])
         self._judge_batteries(now)
+        self._judge_gps(now)
 
     def _add_texts(self, texts: list[StatusText], now: float) -> None:
         if self._armed:
@@ -162,6 +200,8 @@ class KeptTelemetry:
         self._system_percent = percent if percent <= 100 else None
         _, enabled, health = _SENSORS.unpack_from(content)
         self.arming_ok = bool(health & _PREARM) if enabled & _PREARM else None
+        ill = [name for name, bit in _SENSORS_BY_NAME.items() if enabled & bit and not health & bit]
+        self.sensor_fault = " and ".join(ill)
         has_ekf = any(one in self.newest for one in ((_EKF, 0), (_ESTIMATOR, 0)))
         if enabled & _AHRS and not has_ekf:
             self.estimator_fault = "" if health & _AHRS else "not healthy"
@@ -178,7 +218,7 @@ class KeptTelemetry:
 
     def _judge_batteries(self, now: float) -> None:
         """The worst counts, with its own numbers. One that reports no more is gone."""
-        for number in [number for number, one in self._batteries.items() if now - one.at > BATTERY_GONE_S]:
+        for number in [number for number, one in self._batteries.items() if now - one.at > GONE_S]:
             del self._batteries[number]
         worst = max(self._batteries, key=lambda number: self._batteries[number].badness, default=None)
         if worst is None:
@@ -190,9 +230,25 @@ class KeptTelemetry:
         self.battery_number = None if is_only else worst + 1
 
     def _gps(self, content: bytes, _: int) -> None:
-        self.gps_fix = content[_FIX] if len(content) > _FIX else 0
-        count = content[_FIX + 1] if len(content) > _FIX + 1 else 0
-        self.satellites = count if count < _NO_COUNT else None
+        self._gps_unit(1, content.ljust(_FIX + 2, b"\0")[_FIX : _FIX + 2])
+
+    def _gps2(self, content: bytes, _: int) -> None:
+        self._gps_unit(2, content.ljust(_FIX_2 + 2, b"\0")[_FIX_2 : _FIX_2 + 2])
+
+    def _gps_unit(self, number: int, fix_and_count: bytes) -> None:
+        fix, count = fix_and_count
+        self._gps_units[number] = Gps(fix, count if count < _NO_COUNT else None, self.now)
+
+    def _judge_gps(self, now: float) -> None:
+        units = self._gps_units
+        for number in [number for number, one in units.items() if now - one.at > GONE_S]:
+            del units[number]
+        worst = min(units, key=lambda number: units[number].goodness, default=None)
+        self.gps_fix = self.satellites = self.gps_number = self.gps_lost = None
+        if worst is not None:
+            self.gps_fix, self.satellites = units[worst].fix, units[worst].satellites
+            self.gps_number = worst if len(units) > 1 else None
+            self.gps_lost = all(one.fix < _3D_FIX for one in units.values())
 
     def _ekf(self, content: bytes, _: int) -> None:
         *ratios, _, flags = _EKF_FIELDS.unpack_from(content.ljust(_EKF_FIELDS.size, b"\0"))
@@ -222,6 +278,7 @@ _READERS: Final[dict[int, Callable[[KeptTelemetry, bytes, int], Any]]] = {
     _SYS_STATUS: KeptTelemetry._system,
     _BATTERY: KeptTelemetry._battery,
     _GPS: KeptTelemetry._gps,
+    _GPS2: KeptTelemetry._gps2,
     _EKF: KeptTelemetry._ekf,
     _ESTIMATOR: KeptTelemetry._estimator,
     _VIBRATION: KeptTelemetry._vibration,

@@ -13,6 +13,7 @@ from server.domain.refusal import Refusal
 from server.live.flight_commands import bodies
 from server.live.operations.refusals import LoanForbids
 from server.live.relay.live_drone import LiveDrone
+from wire.autopilots import registry
 
 NOT_A_BORROWERS: Final = "a borrower does not set up the vehicle"
 
@@ -32,8 +33,15 @@ class PropellersNotConfirmed(Refusal):
         super().__init__(f"confirm that the propellers of {name} are off by its name: a turning propeller injures")
 
 
+class NoSuchMotor(Refusal):
+    """ArduCopter accepts the test of a motor that its frame does not have, and turns nothing (measured)."""
+
+    def __init__(self, name: str, motor: int, count: int) -> None:
+        super().__init__(f"{name} has no motor {motor}: its frame has {count}")
+
+
 def require_set_up(drone: LiveDrone, principal: Principal, body: object) -> None:
-    """Raises NotOnTheGround, LoanForbids, PropellersNotConfirmed. Passes whatever is no set-up."""
+    """Raises NotOnTheGround, LoanForbids, PropellersNotConfirmed, NoSuchMotor. Passes whatever is no set-up."""
     if not isinstance(body, bodies.SETUP):
         return
     name = drone.record.name
@@ -41,5 +49,14 @@ def require_set_up(drone: LiveDrone, principal: Principal, body: object) -> None
         raise LoanForbids(name, NOT_A_BORROWERS)
     if drone.armed is not False or drone.airborne is not False:
         raise NotOnTheGround(name, known=drone.armed is not None and drone.airborne is not None)
-    if isinstance(body, bodies.SpinMotor) and body.propellers_off != name:
-        raise PropellersNotConfirmed(name)
+    if isinstance(body, bodies.SpinMotor):
+        if body.propellers_off != name:
+            raise PropellersNotConfirmed(name)
+        count = _motor_count(drone)
+        if count is not None and body.motor > count:
+            raise NoSuchMotor(name, body.motor, count)
+
+
+def _motor_count(drone: LiveDrone) -> int | None:
+    family = registry.family_named(drone.loss_parameters.autopilot if drone.loss_parameters is not None else "")
+    return None if family is None else family.motor_count(drone.onboard.parameters.values())

@@ -2,7 +2,8 @@
 
 The index says who had the controls and what happened; the frames of the autopilot (component 1) say the rest. As for
 the agent, an armed drone is in the air when EXTENDED_SYS_STATE does not say that it is on the ground; a drone that does
-not send it, when it is above `UP_M`.
+not send it, when it is above `UP_M`. A rover, boat or submarine is never: a hill is no flight. Its hours are those from
+arming to disarming.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from typing import Any, Final
 from server.live.flights.holds import holds_in
 from server.live.flights.index import at_of
 from server.live.flights.tlog import Entry
+from wire.autopilots.vehicle_types import NEVER_FLY
 from wire.dialect import mavlink
 from wire.frames import message_id, payload, source
 
@@ -137,6 +139,7 @@ class FiguresReader:
     _rank: int = 0
     _armed: bool = True
     """Until a heartbeat says something else: it is a flight."""
+    _never_flies: bool = False
     _in_air: bool | None = None
     _since_us: int = 0
     _air: list[tuple[int, int]] = field(default_factory=list)
@@ -170,6 +173,8 @@ class FiguresReader:
                 self._set_air(_BY_LANDED_STATE, values[1] not in _NOT_IN_AIR, entry.at_us)
         elif kind == _ID_HEARTBEAT:
             self._armed = bool(values[3] & _ARMED)
+            if values[1] in NEVER_FLY and not self._never_flies:
+                self._keep_on_ground()
             if not self._armed and self._in_air:
                 self._set_air(self._rank, False, entry.at_us)
         elif kind == _ID_POSITION:
@@ -211,8 +216,14 @@ class FiguresReader:
             self._summed_mah = (self._summed_mah or 0.0) + mean_ca * (at_us - self._current[0]) * _MAH_PER_CA_US
         self._current = at_us, current
 
+    def _keep_on_ground(self) -> None:
+        """Takes back what the heights before its first heartbeat said."""
+        self._never_flies, self._in_air = True, None
+        self._air.clear()
+        self._touchdowns.clear()
+
     def _set_air(self, rank: int, flies: bool, at_us: int) -> None:
-        if rank < self._rank:
+        if rank < self._rank or self._never_flies:
             return
         flies = flies and self._armed
         self._rank = rank

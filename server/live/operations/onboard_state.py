@@ -163,3 +163,7 @@ class ReportedParameters:
                 self._changes.clear()
                 return None
         return table
+
+    def values(self) -> dict[str, float]:
+        """The present values by name; empty: not known."""
+        return {one.name: one.value for one in self.table() or ()}

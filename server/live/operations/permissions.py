@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any, Final
 
 from server.domain.people import Principal
+from server.live.operations.own_fence import refuse_outside_fence
 from server.live.operations.refusals import (
     LoanForbids,
     LossCheckOpen,
@@ -89,11 +90,12 @@ def refuse_zones(drone: LiveDrone, hits: Sequence[ZoneHit]) -> None:
 
 
 def refuse_commands(drone: LiveDrone, viewer: Principal, works: Iterable[CommandWork], *, falls: bool = False) -> None:
-    """Raises what the frame policy decides about the first refused frame, and ZoneForbids."""
+    """Raises what the frame policy decides about the first refused frame, ZoneForbids and OutsideOwnFence."""
     for work in works:
         frame = _frame(message_of(work))
         refuse_frame(drone, viewer, frame, falls=falls)
         refuse_zones(drone, zones_of_frame(drone, frame, command_in(frame)))
+        refuse_outside_fence(drone, frame, command_in(frame))
 
 
 def message_of(work: CommandWork) -> Any:

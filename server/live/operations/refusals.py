@@ -96,6 +96,13 @@ class ZoneForbids(Refusal):
         self.item = item
 
 
+class OutsideOwnFence(Refusal):
+    """The fence that the autopilot keeps by itself."""
+
+    def __init__(self, name: str, words: str) -> None:
+        super().__init__(f"the autopilot of {name} has a fence, and this is outside it: {words}. Nothing was sent")
+
+
 class LoanForbids(Refusal):
     """`item`: the one of the plan, from 0, that leads beyond what is lent."""
 

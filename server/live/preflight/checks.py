@@ -57,6 +57,8 @@ class PreflightFacts:
     battery_charge: int | None = None
     gps_fix: int | None = None
     satellites: int | None = None
+    gps_number: int | None = None
+    """Which of several GPS is the worst, from 1."""
     has_home: bool = False
     return_height_m: float | None = None
     loss_complete: bool = False
@@ -123,7 +125,8 @@ def _battery(facts: PreflightFacts) -> Judged:
 def _position(facts: PreflightFacts) -> Judged:
     if facts.gps_fix is None:
         return _UNKNOWN, "No GPS has reported."
-    count = "" if facts.satellites is None else f", {facts.satellites} satellites"
+    which = "" if facts.gps_number is None else f" of GPS {facts.gps_number}"
+    count = which if facts.satellites is None else f"{which}, {facts.satellites} satellites"
     if facts.gps_fix < FIX_3D:
         return _BAD, f"No position fix{count}."
     few = facts.satellites is not None and facts.satellites < ENOUGH_SATELLITES

@@ -71,6 +71,7 @@ def preflight_facts(drone: LiveDrone, loss: LossResult, now: float) -> Preflight
         battery_charge=telemetry.battery_charge,
         gps_fix=telemetry.gps_fix,
         satellites=telemetry.satellites,
+        gps_number=telemetry.gps_number,
         has_home=drone.has_reported_home,
         return_height_m=_return_height_m(drone),
         loss_complete=loss.complete,

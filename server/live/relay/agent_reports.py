@@ -7,7 +7,7 @@ from datetime import datetime
 from typing import Final
 
 from server.live.flights.black_box import BlackBoxFetcher
-from server.live.hub_events import HoldStepReported, LossParametersReported
+from server.live.hub_events import HoldStepReported, LossParametersReported, StickGestureHeldBack
 from server.live.operations.service import OperationService
 from server.live.preflight.signature import after_report
 from server.live.relay import live_messages as live
@@ -99,6 +99,7 @@ class AgentReports:
         drone.other_systems, drone.hears_agent = state.other_systems, state.hears_agent
         drone.signing = state.signing
         drone.own.told(state.system_id, state.other_systems)
+        self._stick_gestures(drone, state)
         drone.autopilot_heard = state.heard
         # What an autopilot that is silent did last is no longer known: it may be in the air.
         drone.armed, drone.airborne = (state.armed, state.airborne) if state.heard else (None, None)
@@ -113,6 +114,20 @@ class AgentReports:
         drone.flight_start.report(heard=state.heard, airborne=state.airborne, at=at)
         if before != _reported(drone):
             self._state.publish_drone(drone)
+
+    def _stick_gestures(self, drone: LiveDrone, state: AutopilotState) -> None:
+        """What came before the tower's first report from this agent was somebody else's."""
+        known, drone.stick_gestures = drone.stick_gestures, state.stick_gestures
+        if known is None or state.stick_gestures in (0, known):
+            return
+        lease, name = drone.lease, drone.record.name
+        who = lease.assistant if drone.turn.whose == "assistant" else lease.holder
+        text = f"{'Somebody' if who is None else who.name} tried to arm or disarm {name} by sticks. It was held back."
+        self._state.notify_watchers(drone, live.Notice("warning", "stick-gesture", text, drone.drone_id, 1))
+        event = StickGestureHeldBack(
+            drone.drone_id, None if who is None else who.id, state.airborne, state.stick_gestures
+        )
+        self._state.on_event(event)
 
     def _hold_state(self, drone: LiveDrone, link: AgentLink, state: HoldState, at: datetime | None) -> None:
         if not link.knows_open_holds or at is None:

@@ -129,6 +129,8 @@ class LiveDrone:
     """System ids of other autopilots on its line, as the agent reports."""
     signing: Signing = Signing.OFF
     """Whether its autopilot and agent sign, as the agent reports."""
+    stick_gestures: int | None = None
+    """Gestures to arm or disarm by sticks that its agent has held back, as it reports; None: not known yet."""
     was_airborne: bool = False
     """As last known."""
     open_hold: OpenHold = field(default_factory=OpenHold)

@@ -34,6 +34,7 @@ from server.live.hub_events import (
     RightLost,
     RttTooLong,
     SeparationLost,
+    StickGestureHeldBack,
     TurnRequested,
     ZoneReached,
 )
@@ -207,6 +208,9 @@ class HubEventHandler:
                 near = {"other_id": event.other_id, "in_s": round(event.in_s, 1)}
                 metres = {"horizontal_m": round(event.horizontal_m, 1), "vertical_m": round(event.vertical_m, 1)}
                 await self._record(event.drone_id, "separation.warning", near | metres)
+            case StickGestureHeldBack():
+                tried = {"user_id": event.user_id, "airborne": event.airborne}
+                await self._record(event.drone_id, "control.stick_gesture", tried)
             case MotionSuspected():
                 await self._record(event.drone_id, "drone.suspicious_motion", {"why": event.why})
             case HoldStepReported():

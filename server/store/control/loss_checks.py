@@ -121,7 +121,7 @@ class LossChecks:
         sentences = tuple(loss_sentences(parameters, settings, watched_only=drone.watched_only))
         reader = asker if asker is not None and drone.may_arm(asker) else drone.holder_id
         return LossCheck(
-            complete=parameters.complete if parameters else False,
+            complete=drone.watched_only or (parameters.complete if parameters else False),  # nothing more is read of it
             has_radio=parameters.has_radio if parameters else None,
             sentences=sentences,
             dangerous=is_dangerous(sentences),

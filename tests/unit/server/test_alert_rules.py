@@ -76,7 +76,12 @@ SCENES: dict[str, tuple[Facts, Facts, str]] = {
         replace(FLYING, battery_percent=28, battery_charge=1),
         "The battery of Merlin is low by its autopilot's threshold: 28 %",
     ),
-    "gps": (replace(FLYING, gps_fix=1), replace(FLYING, gps_fix=3), "Merlin has no GPS fix"),
+    "gps": (replace(FLYING, gps_lost=True), replace(FLYING, gps_lost=False), "Merlin has no GPS fix"),
+    "sensor": (
+        replace(FLYING, sensor_fault="its compass"),
+        replace(FLYING, sensor_fault=""),
+        "Merlin flies with a sensor that fails: its compass.",
+    ),
     "link-lost-on-ground": (
         Facts(name="Merlin", silence="link", armed=True, airborne=False),
         PARKED,

@@ -260,6 +260,17 @@ def its_position_jumps(flown: FlownHub) -> Scene:
     yield
 
 
+@scene("sensor")
+def its_second_gps_loses_its_fix(flown: FlownHub) -> Scene:
+    assert flown.end is not None
+    drone = flown.hub.state.drones[flown.end.link.drone_id]
+    for fix in (1, 3):
+        message = mavlink.MAVLink_gps2_raw_message(1, fix, 470000000, 80000000, 500000, 80, 80, 0, 0, 9, 0, 0)
+        drone.telemetry.newest[message.id, 0] = build(message, system_id=1, component_id=1, sequence=0)
+        if fix == 1:
+            yield
+
+
 @scene("estimator", flight={"model": AirframeModel.SENSING})
 def its_compass_is_disturbed(flown: FlownHub) -> Scene:
     flown.fail(Failure.COMPASS_JUMP, 4.0)
@@ -336,6 +347,15 @@ def its_disk_is_full(flown: FlownHub) -> Scene:
     flown.hub.reports.receive(link, BlackBoxState(now_us=1, problem="its disk is full"), clock())
     yield
     flown.hub.reports.receive(link, BlackBoxState(now_us=2), clock())
+
+
+def test_a_fall_is_told_within_two_seconds_though_a_hand_is_on_the_sticks() -> None:
+    flown = FlownHub()
+    flown.watch()
+    flown.take_off()
+    flown.pass_time(3.0)
+    flown.fail(Failure.MOTOR_LOST, 10.0)
+    flown.pass_until(lambda: flown.is_open("falls"), within_s=2.0)
 
 
 def test_a_take_out_of_a_full_descent_is_no_alarm() -> None:

@@ -25,7 +25,7 @@ class Seen:
         *,
         tilt_deg: float = 0.0,
         armed: bool = True,
-        by_hand: bool = False,
+        may_dive: bool = False,
         forward_m_s: float = 0.0,
     ) -> None:
         self.now += LOOK_S
@@ -35,7 +35,7 @@ class Seen:
         attitude = mavlink.MAVLink_attitude_message(0, math.radians(tilt_deg), 0, 0, 0, 0, 0)
         position, tilted = (build(one, system_id=1, component_id=1, sequence=0) for one in (place, attitude))
         self.watch.look(
-            position=position, position_at=self.now, attitude=tilted, armed=armed, by_hand=by_hand, now=self.now
+            position=position, position_at=self.now, attitude=tilted, armed=armed, may_dive=may_dive, now=self.now
         )
 
 
@@ -92,13 +92,22 @@ def test_a_fall_onto_a_hill_is_a_crash() -> None:
     assert seen.watch.crashed == "it fell about 15 m to the ground"
 
 
+def test_a_wreck_that_bounces_does_not_fly_again() -> None:
+    seen = Seen()
+    for height_m, down_m_s in ((30, 0), (24, 9), (14, 12), (3, 14), (0, -3.4), (1.2, -1), (0.1, 0)):
+        seen.look(height_m, down_m_s)
+    assert seen.watch.crashed == "it fell about 30 m to the ground"
+    seen.look(4.0, -1.0)
+    assert not seen.watch.crashed
+
+
 def test_a_hand_may_dive() -> None:
     seen = Seen()
     for height_m in (90, 84, 78):
-        seen.look(height_m, 12.0, by_hand=True)
+        seen.look(height_m, 12.0, may_dive=True)
     assert not seen.watch.falls
     for height_m in (70, 62, 54):
-        seen.look(height_m, 16.0, by_hand=True)
+        seen.look(height_m, 16.0, may_dive=True)
     assert seen.watch.falls
 
 

@@ -27,8 +27,8 @@ def landed(at_s: float, state: int) -> Entry:
     return entry(at_s, mavlink.MAVLink_extended_sys_state_message(0, state))
 
 
-def heartbeat(at_s: float, *, armed: bool) -> Entry:
-    return entry(at_s, mavlink.MAVLink_heartbeat_message(2, 3, 128 if armed else 0, 5, 4, 3))
+def heartbeat(at_s: float, *, armed: bool, kind: int = mavlink.MAV_TYPE_QUADROTOR) -> Entry:
+    return entry(at_s, mavlink.MAVLink_heartbeat_message(kind, 3, 128 if armed else 0, 5, 4, 3))
 
 
 def status(at_s: float, volts: float, amperes: float = 0.0) -> Entry:
@@ -77,6 +77,17 @@ def test_height_tells_where_the_autopilot_does_not_say_it() -> None:
     assert read(heights).air_s == 39
     # The landed state counts from its first word on, whatever the height.
     assert read([*heights[:3], landed(20, 1), position(25, 9)]).air_s == 9
+
+
+@pytest.mark.parametrize("kind", [mavlink.MAV_TYPE_GROUND_ROVER, mavlink.MAV_TYPE_SURFACE_BOAT, 12])
+def test_what_drives_or_dives_is_not_in_the_air_on_a_hill(kind: int) -> None:
+    drive = [position(1, 0), heartbeat(2, armed=True, kind=kind), position(10, 30), landed(20, 2), position(90, 0)]
+    early = [position(0, 30), *drive]
+    for entries in (drive, early):
+        found = read(entries)
+        assert (found.air_s, found.landings, found.flown_s) == (None, 0, 100)
+    copter = read([heartbeat(2, armed=True), position(10, 30), position(90, 0)])
+    assert (copter.air_s, copter.landings, copter.flown_s) == (80, 1, 80)
 
 
 def test_a_disarmed_drone_is_not_in_the_air() -> None:

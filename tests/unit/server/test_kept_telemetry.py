@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from server.live.alerts.kept_telemetry import BATTERY_GONE_S, KEPT, KeptTelemetry
+from server.live.alerts.kept_telemetry import GONE_S, KEPT, KeptTelemetry
 from wire.dialect import build, mavlink
 from wire.state_messages import state_key
 
@@ -22,6 +22,10 @@ def system(percent: int = 50, enabled: int = 0, health: int = 0) -> object:
 
 def gps(fix: int) -> object:
     return mavlink.MAVLink_gps_raw_int_message(1, fix, 470000000, 80000000, 500000, 80, 80, 0, 0, 9)
+
+
+def gps2(fix: int, satellites: int = 9) -> object:
+    return mavlink.MAVLink_gps2_raw_message(1, fix, 470000000, 80000000, 500000, 80, 80, 0, 0, satellites, 0, 0)
 
 
 def ekf(*variances: float, flags: int = GOOD_EKF) -> object:
@@ -97,9 +101,38 @@ def test_the_worst_battery_is_told_with_its_own_numbers() -> None:
     assert (one.battery_number, one.battery_charge, one.battery_percent) == (None, 1, 80)
 
 
+def test_the_worst_gps_is_told_with_its_own_numbers() -> None:
+    one = heard(gps(3))
+    assert (one.gps_number, one.gps_fix, one.satellites, one.gps_lost) == (None, 3, 9, False)
+    second_lost = heard(gps(3), gps2(1, 4))
+    assert (second_lost.gps_number, second_lost.gps_fix, second_lost.satellites) == (2, 1, 4)
+    assert second_lost.gps_lost is False, "it flies on the other"
+    fewer = heard(gps2(3, 14), gps(3))
+    assert (fewer.gps_number, fewer.satellites) == (1, 9)
+    assert heard(gps(1), gps2(0)).gps_lost is True
+
+
+def test_a_gps_that_reports_no_more_is_gone() -> None:
+    telemetry = heard(gps(3), gps2(1))
+    for at in (20.0, 40.0, 61.0):
+        telemetry.newest[24, 0] = build(gps(4), system_id=1, component_id=1, sequence=int(at))  # type: ignore[arg-type]
+        telemetry.decode(at)
+    assert (telemetry.gps_number, telemetry.gps_fix, telemetry.gps_lost) == (None, 4, False)
+    telemetry.decode(200.0)
+    assert (telemetry.gps_fix, telemetry.satellites, telemetry.gps_lost) == (None, None, None)
+
+
+def test_sensors_that_are_enabled_and_ill_are_named() -> None:
+    mag, gyro, laser = 4, 1, 256
+    assert heard(system()).sensor_fault == ""
+    assert heard(system(enabled=mag | gyro, health=mag | gyro)).sensor_fault == ""
+    assert heard(system(enabled=gyro, health=gyro)).sensor_fault == "", "a compass that is switched off is none"
+    assert heard(system(enabled=mag | gyro | laser, health=0)).sensor_fault == "its gyroscope and its compass"
+
+
 def test_a_battery_that_reports_no_more_is_gone() -> None:
     telemetry = heard(battery(0, 1, 80), battery(1, 3, 12))
-    for at in (20.0, 40.0, BATTERY_GONE_S + 1.0):
+    for at in (20.0, 40.0, GONE_S + 1.0):
         frame = build(battery(0, 1, 79), system_id=1, component_id=1, sequence=int(at))
         telemetry.newest[147, 0] = frame
         telemetry.decode(at)

@@ -62,6 +62,7 @@ def test_what_is_not_known_is_never_good() -> None:
         ("battery", {"battery_percent": 20}, LineState.BAD, "20 %"),
         ("battery", {"battery_charge": 3}, LineState.BAD, "low or faulty"),
         ("position", {"gps_fix": 1}, LineState.BAD, "No position fix, 14 satellites"),
+        ("position", {"gps_fix": 1, "gps_number": 2}, LineState.BAD, "No position fix of GPS 2, 14 satellites"),
         ("position", {"satellites": 6}, LineState.CAUTION, "6 satellites"),
         ("home", {"has_home": False}, LineState.UNKNOWN, "not reported a home"),
         ("return-height", {"return_height_m": 5.0}, LineState.CAUTION, "5 m"),

@@ -60,6 +60,11 @@ class HandlerLine:
         """The autopilot starts to send heartbeats."""
         self.handler.autopilot_came(self.around(), self.now)
 
+    def become(self, system_id: int) -> None:
+        """From now on the autopilot sends as this system."""
+        self._codecs["up"] = Codec(system_id, 1)
+        self.around_options["system_id"] = system_id
+
     def say(self, message: Message) -> None:
         """The autopilot sends a message."""
         self._put("up", message, self.to_agent)

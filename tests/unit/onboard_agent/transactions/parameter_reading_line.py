@@ -56,7 +56,8 @@ class Half:
 
 
 def parameter_line(kind: int = ARDUPILOT, *, store: MemoryStore | None = None, **options: Any) -> HandlerLine:
-    around = {key: options.pop(key) for key in ("narrow_line", "flown_by_hand", "armed") if key in options}
+    keys = ("narrow_line", "flown_by_hand", "armed", "system_is_fixed", "other_systems")
+    around = {key: options.pop(key) for key in keys if key in options}
     line = HandlerLine(ParameterHandler(FrameMaker(), store or MemoryStore()), kind, **around)
     line.server = Half(line, (Px4Parameters if kind == PX4 else Parameters)(**options))
     line.comes()

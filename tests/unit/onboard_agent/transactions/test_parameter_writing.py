@@ -7,7 +7,7 @@ import struct
 from typing import Any
 
 import pytest
-from handler_line import ARDUPILOT, PX4, HandlerLine
+from handler_line import ARDUPILOT, PX4, HandlerLine, arrives
 from hypothesis import given
 from hypothesis import strategies as st
 from parameter_reading_line import complete, parameter_line
@@ -33,6 +33,7 @@ from wire.transactions import (
     ParametersReadWork,
     ParametersWriteWork,
     TransactionProgress,
+    TransactionResult,
 )
 
 KINDS = {1: "B", 2: "b", 3: "H", 4: "h", 5: "I", 6: "i"}
@@ -376,3 +377,81 @@ def test_the_capabilities_say_how_an_integer_travels_and_else_the_kind_of_the_au
     assert encoding_of(ARDUPILOT, 0) is Encoding.CAST
     assert encoding_of(PX4, cast) is Encoding.CAST
     assert encoding_of(ARDUPILOT, bytewise) is Encoding.BYTES
+
+
+def system_id_line(**around: Any) -> HandlerLine:
+    line = ready(**around)
+    assert has(line, "SYSID_THISMAV") == 1
+    return line
+
+
+def rename(line: HandlerLine, system_id: int) -> None:
+    """The autopilot sends as another system from now on, and the agent has found it."""
+    line.become(system_id)
+    line.comes()
+
+
+def test_a_system_id_that_counts_at_once_is_read_back_from_the_new_system() -> None:
+    line = system_id_line()
+    line.to_agent = lambda number, message: ()  # it answers as system 7, which the agent drops
+    line.begin(ParametersWriteWork((("SYSID_THISMAV", 7.0), ("RTL_ALT", 2000.0))))
+    line.run(6.0)
+    assert line.reported(TransactionResult) == [], "it is waited for longer than for another parameter"
+    line.to_agent = arrives
+    rename(line, 7)
+    line.run(1.0)
+    (result,) = line.reported(TransactionResult)
+    assert result.outcome is Outcome.DONE
+    assert result.words == (
+        "2 of 2 parameters are written and read back. The autopilot is system 7 now, and the agent follows it."
+    )
+    assert {message.target_system for message in line.sent if message.get_type() == "PARAM_SET"} == {1, 7}
+
+
+def test_a_system_id_that_counts_after_a_restart_is_said_to_do_so() -> None:
+    line = system_id_line()
+    result = write(line, ("SYSID_THISMAV", 7.0))
+    assert (result.outcome, result.words) == (
+        Outcome.DONE,
+        "1 of 1 parameters is written and read back. The autopilot becomes system 7 when it restarts. Do not fly "
+        "before: it may ignore sticks.",
+    )
+
+
+def test_an_autopilot_that_is_gone_after_the_write_is_told_as_unknown() -> None:
+    line = system_id_line()
+    line.to_agent = lambda number, message: ()
+    line.begin(ParametersWriteWork((("SYSID_THISMAV", 7.0),)))
+    line.run(12.0)
+    (result,) = line.reported(TransactionResult)
+    assert result.outcome is Outcome.FAILED
+    assert "not known" in result.refusals[0].words
+    # Another autopilot than the one with the new id is no answer.
+    line = system_id_line()
+    line.to_agent = lambda number, message: ()
+    line.begin(ParametersWriteWork((("SYSID_THISMAV", 7.0),)))
+    line.run(4.0)
+    line.to_agent = arrives
+    rename(line, 9)
+    line.run(0.1)
+    (result,) = line.reported(TransactionResult)
+    assert result.outcome is Outcome.FAILED
+    assert result.words.startswith("Another autopilot is there now")
+
+
+@pytest.mark.parametrize(
+    ("around", "wanted", "words"),
+    [
+        ({"armed": True}, 7.0, "The system id is changed on the ground only, when the drone is disarmed."),
+        ({"system_is_fixed": True}, 7.0, "The agent serves system 1 alone (`system_id` in its settings)"),
+        ({"other_systems": (7,)}, 7.0, "Another autopilot on this line is system 7."),
+        ({}, 0.0, "A vehicle's system id is 1 to 254."),
+        ({}, 255.0, "A vehicle's system id is 1 to 254."),
+    ],
+)
+def test_a_system_id_that_would_lose_the_drone_is_not_sent(around: dict[str, Any], wanted: float, words: str) -> None:
+    line = system_id_line(**around)
+    result = write(line, ("SYSID_THISMAV", wanted))
+    assert result.outcome is Outcome.FAILED
+    assert result.refusals[0].words.startswith(words)
+    assert sets(line) == []
