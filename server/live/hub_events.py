@@ -139,8 +139,17 @@ class MotionSuspected:
     why: str
 
 
+@dataclass(frozen=True)
+class MotorsStopped:
+    """A drone was disarmed in the air, by whatever hand. `where`: words with its height."""
+
+    drone_id: DroneId
+    where: str
+
+
 HubEvent = (
     LoanLimitPassed
+    | MotorsStopped
     | ZoneReached
     | AgentLinked
     | HolderGone

@@ -72,6 +72,8 @@ class Facts:
     falls: str = ""
     """How fast and where it falls; empty: it does not."""
     sinks: str = ""
+    motors_stopped: str = ""
+    """Where its motors stopped in the air; empty: they did not."""
     crashed: str = ""
     other_systems: tuple[int, ...] = ()
     """MAVLink systems of other autopilots on its line."""

@@ -77,10 +77,12 @@ def _add_fall(facts: Facts, drone: LiveDrone, now: float) -> None:
         position_at=drone.position_at,
         attitude=drone.telemetry.newest.get((ATTITUDE, 0)),
         armed=drone.armed,
+        airborne=drone.airborne,
         by_hand=now - drone.sticks_at < BY_HAND_FOR_S,
         now=now,
     )
     facts.falls, facts.sinks, facts.crashed = watch.falls, watch.sinks, watch.crashed
+    facts.motors_stopped = watch.stopped
 
 
 def _add_height(facts: Facts, drone: LiveDrone, of_tower_m: float) -> None:

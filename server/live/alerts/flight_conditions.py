@@ -88,6 +88,14 @@ def falls(facts: Facts, is_open: bool) -> Finding:
     return f"{facts.name} falls: {facts.falls}.{stopped}"
 
 
+def motors_stopped(facts: Facts, is_open: bool) -> Finding:
+    if facts.silence:
+        return Not.KNOWN
+    if not facts.motors_stopped:
+        return Not.SO
+    return f"The motors of {facts.name} stopped in the air, {facts.motors_stopped}."
+
+
 def sinks_in_hold(facts: Facts, is_open: bool) -> Finding:
     """A hold that is confirmed keeps the height. Its lost action may bring it down."""
     if facts.silence:

@@ -63,6 +63,14 @@ FAILSAFE: Final = Rule(
     closes_after_s=1.0,
     follows=True,
 )
+MOTORS_STOPPED: Final = Rule(
+    name="motors-stopped",
+    severity=_CRITICAL,
+    badge="Motors stopped",
+    when="a multicopter was disarmed in the air and drops, whoever did it; until it is armed again",
+    advice="Warn the people below. Look after people first, then at its battery.",
+    condition=flight.motors_stopped,
+)
 AUTOPILOT_ERROR: Final = Rule(
     name="autopilot-error",
     severity=_WARNING,
@@ -91,6 +99,7 @@ RULES: Final[tuple[Rule, ...]] = (
         condition=flight.falls,
         follows=True,
     ),
+    MOTORS_STOPPED,
     Rule(
         name="sinks",
         severity=_CRITICAL,

@@ -92,6 +92,7 @@ VALUES: Final[dict[str, tuple[Any, ...]]] = {
     "signing": (Signing.OFF, Signing.ON, Signing.WRONG_KEY, Signing.NO_KEY),
     "falls": ("", "9 m/s"),
     "sinks": ("", "1 m/s"),
+    "motors_stopped": ("", "61 m above home"),
     "crashed": ("", "it fell"),
 }
 TEXTS: Final = ("Radio failsafe on", "Radio failsafe cleared", "Compass error", "Crash: disarming", "hello")
