@@ -18,6 +18,7 @@ from wire.autopilots.commands import (
     UnknownMode,
     VehicleState,
 )
+from wire.autopilots.failsafe_words import Failsafe
 from wire.autopilots.loss_sentence import Sentence
 from wire.autopilots.pilot_command import PilotCommand
 from wire.autopilots.wanted_parameter import WantedParameter
@@ -142,6 +143,22 @@ def _never_proved(values: Mapping[str, float]) -> bool:
     return False
 
 
+def _ignores_none(values: Mapping[str, float], has_radio: bool | None) -> bool:
+    return False
+
+
+def _uses_receiver(values: Mapping[str, float]) -> bool:
+    return True
+
+
+def _no_failsafe(frame: bytes) -> Failsafe | None:
+    return None
+
+
+def _settled(values: Mapping[str, float]) -> float:
+    return 0.0
+
+
 @dataclass(frozen=True, kw_only=True)
 class AutopilotFamily:
     """What all vehicles of one MAV_AUTOPILOT have in common."""
@@ -174,6 +191,17 @@ class AutopilotFamily:
     """It sends no RC_CHANNELS without a receiver."""
     answers_timesync: bool = False
     """It answers TIMESYNC, by which the agent knows that it is heard."""
+    ignores_sticks: Callable[[Mapping[str, float], bool | None], bool] = _ignores_none
+    """(parameters by name, whether there is a radio) -> whether sticks from the tower move nothing."""
+    uses_receiver: Callable[[Mapping[str, float]], bool] = _uses_receiver
+    """Whether a receiver on board replaces sticks that end."""
+    sticks_settle_s: Callable[[Mapping[str, float]], float] = _settled
+    """How long sticks must not move before a mode without sticks is requested. Otherwise it takes the motion for a
+    pilot's, and leaves that mode."""
+    read_failsafe: Callable[[bytes], Failsafe | None] = _no_failsafe
+    """The failsafe that an EVENT frame tells of."""
+    shows_failsafe: bool = False
+    """HEARTBEAT.system_status CRITICAL means that its failsafe, and nobody's command, has chosen the mode."""
     sticks_hide_receiver: bool = False
     """While sticks are in force, it does not report whether its receiver receives a transmitter, nor acts on a loss."""
     accepts_modes_it_does_not_enter: bool = False
