@@ -154,6 +154,10 @@ class FlightState(ABC):
     def notify(self, severity: Severity, text: str, event: Event | None = None) -> None:
         self.notices.append(Notice(severity, text, event))
 
+    def tell(self, event: Event) -> None:
+        """Sends an event without a text."""
+        self.notices.append(Notice(Severity.INFO, "", event))
+
     def set_home(self, place: Place) -> None:
         self.home = place
         self.plans.home_moved(place)

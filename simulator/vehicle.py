@@ -393,7 +393,8 @@ class Vehicle:
             notice.event.sequence = self._events
             self._events = self._events + 1 & 0xFFFF
             self._send(notice.event)
-        self._send_text(notice)
+        if notice.text:
+            self._send_text(notice)
 
     def _send_text(self, notice: Notice) -> None:
         self.said.append(notice.text)

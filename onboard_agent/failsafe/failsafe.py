@@ -300,8 +300,10 @@ class Failsafe:
         """Handles a mode that neither tower nor agent requested: a radio switch, another ground station, a failsafe."""
         if self._hold.foreign_mode(now) is None or self.lost.phase is LostPhase.ASKING:
             return
-        own = self._autopilot.failsafe.words
-        why = f"the autopilot went to {self._mode_name} by itself" + (f": {own}" if own else ", or by another hand")
+        own_words = self._autopilot.failsafe.words
+        why = f"the autopilot went to {self._mode_name} by itself" + (
+            f": {own_words}" if own_words else ", or by another hand"
+        )
         _log.warning("%s", why)
         by_radio = self._inquiry.has_radio is True or self._inquiry.switched(now)
         if self._holder.by_hand and not by_radio:

@@ -15,6 +15,14 @@ def number(name: str) -> int:
     return value & 0xFFFFFF | 1 << 24
 
 
+def check_report(failing: str | None) -> list[Event]:
+    """The arming checks: a summary, the check that fails in every mode, and the end."""
+    summary = Event(number("commander_arming_check_summary"), struct.pack("<BQQII", 0, 0, 0, 0, 0))
+    end = Event(number("commander_health_summary"), struct.pack("<BQQQ", 0, 0, 0, 0))
+    check = [] if failing is None else [Event(number(failing), struct.pack("<IB", 0xFFFFFFFF, 0))]
+    return [summary, *check, end]
+
+
 def entered_hold(mode: int, action: int, delay_s: int, cause: int) -> Event:
     """Holds for `delay_s`, and acts then."""
     packed = struct.pack("<IBHB", mode, action, delay_s, cause)

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from simulator.flight import Flight, OwnFailsafes
 from simulator.notices import Severity
-from simulator.px4.events import entered, entered_hold
+from simulator.px4.events import check_report, entered, entered_hold
 from simulator.px4.modes import STICK_MODES, Px4Mode
 from simulator.px4.sticks import Px4Sticks
 
@@ -24,6 +24,12 @@ _DELAYED = frozenset({RETURN, LAND})
 _OVERRIDE_AUTO, _OVERRIDE_OFFBOARD = 1, 2
 """COM_RC_OVERRIDE."""
 _AUTO_MODES = frozenset({Px4Mode.TAKEOFF, Px4Mode.LOITER, Px4Mode.MISSION, Px4Mode.RTL, Px4Mode.LAND})
+_CHECKS = {
+    "Attitude estimate": "check_modes_attitude",
+    "Position estimate": "check_modes_global_pos",
+    "manual control": "check_modes_manual_control",
+}
+_OTHER_CHECK = "check_modes_cannot_takeoff"
 STICKS_LOST, STATION_LOST, BATTERY_CRITICAL = 1, 2, 4
 """Causes, as its events number them."""
 _EVENT_ACTIONS = {HOLD: 5, RETURN: 6, LAND: 7, TERMINATE: 10, DISARM: 9}
@@ -39,6 +45,7 @@ class Px4Failsafes(OwnFailsafes):
         self._planned: tuple[int, float, int] | None = None
         """(action, time, cause) of the failsafe that holds before it acts."""
         self._chosen: Px4Mode | None = None
+        self._barred_by: str | None = ""
 
     @property
     def has_chosen(self) -> bool:
@@ -61,8 +68,19 @@ class Px4Failsafes(OwnFailsafes):
         self._update_battery(flight)
         self._update_position(flight)
         self._leave_unflyable(flight)
+        self._report_checks(flight)
         if not flight.armed or flight.mode is not self._chosen:
             self._chosen = None
+
+    def _report_checks(self, flight: Flight) -> None:
+        """On each change of what bars arming."""
+        reason = flight.why_not_ready()
+        if reason == self._barred_by:
+            return
+        self._barred_by = reason
+        name = None if reason is None else next((one for text, one in _CHECKS.items() if text in reason), _OTHER_CHECK)
+        for event in check_report(name):
+            flight.tell(event)
 
     def _override(self, flight: Flight) -> None:
         """Sticks that move take over from a mode that needs none."""

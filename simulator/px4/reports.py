@@ -66,7 +66,7 @@ def sys_status(flight: Flight) -> Message:
     """A receiver is present while valid sticks arrive, whoever sends them; it is never reported unhealthy."""
     heard = flight.sticks.silent_for_s(flight.now_s) <= 0.0
     ready = flight.why_not_ready() is None
-    return sensors(flight, with_prearm=ready, with_receiver=heard, receiver_healthy=True)
+    return sensors(flight, with_prearm=ready, with_receiver=heard, receiver_healthy=True, enables_prearm=False)
 
 
 def rc_channels(flight: Flight) -> Message | None:

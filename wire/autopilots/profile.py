@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
-from typing import Final
+from typing import Final, Protocol
 
 from wire.autopilots.commands import (
     ChangeMode,
@@ -159,6 +159,20 @@ def _settled(values: Mapping[str, float]) -> float:
     return 0.0
 
 
+class ArmingChecks(Protocol):
+    """Why an autopilot does not arm."""
+
+    def take(self, frame: bytes) -> None:
+        """Takes an EVENT frame."""
+
+    def reasons(self, custom_mode: int) -> tuple[str, ...]:
+        """Why it does not arm in this flight mode."""
+
+    @property
+    def fence_breach(self) -> str | None:
+        """Which limit of its fence is broken; empty: none; None: not known."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class AutopilotFamily:
     """What all vehicles of one MAV_AUTOPILOT have in common."""
@@ -200,6 +214,10 @@ class AutopilotFamily:
     pilot's, and leaves that mode."""
     read_failsafe: Callable[[bytes], Failsafe | None] = _no_failsafe
     """The failsafe that an EVENT frame tells of."""
+    make_checks: Callable[[], ArmingChecks] | None = None
+    """Reads its arming checks from EVENT frames. None: it tells them in texts."""
+    prearm_by_health: bool = False
+    """SYS_STATUS: the health bit of the pre-arm check counts, although the check is not marked as enabled."""
     shows_failsafe: bool = False
     """HEARTBEAT.system_status CRITICAL means that its failsafe, and nobody's command, has chosen the mode."""
     sticks_hide_receiver: bool = False

@@ -51,9 +51,15 @@ _WARNS: Final = {
 }
 
 
+def read_event(frame: bytes) -> tuple[int, bytes]:
+    """The number and the packed arguments of an EVENT frame."""
+    number, _, _, _, _, _, arguments = _EVENT.unpack(payload(frame)[: _EVENT.size].ljust(_EVENT.size, b"\0"))
+    return number, arguments
+
+
 def read_failsafe(frame: bytes) -> Failsafe | None:
     """The failsafe that an EVENT frame tells of; None for any other event, and for numbers that nobody knows."""
-    number, _, _, _, _, _, arguments = _EVENT.unpack(payload(frame)[: _EVENT.size].ljust(_EVENT.size, b"\0"))
+    number, arguments = read_event(frame)
     entered = _ENTERED.get(number)
     if entered is None:
         return None

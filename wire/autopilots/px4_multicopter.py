@@ -10,7 +10,16 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
-from wire.autopilots import camera_steps, common, payload_steps, px4_events, px4_loss, px4_sticks, setup_commands
+from wire.autopilots import (
+    camera_steps,
+    common,
+    payload_steps,
+    px4_checks,
+    px4_events,
+    px4_loss,
+    px4_sticks,
+    setup_commands,
+)
 from wire.autopilots.commands import (
     CommandStep,
     CommandTable,
@@ -192,6 +201,8 @@ PX4: Final = AutopilotFamily(
     uses_receiver=px4_sticks.uses_receiver,
     sticks_settle_s=px4_sticks.settles_after_s,
     read_failsafe=px4_events.read_failsafe,
+    make_checks=px4_checks.Px4Checks,
+    prearm_by_health=True,
     shows_failsafe=True,
     answers_timesync=True,
     accepts_modes_it_does_not_enter=True,

@@ -51,6 +51,8 @@ def battery_on_ground(facts: Facts, is_open: bool) -> Finding:
 def autopilot_emergency(facts: Facts, is_open: bool) -> Finding:
     if facts.silence or facts.system_status is None:
         return Not.KNOWN
+    if facts.system_status == _CRITICAL and facts.failsafe is not None:
+        return Not.SO  # its failsafe acts, and has an alert of its own
     if facts.system_status in (_CRITICAL, _EMERGENCY):
         return f"The autopilot of {facts.name} reports an emergency."
     return Not.SO

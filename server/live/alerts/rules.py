@@ -58,7 +58,8 @@ FAILSAFE: Final = Rule(
     name="failsafe",
     severity=_CRITICAL,
     badge="Failsafe",
-    when="the armed autopilot announces a failsafe, a crash or the like, until it reports the end or is disarmed",
+    when="the armed autopilot announces a failsafe, a crash or the like, until it reports the end or is disarmed; or "
+    "its state shows that its failsafe has chosen the flight mode, as long as it does",
     advice="Read what the autopilot does now. Take over only if that is safer.",
     closes_after_s=1.0,
     follows=True,
