@@ -45,7 +45,7 @@ from wire.control_messages import (
     Welcome,
 )
 from wire.controllers import ControllerWork
-from wire.dialect import decode, mavlink
+from wire.dialect import EVENT, decode, mavlink
 from wire.drops import DropReason
 from wire.following import FollowWork, LeaderPosition
 from wire.frame_signing import is_signed
@@ -191,6 +191,8 @@ class Onboard:
             if self.autopilot.is_autopilot(system_id, component_id):
                 self.autopilot.anything_heard(now)
                 self._inquiry.heard(msgid, now)
+            if msgid == EVENT and self.autopilot.is_autopilot(system_id, component_id):
+                self.autopilot.failsafe.event(frame, now)
             if msgid in _READ:
                 message = decode(frame)
                 if message is not None:

@@ -60,6 +60,7 @@ ARDUPILOT = Flavour(
     intervals_s={0: 1.0},
     fixed_rates=frozenset(),
     obeys_stream_requests=True,
+    answers_modes_twice=False,
     reports_mode_at_once=True,
     system_id_parameter="SYSID_THISMAV",
     battery_parameter="BATT_CAPACITY",

@@ -10,7 +10,16 @@ from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-__all__ = ["AUTOPILOT_COMPONENT", "COMPONENT_METADATA", "Codec", "ComponentMetadata", "Message", "mavlink", "number_of"]
+__all__ = [
+    "AUTOPILOT_COMPONENT",
+    "COMPONENT_METADATA",
+    "Codec",
+    "ComponentMetadata",
+    "Event",
+    "Message",
+    "mavlink",
+    "number_of",
+]
 
 Message = Any
 """A pymavlink message object; the generated module has no useful static types."""
@@ -18,6 +27,7 @@ Message = Any
 AUTOPILOT_COMPONENT = 1
 
 COMPONENT_METADATA = 397
+EVENT = 410
 
 RECEIVE_BUFFER_MAX = 4096
 """The limit for one call; the rest is dropped. A UDP datagram carries at most a few frames."""
@@ -89,3 +99,24 @@ class ComponentMetadata:
     def pack(self, mav: Any) -> bytes:
         frame = mavlink.MAVLink_message(COMPONENT_METADATA, self.get_type())
         return bytes(frame._pack(mav, self._CRC_EXTRA, self._payload))
+
+
+class Event:
+    """EVENT (410), which this dialect lacks: imitates a generated message as far as `Codec.encode` needs it."""
+
+    _CRC_EXTRA = 160
+    _FIELDS = struct.Struct("<IIHBBB40s")
+    _LEVELS = 0x22
+    """Critical, in the log and for people."""
+
+    def __init__(self, number: int, arguments: bytes) -> None:
+        self.number, self.arguments = number, arguments
+        self.time_boot_ms = self.sequence = 0
+
+    def get_type(self) -> str:
+        return "EVENT"
+
+    def pack(self, mav: Any) -> bytes:
+        frame = mavlink.MAVLink_message(EVENT, self.get_type())
+        fields = (self.number, self.time_boot_ms, self.sequence, 0, 0, self._LEVELS, self.arguments)
+        return bytes(frame._pack(mav, self._CRC_EXTRA, self._FIELDS.pack(*fields)))

@@ -77,6 +77,8 @@ class Flavour:
     fixed_rates: frozenset[int]
     """Messages with a fixed rate, although a request to change it is accepted."""
     obeys_stream_requests: bool
+    answers_modes_twice: bool
+    """DO_SET_MODE is accepted by what receives it, and then answered."""
     reports_mode_at_once: bool
     """Each mode change sends a HEARTBEAT, in addition to one per second."""
     system_id_parameter: str

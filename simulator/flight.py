@@ -41,6 +41,9 @@ class OwnFailsafes(FailsafeFlags, ABC):
     @abstractmethod
     def update(self, flight: Flight) -> None: ...
 
+    def mode_commanded(self) -> None:
+        """A pilot's command of a mode was accepted."""
+
 
 class Autopilot(Protocol):
     """The flight code's interface to its autopilot; `flavour.Flavour` implements it."""

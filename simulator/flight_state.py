@@ -17,6 +17,7 @@ from simulator.airframe import Commands
 from simulator.airframe_model import AirframeModel, make_airframe
 from simulator.attitude_control import IDLE_COMMAND, AttitudeControl
 from simulator.battery import Battery
+from simulator.dialect import Event
 from simulator.estimator import Estimator
 from simulator.failure_modes import Failure
 from simulator.flight_constants import TICK_S
@@ -150,8 +151,12 @@ class FlightState(ABC):
     @abstractmethod
     def disarm(self) -> None: ...
 
-    def notify(self, severity: Severity, text: str) -> None:
-        self.notices.append(Notice(severity, text))
+    def notify(self, severity: Severity, text: str, event: Event | None = None) -> None:
+        self.notices.append(Notice(severity, text, event))
+
+    def tell(self, event: Event) -> None:
+        """Sends an event without a text."""
+        self.notices.append(Notice(Severity.INFO, "", event))
 
     def set_home(self, place: Place) -> None:
         self.home = place

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import IntEnum
 
+from simulator.dialect import Event
+
 
 class Severity(IntEnum):
     """MAV_SEVERITY."""
@@ -22,3 +24,5 @@ class Severity(IntEnum):
 class Notice:
     severity: Severity
     text: str
+    event: Event | None = None
+    """Sent with it."""

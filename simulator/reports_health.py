@@ -104,7 +104,9 @@ def sys_status(flight: Flight) -> Message:
     return sensors(flight, with_prearm=ready, with_receiver=heard, receiver_healthy=healthy)
 
 
-def sensors(flight: Flight, *, with_prearm: bool, with_receiver: bool, receiver_healthy: bool) -> Message:
+def sensors(
+    flight: Flight, *, with_prearm: bool, with_receiver: bool, receiver_healthy: bool, enables_prearm: bool = True
+) -> Message:
     """SYS_STATUS. Each autopilot defines the receiver's presence differently."""
     battery, present = flight.battery, _SENSORS
     if with_receiver:
@@ -122,6 +124,8 @@ def sensors(flight: Flight, *, with_prearm: bool, with_receiver: bool, receiver_
         health &= ~mavlink.MAV_SYS_STATUS_AHRS
     if not with_prearm:
         health &= ~mavlink.MAV_SYS_STATUS_PREARM_CHECK
+    if not enables_prearm:
+        present &= ~mavlink.MAV_SYS_STATUS_PREARM_CHECK
     health &= ~mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
     if receiver_healthy:
         health |= mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER

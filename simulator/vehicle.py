@@ -90,6 +90,7 @@ class Vehicle:
         self._reboot_tick: int | None = None
         self._sent = 0
         self._texts = StatusTexts()
+        self._events = 0
         self._owed: list[int] = []
         self._setup_peer = (0, 0)
         self.overflowed = 0
@@ -190,7 +191,7 @@ class Vehicle:
         if self.settings.flavour.keeps_dataflash_logs:
             self._logbook.update(flight, [notice.text for notice in flight.notices])
         while flight.notices:
-            self._send_text(flight.notices.popleft())
+            self._send_notice(flight.notices.popleft())
         for message in flight.setup.due(flight):
             self._send(message)
         for number, result in flight.setup.answers_due(flight.now_s):
@@ -313,6 +314,8 @@ class Vehicle:
     def _handle_command(self, command: Command, sender: tuple[int, int]) -> None:
         gimbal = self.components.gimbal
         managed = gimbal.manage(command, sender) if gimbal is not None else None
+        if self.settings.flavour.answers_modes_twice and command.number == mavlink.MAV_CMD_DO_SET_MODE:
+            self._acknowledge(command.number, ACCEPTED, sender)
         result = self._carry_out(command) if managed is None else managed
         if result in (LATER, IN_PROGRESS):
             self._setup_peer = sender
@@ -383,6 +386,15 @@ class Vehicle:
 
     def _notify(self, severity: Severity, text: str) -> None:
         self._send_text(Notice(severity, text))
+
+    def _send_notice(self, notice: Notice) -> None:
+        if notice.event is not None:
+            notice.event.time_boot_ms = round(self.flight.now_s * 1000)
+            notice.event.sequence = self._events
+            self._events = self._events + 1 & 0xFFFF
+            self._send(notice.event)
+        if notice.text:
+            self._send_text(notice)
 
     def _send_text(self, notice: Notice) -> None:
         self.said.append(notice.text)

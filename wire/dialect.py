@@ -20,8 +20,12 @@ mavlink: Any = _dialect
 COMPONENT_METADATA: Final = 397
 """A message of `common` that ArduPilot's dialect lacks; `onboard_agent.transactions.metadata_general` reads it."""
 
+EVENT: Final = 410
+"""A message of `common` that the dialect lacks; `wire.autopilots.px4_events` reads it."""
+
 CRC_EXTRA: Final[dict[int, int]] = {msgid: cls.crc_extra for msgid, cls in mavlink.mavlink_map.items()} | {
-    COMPONENT_METADATA: 182
+    COMPONENT_METADATA: 182,
+    EVENT: 160,
 }
 """Message id to the seed byte of its checksum."""
 

@@ -6,6 +6,7 @@ Only the autopilot component counts (compid 1): gimbals, cameras and companions 
 from enum import StrEnum
 from typing import Any, Final
 
+from onboard_agent.autopilot.own_failsafe import OwnFailsafe
 from wire.autopilots import registry
 from wire.autopilots.vehicle_types import NEVER_FLY
 from wire.control_messages import AutopilotState
@@ -62,6 +63,7 @@ class AutopilotView:
         self._landed_state_at: float | None = None
         self._on_ground_since: float | None = None
         self._alt_rel_m = 0.0
+        self.failsafe = OwnFailsafe()
         self.other_systems: tuple[int, ...] = ()
         self.stick_gestures = 0
         self.system_is_fixed = False
@@ -123,6 +125,7 @@ class AutopilotView:
         self.vehicle_type = message.type
         self.armed = bool(message.base_mode & _ARMED)
         self.custom_mode = message.custom_mode
+        self.failsafe.heartbeat(message, now)
         self.heard = True
         self._heard_at = now
         if long_gone:

@@ -36,7 +36,8 @@ class Inquiry:
         self._parameters = Parameters(maker)
         self._radio = Radio()
         self._report = LossReport()
-        self._silent_without_receiver = False
+        self._channels_alone = False
+        """Only RC_CHANNELS tells of a receiver."""
 
     def assume_ground_station(self, system_id: int) -> None:
         """Uses the value that the previous process has read, until it is read again."""
@@ -83,6 +84,16 @@ class Inquiry:
         family = registry.FAMILIES.get(autopilot_kind)
         return family is not None and family.sticks_hide_receiver
 
+    def ignores_sticks(self, autopilot_kind: int) -> bool:
+        """Whether it is known that sticks from the agent move nothing."""
+        family = registry.FAMILIES.get(autopilot_kind)
+        return family is not None and family.ignores_sticks(self._parameters.values, self._radio.has_radio)
+
+    def sticks_settle_s(self, autopilot_kind: int) -> float:
+        """How long sticks must not move before a mode without sticks is requested."""
+        family = registry.FAMILIES.get(autopilot_kind)
+        return 0.0 if family is None else family.sticks_settle_s(self._parameters.values)
+
     def switched(self, now: float) -> bool:
         """Whether a switch of the transmitter has just moved."""
         return self._radio.switched(now)
@@ -97,7 +108,7 @@ class Inquiry:
         self._rates.ask_all(now)
         self._parameters.ask_all(autopilot_kind)
         family = registry.FAMILIES.get(autopilot_kind)
-        self._silent_without_receiver = family is not None and family.silent_without_receiver
+        self._channels_alone = family is not None and family.silent_without_receiver
         self._radio.asked(now)
 
     def follow(self, profile: StreamProfile) -> None:
@@ -113,7 +124,7 @@ class Inquiry:
         lapse_s = self._parameters.overrides_last_s
         if message_id == mavlink.MAVLINK_MSG_ID_PARAM_VALUE:
             self._parameters.value(frame)
-        elif message_id == mavlink.MAVLINK_MSG_ID_SYS_STATUS:
+        elif message_id == mavlink.MAVLINK_MSG_ID_SYS_STATUS and not self._channels_alone:
             self._radio.sys_status(message, now, overrides_last_s=lapse_s)
         elif message_id == mavlink.MAVLINK_MSG_ID_RC_CHANNELS:
             self._radio.rc_channels(message, now, overrides_last_s=lapse_s)
@@ -128,7 +139,7 @@ class Inquiry:
 
     def due(self, now: float, *, vehicle_system_id: SystemId) -> list[bytes]:
         """Requests to send now."""
-        if self._silent_without_receiver:
+        if self._channels_alone:
             self._radio.check(now)
         requests = (
             self._rates.due(now, vehicle_system_id=vehicle_system_id),

@@ -50,8 +50,11 @@ class Radio:
         self._channels_at = now
 
     def check(self, now: float) -> None:
-        """Advances time. For an autopilot that sends RC_CHANNELS only with a receiver."""
-        if self.has_radio is None and self._channels_at is not None and now - self._channels_at >= SILENT_S:
+        """Advances time. For an autopilot that sends RC_CHANNELS only with a receiver.
+
+        Its SYS_STATUS counts for nothing: any station's sticks look like a receiver there.
+        """
+        if self._channels_at is not None and now - self._channels_at >= SILENT_S:
             self.has_radio = False
 
     def sticks_sent(self, now: float) -> None:

@@ -26,6 +26,8 @@ def after_sticks(
     """
     profile = registry.multicopter(autopilot_kind)
     without = profile.flies_without_sticks(custom_mode)
+    if has_radio and not profile.family.uses_receiver(values):
+        has_radio = False
     if has_radio and not without:
         return AfterSticks.SINKS
     if has_radio and hidden:

@@ -95,7 +95,8 @@ class Failsafe:
         """Handles a HEARTBEAT of the autopilot, after the view has read it."""
         view = self._autopilot
         self._watch.heartbeat(armed=view.armed, now=now)
-        self._hold.heartbeat(armed=view.armed, custom_mode=view.custom_mode, now=now)
+        by_failsafe = view.failsafe.active
+        self._hold.heartbeat(armed=view.armed, custom_mode=view.custom_mode, now=now, by_failsafe=by_failsafe)
         self._hold.modes_became_known(self._rungs(now), self._stay_modes(now), now)
         self.lost.heartbeat(view.custom_mode)
         self._holder.heartbeat(now)
@@ -180,15 +181,23 @@ class Failsafe:
         first = (
             [mode for mode in stays if stays_already or mode.custom_mode != view.custom_mode] if not called_away else []
         )
+        rungs, ignored = self._rungs(now), self._inquiry.ignores_sticks(view.kind)
+        if ignored and stays and self._motion.has_position(now) is not False:
+            # Altitude hold would sink or climb as the transmitter's throttle was left.
+            first, rungs = list(stays), ()
+        elif self._inquiry.sticks_settle_s(view.kind):
+            # The jump to centred sticks would end a mode without sticks at once: such a mode is stage two.
+            rungs = tuple(mode for mode in rungs if mode not in stays)
         self._hold.begin(
             cause=cause,
             order_id=order_id,
             epoch=epoch,
-            rungs=self._rungs(now),
+            rungs=rungs,
             stays=stays,
             first=first,
             armed=armed,
-            sticks=self._holder.by_hand or not (stays_already or self._flies_without_sticks(now)) or not first,
+            sticks=not ignored
+            and (self._holder.by_hand or not (stays_already or self._flies_without_sticks(now)) or not first),
             now=now,
             why=why,
         )
@@ -291,7 +300,10 @@ class Failsafe:
         """Handles a mode that neither tower nor agent requested: a radio switch, another ground station, a failsafe."""
         if self._hold.foreign_mode(now) is None or self.lost.phase is LostPhase.ASKING:
             return
-        why = f"the autopilot went to {self._mode_name} by itself, or by another hand"
+        own_words = self._autopilot.failsafe.words
+        why = f"the autopilot went to {self._mode_name} by itself" + (
+            f": {own_words}" if own_words else ", or by another hand"
+        )
         _log.warning("%s", why)
         by_radio = self._inquiry.has_radio is True or self._inquiry.switched(now)
         if self._holder.by_hand and not by_radio:
@@ -357,6 +369,10 @@ class Failsafe:
             fast=motion.speed_m_s > FAST_M_S,
             sinking=motion.sinking(now),
             low_and_sinking=obeys and view.airborne(now) and motion.low_and_sinking(now),
+            by_hand=self._holder.by_hand and not self._inquiry.switched(now),
+            by_failsafe=view.failsafe.misses_sticks,
+            ignores_sticks=self._inquiry.ignores_sticks(view.kind),
+            sticks_settle_s=self._inquiry.sticks_settle_s(view.kind),
             pilot_fresh=self._holder.stick_fallback.person_fresh(now),
             after_sticks=lambda custom_mode: self._inquiry.after_sticks(view.kind, custom_mode, now),
         )

@@ -30,6 +30,14 @@ class Flying:
     sinking: bool = False
     low_and_sinking: bool = False
     """The drone would touch the ground before level sticks stop its descent."""
+    by_hand: bool = False
+    """The autopilot shows a mode that needs sticks."""
+    by_failsafe: bool = False
+    """The autopilot's own failsafe has chosen the mode that it shows, because it missed sticks."""
+    ignores_sticks: bool = False
+    """Sticks from the agent are known to move nothing."""
+    sticks_settle_s: float = 0.0
+    """How long sticks must not move before a mode without sticks is requested."""
     pilot_fresh: bool = True
     """A person's own sticks have just arrived."""
     after_sticks: AfterSticksIn = _unknown

@@ -126,7 +126,7 @@ class Hold:
         """
         self._name(cause, order_id, epoch, now, why)
         self._rungs, self._stays = tuple(rungs), tuple(stays)
-        self._modes_known = bool(rungs)
+        self._modes_known = bool(rungs or first)
         self._sticks.on = False
         if armed:
             self._stage_one(now, first=() if sticks else stays if first is None else first)
@@ -194,12 +194,12 @@ class Hold:
         frames = self._sticks_due(now, flying)
         if not self._waits:
             if self._stay.asking or self.phase not in WANTS_MODE:
-                frames += self._stay.due(now, flying)
+                frames += self._stay_due(now, flying)
                 self._stage_two_reached(now)
             else:
                 frames += self._ladder.due(now, vehicle_system_id=flying.vehicle_system_id)
                 self._follow_ladder(now)
-                frames += self._stay.due(now, flying)
+                frames += self._stay_due(now, flying)
         if now - self._began_at >= DEADLINE_S and not self._deadline_reported:
             self._deadline_reported = True
             self._fire(HoldEvent.DEADLINE_PASSED, now, self._why_unconfirmed())
@@ -232,8 +232,16 @@ class Hold:
             return self._sticks_due(now, flying)
         return self._proof.due(now, vehicle_system_id=flying.vehicle_system_id)
 
+    def _stay_due(self, now: float, flying: Flying) -> list[bytes]:
+        return self._stay.due(now, flying, self._sticks.still_s(now) if self._sticks.on else float("inf"))
+
     def _check_stage_two(self, now: float, flying: Flying) -> None:
         stay = self._stay
+        if not self._waits and not self._flown and stay.left(now, flying):
+            # Sticks never stop in a mode that uses them, and a mode of the autopilot's failsafe is no hold.
+            stay.start(self._stays, now)
+            if flying.by_hand and not self._sticks.on:
+                self._sticks.begin(now)
         may_let_go = stay.mode is not None and flying.after_sticks(stay.mode.custom_mode) is AfterSticks.STAYS
         if may_let_go and not stay.asking:
             self._sticks.on = False
@@ -266,8 +274,8 @@ class Hold:
             self._ladder.acknowledged(ack, now)
             self._follow_ladder(now)
 
-    def heartbeat(self, *, armed: bool, custom_mode: int, now: float) -> None:
-        """A HEARTBEAT of the autopilot."""
+    def heartbeat(self, *, armed: bool, custom_mode: int, now: float, by_failsafe: bool = False) -> None:
+        """A HEARTBEAT of the autopilot. `by_failsafe`: its own failsafe has chosen the mode."""
         if self.phase is HoldPhase.WATCHING:
             if armed:
                 self._fire(HoldEvent.ARMED, now)
@@ -279,10 +287,10 @@ class Hold:
             self._disarmed(now)
         elif self.active:
             if self._stay.asking:
-                self._stay.heartbeat(custom_mode, now)
+                self._stay.heartbeat(custom_mode, now, by_failsafe=by_failsafe)
                 self._stage_two_reached(now)
             elif self.phase in WANTS_MODE:
-                self._ladder.heartbeat(custom_mode)
+                self._ladder.heartbeat(custom_mode, by_failsafe=by_failsafe)
                 self._follow_ladder(now)
         self._check_foreign(custom_mode, now)
 

@@ -67,6 +67,8 @@ class HoldStateReporter:
             detail = f"it stays; at {self._needed_percent:.0f} % of its battery it goes home"
         elif lost_is_known:
             detail = lost.detail
+        if hold.open and view.failsafe.active:
+            detail = f"the autopilot: {view.failsafe.words}"
         return HoldState(
             number=0,
             open=hold.open,

@@ -1,9 +1,12 @@
 """Requests flight modes from the autopilot in order of preference until it is in one of them. No I/O.
 
 Rules, each tested:
-- A mode is confirmed only when a COMMAND_ACK has accepted it *and* a heartbeat after the request shows it.
+- A mode is confirmed only when a COMMAND_ACK has accepted it *and* a heartbeat after the request shows it. A mode that
+  the autopilot's own failsafe has chosen proves nothing, though it has the same name: PX4 leaves it after some seconds.
 - A request is repeated every RETRY_S. The next rung follows at once when the autopilot refuses a rung, or when the rung
   is not confirmed within the ladder's patience. The last rung is never left, but after a while requested more slowly.
+- PX4 answers twice: what receives the message accepts it, then what flies answers. So a refusal after an acceptance
+  counts.
 - COMMAND_ACK does not name its mode, so responses are matched with requests in order. If several rungs wait for a
   response, an acceptance may belong to any of them, and the next heartbeat shows to which.
 - For an accepted mode that is not shown yet, a HEARTBEAT is requested: ArduPilot sends one at once when its mode
@@ -16,7 +19,7 @@ from enum import StrEnum
 from typing import Any, Final, NamedTuple
 
 from onboard_agent.autopilot.own_frames import FrameMaker, agent_sender, request_message, set_mode
-from wire.autopilots.profile import FlightMode
+from wire.autopilots.profile import FlightMode, Sticks
 from wire.dialect import mavlink
 
 RETRY_S: Final = 0.25
@@ -27,6 +30,9 @@ IN_PROGRESS_WAIT_S: Final = 1.0
 SHOW_RETRY_S: Final = 0.05
 """Interval of HEARTBEAT requests, since the first may precede the mode change. Applies within the patience for a rung;
 later each mode request brings one."""
+
+
+_NO_REFUSAL: Final = (mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_IN_PROGRESS)
 
 
 class LadderStep(StrEnum):
@@ -141,7 +147,10 @@ class ModeLadder:
     def acknowledged(self, ack: Any, now: float) -> None:
         """Handles a COMMAND_ACK for MAV_CMD_DO_SET_MODE that is addressed to the agent."""
         waiting = [rung for rung in self._rungs if rung.unanswered]
-        if not self._asking or not waiting:
+        if not self._asking:
+            return
+        if not waiting:
+            self._take_back(ack.result, now)
             return
         if ack.result == mavlink.MAV_RESULT_IN_PROGRESS:
             self._next_request_at = now + IN_PROGRESS_WAIT_S
@@ -163,13 +172,26 @@ class ModeLadder:
         if self._shown == newest.mode.custom_mode:
             self._confirm(newest)
 
-    def heartbeat(self, custom_mode: int) -> None:
-        """A HEARTBEAT of the autopilot, armed."""
+    def _take_back(self, result: int, now: float) -> None:
+        """Handles a second answer to the newest request."""
+        rung = self._rungs[self._current]
+        if not rung.accepted or result in _NO_REFUSAL:
+            return
+        rung.accepted, rung.refusal = False, result_name(result)
+        if not self._on_last_rung:
+            self._next_rung(now)
+
+    def heartbeat(self, custom_mode: int, *, by_failsafe: bool = False) -> None:
+        """A HEARTBEAT of the autopilot, armed. `by_failsafe`: its own failsafe has chosen this mode."""
         if not self._asking:
             return
+        shown = [rung for rung in self._rungs if rung.mode.custom_mode == custom_mode]
+        if by_failsafe and any(rung.mode.sticks is Sticks.IGNORED for rung in shown):
+            self._shown = None
+            return
         self._shown = custom_mode
-        for rung in self._rungs:
-            if rung.accepted and rung.mode.custom_mode == custom_mode:
+        for rung in shown:
+            if rung.accepted:
                 self._confirm(rung)
                 return
 

@@ -4,7 +4,7 @@ On the ground the throttle rests: with a centred one ArduCopter's DISARM_DELAY n
 that nobody attends would turn until its battery is empty (measured: still armed at 100 s).
 """
 
-from typing import Final
+from typing import Any, Final
 
 from onboard_agent.autopilot.own_frames import (
     FrameMaker,
@@ -28,11 +28,19 @@ class HeldSticks:
         self._maker = maker
         self.on = False
         self._next_at = 0.0
+        self._made: Any = None
+        self._still_since = 0.0
 
     def begin(self, now: float) -> None:
         """The first frame is due at once."""
         self.on = True
+        if now - self._next_at > STICKS_INTERVAL_S:
+            self._made = None
         self._next_at = now
+
+    def still_s(self, now: float) -> float:
+        """For how long the same sticks have been sent; 0 before the first frame."""
+        return 0.0 if self._made is None else now - self._still_since
 
     def due(self, now: float, flying: Flying) -> list[bytes]:
         """The frame to send to the autopilot now, if any."""
@@ -40,5 +48,7 @@ class HeldSticks:
             return []
         self._next_at = max(self._next_at + STICKS_INTERVAL_S, now)
         make = climbing_sticks if flying.low_and_sinking else resting_sticks if flying.stands else centred_sticks
+        if make is not self._made:
+            self._made, self._still_since = make, now
         sender = ground_station_sender(flying.ground_station_system_id)
         return [self._maker.make(make(flying.vehicle_system_id), sender)]

@@ -5,6 +5,7 @@ Rules, each tested:
 - A take-off, a motor test and similar commands are sent once: if only the acknowledgement is lost, a retry would repeat
   the action.
 - IN_PROGRESS ends the retries, and the command then waits until its deadline.
+- A refusal after an acceptance counts: PX4 answers a mode change twice, first from what receives the message.
 - After the deadline nothing is sent, and acknowledgements are ignored.
 """
 
@@ -37,6 +38,7 @@ ONCE: Final = frozenset(
 )
 """Commands that act again on each copy, whatever its confirmation number."""
 
+_NO_REFUSAL: Final = (mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_IN_PROGRESS)
 _WORDS: Final = {
     mavlink.MAV_RESULT_ACCEPTED: "{} has accepted it.",
     mavlink.MAV_RESULT_TEMPORARILY_REJECTED: "{} cannot do it now.",
@@ -77,7 +79,10 @@ class CommandAnswer:
 
     def acknowledged(self, ack: Any, now: float) -> None:
         """Takes a COMMAND_ACK that the autopilot sent to the agent."""
-        if self.end is not None or ack.command != self._command or not self._sent or now >= self._deadline:
+        if ack.command != self._command or not self._sent or now >= self._deadline:
+            return
+        was_accepted = self.end is not None and self.end.outcome is Outcome.DONE
+        if self.end is not None and not (was_accepted and ack.result not in _NO_REFUSAL):
             return
         if ack.result == mavlink.MAV_RESULT_IN_PROGRESS:
             self._in_progress = True

@@ -150,9 +150,18 @@ class StickGestureHeldBack:
     number: int
 
 
+@dataclass(frozen=True)
+class MotorsStopped:
+    """A drone was disarmed in the air, by whatever hand. `where`: words with its height."""
+
+    drone_id: DroneId
+    where: str
+
+
 HubEvent = (
     LoanLimitPassed
     | StickGestureHeldBack
+    | MotorsStopped
     | ZoneReached
     | AgentLinked
     | HolderGone

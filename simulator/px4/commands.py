@@ -30,7 +30,10 @@ def change_mode(flight: Flight, mode: Px4Mode) -> int:
     if flight.armed and mode in STICK_MODES and flight.sticks.silent_for_s(flight.now_s) > 0.0:
         flight.notify(Severity.CRITICAL, f"Mode {mode.name} not available: no manual control input")
         return TEMPORARILY_REJECTED
-    return ACCEPTED if flight.set_mode(mode) else TEMPORARILY_REJECTED
+    if not flight.set_mode(mode):
+        return TEMPORARILY_REJECTED
+    flight.failsafes.mode_commanded()
+    return ACCEPTED
 
 
 def set_mode(flight: Flight, command: Command) -> int:

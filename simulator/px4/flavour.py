@@ -69,6 +69,7 @@ PX4 = Flavour(
     intervals_s=INTERVALS_S,
     fixed_rates=frozenset({0}),
     obeys_stream_requests=False,
+    answers_modes_twice=True,
     reports_mode_at_once=False,
     system_id_parameter="MAV_SYS_ID",
     battery_parameter="BAT1_CAPACITY",

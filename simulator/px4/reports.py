@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from simulator.dialect import Message, mavlink
 from simulator.flight import Flight
+from simulator.px4.failsafe import Px4Failsafes
 from simulator.px4.modes import STICK_MODES
 from simulator.reports_common import us
 from simulator.reports_health import HEALTH_REPORTS, sensors, state_of
@@ -53,7 +54,8 @@ def heartbeat(flight: Flight) -> Message:
     state = mavlink.MAV_STATE_STANDBY
     if flight.armed:
         base |= mavlink.MAV_MODE_FLAG_SAFETY_ARMED
-        failing = flight.failsafes.radio or flight.failsafes.ground_station or flight.failsafes.position
+        own = flight.failsafes
+        failing = isinstance(own, Px4Failsafes) and own.has_chosen
         state = mavlink.MAV_STATE_CRITICAL if failing else mavlink.MAV_STATE_ACTIVE
     return mavlink.MAVLink_heartbeat_message(
         mavlink.MAV_TYPE_QUADROTOR, mavlink.MAV_AUTOPILOT_PX4, base, int(flight.mode), state_of(flight, state), 3
@@ -64,7 +66,7 @@ def sys_status(flight: Flight) -> Message:
     """A receiver is present while valid sticks arrive, whoever sends them; it is never reported unhealthy."""
     heard = flight.sticks.silent_for_s(flight.now_s) <= 0.0
     ready = flight.why_not_ready() is None
-    return sensors(flight, with_prearm=ready, with_receiver=heard, receiver_healthy=True)
+    return sensors(flight, with_prearm=ready, with_receiver=heard, receiver_healthy=True, enables_prearm=False)
 
 
 def rc_channels(flight: Flight) -> Message | None:

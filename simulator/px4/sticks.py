@@ -6,6 +6,8 @@ Rules, each with a test:
   none.
 - RC_CHANNELS_OVERRIDE counts as a receiver; on channels 1 to 8, 0 is an ordinary value: full deflection.
 - A source that is silent for COM_RC_LOSS_T is lost. Its last values stay, but no mode may fly by them.
+- Sticks move while a filter of 0.1 s over the change of an axis is above COM_RC_STICK_OV (its sources; measured: a jump
+  counts as motion for 0.4 to 0.5 s). The first values of a source are no motion.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ from simulator.parameters import Parameters
 from simulator.receiver import CHANNELS, RECEIVER_CHANNELS, Receiver
 
 IGNORE = 65535
+MOTION_FILTER_S = 0.1
 
 
 class Source(Enum):
@@ -49,6 +52,8 @@ class Px4Sticks:
         self._used_heard_s = 0.0
         self._first: Source | None = None
         self._now_s = 0.0
+        self._before: tuple[float, ...] | None = None
+        self._change_per_s = [0.0] * 4
 
     def accepts(self, sender_sysid: int) -> bool:
         del sender_sysid
@@ -96,6 +101,24 @@ class Px4Sticks:
         if self._used is not None:
             self.ever_heard = True
             self._used_heard_s = self._heard_s[self._used]
+        self._filter_motion()
+
+    def _filter_motion(self) -> None:
+        if self._used is None:
+            self._before, self._change_per_s = None, [0.0] * 4
+            return
+        flown = self._axes[self._used]
+        now = (flown.roll, flown.pitch, flown.throttle, flown.yaw)
+        share = TICK_S / (MOTION_FILTER_S + TICK_S)
+        for at, (value, before) in enumerate(zip(now, self._before or now, strict=True)):
+            self._change_per_s[at] += share * ((value - before) / TICK_S - self._change_per_s[at])
+        self._before = now
+
+    @property
+    def moving(self) -> bool:
+        """Whether a pilot seems to take over."""
+        threshold = self._parameters["COM_RC_STICK_OV"] / 100.0
+        return any(abs(change) > threshold for change in self._change_per_s)
 
     def _choose(self, fresh: list[Source]) -> Source | None:
         mode = self._parameters.whole("COM_RC_IN_MODE")

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
-from typing import Final
+from typing import Final, Protocol
 
 from wire.autopilots.commands import (
     ChangeMode,
@@ -18,6 +18,7 @@ from wire.autopilots.commands import (
     UnknownMode,
     VehicleState,
 )
+from wire.autopilots.failsafe_words import Failsafe
 from wire.autopilots.loss_sentence import Sentence
 from wire.autopilots.own_fence import OwnFence
 from wire.autopilots.pilot_command import PilotCommand
@@ -151,6 +152,36 @@ def _not_known(values: Mapping[str, float]) -> int | None:
     return None
 
 
+def _ignores_none(values: Mapping[str, float], has_radio: bool | None) -> bool:
+    return False
+
+
+def _uses_receiver(values: Mapping[str, float]) -> bool:
+    return True
+
+
+def _no_failsafe(frame: bytes) -> Failsafe | None:
+    return None
+
+
+def _settled(values: Mapping[str, float]) -> float:
+    return 0.0
+
+
+class ArmingChecks(Protocol):
+    """Why an autopilot does not arm."""
+
+    def take(self, frame: bytes) -> None:
+        """Takes an EVENT frame."""
+
+    def reasons(self, custom_mode: int) -> tuple[str, ...]:
+        """Why it does not arm in this flight mode."""
+
+    @property
+    def fence_breach(self) -> str | None:
+        """Which limit of its fence is broken; empty: none; None: not known."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class AutopilotFamily:
     """What all vehicles of one MAV_AUTOPILOT have in common."""
@@ -183,6 +214,21 @@ class AutopilotFamily:
     """It sends no RC_CHANNELS without a receiver."""
     answers_timesync: bool = False
     """It answers TIMESYNC, by which the agent knows that it is heard."""
+    ignores_sticks: Callable[[Mapping[str, float], bool | None], bool] = _ignores_none
+    """(parameters by name, whether there is a radio) -> whether sticks from the tower move nothing."""
+    uses_receiver: Callable[[Mapping[str, float]], bool] = _uses_receiver
+    """Whether a receiver on board replaces sticks that end."""
+    sticks_settle_s: Callable[[Mapping[str, float]], float] = _settled
+    """How long sticks must not move before a mode without sticks is requested. Otherwise it takes the motion for a
+    pilot's, and leaves that mode."""
+    read_failsafe: Callable[[bytes], Failsafe | None] = _no_failsafe
+    """The failsafe that an EVENT frame tells of."""
+    make_checks: Callable[[], ArmingChecks] | None = None
+    """Reads its arming checks from EVENT frames. None: it tells them in texts."""
+    prearm_by_health: bool = False
+    """SYS_STATUS: the health bit of the pre-arm check counts, although the check is not marked as enabled."""
+    shows_failsafe: bool = False
+    """HEARTBEAT.system_status CRITICAL means that its failsafe, and nobody's command, has chosen the mode."""
     sticks_hide_receiver: bool = False
     """While sticks are in force, it does not report whether its receiver receives a transmitter, nor acts on a loss."""
     accepts_modes_it_does_not_enter: bool = False

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping
 from typing import Final
 
+from wire.autopilots import px4_sticks
 from wire.autopilots.loss_sentence import About, Sentence, danger, info, warning
 from wire.autopilots.wanted_parameter import WantedParameter, with_bits
 from wire.control_messages import LossParameters, SafetySettings
@@ -12,14 +13,12 @@ _ACTIONS: Final = {
     2: "returns to launch",
     3: "lands where it is",
 }
+_DELAYED: Final = (2, 3)
+"""It holds for COM_FAIL_ACT_T first."""
+_BY_STICKS: Final = (0, 1, 2)
+"""COM_OBL_RC_ACT: position, altitude, by hand."""
 TERMINATE: Final = 5
 DISARM: Final = 6
-
-_STICKS_IGNORED: Final = (0, 4)
-"""Values of COM_RC_IN_MODE that leave no room for sticks from the tower: radio only, nobody."""
-_RADIO_BEFORE_STICKS: Final = (2, 3, 5, 7)
-"""Values with which a radio that is on keeps the sticks: the source in use until it falls silent, or for good (a radio
-nearly always comes first); since 1.17 a radio's priority (5, 7). With 6 and 8 the tower's sticks come first."""
 
 HOLDS_WITHOUT_STICKS: Final = "AUTO.LOITER"
 
@@ -58,27 +57,27 @@ def loss_sentences(parameters: LossParameters, safety: SafetySettings) -> Iterab
     """In no particular order."""
     values = parameters.values
     source = values.get("COM_RC_IN_MODE")
-    if source in _STICKS_IGNORED or (source in _RADIO_BEFORE_STICKS and parameters.has_radio):
+    if px4_sticks.ignores_tower(values, parameters.has_radio):
         ignored = f"COM_RC_IN_MODE is {source:g}: the autopilot ignores sticks from the tower"
-        if source in _RADIO_BEFORE_STICKS:
+        if source in px4_sticks.RADIO_BEFORE_STICKS:
             ignored += " while the radio is on"
-        if HOLDS_WITHOUT_STICKS in safety.hold_ladder:
-            yield warning(
-                "operator", f"{ignored}. Flying by hand through the tower is impossible; the hold needs none."
-            )
-        else:
-            yield danger(
-                "operator",
-                f"{ignored}. The first seconds of a hold would fly as the radio's sticks are left: put "
-                f"{HOLDS_WITHOUT_STICKS} first in the drone's settings.",
-            )
+        yield warning(
+            "operator",
+            f"{ignored}. Flying by hand through the tower is impossible; a hold needs no sticks, but a position.",
+        )
     yield from _action(values.get("NAV_RCL_ACT"), about="radio", name="NAV_RCL_ACT", what=_sticks_lost(parameters))
     excepted = [words for bit, words in _EXCEPT.items() if int(values.get("COM_RCL_EXCEPT", 0)) & bit]
     if excepted:
         yield info("radio", f"COM_RCL_EXCEPT: not during {', '.join(excepted)}, which goes on.")
-    after_s = values.get("COM_DL_LOSS_T", 10.0)
-    lost = f"Without the computer on board, after {after_s:g} s,"
     link_action = values.get("NAV_DLL_ACT")
+    after_s = values.get("COM_DL_LOSS_T", 10.0) + _holds_before_s(values, link_action)
+    lost = f"Without the computer on board, after {after_s:g} s,"
+    if link_action in _ACTIONS:
+        yield warning(
+            "tower",
+            f"The autopilot does the same {after_s:g} s after the tower, or the person at the controls, is gone in a "
+            "mission or another flight by itself, whatever is set here.",
+        )
     if link_action == 0:
         words = "NAV_DLL_ACT is 0: if the computer on board fails, the autopilot does not react to the loss"
         if values.get("NAV_RCL_ACT") == 0:
@@ -88,18 +87,35 @@ def loss_sentences(parameters: LossParameters, safety: SafetySettings) -> Iterab
     else:
         yield from _action(link_action, about="tower", name="NAV_DLL_ACT", what=lost)
     yield from _hold_without_sticks(parameters)
+    yield from _set_points_lost(values)
+
+
+def _set_points_lost(values: Mapping[str, float]) -> Iterable[Sentence]:
+    action = values.get("COM_OBL_RC_ACT")
+    if action in _BY_STICKS:
+        yield warning(
+            "tower",
+            f"If a controller on board ends in the middle of its flight, the autopilot flies by sticks "
+            f"(COM_OBL_RC_ACT {action:g}). If the computer on board fails with it, and there are none, the drone may "
+            f"sink to the ground: 5 makes it hold.",
+        )
+
+
+def _holds_before_s(values: Mapping[str, float], action: float | None) -> float:
+    """How long it holds before it acts."""
+    return values.get("COM_FAIL_ACT_T", 5.0) if action in _DELAYED else 0.0
 
 
 def _hold_without_sticks(parameters: LossParameters) -> Iterable[Sentence]:
     """How the second stage of a hold ends, in which the agent's sticks stop."""
-    values = parameters.values
-    if parameters.has_radio is None:
+    values, has_radio = parameters.values, _effective_radio(parameters)
+    if has_radio is None:
         yield danger(
             "radio",
             "It is not known whether a radio receiver is on board, and so not how a hold ends if the computer on board "
             "fails.",
         )
-    elif parameters.has_radio:
+    elif has_radio:
         yield info("radio", f"There is a receiver: a hold stays in {HOLDS_WITHOUT_STICKS} without anybody's sticks.")
         yield warning(
             "radio",
@@ -112,16 +128,25 @@ def _hold_without_sticks(parameters: LossParameters) -> Iterable[Sentence]:
         yield danger(
             "radio",
             f"There is no radio and COM_RCL_EXCEPT lacks 2: in {HOLDS_WITHOUT_STICKS} without sticks the autopilot "
-            f"{does} after {values.get('COM_RC_LOSS_T', 0.5):g} s. The agent keeps centred sticks coming in a hold to "
+            f"{does} after {_sticks_lost_s(values):g} s. The agent keeps centred sticks coming in a hold to "
             "prevent that; if it fails, a hold ends that way without a warning.",
         )
 
 
 def _sticks_lost(parameters: LossParameters) -> str:
-    after_s = parameters.values.get("COM_RC_LOSS_T", 0.5)
-    if parameters.has_radio is False:
+    after_s = _sticks_lost_s(parameters.values)
+    if _effective_radio(parameters) is False:
         return f"There is no radio. {after_s:g} s after the last sticks from the tower"
     return f"{after_s:g} s after the last sticks, from the radio or from the tower,"
+
+
+def _effective_radio(parameters: LossParameters) -> bool | None:
+    """A receiver that moves nothing counts as none."""
+    return False if not px4_sticks.uses_receiver(parameters.values) else parameters.has_radio
+
+
+def _sticks_lost_s(values: Mapping[str, float]) -> float:
+    return values.get("COM_RC_LOSS_T", 0.5) + _holds_before_s(values, values.get("NAV_RCL_ACT"))
 
 
 def _action(value: float | None, *, about: About, name: str, what: str) -> Iterable[Sentence]:

@@ -10,7 +10,16 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
-from wire.autopilots import camera_steps, common, payload_steps, px4_loss, setup_commands
+from wire.autopilots import (
+    camera_steps,
+    common,
+    payload_steps,
+    px4_checks,
+    px4_events,
+    px4_loss,
+    px4_sticks,
+    setup_commands,
+)
 from wire.autopilots.commands import (
     CommandStep,
     CommandTable,
@@ -151,15 +160,27 @@ _MODES: Final = (
 )
 
 _RCL_ACTIONS: Final = {1: _R.STAYS, 2: _R.RETURNS, 3: _R.LANDS}
-_RCL_EXCEPTIONS: Final = {_MISSION.custom_mode: 1, _LOITER.custom_mode: 2, _OFFBOARD.custom_mode: 4}
-"""COM_RCL_EXCEPT: mission, hold, off-board."""
+_RCL_EXCEPTIONS: Final = {
+    _MISSION.custom_mode: 1,
+    _LOITER.custom_mode: 2,
+    _TAKEOFF.custom_mode: 2,
+    _OFFBOARD.custom_mode: 4,
+}
+"""COM_RCL_EXCEPT: mission, hold and take-off, off-board."""
+_LANDINGS: Final = (_LAND.custom_mode, _PRECLAND.custom_mode)
+_GOES_ON_WITHOUT_STICKS: Final = {2: (_RTL.custom_mode, *_LANDINGS), 3: _LANDINGS}
+"""By NAV_RCL_ACT: who already returns or lands goes on with it."""
 
 
 def _after_sticks(number: int, values: Mapping[str, float], without: bool) -> AfterSticks:
     action = values.get("NAV_RCL_ACT")
     if action is None:
         return _R.UNKNOWN
+    if without and values.get("COM_RC_IN_MODE") == px4_sticks.NOBODYS:
+        return _R.STAYS
     if int(values.get("COM_RCL_EXCEPT", 0)) & _RCL_EXCEPTIONS.get(number, 0):
+        return _R.STAYS
+    if number in _GOES_ON_WITHOUT_STICKS.get(int(action), ()):
         return _R.STAYS
     if action <= 0:
         return _R.STAYS if without else _R.UNKNOWN
@@ -198,6 +219,13 @@ PX4: Final = AutopilotFamily(
     arms_with_throttle_down=False,
     return_heights={"RTL_RETURN_ALT": 1.0},
     silent_without_receiver=True,
+    ignores_sticks=px4_sticks.ignores_tower,
+    uses_receiver=px4_sticks.uses_receiver,
+    sticks_settle_s=px4_sticks.settles_after_s,
+    read_failsafe=px4_events.read_failsafe,
+    make_checks=px4_checks.Px4Checks,
+    prearm_by_health=True,
+    shows_failsafe=True,
     answers_timesync=True,
     accepts_modes_it_does_not_enter=True,
     loss_parameters=(
@@ -208,6 +236,9 @@ PX4: Final = AutopilotFamily(
         "NAV_RCL_ACT",
         "COM_RCL_EXCEPT",
         "COM_OBL_RC_ACT",
+        "COM_RC_OVERRIDE",
+        "COM_RC_STICK_OV",
+        "COM_FAIL_ACT_T",
         "SYS_HITL",
         "SIM_GZ_EN",
     ),

@@ -44,6 +44,10 @@ class Facts:
     """Why the last hold was ordered."""
     system_status: int | None = None
     """MAV_STATE."""
+    failsafe: str | None = None
+    """What the autopilot's own failsafe does and why; empty: it does nothing; None: its state does not tell."""
+    failsafe_cause: str = ""
+    """Tells one failsafe from the next."""
     battery_percent: int | None = None
     battery_number: int | None = None
     """Which of several batteries is the worst, from 1."""
@@ -78,6 +82,8 @@ class Facts:
     falls: str = ""
     """How fast and where it falls; empty: it does not."""
     sinks: str = ""
+    motors_stopped: str = ""
+    """Where its motors stopped in the air; empty: they did not."""
     crashed: str = ""
     other_systems: tuple[int, ...] = ()
     """MAVLink systems of other autopilots on its line."""

@@ -8,7 +8,9 @@ from server.live.alerts.facts import Facts
 from server.live.alerts.kept_telemetry import ATTITUDE
 from server.live.relay.loan_limits import whole_place_in
 from wire.autopilots import registry
+from wire.autopilots.failsafe_words import NOT_TOLD
 from wire.autopilots.vehicle_types import MULTICOPTERS
+from wire.dialect import mavlink
 from wire.frames import payload
 from wire.signing_key import Signing
 
@@ -67,6 +69,23 @@ def _add_telemetry(facts: Facts, drone: LiveDrone, now: float) -> None:
     if drone.heartbeat is not None:
         heart = payload(drone.heartbeat).ljust(_HEARTBEAT, b"\0")
         facts.system_status = heart[_STATUS]
+        _add_failsafe(facts, drone, heart[_AUTOPILOT])
+
+
+def _add_failsafe(facts: Facts, drone: LiveDrone, autopilot: int) -> None:
+    family = registry.FAMILIES.get(autopilot)
+    if family is None or not family.shows_failsafe:
+        return
+    is_active = facts.system_status == mavlink.MAV_STATE_CRITICAL and drone.armed is True
+    told = drone.telemetry.failsafe_told
+    if not is_active:
+        # The event comes up to a heartbeat before the state: the last one is kept until the drone is disarmed.
+        facts.failsafe = ""
+        if drone.armed is False:
+            drone.telemetry.failsafe_told = None
+        return
+    facts.failsafe = NOT_TOLD if told is None else told.words
+    facts.failsafe_cause = "" if told is None else told.cause.name.lower()
 
 
 def _add_fall(facts: Facts, drone: LiveDrone, now: float) -> None:
@@ -78,10 +97,12 @@ def _add_fall(facts: Facts, drone: LiveDrone, now: float) -> None:
         position_at=drone.position_at,
         attitude=drone.telemetry.newest.get((ATTITUDE, 0)),
         armed=drone.armed,
+        airborne=drone.airborne,
         may_dive=now - drone.sticks_at < BY_HAND_FOR_S and not _keeps_height(drone.heartbeat),
         now=now,
     )
     facts.falls, facts.sinks, facts.crashed = watch.falls, watch.sinks, watch.crashed
+    facts.motors_stopped = watch.stopped
 
 
 def _keeps_height(heartbeat: bytes) -> bool:

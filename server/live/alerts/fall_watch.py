@@ -1,7 +1,9 @@
 """Whether a multicopter falls or has crashed, from its position and attitude. Pure; takes `now`.
 
 Judged by descent and height, not by armed and landed state: with all motors lost at 28 m ArduCopter reported itself
-armed and in the air, the latter for 14 s on the ground; disarmed at 30 m it reported itself landed while it fell.
+armed and in the air, the latter for 14 s on the ground; disarmed at 30 m it reported itself landed while it fell. So
+motors that stop in the air are a drone disarmed while it was in the air, and that goes down: after a landing, the news
+of the ground may come after that of the motors.
 """
 
 from __future__ import annotations
@@ -28,6 +30,10 @@ TIPPED_RAD: Final = math.radians(65.0)
 LEVEL_RAD: Final = math.radians(20.0)
 TIPPED_FOR_S: Final = 1.0
 STILL_M_S: Final = 1.0
+DROPS_M_S: Final = 2.5
+"""After a quarter of a second without motors."""
+DROPS_M: Final = 1.5
+DROPS_WITHIN_S: Final = 3.0
 
 _POSITION: Final = Struct("<IiiiihhhH")
 _ATTITUDE: Final = Struct("<Iff")
@@ -41,6 +47,11 @@ class FallWatch:
         self.sinks = ""
         """Whether that is wanted, the alert's rule judges."""
         self.crashed = ""
+        self.stopped = ""
+        """Where its motors stopped in the air, until they turn again."""
+        self._flew = False
+        self._disarmed_at: float | None = None
+        self._disarmed_m = 0.0
         self._looks = self._sinking_looks = 0
         self._from_m = self._crashed_at_m = 0.0
         self._tipped_since: float | None = None
@@ -54,6 +65,7 @@ class FallWatch:
         position_at: float,
         attitude: bytes | None,
         armed: bool | None,
+        airborne: bool | None,
         may_dive: bool,
         now: float,
     ) -> None:
@@ -68,12 +80,27 @@ class FallWatch:
         if position_at != self._position_at:
             self._position_at = position_at
             self._sink(height_m, down_m_s)
+            self._drop(height_m, down_m_s, armed, now)
             self._fall(height_m, down_m_s, DIVES_M_S if may_dive else FALLS_M_S, still=still)
         self._tip(armed, tilt, now, height_m, still=still)
         is_up = down_m_s < -CLIMBS_M_S and height_m > self._crashed_at_m + ON_GROUND_M  # a wreck bounces
         if armed and tilt < LEVEL_RAD and (self._was_disarmed or is_up) and not self.falls:
             self.crashed = ""  # it flies again
         self._was_disarmed = armed is False
+        if armed:
+            self._flew, self._disarmed_at, self.stopped = bool(airborne), None, ""
+
+    def _drop(self, height_m: float, down_m_s: float, armed: bool | None, now: float) -> None:
+        if armed is not False:
+            return
+        if self._flew:
+            self._flew, self._disarmed_at, self._disarmed_m = False, now, height_m
+        if self._disarmed_at is None:
+            return
+        if down_m_s >= DROPS_M_S or self._disarmed_m - height_m >= DROPS_M:
+            self.stopped = f"{self._disarmed_m:.0f} m above home"
+        if self.stopped or now - self._disarmed_at >= DROPS_WITHIN_S:
+            self._disarmed_at = None
 
     def _sink(self, height_m: float, down_m_s: float) -> None:
         self._sinking_looks = self._sinking_looks + 1 if down_m_s >= SINKS_M_S else 0

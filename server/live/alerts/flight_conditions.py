@@ -51,6 +51,8 @@ def battery_on_ground(facts: Facts, is_open: bool) -> Finding:
 def autopilot_emergency(facts: Facts, is_open: bool) -> Finding:
     if facts.silence or facts.system_status is None:
         return Not.KNOWN
+    if facts.system_status == _CRITICAL and facts.failsafe is not None:
+        return Not.SO  # its failsafe acts, and has an alert of its own
     if facts.system_status in (_CRITICAL, _EMERGENCY):
         return f"The autopilot of {facts.name} reports an emergency."
     return Not.SO
@@ -96,6 +98,14 @@ def falls(facts: Facts, is_open: bool) -> Finding:
         return Not.SO
     stopped = " Its motors are off." if facts.armed is False else ""
     return f"{facts.name} falls: {facts.falls}.{stopped}"
+
+
+def motors_stopped(facts: Facts, is_open: bool) -> Finding:
+    if facts.silence:
+        return Not.KNOWN
+    if not facts.motors_stopped:
+        return Not.SO
+    return f"The motors of {facts.name} stopped in the air, {facts.motors_stopped}."
 
 
 def sinks_in_hold(facts: Facts, is_open: bool) -> Finding:

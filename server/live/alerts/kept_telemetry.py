@@ -11,6 +11,9 @@ from typing import Any, Final, NamedTuple
 
 from server.live.alerts.status_texts import StatusText, StatusTexts
 from server.live.preflight.arming_texts import ArmingTexts
+from wire.autopilots import registry
+from wire.autopilots.failsafe_words import Failsafe
+from wire.autopilots.profile import ArmingChecks
 from wire.dialect import mavlink
 from wire.frames import payload
 
@@ -46,6 +49,7 @@ _ESTIMATOR_FIELDS: Final = Struct("<Q8fH")
 _VIBRATION_FIELDS: Final = Struct("<Q3f")
 _BREACHED: Final = 6
 _BREACH_TYPE: Final = 7
+_AUTOPILOT: Final = 5
 """Offsets in the payloads, as the MAVLink specification orders them."""
 
 MAX_VARIANCE: Final = 0.8
@@ -116,10 +120,13 @@ class KeptTelemetry:
         "_texts",
         "arming_ok",
         "arming_texts",
+        "autopilot",
         "battery_charge",
         "battery_number",
         "battery_percent",
+        "checks",
         "estimator_fault",
+        "failsafe_told",
         "fence_breach",
         "gps_fix",
         "gps_lost",
@@ -138,6 +145,8 @@ class KeptTelemetry:
         self._texts = StatusTexts()
         self.now = 0.0
         """Of the last look."""
+        self.autopilot = 0
+        """MAV_AUTOPILOT of its newest heartbeat."""
         self._armed = False
         """When the newest text came."""
         self._arrived: deque[tuple[bytes, float, bool]] = deque(maxlen=MAX_TEXT_FRAMES)
@@ -167,12 +176,26 @@ class KeptTelemetry:
         self.arming_ok: bool | None = None
         self.arming_texts.forget()
         self.estimator_fault: str | None = None
+        self.checks: ArmingChecks | None = None
+        """Arming checks that come as events."""
+        self.failsafe_told: Failsafe | None = None
+        """The last one that an event told of."""
         self.vibration_m_s2: float | None = None
         self.fence_breach: str | None = None
 
     def text(self, frame: bytes, now: float, *, armed: bool) -> None:
         """Takes a STATUSTEXT frame. Those of a disarmed autopilot are reasons against arming, and no alerts."""
         self._arrived.append((frame, now, armed))
+
+    def event(self, frame: bytes) -> None:
+        """Takes an EVENT frame."""
+        family = registry.FAMILIES.get(self.autopilot)
+        if family is None or family.make_checks is None:
+            return
+        self.failsafe_told = family.read_failsafe(frame) or self.failsafe_told
+        self.checks = self.checks or family.make_checks()
+        self.checks.take(frame)
+        self.fence_breach = self.checks.fence_breach
 
     def decode(self, now: float) -> None:
         """Reads what has come since the last call."""
@@ -199,13 +222,15 @@ class KeptTelemetry:
         percent = content[_REMAINING]
         self._system_percent = percent if percent <= 100 else None
         _, enabled, health = _SENSORS.unpack_from(content)
-        self.arming_ok = bool(health & _PREARM) if enabled & _PREARM else None
+        family = registry.FAMILIES.get(self.autopilot)
+        tells = enabled & _PREARM or (family is not None and family.prearm_by_health)
+        self.arming_ok = bool(health & _PREARM) if tells else None
         ill = [name for name, bit in _SENSORS_BY_NAME.items() if enabled & bit and not health & bit]
         self.sensor_fault = " and ".join(ill)
         has_ekf = any(one in self.newest for one in ((_EKF, 0), (_ESTIMATOR, 0)))
         if enabled & _AHRS and not has_ekf:
             self.estimator_fault = "" if health & _AHRS else "not healthy"
-        if enabled & _GEOFENCE and (_FENCE, 0) not in self.newest:
+        if enabled & _GEOFENCE and self.checks is None and (_FENCE, 0) not in self.newest:
             self.fence_breach = "" if health & _GEOFENCE else "its fence"
 
     def _battery(self, content: bytes, number: int) -> None:
@@ -265,6 +290,12 @@ class KeptTelemetry:
     def _fence(self, content: bytes, _: int) -> None:
         content = content.ljust(9, b"\0")
         self.fence_breach = _BREACH_WORDS.get(content[_BREACH_TYPE], "its fence") if content[_BREACHED] else ""
+
+
+def autopilot_of(heartbeat: bytes) -> int:
+    """MAV_AUTOPILOT in a HEARTBEAT frame."""
+    content = payload(heartbeat)
+    return content[_AUTOPILOT] if len(content) > _AUTOPILOT else 0
 
 
 def _fault(ratios: list[float], flags: int, limit: float) -> str:

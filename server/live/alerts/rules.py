@@ -58,10 +58,19 @@ FAILSAFE: Final = Rule(
     name="failsafe",
     severity=_CRITICAL,
     badge="Failsafe",
-    when="the armed autopilot announces a failsafe, a crash or the like, until it reports the end or is disarmed",
+    when="the armed autopilot announces a failsafe, a crash or the like, until it reports the end or is disarmed; or "
+    "its state shows that its failsafe has chosen the flight mode, as long as it does",
     advice="Read what the autopilot does now. Take over only if that is safer.",
     closes_after_s=1.0,
     follows=True,
+)
+MOTORS_STOPPED: Final = Rule(
+    name="motors-stopped",
+    severity=_CRITICAL,
+    badge="Motors stopped",
+    when="a multicopter was disarmed in the air and drops, whoever did it; until it is armed again",
+    advice="Warn the people below. Look after people first, then at its battery.",
+    condition=flight.motors_stopped,
 )
 AUTOPILOT_ERROR: Final = Rule(
     name="autopilot-error",
@@ -91,6 +100,7 @@ RULES: Final[tuple[Rule, ...]] = (
         condition=flight.falls,
         follows=True,
     ),
+    MOTORS_STOPPED,
     Rule(
         name="sinks",
         severity=_CRITICAL,

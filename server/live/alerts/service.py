@@ -18,13 +18,14 @@ from server.live.alerts.facts_of import facts_of
 from server.live.alerts.lasting import Change, Changed
 from server.live.alerts.pair_alerts import PairFound, PairKey, pairs_found
 from server.live.alerts.refusals import MayNotAcknowledge, UnknownAlert
-from server.live.alerts.rules import BY_NAME, NEAR, OF_TOWER, TOO_NEAR
+from server.live.alerts.rules import BY_NAME, MOTORS_STOPPED, NEAR, OF_TOWER, TOO_NEAR
 from server.live.alerts.tower_facts import TowerFacts
 from server.live.alerts.views import AlertView
 from server.live.alerts.watched_drone import WatchedDrone
+from server.live.hub_events import MotorsStopped
 from server.live.relay.browser import Browser
 from server.live.relay.live_drone import LiveDrone
-from server.live.relay.live_messages import AlertChanged
+from server.live.relay.live_messages import AlertChanged, Notice
 from server.live.relay.live_state import LiveState
 from server.live.separation.notifier import SeparationNotifier, random_number
 from server.live.towers.place import Place
@@ -242,6 +243,8 @@ class AlertService:
             )
             watched.add(alert)
             self._open(alert)
+            if alert.rule is MOTORS_STOPPED and drone_id is not None:
+                self._motors_stopped(self._state.drones[drone_id], alert)
             return
         known = watched.open.get(changed.key)
         if known is None:
@@ -251,6 +254,11 @@ class AlertService:
             self._changed(known)
         else:
             self._close(known)
+
+    def _motors_stopped(self, drone: LiveDrone, alert: Alert) -> None:
+        self._state.on_event(MotorsStopped(drone.drone_id, drone.fall_watch.stopped))
+        told = Notice("error", alert.rule.name, alert.words, drone.drone_id, 1)
+        self._state.notify_watchers(drone, told)
 
     def _look_at_pairs(self) -> None:
         encounters, strangers = self._separation.encounters, list(self._separation.for_strangers())

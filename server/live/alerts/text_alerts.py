@@ -1,6 +1,8 @@
 """Which texts of an autopilot are alerts, and how long they last. Pure; takes `now`.
 
-A failsafe lasts until the autopilot reports the same one as cleared, or is disarmed. An error lasts for a while after
+A failsafe lasts until the autopilot reports the same one as cleared, or is disarmed. An autopilot whose state tells
+whether its failsafe acts (PX4) is believed in that, and not by its texts: it says "Failsafe activated" also where it
+only warns, as in a return that a pilot commanded, and says nothing at the end. An error lasts for a while after
 its last repetition. Texts of a disarmed autopilot (checks before arming) are for its page, not for everybody.
 """
 
@@ -31,6 +33,9 @@ _FAILSAFE: Final = re.compile(
     r"motor failure|flight termination|geofence (violation|breach)",
     re.IGNORECASE,
 )
+_OF_STATE: Final = re.compile(r"^failsafe (activated|warning)", re.IGNORECASE)
+_OF_STATE_KEY: Final = "@"
+"""Begins the subject of what a state tells; no text has it."""
 _OVER: Final = re.compile(r"\b(clear(ed)?|recovered|regained|resolved|restored|off|ended)\b", re.IGNORECASE)
 _BEFORE_ARMING: Final = re.compile(r"^\s*(pre-?arm|arm)\s*:", re.IGNORECASE)
 
@@ -60,10 +65,22 @@ class TextAlerts:
         until = None if key[0] == FAILSAFE.name else now + ERROR_LASTS_S
         self._lasting[key] = _Lasting(words, now, until)
 
-    def take(self, name: str, text: StatusText, now: float) -> None:
-        """Takes one text of the armed autopilot of the drone of this name."""
+    def acts(self, name: str, failsafe_words: str, cause: str, now: float) -> None:
+        """What the state of an autopilot tells of its failsafe; empty: it does not act. `cause`: tells one from the
+        next."""
+        key = (FAILSAFE.name, _OF_STATE_KEY + cause)
+        words = f"The autopilot of {name}: {failsafe_words}."
+        for other in [
+            one for one in self._lasting if one[1].startswith(_OF_STATE_KEY) and (one != key or not failsafe_words)
+        ]:
+            del self._lasting[other]
+        if failsafe_words and (key not in self._lasting or self._lasting[key].words != words):
+            self._lasting[key] = _Lasting(words, now, None)
+
+    def take(self, name: str, text: StatusText, now: float, *, shows_failsafe: bool = False) -> None:
+        """Takes one text of the armed autopilot of the drone of this name. `shows_failsafe`: see `acts`."""
         words = text.text[:MAX_WORDS]
-        if _BEFORE_ARMING.match(words):
+        if _BEFORE_ARMING.match(words) or (shows_failsafe and _OF_STATE.match(words)):
             return
         is_failsafe = _FAILSAFE.search(words) is not None
         if is_failsafe and _OVER.search(words):

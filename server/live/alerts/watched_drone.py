@@ -108,10 +108,13 @@ class WatchedDrone:
     def texts_found(self, drone: LiveDrone, facts: Facts, now: float) -> list[Changed]:
         """What the autopilot's own texts tell."""
         texts, arrived = self.texts, drone.telemetry.texts
-        if facts.silence or (not arrived and texts.idle and not self._has_texts):
+        if facts.silence or not (arrived or facts.failsafe or self._has_texts or not texts.idle):
             return []
+        shows_failsafe = facts.failsafe is not None
         while arrived:
-            texts.take(facts.name, arrived.popleft(), now)
+            texts.take(facts.name, arrived.popleft(), now, shows_failsafe=shows_failsafe)
+        if facts.failsafe is not None:
+            texts.acts(facts.name, facts.failsafe, facts.failsafe_cause, now)
         if facts.armed is False:
             texts.disarmed(now)
         changed = self.lasting.take_all(text_alerts.RULES, texts.found(now), now)

@@ -51,7 +51,7 @@ class PreflightFacts:
     rtt_ms: float | None = None
     loss: float | None = None
     arming_ok: bool | None = None
-    arming_texts: tuple[str, ...] = ()
+    arming_words: tuple[str, ...] = ()
     """What the autopilot gave as reasons against arming in the last minute."""
     battery_percent: int | None = None
     battery_charge: int | None = None
@@ -101,8 +101,8 @@ def _answers(facts: PreflightFacts) -> Judged:
 
 
 def _arming(facts: PreflightFacts) -> Judged:
-    if facts.arming_texts:
-        return _BAD, "The autopilot does not arm: " + "; ".join(facts.arming_texts) + "."
+    if facts.arming_words:
+        return _BAD, "The autopilot does not arm: " + "; ".join(facts.arming_words) + "."
     if facts.arming_ok is None:
         return _UNKNOWN, "The autopilot has not reported its arming checks."
     if facts.arming_ok:

@@ -66,7 +66,7 @@ def preflight_facts(drone: LiveDrone, loss: LossResult, now: float) -> Preflight
         rtt_ms=None if quality is None else quality.rtt_ms,
         loss=None if quality is None else quality.loss,
         arming_ok=telemetry.arming_ok if is_heard else None,
-        arming_texts=telemetry.arming_texts.now(now) if is_heard else (),
+        arming_words=_reasons(drone, now) if is_heard else (),
         battery_percent=telemetry.battery_percent,
         battery_charge=telemetry.battery_charge,
         gps_fix=telemetry.gps_fix,
@@ -84,6 +84,17 @@ def preflight_facts(drone: LiveDrone, loss: LossResult, now: float) -> Preflight
         fence_known=fence.state == "known",
         fence_items=fence.count,
     )
+
+
+def _reasons(drone: LiveDrone, now: float) -> tuple[str, ...]:
+    """Events that bar other flight modes, or nothing, are no reasons."""
+    telemetry = drone.telemetry
+    if telemetry.checks is None or drone.heartbeat is None:
+        return telemetry.arming_texts.now(now)
+    if telemetry.arming_ok is not False:
+        return ()
+    custom_mode = int.from_bytes(payload(drone.heartbeat)[:4], "little")
+    return telemetry.checks.reasons(custom_mode) or telemetry.arming_texts.now(now)
 
 
 def _return_height_m(drone: LiveDrone) -> float | None:

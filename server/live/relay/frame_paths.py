@@ -5,7 +5,7 @@ from typing import Final
 from server.domain.people import UserRef
 from server.live.aircraft.decode import ADSB_VEHICLE
 from server.live.aircraft.decode import READ as AIRCRAFT
-from server.live.alerts.kept_telemetry import KEPT, STATUSTEXT
+from server.live.alerts.kept_telemetry import KEPT, STATUSTEXT, autopilot_of
 from server.live.flights.recorder import FlightRecorder
 from server.live.hub_events import TurnRequested
 from server.live.operations.observed_commands import ObservedCommands
@@ -32,7 +32,7 @@ from server.live.relay.refusals import denied_command
 from server.live.relay.viewport import POSITION, place_in
 from server.live.zones.check import warn, zones_of_frame
 from wire.content import Frames
-from wire.dialect import mavlink
+from wire.dialect import EVENT, mavlink
 from wire.drops import Dropped, DropReason
 from wire.frames import MalformedFrame, checksum_holds, is_known, message_id
 from wire.ids import DroneId
@@ -104,6 +104,8 @@ class FramePaths:
                     self._state.aircraft_frames.put(drone_id, (frame, now))
                 if is_asked and kind in ANSWERS:
                     self._observed.heard(drone_id, frame)
+                if kind == EVENT:
+                    drone.telemetry.event(frame)
                 if kind == STATUSTEXT:
                     drone.telemetry.text(frame, now, armed=bool(drone.armed))
                 transactional.append(tag_bytes + frame)
@@ -118,6 +120,7 @@ class FramePaths:
                 drone.home, drone.has_reported_home = home, True
             elif msgid == _HEARTBEAT and key[1] == _AUTOPILOT:
                 drone.heartbeat, drone.heartbeat_at = frame, now
+                drone.telemetry.autopilot = autopilot_of(frame)
             elif msgid == ADSB_VEHICLE:
                 self._state.aircraft_frames.put(drone_id, (frame, now))
             elif msgid in KEPT and key[1] == _AUTOPILOT:

@@ -30,6 +30,7 @@ from server.live.hub_events import (
     LoanLimitPassed,
     LossParametersReported,
     MotionSuspected,
+    MotorsStopped,
     OfferLapsed,
     RightLost,
     RttTooLong,
@@ -213,6 +214,8 @@ class HubEventHandler:
                 await self._record(event.drone_id, "control.stick_gesture", tried)
             case MotionSuspected():
                 await self._record(event.drone_id, "drone.suspicious_motion", {"why": event.why})
+            case MotorsStopped():
+                await self._record(event.drone_id, "drone.motors_stopped", {"where": event.where})
             case HoldStepReported():
                 await self._record_hold(event)
             case HoldToKeep():

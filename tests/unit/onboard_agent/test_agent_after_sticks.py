@@ -103,11 +103,13 @@ def test_options_that_were_not_read_except_nothing() -> None:
     assert after_sticks(ARDUPILOT, GUIDED, values={"FS_THR_ENABLE": 1.0}, has_radio=False) is RETURNS
 
 
-MISSION, HOLD, OFFBOARD, RETURN = (
+MISSION, HOLD, OFFBOARD, RETURN, LAND, TAKE_OFF = (
     px4_custom_mode(4, 4),
     px4_custom_mode(4, 3),
     px4_custom_mode(6, 0),
     px4_custom_mode(4, 5),
+    px4_custom_mode(4, 6),
+    px4_custom_mode(4, 2),
 )
 POSCTL = px4_custom_mode(3, 0)
 
@@ -121,7 +123,10 @@ POSCTL = px4_custom_mode(3, 0)
         (MISSION, 2, 1, STAYS),
         (MISSION, 2, 6, RETURNS),
         (OFFBOARD, 2, 4, STAYS),
-        (RETURN, 2, 7, RETURNS),
+        (RETURN, 2, 0, STAYS),
+        (RETURN, 3, 0, LANDS),
+        (LAND, 3, 0, STAYS),
+        (TAKE_OFF, 2, 2, STAYS),
         (HOLD, 1, 0, STAYS),
         (POSCTL, 1, 0, STAYS),
         (HOLD, 3, 0, LANDS),

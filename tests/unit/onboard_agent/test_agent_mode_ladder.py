@@ -201,3 +201,28 @@ def test_px4s_main_and_sub_mode_go_apart_and_are_shown_together() -> None:
 )
 def test_which_modes_a_ladder_has(kind: int, vehicle: int, names: tuple[str, ...], rungs: list[str]) -> None:
     assert [mode.name for mode in hold_rungs(modes_of(kind, vehicle), names)] == rungs
+
+
+@pytest.mark.parametrize("refusal", REFUSALS)
+def test_a_refusal_after_an_acceptance_counts(refusal: int) -> None:
+    bench = Bench("AUTO.LOITER", modes=PX4).pass_time(STEP_S)
+    bench.ack(mavlink.MAV_RESULT_ACCEPTED).ack(refusal)
+    bench.pass_time(STEP_S)
+    assert bench.asked() == [4, 2], "the next rung at once"
+    assert "refuses AUTO.LOITER" in bench.ladder.why_not()
+    bench.beat(px4_custom_mode(4, 3))
+    assert bench.ladder.asking
+
+
+def test_a_second_acceptance_changes_nothing() -> None:
+    bench = Bench("AUTO.LOITER", modes=PX4).pass_time(STEP_S)
+    bench.ack(mavlink.MAV_RESULT_ACCEPTED).ack(mavlink.MAV_RESULT_ACCEPTED).beat(px4_custom_mode(4, 3))
+    assert [step for step, _ in bench.reached] == ["requested", "accepted", "confirmed"]
+
+
+def test_a_mode_that_the_failsafe_has_chosen_is_not_confirmed() -> None:
+    bench = Bench("AUTO.LOITER", modes=PX4).pass_time(STEP_S).ack(mavlink.MAV_RESULT_ACCEPTED)
+    bench.ladder.heartbeat(px4_custom_mode(4, 3), by_failsafe=True)
+    assert bench.ladder.asking
+    bench.beat(px4_custom_mode(4, 3))
+    assert not bench.ladder.asking

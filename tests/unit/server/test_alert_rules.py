@@ -120,6 +120,11 @@ SCENES: dict[str, tuple[Facts, Facts, str]] = {
         FLYING,
         "Merlin falls: 12 m/s, 20 m above home",
     ),
+    "motors-stopped": (
+        replace(FLYING, motors_stopped="61 m above home"),
+        FLYING,
+        "The motors of Merlin stopped in the air, 61 m above home",
+    ),
     "sinks": (
         replace(FLYING, hold=HOLD, sinks="1.2 m/s, 18 m above home"),
         replace(FLYING, hold=HOLD),

@@ -128,3 +128,28 @@ def test_what_came_of_a_text_is_read_when_the_rest_is_lost() -> None:
     assert texts.overdue(CHUNK_WAIT_S + 0.1) == [StatusText(4, first)]
     texts.take(chunk(first, 8, 0), 0.0)
     assert texts.take(chunk("another", 9, 0), 0.1) == [StatusText(4, first), StatusText(4, "another")]
+
+
+RETURNS, LANDS = "its failsafe returns: no sticks arrive", "its failsafe lands: the battery is nearly empty"
+
+
+def test_a_failsafe_that_the_state_shows_ends_with_it_and_the_next_one_is_another_alert() -> None:
+    alerts = TextAlerts()
+    alerts.acts("Merlin", RETURNS, "manual_control_loss", 0.0)
+    (first,) = alerts.found(0.0)
+    alerts.acts("Merlin", LANDS, "emergency_battery", 1.0)
+    ((second, words),) = alerts.found(1.0).items()
+    assert (first != second, words) == (True, f"The autopilot of Merlin: {LANDS}.")
+    alerts.acts("Merlin", "", "", 2.0)
+    assert alerts.found(2.0) == {}
+
+
+def test_its_texts_do_not_count_where_the_state_shows_it() -> None:
+    """PX4 says so in each return that a pilot commands without a receiver."""
+    alerts = TextAlerts()
+    for text in ("Failsafe activated", "Failsafe activated: entering Hold for 5 seconds"):
+        alerts.take("Merlin", StatusText(2, text), 0.0, shows_failsafe=True)
+    alerts.acts("Merlin", "", "", 0.0)
+    assert alerts.found(0.0) == {}
+    alerts.take("Merlin", StatusText(2, "Flight termination active"), 0.0, shows_failsafe=True)
+    assert len(alerts.found(0.0)) == 1

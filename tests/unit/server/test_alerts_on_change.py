@@ -74,6 +74,8 @@ VALUES: Final[dict[str, tuple[Any, ...]]] = {
     "hold_unconfirmed": (None, None, "", "no answer"),
     "hold_reason": ("", "the pilot has gone"),
     "system_status": (None, 3, 4, 5, 6),
+    "failsafe": (None, "", "its failsafe returns", "its failsafe lands"),
+    "failsafe_cause": ("", "low_battery"),
     "battery_percent": (None, 14, 16, 20, 29, 32, 34, 80),
     "battery_number": (None, 2),
     "battery_charge": (None, None, 1, 2, 3),
@@ -95,6 +97,7 @@ VALUES: Final[dict[str, tuple[Any, ...]]] = {
     "signing": (Signing.OFF, Signing.ON, Signing.WRONG_KEY, Signing.NO_KEY),
     "falls": ("", "9 m/s"),
     "sinks": ("", "1 m/s"),
+    "motors_stopped": ("", "61 m above home"),
     "crashed": ("", "it fell"),
 }
 TEXTS: Final = ("Radio failsafe on", "Radio failsafe cleared", "Compass error", "Crash: disarming", "hello")
@@ -130,7 +133,9 @@ class EveryLook:
         if facts.silence:
             return []
         for one in arrived:
-            self.texts.take(facts.name, one, now)
+            self.texts.take(facts.name, one, now, shows_failsafe=facts.failsafe is not None)
+        if facts.failsafe is not None:
+            self.texts.acts(facts.name, facts.failsafe, facts.failsafe_cause, now)
         if facts.armed is False:
             self.texts.disarmed(now)
         return self.lasting.take_all(text_alerts.RULES, self.texts.found(now), now)

@@ -22,8 +22,8 @@ COPTER = {
 PX4 = {"COM_RC_IN_MODE": 1.0, "COM_RC_LOSS_T": 0.5, "COM_DL_LOSS_T": 10.0, "NAV_DLL_ACT": 2.0, "NAV_RCL_ACT": 2.0} | {
     "COM_RCL_EXCEPT": 7.0
 }
+WITH_RADIO = {"COM_RC_IN_MODE": 3.0}
 USUAL = DroneSettings()
-LOITERS = DroneSettings(safety=SafetySettings(hold_ladder=("AUTO.LOITER",)))
 STAYS = DroneSettings(safety=SafetySettings(lost_action=LostAction.STAY))
 
 
@@ -79,20 +79,26 @@ def test_a_drone_that_is_set_up_well_is_in_no_danger(values: dict[str, float], h
         (COPTER | {"FS_GCS_ENABLE": 0.0, "FS_THR_ENABLE": 0.0}, True, USUAL, "tower", "danger", "nothing else"),
         (COPTER | {"FS_GCS_ENABLE": 5.0}, True, USUAL, "tower", "info", "lands where it is after 5 s"),
         (COPTER | {"SYSID_MYGCS": 42.0}, True, USUAL, "operator", "info", "ground station 42"),
-        (PX4 | {"COM_RC_IN_MODE": 0.0}, True, USUAL, "operator", "danger", "ignores sticks"),
-        (PX4 | {"COM_RC_IN_MODE": 4.0}, True, USUAL, "operator", "danger", "ignores sticks"),
-        (PX4 | {"COM_RC_IN_MODE": 2.0}, True, USUAL, "operator", "danger", "while the radio is on"),
-        (PX4 | {"COM_RC_IN_MODE": 3.0}, True, USUAL, "operator", "danger", "while the radio is on"),
-        (PX4 | {"COM_RC_IN_MODE": 5.0}, True, USUAL, "operator", "danger", "while the radio is on"),
-        (PX4 | {"COM_RC_IN_MODE": 7.0}, True, USUAL, "operator", "danger", "while the radio is on"),
-        (PX4 | {"COM_RC_IN_MODE": 3.0}, True, LOITERS, "operator", "warning", "impossible"),
+        (PX4 | {"COM_RC_IN_MODE": 0.0}, True, USUAL, "operator", "warning", "ignores sticks"),
+        (PX4 | {"COM_RC_IN_MODE": 4.0}, True, USUAL, "operator", "warning", "ignores sticks"),
+        (PX4 | {"COM_RC_IN_MODE": 2.0}, True, USUAL, "operator", "warning", "while the radio is on"),
+        (PX4 | {"COM_RC_IN_MODE": 3.0}, True, USUAL, "operator", "warning", "while the radio is on"),
+        (PX4 | {"COM_RC_IN_MODE": 5.0}, True, USUAL, "operator", "warning", "while the radio is on"),
+        (PX4 | {"COM_RC_IN_MODE": 7.0}, True, USUAL, "operator", "warning", "while the radio is on"),
+        (PX4 | {"COM_RC_IN_MODE": 3.0}, True, USUAL, "operator", "warning", "but a position"),
         (PX4 | {"NAV_RCL_ACT": 0.0}, False, USUAL, "radio", "danger", "NAV_RCL_ACT is 0"),
         (PX4 | {"NAV_RCL_ACT": 6.0}, False, USUAL, "radio", "danger", "falls"),
         (PX4 | {"NAV_RCL_ACT": 3.0}, False, USUAL, "radio", "info", "lands where it is"),
         (PX4 | {"COM_RCL_EXCEPT": 5.0}, False, USUAL, "radio", "danger", "COM_RCL_EXCEPT lacks 2"),
-        (PX4, True, USUAL, "radio", "info", "stays in AUTO.LOITER"),
-        (PX4, True, USUAL, "radio", "warning", "in the first seconds of a hold"),
-        (PX4, None, USUAL, "radio", "danger", "not known whether"),
+        (PX4 | WITH_RADIO, True, USUAL, "radio", "info", "stays in AUTO.LOITER"),
+        (PX4 | WITH_RADIO, True, USUAL, "radio", "warning", "in the first seconds of a hold"),
+        (PX4, True, USUAL, "radio", "info", "There is no radio. 5.5 s after the last sticks"),
+        (PX4 | {"COM_FAIL_ACT_T": 2.0}, False, USUAL, "radio", "info", "2.5 s after the last sticks"),
+        (PX4 | {"NAV_RCL_ACT": 1.0}, False, USUAL, "radio", "info", "0.5 s after the last sticks"),
+        (PX4, True, USUAL, "tower", "info", "after 15 s, the autopilot returns"),
+        (PX4, True, USUAL, "tower", "warning", "is gone in a mission"),
+        (PX4 | {"COM_OBL_RC_ACT": 0.0}, True, USUAL, "tower", "warning", "5 makes it hold"),
+        (PX4 | WITH_RADIO, None, USUAL, "radio", "danger", "not known whether"),
         (PX4 | {"NAV_DLL_ACT": 5.0}, True, USUAL, "tower", "danger", "falls"),
         (PX4 | {"NAV_DLL_ACT": 0.0}, True, USUAL, "tower", "warning", "NAV_DLL_ACT is 0"),
         (PX4 | {"NAV_DLL_ACT": 0.0, "NAV_RCL_ACT": 0.0}, True, USUAL, "tower", "danger", "nothing else"),

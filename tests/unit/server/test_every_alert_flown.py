@@ -301,6 +301,15 @@ def a_motor_stops(flown: FlownHub) -> Scene:
     yield
 
 
+@scene("motors-stopped")
+def somebody_disarms_it_in_the_air(flown: FlownHub) -> Scene:
+    flown.vehicle.flight.disarm()
+    yield
+    flown.hand = None
+    flown.pass_time(6.0)
+    flown.arm()
+
+
 @scene("sinks")
 def it_holds_and_has_too_little_thrust(flown: FlownHub) -> Scene:
     flown.take()

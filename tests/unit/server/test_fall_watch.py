@@ -25,6 +25,7 @@ class Seen:
         *,
         tilt_deg: float = 0.0,
         armed: bool = True,
+        airborne: bool | None = None,
         may_dive: bool = False,
         forward_m_s: float = 0.0,
     ) -> None:
@@ -35,7 +36,13 @@ class Seen:
         attitude = mavlink.MAVLink_attitude_message(0, math.radians(tilt_deg), 0, 0, 0, 0, 0)
         position, tilted = (build(one, system_id=1, component_id=1, sequence=0) for one in (place, attitude))
         self.watch.look(
-            position=position, position_at=self.now, attitude=tilted, armed=armed, may_dive=may_dive, now=self.now
+            position=position,
+            position_at=self.now,
+            attitude=tilted,
+            armed=armed,
+            airborne=armed if airborne is None else airborne,
+            may_dive=may_dive,
+            now=self.now,
         )
 
 
@@ -136,3 +143,33 @@ def test_ordinary_flight_is_never_a_fall(story: list[tuple[float, float, float]]
     for height_m, down_m_s, tilt_deg in story:
         seen.look(height_m, down_m_s, tilt_deg=tilt_deg)
         assert not (seen.watch.falls or seen.watch.crashed)
+
+
+def test_motors_that_stop_in_the_air_are_told_within_a_second() -> None:
+    seen = Seen()
+    seen.look(61.0)
+    seen.look(61.0 - 0.3, 2.4, armed=False)
+    assert not seen.watch.stopped
+    seen.look(61.0 - 2.6, 7.1, armed=False)
+    assert seen.watch.stopped == "61 m above home"
+    for _ in range(10):
+        seen.look(0.0, 0.0, armed=False)
+    assert seen.watch.stopped, "until it is armed again"
+    seen.look(0.0, 0.0, armed=True, airborne=False)
+    assert not seen.watch.stopped
+
+
+def test_a_landing_whose_ground_is_told_late_stops_nothing_in_the_air() -> None:
+    seen = Seen()
+    seen.look(12.4, 0.4)
+    for _ in range(12):
+        seen.look(12.2, 0.0, armed=False)  # on a roof
+    seen.look(5.0, 7.0, armed=False)  # carried down the stairs
+    assert not seen.watch.stopped
+
+
+def test_what_was_disarmed_on_the_ground_is_not_in_the_air() -> None:
+    seen = Seen()
+    seen.look(0.0, 0.0, armed=True, airborne=False)
+    seen.look(0.0, 4.0, armed=False)
+    assert not seen.watch.stopped

@@ -44,6 +44,9 @@ def fence(status: int, kind: int) -> object:
     return mavlink.MAVLink_fence_status_message(status, 1, kind, 0)
 
 
+PX4_SYSTEM = mavlink.MAV_SYS_STATUS_PREARM_CHECK
+
+
 def heard(*messages: object) -> KeptTelemetry:
     telemetry = KeptTelemetry()
     for message in messages:
@@ -159,3 +162,13 @@ def test_nothing_is_known_of_a_new_link() -> None:
     telemetry.decode(0.0)
     values = [telemetry.battery_percent, telemetry.battery_charge, telemetry.gps_fix, telemetry.estimator_fault]
     assert [*values, telemetry.vibration_m_s2, telemetry.fence_breach] == [None] * 6
+
+
+def test_px4_tells_by_health_alone_whether_it_would_arm() -> None:
+    for autopilot, health, expected in ((12, PX4_SYSTEM, True), (12, 0, False), (3, PX4_SYSTEM, None)):
+        telemetry = KeptTelemetry()
+        telemetry.autopilot = autopilot
+        frame = build(system(health=health), system_id=1, component_id=1, sequence=0)
+        telemetry.newest[1, 0] = frame
+        telemetry.decode(0.0)
+        assert telemetry.arming_ok is expected

@@ -57,7 +57,7 @@ def test_what_is_not_known_is_never_good() -> None:
         ("answers", {"hears_agent": True}, LineState.GOOD, "answers its agent"),
         ("answers", {"hears_agent": False}, LineState.BAD, "cannot be held"),
         ("arming", {"arming_ok": False}, LineState.BAD, "has not said why yet"),
-        ("arming", {"arming_texts": ("Compass not calibrated",)}, LineState.BAD, "Compass not calibrated"),
+        ("arming", {"arming_words": ("Compass not calibrated",)}, LineState.BAD, "Compass not calibrated"),
         ("battery", {"battery_percent": 60}, LineState.CAUTION, "60 %"),
         ("battery", {"battery_percent": 20}, LineState.BAD, "20 %"),
         ("battery", {"battery_charge": 3}, LineState.BAD, "low or faulty"),

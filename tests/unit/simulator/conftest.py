@@ -109,10 +109,9 @@ class Ground:
         return self._answer(number)
 
     def _answer(self, number: int) -> int | None:
-        for message in self.run(0.1):
-            if message.get_type() == "COMMAND_ACK" and message.command == number:
-                return int(message.result)
-        return None
+        """The last one: PX4 answers a mode change twice."""
+        answers = [one for one in self.run(0.1) if one.get_type() == "COMMAND_ACK" and one.command == number]
+        return int(answers[-1].result) if answers else None
 
     def set_mode(self, mode: Mode) -> int | None:
         return self.command(mavlink.MAV_CMD_DO_SET_MODE, 1, int(mode))

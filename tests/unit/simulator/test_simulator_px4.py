@@ -390,3 +390,58 @@ def test_the_hash_of_all_parameters_is_told_before_the_list_and_stops_it(px4: Ma
     ground.send(mavlink.MAVLink_param_set_message(1, 1, b"_HASH_CHECK", 0.0, 5))
     (other,) = values(0.5)
     assert other.param_value != first.param_value
+
+
+def test_a_mode_change_is_accepted_by_what_receives_it_and_then_answered(flying: Make) -> None:
+    ground = flying()
+    ground.sticks = None
+    ground.run(1.0)
+    ground.heard.clear()
+    assert set_mode(ground, Px4Mode.ALTCTL) == REJECTED
+    assert [one.result for one in ground.of("COMMAND_ACK")] == [ACCEPTED, REJECTED]
+
+
+def moved_in_loiter(flying: Make, **options: Any) -> Any:
+    ground = flying(Px4Mode.LOITER, **options)
+    ground.sticks = manual(z=1000)
+    ground.run(0.3)
+    return ground
+
+
+def test_sticks_that_move_take_over_from_a_mode_that_needs_none(flying: Make) -> None:
+    ground = moved_in_loiter(flying)
+    assert ground.flight.mode is Px4Mode.POSCTL
+    assert any("Pilot took over" in one.text for one in ground.of("STATUSTEXT"))
+
+
+def test_sticks_take_nothing_over_where_they_may_not(flying: Make) -> None:
+    assert moved_in_loiter(flying, parameters={"COM_RC_OVERRIDE": 0}).flight.mode is Px4Mode.LOITER
+
+
+def test_sticks_that_rest_deflected_take_nothing_over(flying: Make) -> None:
+    ground = flying()
+    ground.sticks = manual(z=1000)
+    ground.run(1.0)
+    assert set_mode(ground, Px4Mode.LOITER) == ACCEPTED
+    ground.run(2.0)
+    assert ground.flight.mode is Px4Mode.LOITER
+    ground.sticks = manual()
+    ground.run(0.1)
+    assert ground.flight.mode is Px4Mode.POSCTL, "the jump to the middle is a motion"
+
+
+def test_while_its_failsafe_has_chosen_the_mode_it_is_critical_and_a_command_ends_that(flying: Make) -> None:
+    ground = flying()
+    ground.sticks = None
+    ground.run(2.0)
+    assert (ground.flight.mode, state(ground)) == (Px4Mode.LOITER, mavlink.MAV_STATE_CRITICAL)
+    assert set_mode(ground, Px4Mode.LOITER) == ACCEPTED
+    assert state(ground) == mavlink.MAV_STATE_ACTIVE
+    ground.run(10.0)
+    assert ground.flight.mode is Px4Mode.LOITER
+
+
+def state(ground: Any) -> int:
+    assert ground.command(mavlink.MAV_CMD_REQUEST_MESSAGE, 0) == ACCEPTED
+    status: int = ground.of("HEARTBEAT")[-1].system_status
+    return status

@@ -80,3 +80,14 @@ def test_the_answer_to_another_command_or_to_one_that_was_not_sent_yet_says_noth
     answer.due(0.0)
     answer.acknowledged(ack(mavlink.MAV_RESULT_ACCEPTED, number=400), 0.1)
     assert answer.end is None
+
+
+def test_a_refusal_after_an_acceptance_counts_and_an_acceptance_after_a_refusal_does_not() -> None:
+    answer = command()
+    answer.due(0.0)
+    answer.acknowledged(ack(mavlink.MAV_RESULT_ACCEPTED), 0.1)
+    answer.acknowledged(ack(mavlink.MAV_RESULT_ACCEPTED), 0.11)
+    assert answer.end is not None and answer.end.outcome is Outcome.DONE
+    answer.acknowledged(ack(mavlink.MAV_RESULT_TEMPORARILY_REJECTED), 0.12)
+    answer.acknowledged(ack(mavlink.MAV_RESULT_ACCEPTED), 0.13)
+    assert (answer.end.outcome, answer.end.code) == (Outcome.FAILED, "MAV_RESULT_TEMPORARILY_REJECTED")

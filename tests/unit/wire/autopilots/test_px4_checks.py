@@ -1,0 +1,66 @@
+"""PX4's arming checks, from its events."""
+
+import struct
+
+from wire.autopilots.px4_checks import Px4Checks
+from wire.autopilots.px4_events import event_id
+from wire.dialect import EVENT
+
+LOITER, MISSION, OFFBOARD = 4 << 16 | 3 << 24, 4 << 16 | 4 << 24, 6 << 16
+REAL = (
+    "e093a801f49b01003400000088000000100000000000f7bf7f80f7bf7f80",
+    "d9c20501f49b010035000000660800000014",
+    "c71d2f01f49b010036000000330040000014",
+    "27371d01f49b01003700000088000a1c0238",
+)
+"""Payloads of PX4 1.16 in its own simulator, ready to arm."""
+
+
+def frame(message: bytes) -> bytes:
+    return bytes((0xFD, len(message), 0, 0, 0, 1, 1, EVENT & 0xFF, EVENT >> 8, 0)) + message + b"\0\0"
+
+
+def event(name: str, modes: int = 0) -> bytes:
+    message = struct.pack("<IIHBBBI", event_id(name), 1, 1, 0, 0, 0x33, modes)
+    return frame(message.rstrip(b"\0"))
+
+
+def report(*failing: tuple[str, int]) -> list[bytes]:
+    summary, end = event("commander_arming_check_summary"), event("commander_health_summary")
+    return [summary, *(event(name, modes) for name, modes in failing), end]
+
+
+def told(frames: list[bytes]) -> Px4Checks:
+    checks = Px4Checks()
+    for one in frames:
+        checks.take(one)
+    return checks
+
+
+def test_what_a_real_one_tells() -> None:
+    checks = told([frame(bytes.fromhex(one)) for one in REAL])
+    assert checks.reasons(LOITER) == ()
+    assert checks.reasons(MISSION) == ("no mission is on board",)
+    assert checks.reasons(OFFBOARD) == ("no set-points arrive for this mode",)
+    assert checks.fence_breach == ""
+
+
+def test_a_report_counts_as_a_whole_and_replaces_the_one_before() -> None:
+    checks = Px4Checks()
+    assert checks.fence_breach is None
+    first = report(("check_modes_global_pos", 0xFFFFFFFF), ("check_gf_violation_max_alt", 0xFFFFFFFF))
+    for one in first[:-1]:
+        checks.take(one)
+    assert checks.reasons(LOITER) == ()
+    checks.take(first[-1])
+    assert checks.reasons(LOITER) == ("it has no global position", "it is outside its fence")
+    assert checks.fence_breach == "its maximum height"
+    for one in report():
+        checks.take(one)
+    assert (checks.reasons(LOITER), checks.fence_breach) == ((), "")
+
+
+def test_an_event_outside_a_report_an_unknown_one_and_an_unknown_mode_tell_nothing() -> None:
+    checks = told([event("check_modes_global_pos", 0xFFFFFFFF), *report(("check_of_next_year", 0xFFFFFFFF))])
+    assert checks.reasons(LOITER) == ()
+    assert told(report(("check_modes_mission", 0xFFFFFFFF))).reasons(99 << 16) == ()
