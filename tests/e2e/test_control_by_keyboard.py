@@ -2,9 +2,9 @@
 
 from typing import Any, Final
 
+import pytest
 from console_page import ConsolePage, Somebody, signed_in
 from playwright.sync_api import expect
-from worlds.processes import World
 
 TABBABLE: Final = """() => {
   const all = [...document.querySelectorAll('a[href], button, input, select, textarea, summary, [tabindex]')];
@@ -106,10 +106,8 @@ def type_into(console: ConsolePage, key: str, testid: str, number: str) -> None:
     agree(console)
 
 
-def test_a_whole_flight_without_a_pointer(somebody: Somebody, world: World) -> None:
-    # A browser that draws in software is sometimes late; other tests check the limits.
-    patient = {"sticks_stale_s": 2.0, "sticks_late_s": 2.0, "rtt_limit_ms": 5000, "rtt_limit_s": 5.0}
-    assert world.visitor("admin").ask("PATCH", "/drones/1/settings", patient).status == 200
+@pytest.mark.usefixtures("patient_drones")
+def test_a_whole_flight_without_a_pointer(somebody: Somebody) -> None:
     alice = signed_in(somebody, "alice", "Kestrel", has_map=True)
     keyboard = alice.page.keyboard
     press(alice, "?")

@@ -46,7 +46,7 @@ def test_the_map_goes_to_a_squad_that_gets_its_first_position_after_sign_in(
     admin.wait("the map at the squad", shows_the_squad)
 
 
-def test_a_squad_of_three_drones_of_two_owners_is_seen_searched_filtered_and_sorted(somebody: Somebody) -> None:
+def test_a_squad_of_three_is_seen_searched_and_sorted_and_an_alert_of_it_acknowledged(somebody: Somebody) -> None:
     admin = signed_in(somebody, "admin")
     expect(admin.part("squad-row")).to_have_count(3)
     admin.wait_for_frames(3)
@@ -96,6 +96,7 @@ def test_a_squad_of_three_drones_of_two_owners_is_seen_searched_filtered_and_sor
     alice.wait("the time in the air", lambda: alice.number("flight-time") >= before_ms)
 
     # A holder who releases it in the air leaves it unattended, and the list highlights that.
+    expect(alice.part("bar-alerts")).to_contain_text("No alerts")
     alice.part("control-release").click()
     alice.confirm("Kestrel")
     expect(row_of(admin, 1)).to_have_attribute("data-unattended", "true")
@@ -103,6 +104,22 @@ def test_a_squad_of_three_drones_of_two_owners_is_seen_searched_filtered_and_sor
     admin.part("squad-filter").select_option(label="Unattended")
     expect(admin.part("squad-row")).to_have_count(1)
     expect(admin.part("alert").filter(has_text="Kestrel").first).to_contain_text("Nobody flies Kestrel")
+
+    # Its alert is acknowledged by one for everybody, and outlives a reload.
+    admin.part("squad-view").get_by_text("Cards").click()
+    alice.part("bar-alerts").click()
+    alert = alice.page.locator("[data-testid=alert][data-rule=unattended]")
+    expect(alert).to_have_attribute("data-open", "true")
+    expect(alert).to_contain_text("Kestrel is in the air, and nobody has the controls.")
+    row = row_of(admin, 1)
+    expect(row.get_by_test_id("acknowledge")).to_be_visible()
+    admin.page.locator("[data-testid=alert][data-rule=unattended]").get_by_test_id("acknowledge").click()
+    expect(alert).to_have_attribute("data-open", "false")
+    expect(alert).to_contain_text("acknowledged by admin")
+    alice.page.reload()
+    alice.part("bar-alerts").click()
+    expect(alert).to_have_attribute("data-open", "false")
+    expect(alert).to_contain_text("acknowledged by admin")
 
 
 def test_a_hold_of_several_drones_is_asked_once_and_answered_by_each(somebody: Somebody) -> None:
@@ -136,26 +153,3 @@ def test_a_hold_of_several_drones_is_asked_once_and_answered_by_each(somebody: S
     admin.confirm("Kestrel")
     expect(pair).to_contain_text("taken from alice")
     expect(alice.part("taken-banner")).to_contain_text("admin took the controls of Kestrel")
-
-
-def test_an_alert_is_acknowledged_by_one_for_everybody_and_outlives_a_reload(somebody: Somebody) -> None:
-    alice = signed_in(somebody, "alice", "Kestrel")
-    admin = signed_in(somebody, "admin")
-    alice.acquire("Kestrel")
-    alice.take_off("Kestrel", 8)
-    expect(alice.part("bar-alerts")).to_contain_text("No alerts")
-    alice.part("control-release").click()
-    alice.confirm("Kestrel")
-    alice.part("bar-alerts").click()
-    alert = alice.page.locator("[data-testid=alert][data-rule=unattended]")
-    expect(alert).to_have_attribute("data-open", "true")
-    expect(alert).to_contain_text("Kestrel is in the air, and nobody has the controls.")
-    row = row_of(admin, 1)
-    expect(row.get_by_test_id("acknowledge")).to_be_visible()
-    admin.page.locator("[data-testid=alert][data-rule=unattended]").get_by_test_id("acknowledge").click()
-    expect(alert).to_have_attribute("data-open", "false")
-    expect(alert).to_contain_text("acknowledged by admin")
-    alice.page.reload()
-    alice.part("bar-alerts").click()
-    expect(alert).to_have_attribute("data-open", "false")
-    expect(alert).to_contain_text("acknowledged by admin")

@@ -54,6 +54,15 @@ def sum_of(costs: Mapping[str, float]) -> float:
     return sum(seconds for kind, seconds in costs.items() if kind != WALL)
 
 
+def _stat(pid: int) -> list[str] | None:
+    """Returns the fields of `/proc/PID/stat` after the name, or None for a process that has ended."""
+    try:
+        with Path(f"/proc/{pid}/stat").open("rb", buffering=0) as file:
+            return file.read().decode(errors="replace").rpartition(")")[2].split()
+    except OSError:
+        return None
+
+
 class Programs:
     """The programs that this process started, and theirs, with the processor time each has used."""
 
@@ -61,40 +70,40 @@ class Programs:
         self._pid = os.getpid()
         self._worker = os.environ.get("PYTEST_XDIST_WORKER", "")
         self._run = os.environ.get("PYTEST_XDIST_TESTRUNUID", "")
-        self._kinds: dict[tuple[int, str], str | None] = {}
-        """By process id and start: a process id is used again. None is a program of somebody else."""
+        self._kinds: dict[tuple[int, str], str] = {}
+        """By process id and start: a process id is used again."""
+        self._strangers: set[int] = set()
+        """Processes of somebody else that were there at the last look. Most are, and they are not looked at again."""
         self._used: dict[tuple[int, str], int] = {}
 
     def look(self) -> dict[str, float]:
         """Returns the seconds that each kind has used since the last look."""
-        parents: dict[int, int] = {}
-        keys: dict[int, tuple[int, str]] = {}
-        ticks: dict[int, int] = {}
-        for folder in Path("/proc").glob("[0-9]*"):
-            with contextlib.suppress(OSError):
-                fields = (folder / "stat").read_text().rpartition(")")[2].split()
-                pid = int(folder.name)
-                parents[pid], keys[pid] = int(fields[1]), (pid, fields[19])
-                ticks[pid] = int(fields[11]) + int(fields[12])
         used: dict[str, float] = defaultdict(float)
-        for pid, key in keys.items():
-            if key not in self._kinds:
-                self._kinds[key] = self._kind(pid) if self._is_ours(pid, parents) else None
-            elif self._kinds[key] == "other":
-                self._kinds[key] = self._kind(pid)  # it may have become another program since
-            if (kind := self._kinds[key]) is not None:
-                used[kind] += (ticks[pid] - self._used.get(key, 0)) / _TICKS_PER_S
-                self._used[key] = ticks[pid]
+        with os.scandir("/proc") as entries:
+            there = {int(entry.name) for entry in entries if entry.name.isdigit()}
+        self._strangers &= there
+        for pid in there - self._strangers:
+            if (fields := _stat(pid)) is None:
+                continue
+            key, ticks = (pid, fields[19]), int(fields[11]) + int(fields[12])
+            if key not in self._kinds and not self._is_ours(pid):
+                self._strangers.add(pid)
+                continue
+            kind = self._kinds.get(key, "other")
+            if kind == "other":
+                kind = self._kinds[key] = self._kind(pid)  # it may have become another program since
+            used[kind] += (ticks - self._used.get(key, 0)) / _TICKS_PER_S
+            self._used[key] = ticks
         return used
 
     def total_s(self) -> float:
         return sum(self._used.values()) / _TICKS_PER_S
 
-    def _is_ours(self, pid: int, parents: Mapping[int, int]) -> bool:
+    def _is_ours(self, pid: int) -> bool:
         if pid == self._pid:
             return False
         ancestor = pid
-        while (ancestor := parents.get(ancestor, 0)) > 1:
+        while (fields := _stat(ancestor)) is not None and (ancestor := int(fields[1])) > 1:
             if ancestor == self._pid:
                 return True
         with contextlib.suppress(OSError):  # a daemon has another parent and keeps the environment
