@@ -203,9 +203,11 @@ async def _wave(report: Report, tree: Path, folder: Path, vehicle: Vehicle, situ
                     f"  {'WRONG' if bad else 'ok   '} {case}: {len(one.acts)} frames of ours, "
                     f"{one.moved_m:.2f} m{'; ' if bad else ''}{'; '.join(bad)}"
                 )
-            for _, receiver in [one for one in flying if one[0] in lost]:
-                report.say(f"  {vehicle.name}, {situation.name}, {receiver}: could not go on after {loss}")
-                report.add(f"{vehicle.name}, {situation.name}, {receiver}", "failed", 1, "count")
+            for drone, receiver in flying:
+                if drone in lost:
+                    case = f"{vehicle.name}, {situation.name}, {receiver}"
+                    report.say(f"  {case}: could not go on after {loss}: {lost[drone]}")
+                    report.add(case, "failed", 1, "count")
             flying = [one for one in flying if one[0] not in lost]
         for drone, receiver in flying:
             drone.write_down(f"{vehicle.name}, {situation.name}, {receiver}", drone.admin.now)
@@ -287,9 +289,9 @@ async def _put_mission(drone: FlownDrone) -> None:
 
 async def _lose(
     squadron: Squadron, drones: Sequence[FlownDrone], vehicle: Vehicle, situation: Situation, loss: str
-) -> tuple[list[Found], list[FlownDrone]]:
+) -> tuple[list[Found], dict[FlownDrone, str]]:
     """Loses the pilot of all of them in this way, watches, and brings everything back. Also returns those with which
-    that did not succeed."""
+    that did not succeed, and why."""
     watched_s = WATCHED_S if situation.rests else IN_FLIGHT_S
     for drone in drones:
         drone.operator.sticks = None
@@ -317,7 +319,7 @@ async def _lose(
     for problem in mended:
         if problem is not None and not isinstance(problem, EXPECTED):
             raise problem
-    lost = [drone for drone, problem in zip(drones, mended, strict=True) if problem is not None]
+    lost = {drone: str(problem) for drone, problem in zip(drones, mended, strict=True) if problem is not None}
     return found, lost
 
 

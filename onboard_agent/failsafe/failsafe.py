@@ -101,7 +101,9 @@ class Failsafe:
         self.lost.heartbeat(view.custom_mode)
         self._holder.heartbeat(now)
         if view.watched_only and self._hold.open:
+            # Ordered before its kind was known. For many vehicles centred sticks are half throttle: ask for none.
             self._hold.overruled(needs_sticks=False, now=now, why=WATCHED_ONLY)
+            self._holder.gate.let_go()
         if not view.armed or view.watched_only:
             self._person.attended()
 

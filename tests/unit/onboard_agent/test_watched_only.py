@@ -116,6 +116,10 @@ def test_an_order_before_it_is_known_what_it_is(vehicle: tuple[int, int]) -> Non
     world.pass_time(1.0)
     assert bool(touches(world)) is (vehicle == COPTER)
     assert (world.steps()[-1] == "unconfirmed") is (vehicle != COPTER)
+    world.sent.clear()
+    world.tower_sends(sticks(300), epoch=6)
+    passed = any(stick.x or stick.y or stick.r for stick in world.messages("MANUAL_CONTROL"))
+    assert passed is (vehicle != COPTER), "nothing was held, so nothing must be centred first"
 
 
 class Left(NoHoldStore):

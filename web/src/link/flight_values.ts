@@ -52,6 +52,8 @@ export interface FlightValues {
   readonly wind: { readonly fromDeg: number; readonly mps: number } | null;
   readonly estimator: EstimatorHealth | null;
   readonly gpsFix: string | null;
+  /** Of several GPS, the number of the worst one, whose values these are; null: there is one. */
+  readonly gpsNumber: number | null;
   readonly satellites: number | null;
   readonly rollDeg: number | null;
   readonly pitchDeg: number | null;
@@ -109,6 +111,27 @@ const degrees = (radians: number): number => (radians * 180) / Math.PI;
 const place = (latE7: number, lonE7: number): Place | null =>
   latE7 === 0 && lonE7 === 0 ? null : { latDeg: latE7 / 1e7, lonDeg: lonE7 / 1e7 };
 
+interface Gps {
+  readonly fixType: number;
+  readonly satellites: number | null;
+  readonly number: number | null;
+}
+
+/** A GPS that is silent for so long while the other one reports is no longer there. */
+const GPS_GONE_MS = 60_000;
+
+function worstGps(telemetry: Telemetry): Gps | null {
+  const heard = [telemetry.newest('GPS_RAW_INT'), telemetry.newest('GPS2_RAW')];
+  const newestMs = Math.max(...heard.map((one) => one?.atMs ?? 0));
+  const units = heard.flatMap((one, index) => {
+    if (!one || newestMs - one.atMs > GPS_GONE_MS) return [];
+    const { fix_type: fixType, satellites_visible: count } = one.fields;
+    return [{ fixType, satellites: count === 255 ? null : count, number: index + 1 }];
+  });
+  const [worst] = units.sort((a, b) => a.fixType - b.fixType || (a.satellites ?? -1) - (b.satellites ?? -1));
+  return worst ? { ...worst, number: units.length > 1 ? worst.number : null } : null;
+}
+
 export function flightValues(telemetry: Telemetry, beside: Beside, nowMs: number): FlightValues {
   const heartbeat = telemetry.newest('HEARTBEAT');
   const positionCame = telemetry.newest('GLOBAL_POSITION_INT');
@@ -116,7 +139,7 @@ export function flightValues(telemetry: Telemetry, beside: Beside, nowMs: number
   const hudCame = telemetry.newest('VFR_HUD');
   const hud = hudCame?.fields;
   const motion = hudCame && positionCame && positionCame.atMs - hudCame.atMs > HUD_MAY_LAG_MS ? undefined : hud;
-  const gps = telemetry.newest('GPS_RAW_INT')?.fields;
+  const gps = worstGps(telemetry);
   const attitude = telemetry.newest('ATTITUDE')?.fields;
   const systemHeard = telemetry.newest('SYS_STATUS');
   const system = systemHeard?.fields;
@@ -174,8 +197,9 @@ export function flightValues(telemetry: Telemetry, beside: Beside, nowMs: number
     batteryCharge: beside.batteryCharge ?? null,
     wind: wind ? { fromDeg: (wind.direction + 360) % 360, mps: wind.speed } : null,
     estimator: estimatorHealth(telemetry.newest('EKF_STATUS_REPORT')?.fields, system),
-    gpsFix: gps ? (GPS_WORDS[gps.fix_type] ?? 'other') : null,
-    satellites: gps && gps.satellites_visible !== 255 ? gps.satellites_visible : null,
+    gpsFix: gps ? (GPS_WORDS[gps.fixType] ?? 'other') : null,
+    gpsNumber: gps?.number ?? null,
+    satellites: gps?.satellites ?? null,
     rollDeg: attitude ? degrees(attitude.roll) : null,
     pitchDeg: attitude ? degrees(attitude.pitch) : null,
     home,

@@ -119,9 +119,14 @@ const NAMED: Readonly<Record<string, readonly [string, Show]>> = {
   throttle: [t('Throttle'), number(({ values }) => values.throttlePercent, '%', 0, [0, 100])],
   gps: [
     'GPS',
-    ({ values: { gpsFix, satellites } }) => ({
+    ({ values: { gpsFix, gpsNumber, satellites } }) => ({
       text: gpsFix ?? UNKNOWN,
-      unit: satellites === null ? '' : t('{satellites} sat', { satellites }),
+      unit: [
+        gpsNumber === null ? '' : t('GPS {gpsNumber}', { gpsNumber }),
+        satellites === null ? '' : t('{satellites} sat', { satellites }),
+      ]
+        .filter(Boolean)
+        .join(', '),
       raw: gpsFix ?? '',
       number: satellites,
     }),

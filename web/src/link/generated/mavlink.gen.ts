@@ -45,6 +45,7 @@ export const MESSAGES: readonly (readonly [number, string, number, string])[] = 
   [87, 'POSITION_TARGET_GLOBAL_INT', 150, 'time_boot_ms:u32 lat_int:i32 lon_int:i32 alt:f32 vx:f32 vy:f32 vz:f32 afx:f32 afy:f32 afz:f32 yaw:f32 yaw_rate:f32 type_mask:u16 coordinate_frame:u8'],
   [109, 'RADIO_STATUS', 185, 'rxerrors:u16 fixed:u16 rssi:u8 remrssi:u8 txbuf:u8 noise:u8 remnoise:u8'],
   [111, 'TIMESYNC', 34, 'tc1:i64 ts1:i64'],
+  [124, 'GPS2_RAW', 87, 'time_usec:u64 lat:i32 lon:i32 alt:i32 dgps_age:u32 eph:u16 epv:u16 vel:u16 cog:u16 fix_type:u8 satellites_visible:u8 dgps_numch:u8 yaw:u16 alt_ellipsoid:i32 h_acc:u32 v_acc:u32 vel_acc:u32 hdg_acc:u32'],
   [125, 'POWER_STATUS', 203, 'Vcc:u16 Vservo:u16 flags:u16'],
   [132, 'DISTANCE_SENSOR', 85, 'time_boot_ms:u32 min_distance:u16 max_distance:u16 current_distance:u16 type:u8 id:u8 orientation:u8 covariance:u8 horizontal_fov:f32 vertical_fov:f32 quaternion:f32[4] signal_quality:u8'],
   [136, 'TERRAIN_REPORT', 1, 'lat:i32 lon:i32 terrain_height:f32 current_height:f32 spacing:u16 pending:u16 loaded:u16'],
@@ -110,6 +111,7 @@ export interface MessageFields {
   POSITION_TARGET_GLOBAL_INT: { time_boot_ms: number; lat_int: number; lon_int: number; alt: number; vx: number; vy: number; vz: number; afx: number; afy: number; afz: number; yaw: number; yaw_rate: number; type_mask: number; coordinate_frame: number };
   RADIO_STATUS: { rxerrors: number; fixed: number; rssi: number; remrssi: number; txbuf: number; noise: number; remnoise: number };
   TIMESYNC: { tc1: bigint; ts1: bigint };
+  GPS2_RAW: { time_usec: bigint; lat: number; lon: number; alt: number; dgps_age: number; eph: number; epv: number; vel: number; cog: number; fix_type: number; satellites_visible: number; dgps_numch: number; yaw: number; alt_ellipsoid: number; h_acc: number; v_acc: number; vel_acc: number; hdg_acc: number };
   POWER_STATUS: { Vcc: number; Vservo: number; flags: number };
   DISTANCE_SENSOR: { time_boot_ms: number; min_distance: number; max_distance: number; current_distance: number; type: number; id: number; orientation: number; covariance: number; horizontal_fov: number; vertical_fov: number; quaternion: number[]; signal_quality: number };
   TERRAIN_REPORT: { lat: number; lon: number; terrain_height: number; current_height: number; spacing: number; pending: number; loaded: number };
