@@ -3,8 +3,8 @@
 Rules, each tested:
 - A command that may not pass as a frame of the holder does not pass here either.
 - A mode change is done when a heartbeat shows the mode. Until then it is only accepted.
-- For speed, home, the current mission item and mission start, the result says whether telemetry showed the effect
-  within SEEN_WITHIN_S of the acceptance.
+- For speed, home, the current mission item, mission start, and on PX4 a target and a circle, the result says whether
+  telemetry showed the effect within SEEN_WITHIN_S of the acceptance. A refusal that comes instead is the answer.
 - A later command, a frame with a command, or a hold ends the retries of earlier commands, so that no copy of an old
   command undoes a new one. A new epoch ends both the retries and the waiting.
 - A refusal includes the autopilot's own text, if one arrives within WORDS_WITHIN_S of its answer.
@@ -21,7 +21,7 @@ from onboard_agent.autopilot.flight_modes import commanded_mode
 from onboard_agent.autopilot.mode_names import mission_modes, mode_name
 from onboard_agent.autopilot.own_frames import FrameMaker, Sender, request_message
 from onboard_agent.transactions.command_answer import CommandAnswer, CommandEnd
-from onboard_agent.transactions.command_seen import READ, SEEN_WITHIN_S, Seen, what_shows
+from onboard_agent.transactions.command_seen import READ, SEEN_WITHIN_S, Seen, Without, what_shows
 from onboard_agent.transactions.handler import Around
 from onboard_agent.transactions.status_texts import StatusTexts
 from wire.autopilots.registry import multicopter
@@ -262,6 +262,16 @@ class CommandHandler:
         shown = wanted.shown
         if shown is not None or late or waiting.commanded != self._commanded():
             there = f": {wanted.words}" if wanted.words else ""
+            replaced = waiting.commanded != self._commanded()
+            texts = self._spoken.since(waiting.ended_at) if not shown and not replaced else []
+            if texts and wanted.without_it is not Without.UNCONFIRMED:
+                words = f"The autopilot refuses: {'; '.join(texts)}."
+                self._end(waiting, CommandEnd(Outcome.FAILED, words, end.code), around, seen=False)
+                return []
+            if not shown and not replaced and wanted.without_it is Without.FAILED:
+                words = f"The autopilot accepted it, and does not do it{there}."
+                self._end(waiting, CommandEnd(Outcome.FAILED, words, end.code), around, seen=False)
+                return []
             words = f"Seen{there}." if shown else f"Accepted, not confirmed yet{there}."
             self._end(waiting, CommandEnd(Outcome.DONE, words, end.code), around, seen=bool(shown))
         elif wanted.asks is not None and now >= waiting.show_again_at:

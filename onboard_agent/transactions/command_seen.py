@@ -1,15 +1,18 @@
 """Checks whether telemetry shows the effect of an accepted command. No I/O.
 
 An autopilot accepts a command within milliseconds; the effect comes later, or never. A speed change shows in the
-ground speed, a home in HOME_POSITION, the current item in MISSION_CURRENT, a mission start in the mode.
+ground speed, a home in HOME_POSITION, the current item in MISSION_CURRENT, a mission start in the mode. PX4 accepts a
+target outside its fence, and stands still; it accepts a circle, and holds because it misses sticks.
 """
 
 from collections.abc import Callable
+from enum import StrEnum
 from math import cos, hypot, radians
 from typing import Any, Final, Protocol
 
-from onboard_agent.autopilot.mode_names import mission_modes
+from onboard_agent.autopilot.mode_names import mission_modes, mode_name
 from onboard_agent.transactions.handler import Around
+from wire.autopilots.registry import FAMILIES
 from wire.dialect import mavlink
 from wire.places import place_of
 from wire.transactions import CommandWork
@@ -28,14 +31,27 @@ SPEED_TOLERANCE_M_S: Final = 0.5
 SPEED_TOLERANCE: Final = 0.1
 STANDS_M_S: Final = 0.5
 HOME_TOLERANCE_M: Final = 3.0
+AT_PLACE_M: Final = 2.0
+NEARER_M: Final = 1.0
+_NO_PLACE: Final = 0x7FFFFFFF
 _M_PER_DEG: Final = 111_320.0
 _GROUND_SPEED: Final = 1
+
+
+class Without(StrEnum):
+    """What an accepted command without its effect is."""
+
+    UNCONFIRMED = "unconfirmed"
+    REFUSED_IF_SAID = "refused, if a text says why"
+    FAILED = "failed"
 
 
 class Seen(Protocol):
     """The expected effect. `asks`: the message to request; None if it arrives unrequested."""
 
     asks: int | None
+    without_it: Without
+    """What it means that nothing is seen."""
 
     def receive(self, message_id: int, message: Any) -> None:
         """Takes a message of READ, or a HEARTBEAT, received after the acceptance."""
@@ -51,6 +67,7 @@ class Seen(Protocol):
 
 class _Speed:
     asks: int | None = None
+    without_it = Without.UNCONFIRMED
 
     def __init__(self, wanted_m_s: float) -> None:
         self._wanted_m_s = wanted_m_s
@@ -76,6 +93,7 @@ class _Speed:
 
 class _Home:
     asks: int | None = _HOME
+    without_it = Without.UNCONFIRMED
 
     def __init__(self, wanted: tuple[float, float] | None) -> None:
         """`wanted`: latitude and longitude; None: the drone's position."""
@@ -113,6 +131,7 @@ class _Home:
 
 class _Item:
     asks: int | None = _CURRENT
+    without_it = Without.UNCONFIRMED
 
     def __init__(self, wanted: int) -> None:
         self._wanted = wanted
@@ -131,8 +150,70 @@ class _Item:
         return "" if self._current is None else f"its mission is at item {self._current} of its own count"
 
 
+class _Place:
+    asks: int | None = None
+    without_it = Without.REFUSED_IF_SAID
+
+    def __init__(self, lat: float, lon: float) -> None:
+        """Degrees."""
+        self._wanted = (lat, lon)
+        self._first_m: float | None = None
+        self._now_m = 0.0
+        self._m_s = 0.0
+
+    def receive(self, message_id: int, message: Any) -> None:
+        if message_id != _POSITION:
+            return
+        north = (self._wanted[0] - message.lat / 1e7) * _M_PER_DEG
+        east = (self._wanted[1] - message.lon / 1e7) * _M_PER_DEG * cos(radians(self._wanted[0]))
+        self._now_m, self._m_s = hypot(north, east), hypot(message.vx, message.vy) / 100.0
+        self._first_m = self._now_m if self._first_m is None else self._first_m
+
+    @property
+    def shown(self) -> bool | None:
+        if self._first_m is None:
+            return None
+        return True if self._now_m <= AT_PLACE_M or self._first_m - self._now_m >= NEARER_M else None
+
+    @property
+    def words(self) -> str:
+        if self._first_m is None:
+            return ""
+        if self._now_m <= AT_PLACE_M:
+            return "it is there"
+        if self._m_s < STANDS_M_S:
+            return "it stands still"
+        return "it comes nearer" if self.shown else "it does not come nearer yet"
+
+
+class _Circle:
+    asks: int | None = _HEARTBEAT
+    without_it = Without.FAILED
+
+    def __init__(self, kind: int, vehicle_type: int) -> None:
+        self._kind, self._vehicle_type = kind, vehicle_type
+        self._mode: int | None = None
+
+    def receive(self, message_id: int, message: Any) -> None:
+        if message_id == _HEARTBEAT:
+            self._mode = message.custom_mode
+
+    @property
+    def shown(self) -> bool | None:
+        return True if self._mode is not None and self._name == "ORBIT" else None
+
+    @property
+    def _name(self) -> str:
+        return mode_name(self._kind, self._vehicle_type, self._mode or 0)
+
+    @property
+    def words(self) -> str:
+        return "" if self._mode is None else "it circles" if self.shown else f"it is in {self._name}"
+
+
 class _Mission:
     asks: int | None = _HEARTBEAT
+    without_it = Without.UNCONFIRMED
 
     def __init__(self, modes: frozenset[int]) -> None:
         self._modes = modes
@@ -173,6 +254,21 @@ def _item(work: CommandWork, _around: Around) -> Seen | None:
     return None if work.params[0] is None or work.params[0] < 0 else _Item(int(work.params[0]))
 
 
+def _place(work: CommandWork, around: Around) -> Seen | None:
+    if not _decides_later(around) or work.x is None or work.y is None:
+        return None
+    return None if _NO_PLACE in (work.x, work.y) else _Place(work.x / 1e7, work.y / 1e7)
+
+
+def _circle(_work: CommandWork, around: Around) -> Seen | None:
+    return _Circle(around.autopilot_kind, around.vehicle_type) if _decides_later(around) else None
+
+
+def _decides_later(around: Around) -> bool:
+    family = FAMILIES.get(around.autopilot_kind)
+    return family is not None and family.decides_later
+
+
 def _mission(_work: CommandWork, around: Around) -> Seen | None:
     return _Mission(mission_modes(around.autopilot_kind, around.vehicle_type))
 
@@ -182,4 +278,6 @@ _MAKERS: Final[dict[int, Callable[[CommandWork, Around], Seen | None]]] = {
     mavlink.MAV_CMD_DO_SET_HOME: _home,
     mavlink.MAV_CMD_DO_SET_MISSION_CURRENT: _item,
     mavlink.MAV_CMD_MISSION_START: _mission,
+    mavlink.MAV_CMD_DO_REPOSITION: _place,
+    mavlink.MAV_CMD_DO_ORBIT: _circle,
 }

@@ -82,8 +82,17 @@ def reposition(flight: Flight, command: Command) -> int:
     north_m, east_m = flight.origin.to_local(command.lat_e7 * 1e-7, command.lon_e7 * 1e-7)
     alt_m = command.alt_m - flight.origin.origin.alt_amsl_m if command.alt_is_given else flight.target.alt_m
     yaw_rad = command.params[3] if math.isfinite(command.params[3]) else None
+    if outside_limits(flight, north_m, east_m):
+        flight.notify(Severity.CRITICAL, "Reposition is outside geofence")
+        return ACCEPTED  # and stands still (measured on 1.16)
     hold.go(GoTo(north_m, east_m, alt_m, yaw_rad))
     return ACCEPTED
+
+
+def outside_limits(flight: Flight, north_m: float, east_m: float) -> bool:
+    """Whether a place is farther from home than GF_MAX_HOR_DIST."""
+    limit_m, home = flight.parameters["GF_MAX_HOR_DIST"], flight.home_local()
+    return bool(flight.parameters.whole("GF_ACTION") and 0 < limit_m < math.hypot(north_m - home[0], east_m - home[1]))
 
 
 def orbit(flight: Flight, command: Command) -> int:

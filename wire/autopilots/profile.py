@@ -234,6 +234,8 @@ class AutopilotFamily:
     accepts_modes_it_does_not_enter: bool = False
     """When a stick mode is requested together with the first sticks, the autopilot accepts but does not enter it; it
     enters the mode on a second request."""
+    decides_later: bool = False
+    """It accepts a target or a circle, and refuses it afterwards: by a text, or by another flight mode."""
     station_parameters: tuple[str, ...] = ()
     """Names of the parameter that selects whose sticks it obeys."""
     stick_parameters: tuple[str, ...] = ()

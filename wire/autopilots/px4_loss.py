@@ -30,6 +30,7 @@ _EXCEPT: Final = {1: "a mission", 2: "a hold", 4: "offboard flight"}
 """Bits of COM_RCL_EXCEPT."""
 
 
+_HOLDS: Final = 5.0
 _RETURN: Final = 2.0
 _JOYSTICK: Final = 1.0
 _ALL_EXCEPTED: Final = 1 | 2 | 4
@@ -43,6 +44,11 @@ WITHOUT_RECEIVER: Final = (
     ),
     WantedParameter(
         "COM_RCL_EXCEPT", with_bits(_ALL_EXCEPTED), "Missions, holds and offboard flight go on without sticks."
+    ),
+    WantedParameter(
+        "COM_OBL_RC_ACT",
+        lambda now: _HOLDS if now in _BY_STICKS else now,
+        "It holds when a controller on board ends, and does not sink by sticks that nobody sends.",
     ),
 )
 

@@ -228,6 +228,7 @@ PX4: Final = AutopilotFamily(
     shows_failsafe=True,
     answers_timesync=True,
     accepts_modes_it_does_not_enter=True,
+    decides_later=True,
     loss_parameters=(
         "COM_RC_IN_MODE",
         "COM_RC_LOSS_T",

@@ -7,7 +7,7 @@ from wire.control_messages import LossParameters
 
 COPTER = {"FS_THR_ENABLE": 1.0, "FS_OPTIONS": 16.0, "RC_OVERRIDE_TIME": 3.0}
 STATION = {"FS_GCS_ENABLE": 0.0, "FS_GCS_TIMEOUT": 5.0}
-PX4 = {"COM_RC_IN_MODE": 1.0, "NAV_RCL_ACT": 2.0, "COM_RCL_EXCEPT": 0.0}
+PX4 = {"COM_RC_IN_MODE": 1.0, "NAV_RCL_ACT": 2.0, "COM_RCL_EXCEPT": 0.0, "COM_OBL_RC_ACT": 5.0}
 
 
 def setup_of(values: dict[str, float], autopilot: str = "ardupilot", has_radio: bool | None = False) -> ReceiverSetup:
@@ -26,6 +26,8 @@ def setup_of(values: dict[str, float], autopilot: str = "ardupilot", has_radio: 
         ("ardupilot", COPTER | {"FS_OPTIONS": 13.0, "RC_OVERRIDE_TIME": 10.5}, {"RC_OVERRIDE_TIME": 3.0}),
         ("ardupilot", COPTER | {"FS_OPTIONS": 13.0, "RC_OVERRIDE_TIME": 1.5}, {}),
         ("px4", PX4, {"COM_RCL_EXCEPT": 7.0}),
+        ("px4", PX4 | {"COM_RCL_EXCEPT": 7.0, "COM_OBL_RC_ACT": 0.0}, {"COM_OBL_RC_ACT": 5.0}),
+        ("px4", PX4 | {"COM_RCL_EXCEPT": 7.0, "COM_OBL_RC_ACT": 4.0}, {}),
         ("px4", PX4 | {"COM_RCL_EXCEPT": 7.0, "NAV_RCL_ACT": 0.0}, {"NAV_RCL_ACT": 2.0}),
         ("px4", PX4 | {"COM_RCL_EXCEPT": 15.0, "NAV_RCL_ACT": 3.0, "COM_RC_IN_MODE": 0.0}, {"COM_RC_IN_MODE": 1.0}),
     ],

@@ -329,3 +329,57 @@ def test_a_home_that_stays_where_it_was_is_not_seen() -> None:
     result = world.do(place)
     assert (result.outcome, result.seen) == (Outcome.DONE, False), result.words
     assert "not confirmed yet: home is at" in result.words
+
+
+FAR_E7 = 5000
+"""Of latitude: 56 m."""
+
+
+def px4_in_the_air() -> DroneWorld:
+    world = DroneWorld(flavour=PX4).ready()
+    flight = world.vehicle.flight
+    climb = CommandWork(command=TAKEOFF, params=(0.0, 0.0, 0.0, None, None, None, 498.0))
+    assert world.do(climb).outcome is Outcome.DONE
+    assert world.command(ARM, 1).outcome is Outcome.DONE
+    for _ in range(200):
+        world.run(0.1)
+        if flight.mode is Px4Mode.LOITER and not flight.landed:
+            return world
+    raise AssertionError(flight.mode)
+
+
+def go_to(world: DroneWorld, north_e7: int) -> TransactionResult:
+    place = world.vehicle.flight.place()
+    lat, lon = round(place.lat_deg * 1e7), round(place.lon_deg * 1e7)
+    work = CommandWork(
+        command=REPOSITION, params=(-1.0, 1.0, 0.0, None, 0.0, 0.0, 498.0), x=lat + north_e7, y=lon, frame=5
+    )
+    return world.do(work)
+
+
+def test_a_target_is_done_when_a_px4_comes_nearer() -> None:
+    world = px4_in_the_air()
+    result = go_to(world, FAR_E7)
+    assert (result.outcome, result.seen, "comes nearer" in result.words) == (Outcome.DONE, True, True), result
+
+
+def test_a_target_that_a_px4_refuses_after_accepting_it_has_failed() -> None:
+    world = px4_in_the_air()
+    world.vehicle.flight.parameters.set("GF_MAX_HOR_DIST", 20.0)
+    result = go_to(world, FAR_E7)
+    assert (result.outcome, result.seen) == (Outcome.FAILED, False), result
+    assert "outside geofence" in result.words
+
+
+@pytest.mark.parametrize("circles", [True, False])
+def test_a_circle_is_done_when_a_px4_shows_its_mode(circles: bool) -> None:
+    world = px4_in_the_air()
+    flight = world.vehicle.flight
+    if not circles:
+        flight.set_mode = lambda mode: True  # it holds because it misses sticks
+    place = flight.place()
+    at = {"x": round(place.lat_deg * 1e7), "y": round(place.lon_deg * 1e7), "frame": 5}
+    work = CommandWork(command=mavlink.MAV_CMD_DO_ORBIT, params=(20.0, 3.0, 0.0, None, 0.0, 0.0, 498.0), **at)
+    result = world.do(work)
+    assert (result.outcome, result.seen) == (Outcome.DONE if circles else Outcome.FAILED, circles), result
+    assert ("it circles" if circles else "does not do it: it is in AUTO.LOITER") in result.words
