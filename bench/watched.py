@@ -25,6 +25,7 @@ from bench.real_autopilot import Airframe, Receiver
 from bench.rig import HOME, wait_for
 from bench.rows import Report
 from bench.squadron import FlownDrone, Squadron, squadron_of
+from bench.tap import AGENT
 
 WATCHED_S: Final = 10.0
 IN_FLIGHT_S: Final = 6.0
@@ -210,7 +211,13 @@ async def _wave(report: Report, tree: Path, folder: Path, vehicle: Vehicle, situ
                     report.add(case, "failed", 1, "count")
             flying = [one for one in flying if one[0] not in lost]
         for drone, receiver in flying:
-            drone.write_down(f"{vehicle.name}, {situation.name}, {receiver}", drone.admin.now)
+            case = f"{vehicle.name}, {situation.name}, {receiver}"
+            sticks = sum(stick.who == AGENT for stick in drone.tap.sticks)
+            report.add(case, "sticks_of_the_agent_in_all", sticks, "count")
+            if sticks:
+                wrong += 1
+                report.say(f"  WRONG {case}: {sticks} sticks of the agent in the whole flight")
+            drone.write_down(case, drone.admin.now)
     return losses, wrong
 
 
