@@ -178,7 +178,8 @@ class ModeLadder:
         if not rung.accepted or result in _NO_REFUSAL:
             return
         rung.accepted, rung.refusal = False, result_name(result)
-        if not self._on_last_rung:
+        # A mode with sticks is refused while the first ones have only just arrived: it is requested again.
+        if not self._on_last_rung and rung.mode.sticks is Sticks.IGNORED:
             self._next_rung(now)
 
     def heartbeat(self, custom_mode: int, *, by_failsafe: bool = False) -> None:

@@ -5,7 +5,8 @@ Rules, each tested:
 - A take-off, a motor test and similar commands are sent once: if only the acknowledgement is lost, a retry would repeat
   the action.
 - IN_PROGRESS ends the retries, and the command then waits until its deadline.
-- A refusal after an acceptance counts: PX4 answers a mode change twice, first from what receives the message.
+- A refusal after an acceptance counts: PX4 answers a mode change twice, first from what receives the message. "Not now"
+  is tried again: it refuses a mode with sticks when the first ones have only just arrived.
 - After the deadline nothing is sent, and acknowledgements are ignored.
 """
 
@@ -18,6 +19,7 @@ from wire.transactions import Outcome
 
 ANSWER_WITHIN_S: Final = 1.5
 TRIES: Final = 4
+NOT_NOW_AGAIN_S: Final = 0.5
 
 ONCE: Final = frozenset(
     {
@@ -83,6 +85,9 @@ class CommandAnswer:
             return
         was_accepted = self.end is not None and self.end.outcome is Outcome.DONE
         if self.end is not None and not (was_accepted and ack.result not in _NO_REFUSAL):
+            return
+        if was_accepted and ack.result == mavlink.MAV_RESULT_TEMPORARILY_REJECTED and self._sent < self._tries:
+            self.end, self._again_at = None, now + NOT_NOW_AGAIN_S
             return
         if ack.result == mavlink.MAV_RESULT_IN_PROGRESS:
             self._in_progress = True

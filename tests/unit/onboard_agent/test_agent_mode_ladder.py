@@ -226,3 +226,12 @@ def test_a_mode_that_the_failsafe_has_chosen_is_not_confirmed() -> None:
     assert bench.ladder.asking
     bench.beat(px4_custom_mode(4, 3))
     assert not bench.ladder.asking
+
+
+def test_a_mode_with_sticks_that_is_refused_after_an_acceptance_is_requested_again() -> None:
+    bench = Bench("POSCTL", modes=PX4).pass_time(STEP_S)
+    bench.ack(mavlink.MAV_RESULT_ACCEPTED).ack(mavlink.MAV_RESULT_TEMPORARILY_REJECTED)
+    bench.pass_time(0.3)
+    assert bench.asked() == [3, 3], "the first sticks had only just arrived"
+    bench.ack(mavlink.MAV_RESULT_ACCEPTED).beat(px4_custom_mode(3, 0))
+    assert bench.ladder.confirmed is not None and bench.ladder.confirmed.name == "POSCTL"

@@ -3,7 +3,7 @@
 import pytest
 
 from onboard_agent.autopilot.own_frames import FrameMaker, agent_sender, command_long
-from onboard_agent.transactions.command_answer import ANSWER_WITHIN_S, ONCE, TRIES, CommandAnswer
+from onboard_agent.transactions.command_answer import ANSWER_WITHIN_S, NOT_NOW_AGAIN_S, ONCE, TRIES, CommandAnswer
 from wire.dialect import decode, mavlink
 from wire.transactions import Outcome
 
@@ -88,6 +88,19 @@ def test_a_refusal_after_an_acceptance_counts_and_an_acceptance_after_a_refusal_
     answer.acknowledged(ack(mavlink.MAV_RESULT_ACCEPTED), 0.1)
     answer.acknowledged(ack(mavlink.MAV_RESULT_ACCEPTED), 0.11)
     assert answer.end is not None and answer.end.outcome is Outcome.DONE
-    answer.acknowledged(ack(mavlink.MAV_RESULT_TEMPORARILY_REJECTED), 0.12)
+    answer.acknowledged(ack(mavlink.MAV_RESULT_DENIED), 0.12)
     answer.acknowledged(ack(mavlink.MAV_RESULT_ACCEPTED), 0.13)
+    assert (answer.end.outcome, answer.end.code) == (Outcome.FAILED, "MAV_RESULT_DENIED")
+
+
+def test_not_now_after_an_acceptance_is_tried_again_and_counts_at_last() -> None:
+    answer = command()
+    times = []
+    for step in range(60):
+        if answer.due(now := step / 10):
+            times.append(now)
+            answer.acknowledged(ack(mavlink.MAV_RESULT_ACCEPTED), now)
+            answer.acknowledged(ack(mavlink.MAV_RESULT_TEMPORARILY_REJECTED), now)
+    assert times == [pytest.approx(number * NOT_NOW_AGAIN_S) for number in range(TRIES)]
+    assert answer.end is not None
     assert (answer.end.outcome, answer.end.code) == (Outcome.FAILED, "MAV_RESULT_TEMPORARILY_REJECTED")
