@@ -340,7 +340,7 @@ async def fly(pilot: Pilot, flavour: Flavour, give: Give, expected: Callable[[Ca
 async def test_every_command_does_the_same_by_every_way_and_leaves_one_row(world: World, flavour: Flavour) -> None:
     assert {case.name for case in cases(flavour)} == flavour.can - ELSEWHERE
     # It stays armed until the next command comes, at this speed too.
-    px4 = ("PD_GRIPPER_EN=1", "COM_DISARM_PRFLT=120")
+    px4 = ("PD_GRIPPER_EN=1", "COM_DISARM_PRFLT=120", "NAV_RCL_ACT=0")
     named = px4 if flavour.px4 else ("GRIP_ENABLE=1", "SERVO9_FUNCTION=28", "DISARM_DELAY=120")
     parameters = [word for one in named for word in ("--param", one)]
     options = (
@@ -360,7 +360,7 @@ async def test_every_command_does_the_same_by_every_way_and_leaves_one_row(world
     bearer = {"Authorization": f"Bearer {(world.folder / 'token').read_text().strip()}"}
     async with at_the_controls(alice, 1) as pilot:
         await pilot.until(lambda: pilot.has_position, "a position")
-        # With default parameters it would drop or lose the drone if its computer failed.
+        # With these parameters it would drop or lose the drone if its computer failed.
         reason = await refused_arming(pilot)
         assert reason == "/problems/loss-check"
         await pilot.accept_loss_check()

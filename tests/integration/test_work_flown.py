@@ -134,10 +134,10 @@ async def test_a_copter_is_told_all_of_it_and_does_it(world: World) -> None:
 
 
 async def test_a_px4_is_told_all_of_it_and_does_it(world: World) -> None:
-    async with flying(world, "--flavour", "px4") as pilot:
+    async with flying(world, "--flavour", "px4", "--param", "NAV_RCL_ACT=0") as pilot:
         items = [*mission(12)[:-1], [RETURN, 2, [0, 0, 0, 0], 0, 0, 0, 1]]
         await work(pilot, "PUT", "/mission", {"items": items})
-        # With default parameters it would drop or lose the drone.
+        # With this parameter it would drop or lose the drone.
         refused = await refusal(pilot, "takeoff", height_m=15)
         assert refused["type"] == "/problems/loss-check"
         assert (await pilot.ask("POST", "/loss-check/acknowledge", {"drone": "Kestrel"})).status == 200
