@@ -15,8 +15,7 @@ import msgspec
 from sqlalchemy import Row, func, select
 from sqlalchemy.ext.asyncio import AsyncSession
 
-from server.domain.access import AdminsOnly
-from server.domain.people import Role
+from server.domain.access import Action, AdminsOnly, Reach, roles_with
 from server.domain.refusal import Refusal
 from server.live.zones.zone import MAX_OF_A_TEAM, MAX_OF_TEAMS, MAX_ZONES
 from server.store.accounts.tables import UserRow
@@ -158,7 +157,7 @@ async def _require_room(session: AsyncSession, team_id: int | None) -> None:
     made_by = await session.scalar(
         select(UserRow.id)
         .join(TeamRow, TeamRow.made_by == UserRow.id)
-        .where(TeamRow.id == team_id, UserRow.role != Role.ADMIN.value)
+        .where(TeamRow.id == team_id, UserRow.role.not_in(roles_with(Action.LEAD_TEAMS, Reach.ALL)))
     )
     share = select(func.count(ZoneRow.id))
     if made_by is None:

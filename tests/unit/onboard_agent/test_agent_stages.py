@@ -9,7 +9,7 @@ from onboard_agent.autopilot.flight_modes import hold_rungs, modes_of
 from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.failsafe.flying import Flying
 from onboard_agent.failsafe.hold import Hold
-from onboard_agent.failsafe.stay_stage import SLOW_DOWN_S, TRY_AGAIN_S, UNKNOWN_WAIT_S
+from onboard_agent.failsafe.stay_stage import SINKING_WAIT_S, SLOW_DOWN_S, TRY_AGAIN_S, UNKNOWN_WAIT_S
 from wire.autopilots.profile import FailsafeModes as Modes
 from wire.autopilots.profile import FlightMode
 from wire.control_messages import HoldCause
@@ -112,7 +112,6 @@ def test_stage_two_follows_at_once_where_the_machine_is_ready_for_it() -> None:
     [
         ({"level": False}, "not level yet"),
         ({"has_position": False}, "no position"),
-        ({"sinking": True}, "still sinking"),
         ({"airborne": False}, "it is on the ground"),
     ],
 )
@@ -123,6 +122,13 @@ def test_what_is_not_ready_waits_in_stage_one_with_sticks_and_says_why(not_ready
     assert bench.sticks_come()
     bench.sees(level=True, has_position=True, sinking=False, airborne=True).pass_time(0.5)
     assert (bench.hold.stage, bench.hold.waiting_for) == (HoldStage.STAY, "")
+
+
+def test_a_descent_that_centred_sticks_do_not_stop_is_not_waited_for_for_ever() -> None:
+    bench = Bench().sees(sinking=True).begin().pass_time(SINKING_WAIT_S - 0.1)
+    assert (bench.asked, bench.hold.waiting_for) == ([ALT_HOLD], "still sinking")
+    bench.pass_time(0.3)
+    assert bench.asked == [ALT_HOLD, BRAKE]
 
 
 def test_what_is_fast_slows_down_first_and_not_for_ever() -> None:

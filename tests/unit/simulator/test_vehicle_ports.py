@@ -126,6 +126,8 @@ def test_the_agents_msp_client_flies_it_from_the_ground_and_home(flavour: Flavou
     pilot.run(4.0)
     assert pilot.flight.body.north_m > 5.0, "forward is forward"
     assert pilot.last("ATTITUDE").pitch < 0.0
+    pilot.sticks = (0, 0, 500, 0)
+    pilot.run(1.0)  # PX4 leaves a mode without sticks while they move
     pilot.sticks = None
     pilot.run(0.1)
     assert pilot.command(mavlink.MAV_CMD_DO_SET_MODE, 1, NUMBERS["RETURN"]) == mavlink.MAV_RESULT_ACCEPTED
