@@ -81,7 +81,6 @@ ENDS: dict[str, Callable[[Callable[..., Awaitable[ClientConnection]], DroneKey],
     "it goes before it has said anything": lambda opened, key: _gone_first(opened),
     "its key is not known": _key_refused,
     "it says good-bye": _signed_in,
-    "its message is none": lambda opened, key: _signed_in(opened, key, b"{nonsense"),
     "its message is no text": lambda opened, key: _signed_in(opened, key, b"\xff\xfe"),
     "its message is too large": lambda opened, key: _signed_in(opened, key, b"x" * (MAX_MESSAGE_BYTES + 1)),
 }

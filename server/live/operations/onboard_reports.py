@@ -45,8 +45,9 @@ class OnboardReports:
                 self._parameters(drone, drone.onboard.parameters.changed(message, self._clock()), now)
             case ParameterTable():
                 if self._reads_parameters(drone):  # else nobody has asked, and to check it is work
-                    drone.onboard.parameters.update_table(message, self._clock())
+                    changed = drone.onboard.parameters.update_table(message, self._clock())
                     self._tables.came(drone, now)
+                    self._parameters(drone, changed, now)
 
     def _parameters(self, drone: LiveDrone, changed: bool, now: float) -> None:
         if changed:

@@ -91,7 +91,7 @@ class OnboardState:
         disagrees."""
         self.plans = NO_PLANS
         self._known.clear()
-        self.parameters.state = NO_PARAMETERS
+        self.parameters.forget()
         self.metadata.forget()
 
 
@@ -100,12 +100,21 @@ class ReportedParameters:
     parameters."""
 
     def __init__(self) -> None:
-        self.state: ParametersStateView = NO_PARAMETERS
-        """The view for browsers."""
+        self._told: ParametersStateView = NO_PARAMETERS
+        """As the agent reported it."""
         self.read_at: datetime | None = None
         self._packed: bytes | None = None
         self._hash: str | None = None
         self._changes: dict[str, Parameter] = {}
+
+    @property
+    def state(self) -> ParametersStateView:
+        """The view for browsers: with the hash of a table only once the table is here and can be asked for."""
+        return self._told.model_copy(update={"hash": None}) if self.lacks_table else self._told
+
+    def forget(self) -> None:
+        """The agent's link is gone. The table stays until a hash disagrees."""
+        self._told = NO_PARAMETERS
 
     def read_again(self, at: datetime) -> None:
         """They were read again. An agent whose table is here already sends nothing but its hash."""
@@ -115,16 +124,17 @@ class ReportedParameters:
     @property
     def lacks_table(self) -> bool:
         """Whether the agent has a table that is not here."""
-        return self.state.hash is not None and self.state.hash != self._hash
+        return self._told.hash is not None and self._told.hash != self._hash
 
     def update_cache(self, reported: ParameterCache) -> bool:
         """Whether that is anything new."""
         before = self.state
-        self.state = ParametersStateView(hash=reported.hash, count=reported.count, total=reported.total)
+        self._told = ParametersStateView(hash=reported.hash, count=reported.count, total=reported.total)
         return self.state != before
 
-    def update_table(self, reported: ParameterTable, at: datetime | None) -> None:
-        """Raises MalformedMessage."""
+    def update_table(self, reported: ParameterTable, at: datetime | None) -> bool:
+        """Whether to notify browsers. Raises MalformedMessage."""
+        before = self.state
         try:
             table = unpack_table(reported.packed)
         except ValueError as error:
@@ -133,6 +143,7 @@ class ReportedParameters:
             raise MalformedMessage("a parameter table that does not match its hash")
         self._packed, self._hash, self.read_at = reported.packed, reported.hash, at
         self._changes.clear()
+        return self.state != before
 
     def changed(self, reported: ParameterChanged, at: datetime | None) -> bool:
         """A parameter has another value. Returns whether to notify browsers. Raises MalformedMessage."""
@@ -140,19 +151,19 @@ class ReportedParameters:
             parameter = msgspec.convert([reported.name, reported.value, reported.kind], Parameter)
         except msgspec.ValidationError as error:
             raise MalformedMessage(str(error)) from None
-        if self.state.hash is None:
+        if self._told.hash is None:
             return False
+        before = self.state
         if reported.before == self._hash:
             self._changes[reported.name] = parameter
             self._hash, self.read_at = reported.hash, at
-        before = self.state
-        self.state = before.model_copy(update={"hash": reported.hash})
+        self._told = self._told.model_copy(update={"hash": reported.hash})
         return self.state != before
 
     def table(self) -> Table | None:
         """All present values, or None if they are not known. Changes that do not match the reported hash make the table
         missing."""
-        if self.state.hash is None or self._packed is None or self.lacks_table:
+        if self._told.hash is None or self._packed is None or self.lacks_table:
             return None
         table = unpack_table(self._packed)
         if self._changes:
