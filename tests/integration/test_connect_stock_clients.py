@@ -49,7 +49,9 @@ def connect(world: World, *options: str) -> str:
         found = re.search(r"Kestrel is at (.*): you fly", world.log_of("connect"))
         return found[1] if found and "you have the controls" in world.log_of("connect") else None
 
-    return wait_for("tower connect to fly", there)
+    place = wait_for("tower connect to fly", there)
+    world.visitor("alice").accept_loss_check(1)
+    return place
 
 
 def coordinates(waypoints: str) -> list[tuple[float, ...]]:
