@@ -51,7 +51,7 @@ async def test_what_cannot_be_finished_is_kept_and_tried_again_at_the_next_start
         scene.world, scene.watcher = world, await world.signed_in(person)
         ready = await scene.came_to(failed["id"], "ready")
         assert (ready["words"], ready["pictures"]) == ("", 12)
-        assert scene.files == [".mp4"]
+        await until("the units to go", lambda: scene.files == [".mp4"])
 
 
 async def test_a_tower_that_is_stopped_ends_what_goes_on_and_finishes_it_at_the_next_start(tmp_path: Path) -> None:
