@@ -12,6 +12,7 @@ from typing import Final
 from wire.autopilots import registry
 from wire.dialect import mavlink
 from wire.frames import message_id, payload, source
+from wire.places import place_of
 
 MIN_STEP_US: Final = 10_000
 HEADER: Final = (
@@ -83,7 +84,8 @@ class CsvRows:
     def _keep(self, kind: int, values: tuple[float, ...]) -> None:
         if kind == mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT:
             _, lat, lon, alt, rel, north, east, down, _ = values
-            place = f"{lat / 1e7:.7f},{lon / 1e7:.7f}" if lat or lon else ","
+            at = place_of(int(lat), int(lon))
+            place = "," if at is None else f"{at[0]:.7f},{at[1]:.7f}"
             heights = f"{alt / 1000:.3f},{rel / 1000:.3f}"
             self._position = f"{place},{heights},{north / 100:.2f},{east / 100:.2f},{down / 100:.2f}"
         elif kind == mavlink.MAVLINK_MSG_ID_SYS_STATUS:

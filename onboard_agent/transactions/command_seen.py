@@ -162,10 +162,11 @@ class _Place:
         self._m_s = 0.0
 
     def receive(self, message_id: int, message: Any) -> None:
-        if message_id != _POSITION:
+        here = place_of(message.lat, message.lon) if message_id == _POSITION else None
+        if here is None:
             return
-        north = (self._wanted[0] - message.lat / 1e7) * _M_PER_DEG
-        east = (self._wanted[1] - message.lon / 1e7) * _M_PER_DEG * cos(radians(self._wanted[0]))
+        north = (self._wanted[0] - here[0]) * _M_PER_DEG
+        east = (self._wanted[1] - here[1]) * _M_PER_DEG * cos(radians(self._wanted[0]))
         self._now_m, self._m_s = hypot(north, east), hypot(message.vx, message.vy) / 100.0
         self._first_m = self._now_m if self._first_m is None else self._first_m
 
