@@ -50,7 +50,9 @@ class Acceptor:
         self._loop.add_reader(listener, self._ready)
 
     def close(self) -> None:
-        """Stops accepting connections. Calling it twice is harmless."""
+        """Stops accepting connections, and drops those that are not set up yet. Calling it twice is harmless."""
+        for opening in self._opening:
+            opening.cancel()
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
@@ -97,15 +99,14 @@ class Acceptor:
             limits = self._budget.limits
             anonymous.on_admitted = partial(_set_receive_buffer, opened, limits.admitted_receive_buffer_bytes)
             _set_receive_buffer(opened, limits.receive_buffer_bytes)
-        task = self._loop.create_task(self._open(opened, anonymous))
-        self._opening.add(task)
-        task.add_done_callback(self._opening.discard)
+        opening = self._loop.create_task(self._loop.connect_accepted_socket(lambda: self._make(anonymous), opened))
+        self._opening.add(opening)
+        opening.add_done_callback(partial(self._opened, opened, anonymous))
         return True
 
-    async def _open(self, opened: socket.socket, anonymous: AnonymousConnection) -> None:
-        try:
-            await self._loop.connect_accepted_socket(lambda: self._make(anonymous), opened)
-        except Exception:  # the connection closed before it was set up
+    def _opened(self, opened: socket.socket, anonymous: AnonymousConnection, opening: asyncio.Task[Any]) -> None:
+        self._opening.discard(opening)
+        if opening.cancelled() or opening.exception() is not None:  # it closed before it was set up, or the tower did
             self._budget.connections.gone(anonymous)
             opened.close()
 

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Final
 
+import pytest
 import uvloop
 
 from server.api.anonymous.acceptor import Acceptor
@@ -52,3 +53,25 @@ def test_a_connection_gets_a_large_receive_buffer_only_after_sign_in() -> None:
 
     with asyncio.Runner(loop_factory=uvloop.new_event_loop) as runner:
         runner.run(flow())
+
+
+@pytest.mark.parametrize("new_loop", [asyncio.new_event_loop, uvloop.new_event_loop])
+def test_a_connection_that_is_not_set_up_yet_is_closed_with_the_acceptor(
+    new_loop: Callable[[], asyncio.AbstractEventLoop],
+) -> None:
+    budget = AnonymousBudget(now=0.0)
+
+    async def flow(listener: socket.socket) -> socket.socket:
+        acceptor = Acceptor(listener, budget, lambda _: asyncio.Protocol())
+        client = socket.create_connection(listener.getsockname(), timeout=30)
+        while not len(budget.connections):  # noqa: ASYNC110 (one turn later it would be set up)
+            await asyncio.sleep(0)
+        acceptor.close()
+        await asyncio.sleep(0.01)
+        return client
+
+    with socket.create_server(("127.0.0.1", 0)) as listener, asyncio.Runner(loop_factory=new_loop) as runner:
+        client = runner.run(flow(listener))
+    with client:
+        assert client.recv(1) == b""
+    assert len(budget.connections) == 0
