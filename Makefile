@@ -49,6 +49,7 @@ check-python: $(DEV_READY)
 	@$(BIN)/python deploy/check_structure.py
 	@$(BIN)/python deploy/check_autopilots.py
 	@$(BIN)/python tests/check_costs.py
+	@$(BIN)/python -m bench.worst.cases
 
 check-console: $(WEB_READY)
 	@$(SAY) "Console: format, lint, types"

@@ -36,6 +36,7 @@ from bench import (
 )
 from bench.rows import Report
 from bench.video import bench_run as video
+from bench.worst import bench_run as worst
 from simulator.airframe_model import AirframeModel
 
 BENCHES: dict[str, tuple[Callable[[Report, argparse.Namespace], Coroutine[Any, Any, None]], str]] = {
@@ -61,6 +62,7 @@ BENCHES: dict[str, tuple[Callable[[Report, argparse.Namespace], Coroutine[Any, A
     "video": (video.run, video.__doc__ or ""),
     "vision": (vision.run, vision.__doc__ or ""),
     "watched": (watched.run, watched.__doc__ or ""),
+    "worst": (worst.run, worst.__doc__ or ""),
 }
 
 UVLOOP: Final = frozenset({"relay", "towers"})

@@ -108,7 +108,11 @@ class LoadAgent:
 
     async def say(self, message: ToTower) -> None:
         """Sends any message on the control channel."""
-        await self._opened.connection.send(encode_message(message))
+        await self.say_text(encode_message(message))
+
+    async def say_text(self, text: str) -> None:
+        """Sends any text there. Raises websockets.exceptions.ConnectionClosed."""
+        await self._opened.connection.send(text)
 
     async def report_state(self, *, armed: bool = True, airborne: bool = True) -> None:
         """Reports that the autopilot sends heartbeats, and that the drone is airborne, unless given otherwise."""

@@ -1,6 +1,7 @@
 """Plans over REST: who may read and write them, what is refused before anything is sent, and the reports."""
 
 import asyncio
+import json
 from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
@@ -148,6 +149,13 @@ async def test_what_is_no_plan_is_refused_by_its_item(
 async def test_bodies_have_their_bounds(scene: PlanScene) -> None:
     whole = await scene.put(items=[[16, 3, [-1.25e-30, 0.1, 0.1, None], -470001000, -80001000, 30.123456789, 1]] * 724)
     assert whole.json()["state"] == "done", whole.text
+    long = json.dumps(
+        {"items": [[16, 3, [-1.25e-30, 0.1, 0.1, None], -470001000, -80001000, 30.12, 1]] * 724}, indent=1
+    )
+    foreseen = await scene.holder.post(
+        f"{scene.path}/mission/kept", content=long, headers={"Content-Type": "application/json"}
+    )
+    assert len(long) > 64 * 1024 and foreseen.status_code == 200, foreseen.text
     text = {"Content-Type": "application/json"}
     assert_problem(
         await scene.holder.put(f"{scene.path}/mission", content=b'{"items":' + b" " * 600_000 + b"[]}", headers=text),

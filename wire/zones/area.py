@@ -90,6 +90,12 @@ class Area:
         from_line_m = self._from_line_m(*self.metres(lat_deg, lon_deg), most_m + (self._half_m or 0.0))
         return from_line_m if self._half_m is None else abs(from_line_m - self._half_m)
 
+    def may_meet(self, box: Box) -> bool:
+        """False: no way inside the box touches the area. True: it may."""
+        middle = (box.south + box.north) / 2, (box.west + box.east) / 2
+        reach_m = hypot((box.north - box.south) / 2 * METRES_PER_DEGREE, (box.east - box.west) / 2 * self._east_m)
+        return self.contains(*middle) or self.edge_m(*middle, reach_m) <= reach_m
+
     def spans(self, start: tuple[float, float], end: tuple[float, float]) -> list[Span]:
         """Which parts of the straight way from `start` to `end` (latitude, longitude) are inside; none overlap."""
         x, y = self.metres(*start)

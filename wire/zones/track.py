@@ -2,11 +2,14 @@
 
 from collections.abc import Iterable, Sequence
 from math import cos, hypot, inf, radians
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from wire.zones.area import METRES_PER_DEGREE, Box, Span, both, outside
 from wire.zones.kinds import HeightAbove
 from wire.zones.zone import Zone
+
+_WHOLE: Final[Span] = (0.0, 1.0)
+"""Of a way."""
 
 
 class Spot(NamedTuple):
@@ -108,17 +111,22 @@ def _beyond(corridor: Zone, spot: Spot) -> tuple[float, float]:
 def _within(zone: Zone, track: Track) -> list[Span]:
     """Where the way is in the space of the zone. An unknown height is in a zone, and in a corridor."""
     start, end = track
+    in_height = _in_height(zone, start.height_m(zone.height_above), end.height_m(zone.height_above))
+    if in_height is None:
+        return []
     spans = zone.area.spans((start.lat_deg, start.lon_deg), (end.lat_deg, end.lon_deg))
+    if in_height == _WHOLE:
+        return spans
+    return [one for one in both(spans, in_height) if one[1] > one[0] or zone.is_corridor]
+
+
+def _in_height(zone: Zone, from_m: float | None, to_m: float | None) -> Span | None:
+    """Which part of the way is between the heights of the zone; None: no part."""
     low, high = zone.heights_m
-    if not spans or (low == -inf and high == inf):
-        return spans
-    from_m, to_m = start.height_m(zone.height_above), end.height_m(zone.height_above)
-    if from_m is None or to_m is None:
-        return spans
+    if from_m is None or to_m is None or (low == -inf and high == inf):
+        return _WHOLE
     climb = to_m - from_m
     if climb == 0:
-        return spans if low < from_m < high or (zone.is_corridor and low <= from_m <= high) else []
+        return _WHOLE if low < from_m < high or (zone.is_corridor and low <= from_m <= high) else None
     first, last = sorted(((low - from_m) / climb, (high - from_m) / climb))
-    if last < 0 or first > 1:
-        return []
-    return [one for one in both(spans, (max(first, 0.0), min(last, 1.0))) if one[1] > one[0] or zone.is_corridor]
+    return None if last < 0 or first > 1 else (max(first, 0.0), min(last, 1.0))

@@ -26,6 +26,7 @@ from server.api.dependencies import (
     SettingsDep,
     SignInDep,
 )
+from server.api.http.long_list import long_list
 from server.api.http.problem_docs import answers
 from server.domain.access import (
     AccessRequest,
@@ -223,7 +224,11 @@ async def judge_own_password(
     return PasswordJudgement(acceptable=found.acceptable, message=found.message)
 
 
-@router.get("/sessions", responses=answers(NotSignedIn, SessionExpired, InPersonOnly, AdminsOnly))
+@router.get(
+    "/sessions",
+    response_model=list[SessionView],
+    responses=answers(NotSignedIn, SessionExpired, InPersonOnly, AdminsOnly),
+)
 async def get_sessions(
     principal: InPerson,
     database: DatabaseDep,
@@ -231,31 +236,29 @@ async def get_sessions(
     clock: ClockDep,
     hub: HubDep,
     everybody: Annotated[bool, Query(description="Admins: of all users")] = False,
-) -> list[SessionView]:
+) -> Response:
     """Lists your sessions, or those of all users, newest first."""
     verdict = judge(AccessRequest(principal, Action.SEE_CREDENTIALS, everybody=everybody))
     if verdict.refusal is not None:
         raise verdict.refusal
     async with database.reading() as session:
         found = await list_sessions(session, user_id=None if everybody else principal.user_id)
-    views = []
-    for row, owner in found:
-        ends_at = sessions.ends_at(created_at=row.created_at, last_seen_at=row.last_seen_at)
-        if ends_at > clock():
-            views.append(
-                SessionView(
-                    id=row.id,
-                    user=SessionOwner(id=owner.id, name=owner.name),
-                    created_at=row.created_at,
-                    last_seen_at=row.last_seen_at,
-                    expires_at=ends_at,
-                    address=row.address,
-                    user_agent=row.user_agent,
-                    current=row.id == principal.session_id,
-                    live=hub.sockets_of(row.id),
-                )
-            )
-    return views
+    now = clock()
+    return await long_list(
+        SessionView(
+            id=row.id,
+            user=SessionOwner(id=owner.id, name=owner.name),
+            created_at=row.created_at,
+            last_seen_at=row.last_seen_at,
+            expires_at=ends_at,
+            address=row.address,
+            user_agent=row.user_agent,
+            current=row.id == principal.session_id,
+            live=hub.sockets_of(row.id),
+        )
+        for row, owner in found
+        if (ends_at := sessions.ends_at(created_at=row.created_at, last_seen_at=row.last_seen_at)) > now
+    )
 
 
 @router.delete(

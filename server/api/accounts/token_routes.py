@@ -5,11 +5,12 @@ from __future__ import annotations
 from datetime import datetime, timedelta
 from typing import Annotated
 
-from fastapi import APIRouter, Path, Query
+from fastapi import APIRouter, Path, Query, Response
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field
 
 from server.api.access import InPerson, Proved
 from server.api.dependencies import ApiTokensDep, AuditDep, DatabaseDep, EventHandlerDep, HubDep, RosterDep, SettingsDep
+from server.api.http.long_list import long_list
 from server.api.http.problem_docs import answers
 from server.domain.access import (
     AccessRequest,
@@ -83,13 +84,13 @@ class TokenWithSecret(BaseModel):
     secret: Annotated[str, Field(description="For `Authorization: Bearer`. The tower keeps only its hash")]
 
 
-@router.get("", responses=answers(AdminsOnly))
+@router.get("", response_model=list[TokenView], responses=answers(AdminsOnly))
 async def list_tokens(
     principal: InPerson,
     api_tokens: ApiTokensDep,
     database: DatabaseDep,
     everybody: Annotated[bool, Query(description="Admins: of all users")] = False,
-) -> list[TokenView]:
+) -> Response:
     """Lists your tokens, or those of all users, by id."""
     verdict = judge(AccessRequest(principal, Action.SEE_CREDENTIALS, everybody=everybody))
     if verdict.refusal is not None:
@@ -97,7 +98,7 @@ async def list_tokens(
     await api_tokens.write_uses()
     async with database.reading() as session:
         found = await tokens.list_tokens(session, user_id=None if everybody else principal.user_id)
-    return [TokenView.of(row, owner) for row, owner in found]
+    return await long_list(TokenView.of(row, owner) for row, owner in found)
 
 
 @router.post("", status_code=201, responses=answers(TooManyTokens))

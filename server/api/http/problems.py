@@ -35,6 +35,8 @@ from server.store.control.service import ControlRefused
 from server.store.database import DatabaseUnavailable, LockLost
 
 _log = structlog.get_logger(__name__)
+MAX_ERRORS: Final = 50
+"""Of one answer: more do not help anybody."""
 MEDIA_TYPE: Final = "application/problem+json"
 NOT_ALLOWED: Final = frozenset({"admins-only", "not-an-owner"})
 """Codes of control refusals that depend on the user, not on the situation."""
@@ -111,7 +113,7 @@ async def _on_invalid(request: Request, error: Exception) -> JSONResponse:
     for raised in (error, error.__cause__):
         if raised is not None:
             raised.__traceback__ = None
-    found = error.errors()
+    found = error.errors()[:MAX_ERRORS]
     if any(one["type"] == "json_invalid" for one in found):
         return problem(MALFORMED_JSON, instance=request.url.path)
     errors = [

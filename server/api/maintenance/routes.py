@@ -5,12 +5,13 @@ from __future__ import annotations
 from datetime import datetime
 from typing import Annotated, Final, Literal
 
-from fastapi import APIRouter, Path
+from fastapi import APIRouter, Path, Response
 from pydantic import AfterValidator, AwareDatetime, BaseModel, ConfigDict, Field
 
 from server.api.access import Pilot, Viewer
 from server.api.dependencies import AuditDep, DatabaseDep, HubDep
 from server.api.flights.readable import readable_drones
+from server.api.http.long_list import long_list
 from server.api.http.problem_docs import answers
 from server.api.operations.operation_requests import watched_drone
 from server.domain.access import NotSignedIn, SessionExpired, UnknownDrone
@@ -87,14 +88,14 @@ class TaskDone(BaseModel):
     note: Annotated[str, Field(max_length=200)] = ""
 
 
-@router.get("/maintenance")
-async def list_maintenance(principal: Viewer, hub: HubDep, database: DatabaseDep) -> list[TaskView]:
+@router.get("/maintenance", response_model=list[TaskView])
+async def list_maintenance(principal: Viewer, hub: HubDep, database: DatabaseDep) -> Response:
     """Lists the maintenance of all drones whose flights the user may read; what is due first comes first."""
     drones = readable_drones(hub, principal)
     async with database.reading() as session:
         found = await tasks.tasks_of(session, list(drones))
-    views = [_view(one, drones[one.drone_id], principal) for one in found]
-    return sorted(views, key=lambda one: one.left_h / one.interval_h)
+    found.sort(key=lambda one: one.flown_h / one.interval_h, reverse=True)
+    return await long_list(_view(one, drones[one.drone_id], principal) for one in found)
 
 
 @router.post(

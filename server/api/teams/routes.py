@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Path
+from fastapi import APIRouter, Path, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from server.api.access import Oneself, TeamEditor, TeamMember, Viewer
 from server.api.dependencies import AuditDep, ClockDep, DatabaseDep, EventHandlerDep, RosterDep
+from server.api.http.long_list import long_list
 from server.api.http.problem_docs import answers
 from server.domain.access import NotSignedIn, SessionExpired, UnknownDrone
 from server.domain.clock import Clock
@@ -70,12 +71,13 @@ async def _view(database: Database, clock: Clock, principal: Principal, team_id:
     return view
 
 
-@router.get("/teams")
-async def list_teams(principal: Viewer, database: DatabaseDep, clock: ClockDep) -> list[TeamView]:
+@router.get("/teams", response_model=list[TeamView])
+async def list_teams(principal: Viewer, database: DatabaseDep, clock: ClockDep) -> Response:
     """Lists your teams; for an admin of the tower, all teams."""
     manager = TeamManager.of(principal)
     async with database.reading() as session:
-        return await views_of(session, await teams.list_teams(session, manager), manager, clock())
+        views = await views_of(session, await teams.list_teams(session, manager), manager, clock())
+    return await long_list(views, at_once=1)
 
 
 @router.post("/teams", status_code=201, responses=answers(TooManyTeams))

@@ -4,17 +4,19 @@ A zone never bars a hold, a return or a landing where the drone is: those name n
 that can be judged here (sticks, velocities, modes) is for the watch in flight.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from math import isfinite
-from typing import Final
+from math import inf, isfinite
+from typing import Final, NamedTuple
 
 from server.live.relay.loan_limits import Home
 from server.live.relay.loan_requests import Target
 from server.live.relay.loan_tables import CIRCLE_IN, ITEMS_AT_A_PLACE, UP_OR_DOWN
 from wire.dialect import mavlink
 from wire.plans import PlanItem, PlanKind
+from wire.zones.area import Box, Span
 from wire.zones.index import ZoneIndex
+from wire.zones.kinds import HeightAbove
 from wire.zones.track import Spot, Track, is_within
 from wire.zones.ways import NEAR_M, crossings_of, words_of
 from wire.zones.zone import Zone
@@ -73,23 +75,53 @@ def plan_hits(
         spots = [_spot(item.x / 1e7, item.y / 1e7, item.z, item.frame, home) for item in items]
         return _first([ZoneHit(zone, at) for at, spot in enumerate(spots) for zone in _touched(
             index.near(Track(spot, spot).box.widened(NEAR_M)), spot, 0.0)])  # fmt: skip
+    ways = list(_ways(items, home, here))
+    among = _among(index, ways)
     hits: list[ZoneHit] = []
+    for way in ways:
+        hits += [ZoneHit(zone, way.item) for zone in hits_on_the_way(among, way.start, way.end, way.circle_m)]
+        if len({hit.item for hit in hits}) >= MAX_FOUND:
+            break
+    return _first(hits)
+
+
+class _Way(NamedTuple):
+    """To the place of an item."""
+
+    item: int
+    start: Spot
+    end: Spot
+    circle_m: float = 0.0
+
+
+def _ways(items: Sequence[PlanItem], home: Home | None, here: Spot | None) -> Iterator[_Way]:
     places: dict[int, Spot] = {}
     at = here if here is not None else _on_ground(home)
     for number, item in enumerate(items):
         if item.command == _JUMP:
             to = places.get(int(item.params[0] or 0))
             if at is not None and to is not None:
-                hits += [ZoneHit(zone, number) for zone in hits_on_the_way(index, at, to)]
+                yield _Way(number, at, to)
             continue
         spot = _item_spot(item, at, home)
         if spot is None:
             continue
-        hits += [ZoneHit(zone, number) for zone in hits_on_the_way(index, at or spot, spot, _circle_m(item))]
+        yield _Way(number, at or spot, spot, _circle_m(item))
         places[number] = at = spot
-        if len({hit.item for hit in hits}) >= MAX_FOUND:
-            break
-    return _first(hits)
+
+
+def _among(index: ZoneIndex, ways: Sequence[_Way]) -> ZoneIndex:
+    """The zones that these ways may enter, and all corridors."""
+    if not ways:
+        return index
+    spots = [spot for way in ways for spot in (way.start, way.end)]
+    lats, lons = [spot.lat_deg for spot in spots], [spot.lon_deg for spot in spots]
+    box = Box(min(lats), min(lons), max(lats), max(lons)).widened(max(NEAR_M, *(way.circle_m for way in ways)))
+    heights_m: dict[HeightAbove, Span] = {}
+    for above in HeightAbove:
+        known = [height_m for spot in spots if (height_m := spot.height_m(above)) is not None]
+        heights_m[above] = (min(known), max(known)) if len(known) == len(spots) else (-inf, inf)
+    return index.within(box, heights_m)
 
 
 def _first(hits: Iterable[ZoneHit]) -> list[ZoneHit]:

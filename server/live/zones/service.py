@@ -41,6 +41,7 @@ class ZoneService:
         self._state = state
         self._zones: dict[int, Zone] = {}
         self._indexes: dict[int | None, ZoneIndex] = {}
+        """By team. That of the tower's own zones (None) is part of all others."""
         self._active: tuple[Zone, ...] = ()
         self._on_board = ZonesOnBoard(state)
         self._renewed_at = float("-inf")
@@ -58,7 +59,8 @@ class ZoneService:
         if not changed:
             return
         self._renew()
-        self._on_board.tell(self._zones.values())
+        self._on_board.renew(self._zones.values())
+        self._on_board.tell()
         teams = {one.team_id for one in changed}
         for browser in self._state.browsers.values():
             if None in teams or teams & self._teams_of(browser.viewer):
@@ -78,7 +80,8 @@ class ZoneService:
             self._renewed_at = now
             if self._zones or self._indexes:
                 self._renew()
-            self._on_board.tell(self._zones.values())
+            self._on_board.renew(self._zones.values())
+        self._on_board.tell()
         if not self._indexes:
             return
         for drone in self._state.drones.values():
@@ -106,8 +109,12 @@ class ZoneService:
     def _index(self, team_id: int | None) -> ZoneIndex:
         index = self._indexes.get(team_id)
         if index is None:
-            count = [one for one in self._active if one.team_id is None or one.team_id == team_id]
-            index = self._indexes[team_id] = ZoneIndex(count) if count else NO_ZONES
+            count = [one for one in self._active if one.team_id == team_id]
+            if team_id is None:
+                index = ZoneIndex(count) if count else NO_ZONES
+            else:
+                index = ZoneIndex(count, beside=self._index(None)) if count else self._index(None)
+            self._indexes[team_id] = index
         return index
 
     def _check(self, drone: LiveDrone, now: float) -> None:

@@ -22,6 +22,7 @@ from server.domain.people import Principal, Role, SignInId
 from server.domain.refusal import Refusal
 from server.store.accounts.tables import SessionRow, UserRow
 from server.store.database import Database, DatabaseUnavailable
+from server.store.in_slices import in_slices
 from wire.ids import UserId
 
 SEEN_EVERY: Final = timedelta(minutes=1)
@@ -199,4 +200,4 @@ async def list_sessions(session: AsyncSession, *, user_id: int | None = None) ->
     query = select(SessionRow, UserRow).join(UserRow, UserRow.id == SessionRow.user_id).order_by(SessionRow.id.desc())
     if user_id is not None:
         query = query.where(SessionRow.user_id == user_id)
-    return [(row, owner) for row, owner in await session.execute(query)]
+    return [(row, owner) for row, owner in await in_slices(session, query)]

@@ -31,6 +31,7 @@ from server.store.accounts.tables import ApiTokenRow, UserRow
 from server.store.audit.action import AuditAction
 from server.store.database import Database
 from server.store.fleet.snapshot import begin_fleet_change
+from server.store.in_slices import in_slices
 from wire.ids import UserId
 
 PREFIX: Final = "twt_"
@@ -115,7 +116,7 @@ async def list_tokens(session: AsyncSession, *, user_id: int | None = None) -> l
     query = select(ApiTokenRow, UserRow).join(UserRow, UserRow.id == ApiTokenRow.user_id).order_by(ApiTokenRow.id)
     if user_id is not None:
         query = query.where(ApiTokenRow.user_id == user_id)
-    return [(row, owner) for row, owner in await session.execute(query)]
+    return [(row, owner) for row, owner in await in_slices(session, query)]
 
 
 async def revoke_token(session: AsyncSession, *, token_id: int, of_user: int | None, action: AuditAction) -> None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import Any, Final
 
-from sqlalchemy import delete, func, select, update
+from sqlalchemy import delete, func, insert, select, update
 from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.domain.access import Action, reaches_all
@@ -110,16 +110,22 @@ async def put(
             continue
         waiting[whose] += 1
         new.append((channel_id, announcement, content))
-    for channel_id, announcement, content in new:
-        row = AlertDeliveryRow(
-            channel_id=channel_id,
-            alert_id=announcement.alert.id,
-            happening=announcement.happening.value,
-            content=content,
-            created_at=now,
-            due_at=now,
+    if new:
+        # Not as objects: four hundred of them kept every frame waiting for 35 ms.
+        await session.execute(
+            insert(AlertDeliveryRow),
+            [
+                {
+                    "channel_id": channel_id,
+                    "alert_id": announcement.alert.id,
+                    "happening": announcement.happening.value,
+                    "content": content,
+                    "created_at": now,
+                    "due_at": now,
+                }
+                for channel_id, announcement, content in new
+            ],
         )
-        session.add(row)
     return dropped
 
 

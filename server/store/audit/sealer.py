@@ -30,7 +30,7 @@ from wire.drone_key import key_text
 
 LOOK_EVERY_S: Final = 5.0
 LATE_S: Final = 60.0
-AT_ONCE: Final = 500
+AT_ONCE: Final = 100
 MAX_IN_FLIGHT: Final = 5000
 """Ids that running transactions have and that are not committed yet, of all towers. So a long backlog, as after the
 migration, is not searched again and again."""

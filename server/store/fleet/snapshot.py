@@ -15,11 +15,16 @@ from server.domain.relations import TeamRole, Ties
 from server.store.accounts.tables import ApiTokenRow, SessionRow, UserRow
 from server.store.control.tables import ControlLeaseRow
 from server.store.fleet.tables import DroneRow, FleetRevisionRow, LoanRow, OwnershipRow
+from server.store.in_slices import slices
 from server.store.teams.tables import TeamDroneRow, TeamMemberRow, TeamRow
 from wire.drone_key import key_bytes
 from wire.ids import DroneId, Epoch, UserId
 
 REVISION: Final = select(FleetRevisionRow.revision)
+
+
+MEMBERS_AT_ONCE: Final = 500
+"""Each change of the fleet reads all of them."""
 
 
 async def read_revision(session: AsyncSession) -> int:
@@ -108,9 +113,11 @@ async def ties_of(session: AsyncSession, drone_id: int, now: datetime) -> Ties:
 async def _teams(session: AsyncSession) -> dict[int, TeamRecord]:
     """Returns teams by drone. The drones of a team share one crew."""
     crews: defaultdict[int, dict[UserId, TeamRole]] = defaultdict(dict)
+    roles = {role.value: role for role in TeamRole}
     members = select(TeamMemberRow.team_id, TeamMemberRow.user_id, TeamMemberRow.role)
-    for member in await session.execute(members):
-        crews[member.team_id][UserId(member.user_id)] = TeamRole(member.role)
+    async for some in slices(session, members, rows=MEMBERS_AT_ONCE):
+        for member in some:
+            crews[member.team_id][UserId(member.user_id)] = roles[member.role]
     grouped = select(TeamDroneRow.drone_id, TeamDroneRow.since, TeamRow.id, TeamRow.name)
     return {
         row.drone_id: TeamRecord(row.id, row.name, crews[row.id], row.since)

@@ -20,12 +20,15 @@ from server.store.audit.action import AuditAction
 from server.store.flights.figures import keep_figures
 from server.store.flights.files import FlightFacts
 from server.store.flights.tables import FlightPilotRow, FlightRow
+from server.store.in_slices import in_slices
 
 RUNNING: Final = "recording"
 READY: Final = "ready"
 FAILED: Final = "failed"
 OVERHEAD_BYTES: Final = 8192
 """What a flight takes beside its content: two files and some rows. A thousand empty flights are not for nothing."""
+TRACKS_AT_ONCE: Final = 25
+"""Rows that are read in one go: each has a track of 200 places."""
 _MAX_TEXT_LENGTH: Final = 200
 _EPOCH: Final = datetime(1970, 1, 1, tzinfo=UTC)
 _US: Final = timedelta(microseconds=1)
@@ -71,7 +74,7 @@ async def search(session: AsyncSession, query: Query, limit: int) -> Sequence[Fl
         earlier = or_(FlightRow.began_at < at, and_(FlightRow.began_at == at, FlightRow.id < flight_id))
         statement = statement.where(FlightRow.began_at <= at, earlier)
     statement = statement.order_by(FlightRow.began_at.desc(), FlightRow.id.desc()).limit(limit)
-    return (await session.scalars(statement)).all()
+    return [row for (row,) in await in_slices(session, statement, rows=TRACKS_AT_ONCE)]
 
 
 async def get(session: AsyncSession, flight_id: int) -> FlightRow:

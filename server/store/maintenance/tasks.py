@@ -14,6 +14,7 @@ from sqlalchemy.ext.asyncio import AsyncSession
 from server.live.maintenance.refusals import TooManyTasks, UnknownTask
 from server.store.audit.action import AuditAction
 from server.store.flights.tables import FlightFiguresRow
+from server.store.in_slices import slices
 from server.store.maintenance.tables import MaintenanceTaskRow
 
 MAX_TASKS: Final = 40
@@ -43,7 +44,8 @@ async def tasks_of(session: AsyncSession, drone_ids: Collection[int]) -> list[Ta
     )
     flown = select(func.coalesce(func.sum(FlightFiguresRow.flown_s), 0.0)).where(since).scalar_subquery()
     query = select(MaintenanceTaskRow, flown).where(MaintenanceTaskRow.drone_id.in_(drone_ids))
-    return [_task(row, seconds) for row, seconds in await session.execute(query.order_by(MaintenanceTaskRow.id))]
+    ordered = query.order_by(MaintenanceTaskRow.id)
+    return [_task(row, seconds) async for some in slices(session, ordered) for row, seconds in some]
 
 
 async def find(session: AsyncSession, task_id: int) -> MaintenanceTaskRow:

@@ -15,6 +15,7 @@ from server.domain.relations import TeamRole
 from server.live.fleet.views import UserRefView
 from server.store.accounts.tables import UserRow
 from server.store.fleet.tables import DroneRow
+from server.store.in_slices import slices
 from server.store.teams.invitations import Received
 from server.store.teams.tables import TeamDroneRow, TeamInvitationRow, TeamMemberRow, TeamRow
 from server.store.teams.teams import TeamManager
@@ -105,9 +106,10 @@ async def views_of(
     people = select(TeamMemberRow.team_id, TeamMemberRow.role, UserRow.id, UserRow.name)
     people = people.join(UserRow, UserRow.id == TeamMemberRow.user_id).where(TeamMemberRow.team_id.in_(ids))
     members: defaultdict[int, list[MemberView]] = defaultdict(list)
-    for one in await session.execute(people.order_by(UserRow.name, UserRow.id)):
-        user = UserRefView(id=one.id, name=one.name)
-        members[one.team_id].append(MemberView(user=user, role=TeamRole(one.role)))
+    async for some in slices(session, people.order_by(UserRow.name, UserRow.id)):
+        for one in some:
+            user = UserRefView(id=one.id, name=one.name)
+            members[one.team_id].append(MemberView(user=user, role=TeamRole(one.role)))
     grouped = select(TeamDroneRow.team_id, DroneRow.id, DroneRow.name)
     grouped = grouped.join(DroneRow, DroneRow.id == TeamDroneRow.drone_id).where(TeamDroneRow.team_id.in_(ids))
     drones: defaultdict[int, list[TeamDroneView]] = defaultdict(list)

@@ -1,15 +1,17 @@
 """Areas, tracks and crossings: points inside, ways that enter and leave, heights, lines with a width."""
 
 from itertools import pairwise
-from math import inf
+from math import cos, inf, pi, sin
+from random import Random
 
 import pytest
 
 from server.live.zones.zone import BadZone, check_points, checked
-from wire.zones.area import Area, outside
+from wire.zones.area import Area, Box, outside
 from wire.zones.index import ZoneIndex
 from wire.zones.kinds import HeightAbove, ZoneKind, ZoneRule
 from wire.zones.track import Spot, Track, crossings, depths
+from wire.zones.ways import NEAR_M, crossings_of
 from wire.zones.zone import Zone, ZoneShape
 
 M = 1 / 111_319.5
@@ -176,3 +178,54 @@ def test_the_index_finds_what_a_walk_over_all_zones_finds() -> None:
         box = Track(Spot(lat, lon, 1, 1), Spot(to_lat, to_lon, 1, 1)).box
         expected = {one.id for one in zones if one.area.box.meets(box)}
         assert {one.id for one in index.near(box)} == expected
+
+
+def test_zones_left_out_for_a_whole_plan_are_entered_by_no_part_of_it() -> None:
+    chance = Random(41)
+    entered = left_out = 0
+    for _ in range(300):
+        lat_deg = chance.choice((0.0, 47.0, -79.0))
+        zones = [_any_zone(chance, number, lat_deg) for number in range(8)]
+        size_deg = chance.choice((0.001, 0.02, 0.2))
+        spots = [_any_spot(chance, lat_deg, size_deg) for _ in range(6)]
+        lats, lons = [one.lat_deg for one in spots], [one.lon_deg for one in spots]
+        box = Box(min(lats), min(lons), max(lats), max(lons)).widened(NEAR_M)
+        heights_m = {}
+        for above in HeightAbove:
+            known = [one.height_m(above) for one in spots if one.height_m(above) is not None]
+            heights_m[above] = (min(known), max(known)) if len(known) == len(spots) else (-inf, inf)
+        index = ZoneIndex(zones)
+        among = index.within(box, heights_m)
+        left_out += len(index.zones) - len(among.zones)
+        for start, end in pairwise(spots):
+            crossed = crossings_of(index, start, end)
+            entered += len(crossed)
+            assert crossings_of(among, start, end) == crossed
+    assert entered > 100 and left_out > 100
+
+
+def _any_zone(chance: Random, number: int, lat_deg: float) -> Zone:
+    middle = lat_deg + chance.uniform(-0.1, 0.1), chance.uniform(-0.1, 0.1)
+    reach = chance.choice((0.002, 0.03, 0.3))
+    turns = sorted(chance.uniform(0, 2 * pi) for _ in range(chance.randint(3, 9)))
+    points = [
+        (middle[0] + reach * chance.uniform(0.2, 1) * sin(turn), middle[1] + reach * chance.uniform(0.2, 1) * cos(turn))
+        for turn in turns
+    ]
+    floor_m = chance.choice((None, 0.0, 60.0))
+    return zone(
+        chance.choice((ZoneKind.NO_FLY, ZoneKind.NO_FLY, ZoneKind.CORRIDOR)),
+        tuple(points),
+        chance.choice((None, None, 200.0)),
+        id=number,
+        team_id=chance.choice((None, 1)),
+        floor_m=floor_m,
+        ceiling_m=chance.choice((None, 80.0)),
+        height_above=chance.choice(tuple(HeightAbove)),
+    )
+
+
+def _any_spot(chance: Random, lat_deg: float, size_deg: float) -> Spot:
+    up_m = chance.choice((None, 20.0, 70.0, 90.0))
+    place = lat_deg + chance.uniform(-size_deg, size_deg), chance.uniform(-size_deg, size_deg)
+    return Spot(*place, up_m, None if up_m is None else up_m + chance.choice((0.0, 100.0)))

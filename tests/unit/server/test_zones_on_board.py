@@ -13,9 +13,10 @@ from test_zones_geometry import at, spot, zone
 from test_zones_of_drones import position
 
 from server.domain.fleet import TeamRecord
-from server.live.zones.on_board import nearby
+from server.live.zones.on_board import MAX_AT_ONCE, nearby
 from wire.control_messages import MAX_MESSAGE_BYTES, decode_to_agent, encode_message
 from wire.ids import DroneId
+from wire.zones.index import ZoneIndex
 from wire.zones.kinds import ZoneKind, ZoneRule
 from wire.zones.nearby import RADIUS_M, ZONES, NearbyZones
 from wire.zones.zone import Zone
@@ -135,7 +136,7 @@ def test_too_many_zones_shrink_the_radius_and_never_the_message_beyond_its_bound
         for number in range(1, 300)
     ]
     far = [square(4_000 + 10 * number, id=1_000 + number, name="far") for number in range(3)]
-    message = nearby([*far, *zones], here, NOW)
+    message = nearby(ZoneIndex([*far, *zones]), here, NOW)
     assert len(encode_message(message).encode()) < MAX_MESSAGE_BYTES
     assert message == decode_to_agent(encode_message(message))
     assert 0 < len(message.zones) < 300
@@ -148,6 +149,28 @@ def test_the_nearest_corridor_is_told_wherever_it_is() -> None:
         square(east_m, id=number, name=f"corridor {number}", kind=ZoneKind.CORRIDOR)
         for number, east_m in ((1, 60_000), (2, 40_000), (3, 50_000))
     ]
-    message = nearby(corridors, spot(0, 0), NOW)
+    message = nearby(ZoneIndex(corridors), spot(0, 0), NOW)
     assert names(message) == ["corridor 2"]
     assert message.radius_m == RADIUS_M
+
+
+def test_a_change_is_told_to_a_few_agents_at_a_time() -> None:
+    world = HubWorld()
+    count = 3 * MAX_AT_ONCE
+    world.apply(*(record(number, (1,)) for number in range(1, count + 1)))
+    agents = [world.agent(number, link_id=number, takes=(ZONES,)) for number in range(1, count + 1)]
+    for agent in agents:
+        agent.send(position(0.0, 20.0), now=2.0)
+    for tenth in range(20, 30):
+        world.hub.tick(tenth / 10)
+
+    def told() -> int:
+        return sum(any(isinstance(one, NearbyZones) and one.zones for one in agent.posted) for agent in agents)
+
+    assert told() == 0
+    world.hub.zones.replace([square(200)])
+    seen = [told()]
+    for tenth in (30, 31):
+        world.hub.tick(tenth / 10)
+        seen.append(told())
+    assert seen == [MAX_AT_ONCE, 2 * MAX_AT_ONCE, 3 * MAX_AT_ONCE]
