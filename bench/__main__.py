@@ -131,7 +131,12 @@ def parse(words: list[str]) -> argparse.Namespace:
     cases = f"video: only {', '.join([*video.CASES, video.LONG])}"
     cases += "; control's flown table: flights with A, or with all of B+C, in their name"
     parser.add_argument("--cases", metavar="A,B+C", help=cases)
-    parser.add_argument("--minutes", type=float, default=video.MINUTES, help="video: of the case 'long' (10)")
+    parser.add_argument(
+        "--minutes",
+        type=float,
+        default=video.MINUTES,
+        help="video: of the case 'long'; tenants: of the case 'everything' (10)",
+    )
     parser.add_argument(
         "--realtime", action="store_true", help="anonymous: tower, agent and pilot have the processor first (root)"
     )

@@ -36,6 +36,8 @@ class TenantAttack:
         self.key = key
         self._cookie = cookie
         self._ends_at = time.monotonic() + seconds
+        self._agent_lock = asyncio.Lock()
+        self._agent: LoadAgent | None = None
         self.done: Counter[str] = Counter()
         self.chance = random.Random(41)
 
@@ -67,12 +69,18 @@ class TenantAttack:
 
     @contextlib.asynccontextmanager
     async def agent(self) -> AsyncIterator[LoadAgent]:
-        """His drone, armed and in the air."""
-        (agent,) = await sign_in_all(self.url, [self.key], airborne=True)
-        async with kept_alive([agent]):
-            mode = 81 | mavlink.MAV_MODE_FLAG_SAFETY_ARMED
-            agent.send([_frame(mavlink.MAVLink_heartbeat_message(2, 3, mode, 5, 4, 3))], time.monotonic())
-            yield agent
+        """His drone, armed and in the air: one for whatever goes on at the same time."""
+        if self._agent is not None:
+            yield self._agent
+            return
+        async with self._agent_lock:
+            if self._agent is None:
+                (agent,) = await sign_in_all(self.url, [self.key], airborne=True)
+                mode = 81 | mavlink.MAV_MODE_FLAG_SAFETY_ARMED
+                agent.send([_frame(mavlink.MAVLink_heartbeat_message(2, 3, mode, 5, 4, 3))], time.monotonic())
+                self._agent = agent
+        async with kept_alive([self._agent]):
+            yield self._agent
 
     async def say(self, per_s: float, message: Callable[[int], Any]) -> None:
         """His vehicle sends this so often."""
@@ -162,6 +170,11 @@ async def texts(attack: TenantAttack) -> None:
     await attack.say(50.0, message)
 
 
+async def everything(attack: TenantAttack) -> None:
+    """All of it at the same time."""
+    await asyncio.gather(*(one(attack) for one in KINDS.values()))
+
+
 KINDS: Final[dict[str, Callable[[TenantAttack], Awaitable[None]]]] = {
     "shapes": shapes,
     "plans": plans,
@@ -172,6 +185,7 @@ KINDS: Final[dict[str, Callable[[TenantAttack], Awaitable[None]]]] = {
     "aircraft": aircraft,
     "texts": texts,
 }
+EVERYTHING: Final = "everything"
 
 
 @contextlib.asynccontextmanager
@@ -200,7 +214,7 @@ async def attacking_as_tenant(
 
 async def run(kind: str, url: str, cookie: str, key: str, seconds: float) -> Counter[str]:
     attack = TenantAttack(url, cookie, key, seconds)
-    await KINDS[kind](attack)
+    await (everything if kind == EVERYTHING else KINDS[kind])(attack)
     return attack.done
 
 
