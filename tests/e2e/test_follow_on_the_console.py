@@ -127,7 +127,7 @@ def test_an_admin_forms_a_line_and_lets_all_hold(somebody: Somebody, world: Worl
         expect(admin.page.get_by_role("dialog")).to_contain_text(name)
     admin.confirm("Kestrel")
     expect(admin.part("formation-answer")).to_have_count(2)
-    admin.wait("both in place", lambda: states(admin) == ["following"] * 2)
+    admin.wait("both in place", lambda: in_place(admin))
     expect(admin.part("formation-answer").first).to_contain_text("following Osprey")
 
     admin.part("formation-stop").click()
@@ -147,6 +147,12 @@ def formed(console: ConsolePage) -> bool:
     with suppress(Unclickable):  # the dialog came after the last look, and covers the button
         console.part("formation-form").click(timeout=2_000)
     return console.page.get_by_role("dialog").count() > 0
+
+
+def in_place(console: ConsolePage) -> bool:
+    found = states(console)
+    assert "ended" not in found, [answer.inner_text() for answer in console.part("formation-answer").all()]
+    return found == ["following"] * 2
 
 
 def states(console: ConsolePage) -> list[str]:

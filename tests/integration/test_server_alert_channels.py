@@ -106,6 +106,8 @@ async def test_a_webhook_is_called_with_a_signature_and_again_after_a_failure(sc
     assert told["words"] == "hawk is in the air, and nobody has the controls."
     assert told["drone"] == {"id": scene.drone_id, "name": "hawk"}
     assert scene.heard("Mallory") == []
+    # What was sent is written down a moment after the answer.
+    await until("all to be written down", lambda: scene.world.tower.alert_deliverer.counts["sent"] == 2)
     (channel,) = (await scene.clients["Anna"].get(CHANNELS)).json()
     assert (channel["problem"], channel["waiting"], channel["sent_at"] is None) == ("", 0, False)
 
