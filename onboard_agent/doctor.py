@@ -23,10 +23,11 @@ from typing import Any, Final
 from onboard_agent.autopilot_port.port import AutopilotPort
 from onboard_agent.autopilot_port.schemes import make_port
 from onboard_agent.check import listen, not_heard
+from onboard_agent.installation import camera_trouble, port_trouble, video_remedy
 from onboard_agent.link.identity import Identity
 from onboard_agent.link.identity_file import enrolment_token, read_identity
 from onboard_agent.link.tower_url import TowerUrl, parse_tower_url
-from onboard_agent.settings import parse_system_id
+from onboard_agent.settings import DEFAULT_FILE, KEYS, parse_system_id
 from onboard_agent.signing.signed_port import with_signing
 from onboard_agent.sockets.control_channel import NoLink, try_sign_in
 from onboard_agent.sockets.tower_link import TowerLink
@@ -38,6 +39,7 @@ from onboard_agent.video.trial import try_camera
 from wire.content import Frames
 from wire.control_messages import ToAgent, Welcome
 
+KEY_FILE: Final = "/etc/tower-agent/token"
 MIN_FREE_MB: Final = 200
 """A flight log in upload, parameters and plans need less; a full card breaks more than the agent."""
 MAX_CLOCK_OFF_S: Final = 30.0
@@ -57,15 +59,25 @@ class Finding:
 
 
 async def examine(settings: dict[str, Any]) -> bool:
-    """Prints what it finds of each part. Returns whether no part is broken. Raises Unusable for settings that no part
-    can be tested with."""
-    url, port = parse_tower_url(settings["tower"]), make_port(settings["autopilot"])
+    """Prints what it finds of each part. Returns whether no part is broken. A setting that is missing leaves out what
+    needs it. Raises Unusable for one that cannot be read."""
+    url = parse_tower_url(settings["tower"]) if settings["tower"] else None
+    port = make_port(settings["autopilot"]) if settings["autopilot"] else None
     camera, uplinks = parse_camera(settings["camera"]), parse_uplinks(settings["uplinks"] or ())
-    good = True
+    settings = {**settings, "token": settings["token"] or KEY_FILE}
+    good = _say(_set(settings))
     async for finding in _findings(settings, url, uplinks):
         good = _say(finding) and good
     good = _say(await _autopilot(port, settings)) and good
     return _say(await _camera(camera, url)) and good
+
+
+def _set(settings: dict[str, Any]) -> Finding:
+    missing = [KEYS[key] for key in ("tower", "autopilot") if not settings[key]]
+    if not missing:
+        return Finding("settings", True, "tower and autopilot are set")
+    remedy = f"give {' and '.join(f'{one.flag} {one.example}' for one in missing)}, or write them to {DEFAULT_FILE}"
+    return Finding("settings", False, f"not set: {', '.join(one.key for one in missing)}", remedy)
 
 
 def _say(finding: Finding) -> bool:
@@ -76,12 +88,16 @@ def _say(finding: Finding) -> bool:
     return finding.good is not False
 
 
-async def _findings(settings: dict[str, Any], url: TowerUrl, uplinks: tuple[str, ...]) -> AsyncIterator[Finding]:
+async def _findings(settings: dict[str, Any], url: TowerUrl | None, uplinks: tuple[str, ...]) -> AsyncIterator[Finding]:
     state = None if settings["state"] is None else Path(settings["state"])
     identity, key = _key(Path(settings["token"]), state)
     yield key
     folder = state_directory(state, identity.drone_id) if identity else state or Path.home()
     yield disk(folder)
+    if url is None:
+        for part in ("network", "clock", "sign-in", "UDP"):
+            yield Finding(part, None, "not tested: no tower is set")
+        return
     network, date = await asyncio.to_thread(reach, url)
     yield network
     yield clock(date, time.time())
@@ -209,7 +225,11 @@ async def _udp(url: TowerUrl, identity: Identity, uplinks: tuple[str, ...], fold
 _UDP_REMEDY: Final = "open UDP port 14650 (TOWER_UDP_PORT) to the tower. The drone flies without, but feels each loss"
 
 
-async def _autopilot(port: AutopilotPort, settings: dict[str, Any]) -> Finding:
+async def _autopilot(port: AutopilotPort | None, settings: dict[str, Any]) -> Finding:
+    if port is None:
+        return Finding("autopilot", None, "not tested: none is set")
+    if (trouble := port_trouble(settings["autopilot"])) is not None:
+        return Finding("autopilot", False, *trouble)
     system_id = parse_system_id(settings["system_id"])
     state = None if settings["state"] is None else Path(settings["state"])
     identity, _ = _key(Path(settings["token"]), state)
@@ -225,13 +245,17 @@ async def _autopilot(port: AutopilotPort, settings: dict[str, Any]) -> Finding:
     return Finding("autopilot", heard is not None, heard or not_heard(signed), remedy)
 
 
-async def _camera(camera: str, url: TowerUrl) -> Finding:
+async def _camera(camera: str, url: TowerUrl | None) -> Finding:
     from importlib.util import find_spec
 
     if camera == NO_CAMERA:
         return Finding("camera", None, "none is set")
     if find_spec("av") is None:
-        return Finding("camera", False, "the video libraries are missing", "pip install 'control-tower-agent[video]'")
+        return Finding("camera", False, "the video libraries are missing", video_remedy())
+    if (trouble := camera_trouble(camera)) is not None:
+        return Finding("camera", False, *trouble)
+    if url is None:
+        return Finding("camera", None, "not tested: no tower is set")
     good, words = await try_camera(camera, url)
     remedy = "is it plugged in, and free? `v4l2-ctl --list-devices`, `rpicam-hello`, or open its address in a player"
     return Finding("camera", good, words, remedy)

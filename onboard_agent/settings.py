@@ -10,6 +10,7 @@ import json
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, Final
 
@@ -174,13 +175,21 @@ SETTINGS: Final = (
     ),
 )
 KEYS: Final = {one.key: one for one in SETTINGS}
+_PREFIX: Final = "TOWER_AGENT_"
+_OF_OTHERS: Final = frozenset(
+    {"TOWER_AGENT_RELEASE", "TOWER_AGENT_TRIAL", "TOWER_AGENT_INSTALLED", "TOWER_AGENT_BASE_PATH"}
+    | {"TOWER_AGENT_LAUNCHER", "TOWER_AGENT_RELEASES", "TOWER_AGENT_FRAMES_PER_S", "TOWER_AGENT_FRAMES_BURST"}
+)
+"""Of the agent's own launcher (`update/launch.py`), and of a tower on the same machine."""
 
 
 def read_settings(
-    options: Mapping[str, Any], environment: Mapping[str, str], file: Path | None = None
+    options: Mapping[str, Any], environment: Mapping[str, str], file: Path | None = None, *, complete: bool = True
 ) -> dict[str, Any]:
     """Returns each setting's value by its key: text, a list, or None. `options`: what the command line said; `file`:
-    the file it named. Raises Unusable naming the file and the key, or a required setting that nobody gave."""
+    the file it named. Raises Unusable naming the file and the key, a variable that is no setting, or a required setting
+    that nobody gave if the settings must be `complete`."""
+    _refuse_unknown(environment)
     from_file = _read_file(file, environment)
     found: dict[str, Any] = {}
     for one in SETTINGS:
@@ -189,10 +198,19 @@ def read_settings(
         value = said or in_environment or from_file.get(one.key) or one.default
         found[one.key] = [value] if one.many and isinstance(value, str) else value
     missing = [one for one in SETTINGS if one.required and one.key in options and not found[one.key]]
-    if missing:
-        one = missing[0]
-        raise Unusable(f"{one.key} is not set: give {one.flag}, {one.variables[0]}, or {one.key} in {DEFAULT_FILE}")
+    if missing and complete:
+        ways = "; ".join(f"{one.key} is not set: give {one.flag}, {one.variables[0]}" for one in missing)
+        raise Unusable(f"{ways}, or {'each' if len(missing) > 1 else missing[0].key} in {DEFAULT_FILE}")
     return found
+
+
+def _refuse_unknown(environment: Mapping[str, str]) -> None:
+    known = {name for one in SETTINGS for name in one.variables if name.startswith(_PREFIX)} | {FILE_VARIABLE}
+    for name in sorted(environment.keys() - known - _OF_OTHERS):
+        if name.startswith(_PREFIX) and environment[name].strip():
+            near = get_close_matches(name.removeprefix(_PREFIX), [one.removeprefix(_PREFIX) for one in known], 1)
+            meant = f": did you mean {_PREFIX}{near[0]}?" if near else "; docs/agent.md has all of them"
+            raise Unusable(f"{name} is not a setting of the agent{meant}")
 
 
 def parse_system_id(text: str | None) -> int | None:
@@ -222,7 +240,9 @@ def _read_file(file: Path | None, environment: Mapping[str, str]) -> dict[str, A
 def _check(file: Path, key: str, value: object) -> None:
     setting = KEYS.get(key)
     if setting is None:
-        raise Unusable(f"{file}: there is no setting {key!r}; known: {', '.join(KEYS)}")
+        near = get_close_matches(key, KEYS, 1)
+        meant = f" (did you mean {near[0]}?)" if near else ""
+        raise Unusable(f"{file}: there is no setting {key!r}{meant}; known: {', '.join(KEYS)}")
     if setting.many and not (isinstance(value, list) and all(isinstance(one, str) for one in value)):
         raise Unusable(f'{file}: {key} must be a list of texts, as in {key} = ["wlan0"]')
     if not setting.many and not isinstance(value, str):

@@ -62,10 +62,13 @@ def serve(
     from server.runtime.garbage import unsearched
 
     with unsearched():  # takes half a second to import, which the other commands do not need
+        from server.api.relay.tls_binding import require_certificate
         from server.app.composition import create_app
         from server.app.serving import run
 
     settings = settings_now()
+    if settings.tls_certificate is not None:
+        require_certificate(settings.tls_certificate)
     configure_log(settings.log_format)
     listener = listen(settings.host, settings.port)
     address = settings.public_url or address_in_words(listener)

@@ -12,6 +12,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from datetime import UTC, datetime
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, Final
 from urllib.parse import urlsplit
@@ -345,13 +346,31 @@ class Settings:
         return self.database_url.startswith("sqlite")
 
 
+_OF_OTHERS: Final = frozenset(
+    {"TOWER_URL", "TOWER_TOKEN", "TOWER_TOKEN_FILE", "TOWER_ADMIN_PASSWORD", "TOWER_RELEASE_KEY"}
+    | {"TOWER_DOMAIN", "TOWER_ADDRESSES", "TOWER_BALANCING"}
+)
+"""Of `tower connect` and the SDK, `make run`, the release, and the compose file; `TOWER_AGENT_...`: of the agent."""
+
+
+def _refuse_unknown(environment: Mapping[str, str]) -> None:
+    known = set(variables().values())
+    for name in sorted(environment.keys() - known - _OF_OTHERS):
+        if name.startswith("TOWER_") and not name.startswith("TOWER_AGENT_") and environment[name].strip():
+            near = get_close_matches(name.removeprefix("TOWER_"), [one.removeprefix("TOWER_") for one in known], 1)
+            meant = f": did you mean TOWER_{near[0]}?" if near else "; docs/settings.md has all of them"
+            raise SettingsError(name, f"is not a setting of the tower{meant}")
+
+
 def variables() -> dict[str, str]:
     """Field name -> environment variable."""
     return {one.name: one.metadata["variable"] for one in fields(Settings)}
 
 
 def read_settings(environment: Mapping[str, str]) -> Settings:
-    """Reads the settings from `environment`. An empty variable counts as not set. Raises SettingsError."""
+    """Reads the settings from `environment`. An empty variable counts as not set. Raises SettingsError, also for a
+    variable that looks like a setting of the tower and is none: a misspelt one would leave the default in place."""
+    _refuse_unknown(environment)
     values: dict[str, Any] = {}
     for one in fields(Settings):
         variable = one.metadata["variable"]

@@ -227,7 +227,8 @@ def test_doctor_says_what_works_and_what_to_do(
     marks = {part: mark for mark, part in re.findall(r"^(ok|!!|--) (\S+)", found, re.MULTILINE)}
     working = dict.fromkeys(("key", "disk", "network", "clock", "sign-in", "UDP", "autopilot"), "ok")
     assert marks == {**working, "camera": "!!"}, found
-    assert "-> pip install 'control-tower-agent[video]'" in found
+    wheel = f"control_tower_agent-{VERSION}-py3-none-any.whl[video]"
+    assert f"-> `{agent_programs}/pip install '{wheel}'`" in found
 
 
 def test_install_writes_settings_key_and_unit(

@@ -1,4 +1,4 @@
-"""Serves the console from its build folder. Every path outside the API is a page of the application.
+"""Serves the console from its build folder. Every path outside the API that is no file leads to the console.
 
 Files are sent with an ETag, and compressed if the build has put a compressed copy beside them. Browsers keep files with
 a hash in the name forever. They revalidate all others, and get 304 while a file is unchanged.
@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from fastapi import FastAPI
-from fastapi.responses import FileResponse, PlainTextResponse
+from fastapi.responses import FileResponse, PlainTextResponse, RedirectResponse
 from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
@@ -67,6 +67,8 @@ def _answer(folder: Path, path: str, asked: Headers) -> Response:
         return _file(wanted, asked, FOR_EVER if path.startswith("assets/") else "no-cache")
     if "." in path.rpartition("/")[2]:
         raise HTTPException(404)  # a missing file is not a page
+    if path:
+        return RedirectResponse("/", 303)  # pages are behind the #; below this path the console would miss its files
     return _file(index, asked, "no-cache")
 
 

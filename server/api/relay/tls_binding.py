@@ -14,11 +14,31 @@ from typing import Final
 
 import structlog
 
+from server.runtime.settings import SettingsError
 from wire.channel_binding import BadCertificate, end_point
 
 _BEGIN: Final = "-----BEGIN CERTIFICATE-----"
 _END: Final = "-----END CERTIFICATE-----"
 _log = structlog.get_logger(__name__)
+
+
+_UNREADABLE: Final = (OSError, ValueError, BadCertificate)
+
+
+def require_certificate(path: Path) -> None:
+    """At the start, where a wrong path is noticed. Raises SettingsError: no agent could sign in. Later an unreadable
+    file only leaves the certificates that are known."""
+    try:
+        _binding_of(path)
+    except _UNREADABLE as error:
+        why = error.strerror if isinstance(error, OSError) else "it has no certificate in PEM"
+        raise SettingsError("TOWER_TLS_CERTIFICATE", f"names {path}, which cannot be used: {why}") from None
+
+
+def _binding_of(path: Path) -> bytes:
+    text = path.read_text()
+    leaf = text[text.index(_BEGIN) : text.index(_END) + len(_END)]
+    return end_point(ssl.PEM_cert_to_DER_cert(leaf))
 
 
 class TlsBinding:
@@ -48,10 +68,8 @@ class TlsBinding:
             stamp = (found.st_mtime_ns, found.st_ino)
             if stamp == self._read_at:
                 return
-            text = path.read_text()
-            leaf = text[text.index(_BEGIN) : text.index(_END) + len(_END)]
-            binding = end_point(ssl.PEM_cert_to_DER_cert(leaf))
-        except (OSError, ValueError, BadCertificate) as error:
+            binding = _binding_of(path)
+        except _UNREADABLE as error:
             _log.error("tls_certificate_unreadable", path=str(path), error=str(error) or type(error).__name__)
             return
         self._read_at = stamp

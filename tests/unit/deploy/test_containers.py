@@ -1,6 +1,7 @@
 """docker-compose.yml and the Dockerfiles, read: every container is locked in, pinned and keeps state in volumes, and
 every step names files and packages that exist. Docker itself does not run in the tests."""
 
+import ipaddress
 import re
 import shlex
 import subprocess
@@ -107,6 +108,28 @@ def test_the_bus_is_for_the_towers_alone_and_its_certificate_has_its_name() -> N
     ]
     uid = next(text for step, text in steps(CHECKOUT / "deploy" / "Dockerfile.tower") if "useradd" in text)
     assert f"--uid {bus['user'].split(':')[0]} " in uid, "or it could not read the key"
+
+
+def test_no_container_without_a_wish_takes_a_pinned_address() -> None:
+    [pool] = COMPOSE["networks"]["inside"]["ipam"]["config"]
+    free = ipaddress.ip_network(pool["ip_range"])
+    assert free.subnet_of(ipaddress.ip_network(pool["subnet"]))
+    pinned = [
+        ipaddress.ip_address(one["networks"]["inside"]["ipv4_address"])
+        for one in COMPOSE["services"].values()
+        if isinstance(one.get("networks"), dict)
+    ]
+    assert len(pinned) == len(set(pinned)) == 2
+    for address in pinned:
+        assert address in ipaddress.ip_network(pool["subnet"])
+        assert address not in free
+
+
+def test_whoever_is_waited_for_has_a_health_check() -> None:
+    for service in COMPOSE["services"].values():
+        for name, wanted in service.get("depends_on", {}).items():
+            check = COMPOSE["services"][name].get("healthcheck", {})
+            assert wanted["condition"] != "service_healthy" or check.get("test"), name
 
 
 def test_the_simulated_drone_starts_only_when_asked_for() -> None:

@@ -10,6 +10,8 @@ import pytest
 from onboard_agent.command_line import command_line
 from onboard_agent.settings import FILE_VARIABLE, KEYS, SETTINGS, as_toml, read_settings
 from onboard_agent.unusable import Unusable
+from onboard_agent.update import launch
+from server.runtime.settings import variables
 
 CHECKOUT = Path(__file__).parents[3]
 NOTHING: dict[str, Any] = dict.fromkeys(KEYS)
@@ -42,6 +44,24 @@ def test_systemd_says_where_the_state_lies_unless_a_variable_does(file: Path) ->
     assert read_settings(NOTHING, environment, file)["state"] == "/own"
 
 
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("TOWER_AGENT_UPLINK", r"TOWER_AGENT_UPLINK is not a setting of the agent: did you mean TOWER_AGENT_UPLINKS\?"),
+        ("TOWER_AGENT_XYZ_QQ", "TOWER_AGENT_XYZ_QQ is not a setting of the agent"),
+    ],
+)
+def test_a_misspelt_variable_is_named_with_the_nearest(file: Path, name: str, why: str) -> None:
+    with pytest.raises(Unusable, match=why):
+        read_settings(NOTHING, {name: "wlan0"}, file)
+    read_settings(NOTHING, {name: " "}, file)
+
+
+def test_variables_of_its_launcher_and_of_a_tower_are_no_mistakes(file: Path) -> None:
+    of_launcher = [getattr(launch, name) for name in ("RELEASE", "TRANSACTION", "INSTALLED", "_BASE_PATH", "_ABOVE")]
+    read_settings(NOTHING, dict.fromkeys((*of_launcher, *variables().values()), "x"), file)
+
+
 def test_uplinks_in_a_variable_have_commas(file: Path) -> None:
     assert read_settings(NOTHING, {"TOWER_AGENT_UPLINKS": "eth0,wwan1"}, file)["uplinks"] == ["eth0,wwan1"]
 
@@ -49,7 +69,8 @@ def test_uplinks_in_a_variable_have_commas(file: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        ("towr = 'x'", "no setting 'towr'; known: tower"),
+        ("towr = 'x'", "no setting 'towr' (did you mean tower?); known: tower"),
+        ("wings = 'x'", "no setting 'wings'; known: tower"),
         ("tower = 5", "tower must be a text in quotes"),
         ("uplinks = 'wlan0'", "uplinks must be a list"),
         ("tower = ", "is not TOML"),
@@ -70,8 +91,13 @@ def test_a_file_that_was_named_must_be_there(tmp_path: Path) -> None:
 def test_what_must_be_set_is_named_with_all_ways_to_set_it(tmp_path: Path) -> None:
     empty = tmp_path / "empty.toml"
     empty.touch()
-    with pytest.raises(Unusable, match=r"tower is not set: give --tower, TOWER_AGENT_TOWER, or tower in "):
+    with pytest.raises(
+        Unusable, match=r"^tower is not set: give --tower, TOWER_AGENT_TOWER; token .*, or each in /etc"
+    ):
         read_settings(NOTHING, {}, empty)
+    with pytest.raises(Unusable, match=r"^tower is not set: give --tower, TOWER_AGENT_TOWER, or tower in /etc"):
+        read_settings({"tower": None}, {}, empty)
+    assert read_settings(NOTHING, {}, empty, complete=False)["tower"] is None
 
 
 def test_the_example_shows_every_key_and_can_be_used() -> None:

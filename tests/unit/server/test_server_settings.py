@@ -80,6 +80,20 @@ def test_a_bad_value_names_its_variable_and_is_not_repeated(variable: str, value
     assert "secret" not in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("variable", "words"),
+    [
+        ("TOWER_UDP_PRT", "TOWER_UDP_PRT is not a setting of the tower: did you mean TOWER_UDP_PORT?"),
+        ("TOWER_QQ", "TOWER_QQ is not a setting of the tower; docs/settings.md has all of them"),
+    ],
+)
+def test_a_misspelt_variable_is_named_with_the_nearest(variable: str, words: str) -> None:
+    with pytest.raises(SettingsError) as caught:
+        read_settings({variable: "secret"})
+    assert str(caught.value) == words
+    read_settings({variable: "", "TOWER_AGENT_STATE": "/agent", "TOWER_URL": "https://tower", "TOWERS_OWN": "1"})
+
+
 def test_a_session_cannot_be_idle_for_longer_than_it_lives() -> None:
     with pytest.raises(SettingsError, match="TOWER_SESSION_IDLE_S"):
         read_settings({"TOWER_SESSION_LIFETIME_S": "3600"})
