@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import asyncio
 import contextlib
+import itertools
 import math
 import tempfile
 import time
@@ -91,6 +92,10 @@ def _corner(number: int, at: int) -> list[float]:
     return [round(_LAT + reach * math.sin(turn), 6), round(_LON + reach * math.cos(turn), 6)]
 
 
+_numbers: Final = itertools.count()
+"""Of warnings: one that is open already would be no news."""
+
+
 @dataclass
 class Served:
     """What another person gets of the tower meanwhile."""
@@ -130,7 +135,7 @@ async def others(pilot: LoadTower) -> AsyncIterator[Served]:
     async def warn() -> None:
         while True:
             await asyncio.sleep(WARN_S)
-            words = "failsafe " + "".join(chr(97 + int(digit)) for digit in str(served.warned))
+            words = "failsafe " + "".join(chr(97 + int(digit)) for digit in str(next(_numbers)))
             warned_at[words] = time.monotonic()
             served.warned += 1
             text = mavlink.MAVLink_statustext_message(2, words.encode())
