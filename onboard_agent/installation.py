@@ -47,7 +47,11 @@ def port_trouble(autopilot: str, devices: Path = DEVICES) -> Trouble | None:
     device = Path(rest.partition(":")[0])
     if not device.exists():
         there = found(_PORTS, devices)
-        known = f"this computer has {', '.join(there)}" if there else f"it has none: plug it in, or {_PI_PORT}"
+        known = (
+            f"this computer has {', '.join(there)}"
+            if there
+            else f"this computer has no port: plug it in, or {_PI_PORT}"
+        )
         return Trouble(f"{device} is not there", known)
     return _closed(device)
 
@@ -60,7 +64,7 @@ def camera_trouble(camera: str, devices: Path = DEVICES) -> Trouble | None:
     device = Path(rest.partition("@")[0])
     if not device.exists():
         there = found(_CAMERAS, devices)
-        known = f"this computer has {', '.join(there)}" if there else "it has no camera: is it plugged in?"
+        known = f"this computer has {', '.join(there)}" if there else "this computer has no camera: is it plugged in?"
         return Trouble(f"{device} is not there", known)
     return _closed(device)
 

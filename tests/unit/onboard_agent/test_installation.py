@@ -32,7 +32,7 @@ def test_a_computer_without_a_port(devices: Path) -> None:
     for autopilot in (f"serial:{devices}/serial0:921600", f"msp:{devices}/ttyACM0"):
         trouble = port_trouble(autopilot, devices)
         assert trouble is not None
-        assert trouble.remedy.startswith("it has none: plug it in, or on a Raspberry Pi: `raspi-config`")
+        assert trouble.remedy.startswith("this computer has no port: plug it in, or on a Raspberry Pi: `raspi-config`")
 
 
 @pytest.mark.parametrize("autopilot", ["udpin:0.0.0.0:14550", "tcp:127.0.0.1:5760", "msp:tcp:127.0.0.1:5761"])
@@ -53,7 +53,7 @@ def test_a_port_of_another_group_names_the_group(devices: Path, monkeypatch: pyt
 
 def test_a_camera_that_is_not_there(devices: Path) -> None:
     trouble = camera_trouble(f"v4l2:{devices}/video9@1280x720", devices)
-    assert trouble == (f"{devices}/video9 is not there", "it has no camera: is it plugged in?")
+    assert trouble == (f"{devices}/video9 is not there", "this computer has no camera: is it plugged in?")
     (devices / "video0").touch()
     trouble = camera_trouble(f"v4l2:{devices}/video9", devices)
     assert trouble is not None and trouble.remedy == f"this computer has {devices}/video0"
