@@ -13,6 +13,7 @@ import asyncpg
 import pytest
 import structlog
 from worlds.costs import CostsPlugin
+from worlds.event_loop import LoopsOfTests
 from worlds.postgres import postgres_programs, temporary_postgres
 from worlds.side_by_side import Groups, order_of_start, turns_of_this_run
 from worlds.tiers import register_tiers
@@ -26,6 +27,7 @@ CONSOLE: Final = Path(__file__).resolve().parent.parent / "web" / "dist" / "inde
 
 
 register_tiers()
+asyncio.set_event_loop_policy(LoopsOfTests())
 
 # Its own default prints the variables of every frame of a traceback: seconds for an error that a test provokes.
 _PLAIN = structlog.dev.ConsoleRenderer(exception_formatter=structlog.dev.plain_traceback)
