@@ -150,8 +150,8 @@ def enrol(found: dict[str, Any], tower: str, one_time_token: str) -> None:
     if autopilot:
         run({**found, "tower": tower})
         return
-    print(f"start it:  tower-agent run --tower {address} --token {token} --autopilot WHERE")
-    print("or, where the unit is installed:  systemctl enable --now tower-agent")
+    print(f"start it here:   tower-agent run --tower {address} --token {token} --autopilot WHERE")
+    print(f"as a service:    tower-agent install --tower {address} --autopilot WHERE")
 
 
 def _with_payload(port: AutopilotPort, servos: Sequence[str], sensor: str | None) -> AutopilotPort:
@@ -301,6 +301,10 @@ def _command(said: argparse.Namespace) -> bool:
         from onboard_agent.install import install
 
         return install(options)
+    if said.command == "uninstall":
+        from onboard_agent.install import uninstall
+
+        return uninstall(options)
     if said.command == "enrol":
         options["token"] = options["token"] or os.environ.get("TOWER_AGENT_TOKEN") or "/etc/tower-agent/token"
         asked = {key: value for key, value in options.items() if key not in {"tower", "autopilot"}}

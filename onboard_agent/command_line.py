@@ -15,14 +15,17 @@ _SETTINGS_OF: Final = {
     "doctor": tuple(KEYS),
     "enrol": ("token", "autopilot", "camera", "log_level"),
     "install": ("tower", "autopilot", "camera", "uplinks", "release_keys", "log_level"),
+    "uninstall": (),
     "signing": ("token", "state", "log_level"),
 }
+_BELOW_ROOT: Final = ("install", "uninstall")
 _PURPOSES: Final = {
     "run": "Link an autopilot to the tower until stopped.",
     "check": "Test the key file, the tower, the key, the autopilot and the camera, and print which of them work.",
     "doctor": "Test key, disk, network, clock, data channel, autopilot and camera, and say what to do about each.",
     "enrol": "Make this drone's key, register its public half with a one-time token, and start or print how to start.",
-    "install": "Write the settings, enrol this drone, and install and start the service. Needs root.",
+    "install": "Write the settings, enrol this drone, install and start the service, and test it. Asks for sudo.",
+    "uninstall": "Remove the service, the settings and the key. Asks for sudo.",
     "signing": "Print whether the autopilot's frames are signed; show, take or forget the key.",
 }
 
@@ -41,10 +44,12 @@ def command_line(version: str) -> argparse.ArgumentParser:
             command.add_argument("one_time_token", metavar="TOKEN", help="As an admin's console shows it.")
         if name == "install":
             _add_install(command)
+        if name in _BELOW_ROOT:
+            command.add_argument("--root", type=Path, default=Path("/"), help="Work below this folder; start nothing.")
         if name == "signing":
             _add_signing(command)
         _add_settings(command, (KEYS[key] for key in _SETTINGS_OF[name]))
-        if name != "install":
+        if name not in _BELOW_ROOT:
             command.add_argument(
                 "--config", type=Path, help=f"File with settings. Default: {FILE_VARIABLE}, else {DEFAULT_FILE}."
             )
@@ -72,4 +77,3 @@ def _add_signing(command: argparse.ArgumentParser) -> None:
 def _add_install(command: argparse.ArgumentParser) -> None:
     command.add_argument("--enrol", metavar="TOKEN", help="One-time token, as an admin's console shows it.")
     command.add_argument("--no-start", action="store_true", help="Install the service without starting it.")
-    command.add_argument("--root", type=Path, default=Path("/"), help="Install below this folder, and start nothing.")

@@ -1,63 +1,108 @@
-"""`tower-agent install`: settings, key, service, start. It may be repeated: what is there and not named stays.
+"""`tower-agent install` and `uninstall`: settings, key, service. Both may be repeated.
 
 The user of the service is made by systemd at each start (DynamicUser); its groups must exist.
 """
 
 from __future__ import annotations
 
-import grp
 import os
 import shutil
-import subprocess
 import sys
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NoReturn
 
 from onboard_agent.autopilot_port.schemes import make_port
+from onboard_agent.installation import DEVICES, the_autopilot_on_usb
 from onboard_agent.link.enrolment import check_can_keep, enrol
 from onboard_agent.link.identity_file import write_private
 from onboard_agent.link.tower_url import parse_tower_url
+from onboard_agent.service import UNIT, UNITS, Service, is_packaged, require_reachable, unit_text, used_paths
 from onboard_agent.settings import DEFAULT_FILE, KEYS, as_toml
 from onboard_agent.sockets.uplinks import parse_uplinks
 from onboard_agent.unusable import Unusable
 from onboard_agent.update.release_keys import parse_release_keys
 from onboard_agent.video.camera_setting import parse_camera
 
-UNIT: Final = "tower-agent.service"
-GROUPS: Final = ("dialout", "video")
 TOKEN: Final = Path("/etc/tower-agent/token")
-UNITS: Final = Path("/etc/systemd/system")
-_PACKAGED: Final = Path(__file__).with_name(UNIT)
-_CHECKOUT: Final = Path(__file__).resolve().parents[1] / "deploy" / UNIT
 
 
-def install(options: Mapping[str, Any]) -> bool:
-    """Installs below `root`. Returns whether the service is as asked for. Raises Unusable."""
-    root: Path = options["root"]
-    real = root == Path("/")
-    if real and os.geteuid() != 0:
-        raise Unusable("install writes to /etc and starts a service: run it as root (sudo)")
-    values = _values(root, options)
+def install(options: Mapping[str, Any], devices: Path = DEVICES) -> bool:
+    """Installs below `root`; what is there and not named stays. Returns whether the service is as asked for. Raises
+    Unusable, before the one-time token is spent."""
+    root, is_real = _root(options, "install")
+    program, service = _program(), Service(say=_say)
+    values = _values(root, options, devices)
     token = _below(root, TOKEN)
     folder = _below(root, DEFAULT_FILE).parent
+    if is_real and service.is_there:
+        require_reachable(used_paths(program))
     try:
         folder.mkdir(mode=0o755, parents=True, exist_ok=True)
         folder.chmod(0o755)  # an older version hid it; its secret is the token alone, which stays private
         _write(_below(root, DEFAULT_FILE), as_toml(values))
         _say(f"settings: {_below(root, DEFAULT_FILE)}")
         _enrol(values, token, options["enrol"])
-        unit = _below(root, UNITS) / UNIT
-        unit.parent.mkdir(parents=True, exist_ok=True)
-        _write(unit, unit_text(_program()))
+        _say(f"service: {_write_unit(root, program)}; systemd makes its user at each start")
     except OSError as error:
         raise Unusable(f"{error.filename} cannot be written: {error.strerror}") from None
-    _say(f"service: {unit}; systemd makes its user at each start")
-    return not real or (_make_groups() and _start(token, start=not options["no_start"]))
+    if not is_real:
+        return True
+    if not service.is_there:
+        _say("there is no systemd here: start `tower-agent run` by whatever starts services")
+        return True
+    if options["no_start"] or not token.exists():
+        return service.enable()
+    return service.enable() and service.start()
 
 
-def _values(root: Path, options: Mapping[str, Any]) -> dict[str, Any]:
+def uninstall(options: Mapping[str, Any]) -> bool:
+    """Removes what `install` made: service, settings, key. Raises Unusable while the drone is armed."""
+    root, is_real = _root(options, "uninstall")
+    service = Service(say=_say)
+    has_systemd = is_real and service.is_there
+    if has_systemd and not service.remove():
+        return False
+    file = _below(root, DEFAULT_FILE)
+    for path in (_below(root, UNITS) / UNIT, file, _below(root, TOKEN)):
+        if path.exists():
+            path.unlink()
+            _say(f"removed: {path}")
+    if file.parent.is_dir() and not list(file.parent.iterdir()):
+        file.parent.rmdir()
+    _say("the recordings of flights stay in /var/lib/tower-agent; the tower knows the drone until an admin deletes it")
+    return not has_systemd or service.reload()
+
+
+def _root(options: Mapping[str, Any], verb: str) -> tuple[Path, bool]:
+    """Returns the folder to work below, and whether it is this system. There it goes on as root."""
+    root: Path = options["root"]
+    is_real = root == Path("/")
+    if is_real and os.geteuid() != 0:
+        _again_as_root(verb)
+    return root, is_real
+
+
+def _again_as_root(verb: str) -> NoReturn:
+    if shutil.which("sudo") is None:
+        raise Unusable(f"{verb} writes to /etc and to systemd: run it as root")
+    _say(f"{verb} needs root: sudo asks for your password")
+    os.execvp("sudo", ["sudo", str(_program()), *sys.argv[1:]])  # noqa: S606, S607  # this program, once more
+
+
+def _write_unit(root: Path, program: Path) -> Path | str:
+    """Writes the unit, unless a package brought the same."""
+    unit = _below(root, UNITS) / UNIT
+    if is_packaged(program, root):
+        unit.unlink(missing_ok=True)  # of an installation before the package
+        return UNIT
+    unit.parent.mkdir(parents=True, exist_ok=True)
+    _write(unit, unit_text(program))
+    return unit
+
+
+def _values(root: Path, options: Mapping[str, Any], devices: Path) -> dict[str, Any]:
     """Returns the settings of before with the new ones over them, checked."""
     file = _below(root, DEFAULT_FILE)
     try:
@@ -67,9 +112,11 @@ def _values(root: Path, options: Mapping[str, Any]) -> dict[str, Any]:
     values: dict[str, Any] = {key: options.get(key) or before.get(key) for key in KEYS}
     values["token"] = None  # systemd hands the key to the service (LoadCredential)
     values["state"] = None  # and gives it a folder (StateDirectory)
-    for key in ("tower", "autopilot"):
-        if not values[key]:
-            raise Unusable(f"{key} is not set: give {KEYS[key].flag}")
+    if not values["tower"]:
+        raise Unusable(f"tower is not set: give {KEYS['tower'].flag}")
+    if not values["autopilot"]:
+        values["autopilot"] = the_autopilot_on_usb(devices)
+        _say(f"autopilot: {values['autopilot']}")
     parse_tower_url(values["tower"])
     make_port(values["autopilot"])
     parse_camera(values["camera"] or "")
@@ -88,48 +135,10 @@ def _enrol(values: Mapping[str, Any], token: Path, one_time_token: str | None) -
     _say(f"this is {enrol(parse_tower_url(values['tower']), one_time_token, token)} now; its key is in {token}")
 
 
-def unit_text(program: Path) -> str:
-    """Returns the unit, for the agent at this place."""
-    text = (_PACKAGED if _PACKAGED.exists() else _CHECKOUT).read_text(encoding="utf-8")
-    return text.replace("ExecStart=/opt/tower-agent/bin/tower-agent ", f"ExecStart={program} ")
-
-
 def _program() -> Path:
     """Returns this program's own place, or that of its virtual environment."""
     called = Path(sys.argv[0]).absolute()
     return called if called.name == "tower-agent" else Path(sys.prefix) / "bin" / "tower-agent"
-
-
-def _make_groups() -> bool:
-    """Makes the groups of the unit that this system lacks: systemd starts no unit with an unknown group."""
-    return all(_exists(group) or _runs("groupadd", "--system", group) for group in GROUPS)
-
-
-def _exists(group: str) -> bool:
-    try:
-        grp.getgrnam(group)
-    except KeyError:
-        return False
-    return True
-
-
-def _start(token: Path, *, start: bool) -> bool:
-    if shutil.which("systemctl") is None:
-        _say("there is no systemd here: start `tower-agent run` by whatever starts services")
-        return True
-    words = ("enable", "--now") if start and token.exists() else ("enable",)
-    done = _runs("systemctl", "daemon-reload") and _runs("systemctl", *words, UNIT)
-    if done and "--now" in words:
-        done = _runs("systemctl", "restart", UNIT)  # if it ran before, it takes the new settings
-        _say("started. `tower-agent doctor` tests every part; `systemctl status tower-agent` says how it is")
-    return done
-
-
-def _runs(*command: str) -> bool:
-    done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603  # our own words alone
-    if done.returncode != 0:
-        print(f"!! {' '.join(command)}: {(done.stderr or done.stdout).strip()}", file=sys.stderr)
-    return done.returncode == 0
 
 
 def _write(path: Path, text: str) -> None:

@@ -1,17 +1,19 @@
 """What there is on this computer: how the agent was installed, which serial ports and cameras exist. Only looks.
 
-For `tower-agent doctor`, whose remedies must work here.
+For `tower-agent doctor`, whose remedies must work here, and `install`.
 """
 
 from __future__ import annotations
 
 import grp
 import os
+import re
 import sys
 from pathlib import Path
 from typing import Final, NamedTuple
 
 from onboard_agent import VERSION
+from onboard_agent.unusable import Unusable
 
 ENVIRONMENT: Final = Path("/opt/tower-agent")
 """Of the package for Debian, and of the documents' wheel."""
@@ -67,6 +69,22 @@ def camera_trouble(camera: str, devices: Path = DEVICES) -> Trouble | None:
         known = f"this computer has {', '.join(there)}" if there else "this computer has no camera: is it plugged in?"
         return Trouble(f"{device} is not there", known)
     return _closed(device)
+
+
+def the_autopilot_on_usb(devices: Path = DEVICES) -> str:
+    """The `autopilot` setting for the one serial device on USB. Raises Unusable unless there is just one.
+
+    An autopilot may show several ports of one device (`-if00`, `-if02`): the first speaks MAVLink.
+    """
+    ports: dict[str, str] = {}
+    for name in found(("serial/by-id/*",), devices):
+        ports.setdefault(re.sub(r"-if\d+(-port\d+)?$", "", name), name)
+    if len(ports) == 1:
+        return f"serial:{next(iter(ports.values()))}"
+    there = found(_PORTS, devices)
+    known = f"this computer has {', '.join(there)}" if there else "this computer has no port"
+    which = "no autopilot is on USB" if not ports else "several devices are on USB"
+    raise Unusable(f"{which}: give --autopilot, for example serial:/dev/serial0:921600; {known}")
 
 
 def found(patterns: tuple[str, ...], devices: Path = DEVICES) -> list[str]:

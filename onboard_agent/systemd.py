@@ -7,6 +7,15 @@ from typing import Final
 
 LINKED: Final = "X_TOWER_LINKED=1"
 """To the launcher of a release on trial (onboard_agent.update.launch); systemd ignores it."""
+ARMED: Final = "armed"
+"""The last word of the status line while the drone is armed."""
+
+
+def service_status(*, linked: bool, heard: bool, armed: bool) -> str:
+    """The line of `systemctl status`. Packages and `tower-agent install` read in it whether the drone is armed."""
+    tower = "linked" if linked else "not reached"
+    autopilot = "heard" if heard else "silent"
+    return f"tower {tower}, autopilot {autopilot}, {ARMED if armed else 'disarmed'}"
 
 
 class Systemd:

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Final
 
 CHECKOUT: Final = Path(__file__).resolve().parents[2]
+UPGRADE_PATIENCE_S: Final = 600
 MAINTAINER: Final = "Control Tower developers <security@example.org>"
 
 
@@ -35,6 +36,10 @@ class Package:
     depends: tuple[str, ...] = ()
     is_addition: bool = False
     """It adds packages to the environment of another one."""
+    waits_for_disarm: bool = False
+    """An upgrade replaces nothing while the unit's drone is armed."""
+    purged: tuple[str, ...] = ()
+    """Folders that its programs made, and that go with a purge."""
 
 
 TOWER: Final = Package(
@@ -58,6 +63,8 @@ AGENT: Final = Package(
     unit="tower-agent.service",
     documents=("deploy/agent.toml", "docs/agent.md"),
     depends=("ca-certificates",),
+    waits_for_disarm=True,
+    purged=("/etc/tower-agent", "/var/lib/private/tower-agent", "/var/lib/tower-agent"),
 )
 AGENT_VIDEO: Final = Package(
     name="control-tower-agent-video",
@@ -140,7 +147,11 @@ def _control(root: Path, package: Package, *, version: str, architecture: str, p
     )
     if package.settings:
         _write(folder / "conffiles", "".join(f"{path}\n" for path in package.settings))
+    if package.waits_for_disarm:
+        _write(folder / "preinst", before_upgrade(package), mode=0o755)
     _write(folder / "postinst", _after_installation(package), mode=0o755)
+    if package.purged:
+        _write(folder / "postrm", _after_removal(package), mode=0o755)
     _write(folder / "prerm", _before_removal(package), mode=0o755)
     sums = "".join(
         f"{hashlib.md5(path.read_bytes(), usedforsecurity=False).hexdigest()}  {path.relative_to(root)}\n"
@@ -148,6 +159,35 @@ def _control(root: Path, package: Package, *, version: str, architecture: str, p
         if path.is_file() and not path.is_symlink() and folder not in path.parents
     )
     _write(folder / "md5sums", sums)
+
+
+def before_upgrade(package: Package) -> str:
+    """dpkg runs it before it replaces a file: an agent must not go on with half of another release in flight."""
+    return f"""#!/bin/sh
+set -e
+armed() {{ systemctl show --property=StatusText --value {package.unit} | grep -q ', armed$'; }}
+if [ "$1" = upgrade ] && [ -d /run/systemd/system ] && armed; then
+  echo "The drone is armed: the upgrade waits until it is disarmed, {UPGRADE_PATIENCE_S // 60} minutes at most."
+  waited=0
+  while armed; do
+    if [ $waited -ge {UPGRADE_PATIENCE_S} ]; then
+      echo "The drone is still armed: nothing was changed. Upgrade when it is disarmed." >&2
+      exit 1
+    fi
+    sleep 2
+    waited=$((waited + 2))
+  done
+fi
+"""
+
+
+def _after_removal(package: Package) -> str:
+    return f"""#!/bin/sh
+set -e
+if [ "$1" = purge ]; then
+  rm -rf {" ".join(package.purged)}
+fi
+"""
 
 
 def _after_installation(package: Package) -> str:

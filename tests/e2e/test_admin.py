@@ -145,7 +145,7 @@ def test_a_new_drone_is_enrolled_and_its_enrolment_cancelled(somebody_early: Som
     admin.part("drone-name-field").fill("Bittern")
     admin.part("drone-save").click()
     admin.part("enrol-begin").click()
-    expect(admin.part("enrol-command")).to_contain_text("tower-agent enrol")
+    expect(admin.part("enrol-command")).to_contain_text("tower-agent) install --tower")
     admin.part("enrol-close").click()
     expect(admin.part("drone-row").filter(has_text="Bittern")).to_contain_text("offline")
     admin.part("section-enrolment").click()

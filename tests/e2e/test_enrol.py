@@ -54,8 +54,7 @@ def test_a_pasted_command_puts_a_new_drone_on_its_owners_map(somebody_early: Som
     admin.open("/#/admin/enrolment")
     enrolment = admin.part("enrolment-row").filter(has_text="Harrier")
     expect(enrolment).to_have_attribute("data-state", "waiting")
-    kept = quiet_world.folder / "harriers-computer" / "token"
-    quiet_world.paste("enrolled", command, TOWER_AGENT_TOKEN=str(kept))
+    quiet_world.install_agent("enrolled", command, quiet_world.folder / "harriers-computer")
     # Without a reload.
     expect(enrolment).to_have_attribute("data-state", "seen")
     expect(enrolment).to_contain_text("Harrier is enrolled")

@@ -112,7 +112,7 @@ async def test_a_whole_agent_on_a_serial_line_under_systemd(token: Path, tmp_pat
             assert (tmp_path / "state" / f"drone-{DRONE}").is_dir()
             os.write(master, FRAME)
             await until(lambda: FRAME in tower.frames)
-            await until(lambda: notified("STATUS=tower linked, autopilot heard"))
+            await until(lambda: notified("STATUS=tower linked, autopilot heard, disarmed"))
             await until(lambda: b"\xfd" in from_agent(), what="the agent asks its autopilot for rates")
             started.send_signal(signal.SIGTERM)
             _, errors = await asyncio.wait_for(started.communicate(), 30.0)

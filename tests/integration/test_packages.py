@@ -283,7 +283,7 @@ def test_the_base_agent_is_small_and_has_no_video(
         "pi:0",
         code=2,
     )
-    assert "no video: its libraries are not installed. pip install 'control-tower-agent[video]'" in said
+    assert f"no video: its libraries are not installed. `{agent_programs}/pip install 'control_tower_agent-" in said
 
 
 @pytest.mark.parametrize(("package", "program"), [(TOWER, "tower"), (AGENT, "tower-agent")], ids=["tower", "agent"])

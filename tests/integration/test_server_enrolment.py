@@ -67,9 +67,12 @@ async def test_a_token_is_worth_one_key_and_admins_see_it_live(
     operator = await world.signed_in(await world.add_user("Anna"))
     async with live(world, root) as screen, live(world, operator) as theirs:
         begun = await begin(root, hawk, autopilot="serial:/dev/tty AMA0")
-        assert begun["command"] == shlex.join(
-            ["tower-agent", "enrol", world.base_url, begun["token"], "--autopilot", "serial:/dev/tty AMA0"]
-        )
+        program, words = begun["command"].split(" install ")
+        assert program == "$(command -v tower-agent || echo /opt/tower-agent/bin/tower-agent)"
+        assert shlex.split(words) == [
+            *("--tower", world.base_url, "--enrol", begun["token"]),
+            *("--autopilot", "serial:/dev/tty AMA0"),
+        ]
         reported = await screen.event("enrolment")
         assert reported["enrolment"]["state"] == "waiting"
         for stolen in (asked(begun["token"], KEY, signed="another"), {**asked(begun["token"], KEY), "public_key": ""}):
@@ -141,22 +144,23 @@ def test_the_pasted_command_puts_a_simulated_drone_on_the_map(tmp_path: Path) ->
             client.post("/api/v1/session", json={"name": "admin", "password": PASSWORD})
             wanted = {"autopilot": f"udpin:127.0.0.1:{port}"}
             begun = client.post(f"/api/v1/drones/{drone_id}/enrolments", json=wanted).json()
-        kept = tmp_path / "drone" / "token"
-        world.start("enrolled", *shlex.split(begun["command"]), "--token", str(kept))
+        kept = tmp_path / "drone" / "etc" / "tower-agent" / "token"
+        world.install_agent("enrolled", begun["command"], tmp_path / "drone")
         world.start(
             "simulator", "tower-sim", "--count", "1", "--home", "47.3977,8.5456,488,0", "--out", f"udp:127.0.0.1:{port}"
         )
         world.wait_until_online(admin, drone_id)
         assert stat.S_IMODE(kept.stat().st_mode) == 0o600
-        assert begun["token"] not in world.log_of("enrolled")
+        said = world.log_of("enrolled, installed") + world.log_of("enrolled")
+        assert begun["token"] not in said
         key = read_identity(kept).key
         assert key is not None
-        assert str(key)[-43:] not in world.log_of("enrolled")
-        assert list(kept.parent.iterdir()) == [kept]
-        again = world.start("again", *shlex.split(begun["command"]), "--token", str(tmp_path / "second"))
-        assert again.wait(20) == 2
+        assert str(key)[-43:] not in said
+        assert sorted(kept.parent.iterdir()) == [kept.with_name("agent.toml"), kept]
+        second = tmp_path / "second"
+        assert world.paste("again", f"{begun['command']} --root {second}").wait(20) == 2
         assert "no longer valid" in world.log_of("again")
-        assert not (tmp_path / "second").exists()
+        assert not (second / "etc/tower-agent/token").exists()
 
 
 @pytest.mark.parametrize("host", ["evil.example", "192.0.2.7:8000", "127.0.0.1.evil.example", "x;reboot"])
@@ -173,7 +177,7 @@ async def test_a_host_that_is_none_is_not_in_the_command(
     world: TowerWorld, root: httpx.AsyncClient, hawk: NewDrone, host: str
 ) -> None:
     answer = await root.post(f"/api/v1/drones/{hawk.id}/enrolments", json={}, headers={"Host": host})
-    assert answer.json()["command"].startswith(f"tower-agent enrol {world.base_url} twe_")
+    assert answer.json()["command"].partition(" install ")[2].startswith(f"--tower {world.base_url} --enrol twe_")
 
 
 async def test_the_address_of_the_settings_is_the_towers(tmp_path: Path) -> None:
@@ -181,4 +185,4 @@ async def test_the_address_of_the_settings_is_the_towers(tmp_path: Path) -> None
         root = await world.signed_in(await world.add_user("Root", Role.ADMIN))
         hawk = await world.add_drone("hawk")
         answer = await root.post(f"/api/v1/drones/{hawk.id}/enrolments", json={}, headers={"Host": "evil.example"})
-        assert " https://tower.example.org twe_" in answer.json()["command"]
+        assert " --tower https://tower.example.org --enrol twe_" in answer.json()["command"]

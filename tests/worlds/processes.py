@@ -210,6 +210,16 @@ class World:
         path = f"{BIN}{os.pathsep}{os.environ['PATH']}"
         return self._spawn(name, "bash", "-c", line, env={**self.environment, "PATH": path, **environment})
 
+    def install_agent(self, name: str, line: str, root: Path) -> Process:
+        """Pastes an enrolment's command, below `root`, and starts the agent as the unit does."""
+        assert self.paste(f"{name}, installed", f"{line} --root {root}").wait(30) == 0, self.log_of(
+            f"{name}, installed"
+        )
+        settings = root / "etc" / "tower-agent"
+        state = root / "var" / "lib" / "tower-agent"
+        words = ("--config", str(settings / "agent.toml"), "--token", str(settings / "token"), "--state", str(state))
+        return self.start(name, "tower-agent", "run", *words)
+
     def _spawn(self, name: str, *command: str, env: dict[str, str]) -> Process:
         with (self.folder / f"{name}.log").open("ab") as log:
             process: Process | None = None if self.as_installed else fork(command, log, env)

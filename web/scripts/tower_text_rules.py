@@ -114,7 +114,8 @@ NOT_SHOWN: Final = re.compile(
         (
             # Command lines, settings, logs and what an agent says on its own computer.
             r"server/app/",
-            r"onboard_agent/(agent|check|cli|command_line|doctor|install|installation|settings|state_directory|work)\.py",
+            r"onboard_agent/(agent|check|cli|command_line|doctor|install|installation|service|settings)\.py",
+            r"onboard_agent/(state_directory|systemd|work)\.py",
             r"onboard_agent/(autopilot|autopilot_port|landing|link|sockets|vision|black_box/flight_files)",
             r"onboard_agent/(payload/(payload_port|sensor_lines|servo\.)|telemetry/t|update/(release_keys|launch))",
             r"onboard_agent/autonomy/(.*sett?ings?|loading|scripted|frame_sharing|target_watch|core/payload_release)",

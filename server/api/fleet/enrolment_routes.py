@@ -32,6 +32,9 @@ from wire.drone_key import key_text
 router = APIRouter(prefix="/api/v1", tags=["enrolment"])
 _ADMINS = answers(NotSignedIn, SessionExpired, AdminsOnly)
 
+_AGENT = "$(command -v tower-agent || echo /opt/tower-agent/bin/tower-agent)"
+"""For a shell: the program of a package or of an activated environment, else that of the documents' wheel."""
+
 
 class NewEnrolment(BaseModel):
     model_config = ConfigDict(extra="forbid")
@@ -47,7 +50,7 @@ class EnrolmentWithToken(BaseModel):
 
     enrolment: EnrolmentView
     token: str
-    command: Annotated[str, Field(description="Paste it on the drone's companion computer")]
+    command: Annotated[str, Field(description="Paste it on the drone's companion computer: it installs the service")]
 
 
 class Enrol(BaseModel):
@@ -93,9 +96,11 @@ async def begin_enrolment(
     for one in [*cancelled, row.id]:
         enrolment_notifier.publish(one)
     enrolment_notifier.expect_expiry(row.id, body.lasts_s)
-    words = ["tower-agent", "enrol", address, token]
-    words += ["--autopilot", body.autopilot] if body.autopilot else []
-    return EnrolmentWithToken(enrolment=EnrolmentView.of(row, drone, clock()), token=token, command=shlex.join(words))
+    options = ["install", "--tower", address, "--enrol", token]
+    options += ["--autopilot", body.autopilot] if body.autopilot else []
+    return EnrolmentWithToken(
+        enrolment=EnrolmentView.of(row, drone, clock()), token=token, command=" ".join((_AGENT, shlex.join(options)))
+    )
 
 
 @router.get("/enrolments", responses=_ADMINS)

@@ -3049,7 +3049,7 @@ export interface components {
         };
         /** @description The only response that ever contains the token. */
         readonly EnrolmentWithToken: {
-            /** @description Paste it on the drone's companion computer */
+            /** @description Paste it on the drone's companion computer: it installs the service */
             readonly command: string;
             readonly enrolment: components["schemas"]["EnrolmentView"];
             readonly token: string;
