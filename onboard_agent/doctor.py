@@ -113,7 +113,7 @@ async def _findings(settings: dict[str, Any], url: TowerUrl | None, uplinks: tup
 
 
 def _key(token: Path, state: Path | None) -> tuple[Identity | None, Finding]:
-    enrol = "get a token in the console (Admin, Drones, Enrol) and run `tower-agent enrol URL TOKEN`"
+    enrol = "paste here the command that the console shows (Admin, Drones, Enrol)"
     try:
         if enrolment_token(token) is not None:
             return None, Finding("key", False, f"{token} holds a one-time token: this drone is not enrolled yet", enrol)

@@ -137,7 +137,7 @@ def _enrol(values: Mapping[str, Any], token: Path, one_time_token: str | None) -
 
 def _program() -> Path:
     """Returns this program's own place, or that of its virtual environment."""
-    called = Path(sys.argv[0]).absolute()
+    called = Path(sys.argv[0]).resolve()
     return called if called.name == "tower-agent" else Path(sys.prefix) / "bin" / "tower-agent"
 
 

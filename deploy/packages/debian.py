@@ -88,10 +88,12 @@ def build_deb(
     fill: Callable[[Path], object],
     work: Path,
     out: Path,
+    mark: str = "",
     compression: str = "xz",
 ) -> Path:
-    """Returns the package's file. `python`: the minor version, as 3.11. `fill` puts packages into the folder that it
-    is called with."""
+    """Returns the package's file. `python`: the minor version, as 3.11. `mark`: the system, at the end of the version.
+    `fill` puts packages into the folder that it is called with."""
+    full_version = debian_version(version) + (f"+{mark}" if mark else "")
     root = work / f"{package.name}_{architecture}"
     shutil.rmtree(root, ignore_errors=True)
     site = _below(root, package.home) / "lib" / f"python{python}" / "site-packages"
@@ -106,8 +108,8 @@ def build_deb(
         _write(_below(root, Path(path)), content)
     for document in (*package.documents, "LICENSE"):
         _write(root / "usr/share/doc" / package.name / Path(document).name, (CHECKOUT / document).read_text())
-    _control(root, package, version=debian_version(version), architecture=architecture, python=python)
-    made = out / f"{package.name}_{debian_version(version)}_{architecture}.deb"
+    _control(root, package, version=full_version, architecture=architecture, python=python)
+    made = out / f"{package.name}_{full_version}_{architecture}.deb"
     command = ["dpkg-deb", "--root-owner-group", f"-Z{compression}", "--build", str(root), str(made)]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     return made

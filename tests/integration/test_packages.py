@@ -218,7 +218,7 @@ def test_doctor_says_what_works_and_what_to_do(
     agent, port = agent_programs / "tower-agent", free_udp_ports(1)[0]
     settings = ("--tower", address, "--token", token, "--autopilot", f"udpin:127.0.0.1:{port}", "--state", drone.home)
     before = drone.run(agent, "doctor", *settings, code=1)
-    assert re.search(r"^!! key .* not enrolled yet\n +-> get a token", before, re.MULTILINE), before
+    assert re.search(r"^!! key .* not enrolled yet\n +-> paste here the command", before, re.MULTILINE), before
     assert re.search(r"^!! autopilot .*\n +-> is it powered\?", before, re.MULTILINE), before
     out = ("--out", f"udp:127.0.0.1:{port}")
     drone.start("simulator", tower_programs / "tower-sim", "--home", HOME, "--boot-s", "1", *out)
