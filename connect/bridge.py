@@ -28,14 +28,14 @@ a heartbeat that passed would report a pilot to the autopilot who is not there."
 
 
 class Bridge:
-    """One drone, any number of programs."""
+    """One drone, any number of programs. `is_alone`: the rest of the squad is traffic to them."""
 
-    def __init__(self, drone_id: DroneId) -> None:
+    def __init__(self, drone_id: DroneId, *, is_alone: bool = True) -> None:
         self.has_controls = False
         """Set by the code that follows the tower's events."""
         self.skipped_bytes = 0
         self._drone_id = drone_id
-        self._traffic = SquadTraffic(drone_id)
+        self._traffic = SquadTraffic(drone_id) if is_alone else None
         self._streams: dict[Hashable, FrameStream] = {}
         self._heard_at: dict[Hashable, float] = {}
         self._ever_heard = False
@@ -68,14 +68,16 @@ class Bridge:
         self._heard_at.pop(program, None)
 
     def from_tower(self, message: bytes, now: float) -> list[bytes]:
-        """Returns the drone's frames in a binary message of the live channel. The rest of the squad is traffic around
-        it: an ADSB_VEHICLE for each of its drones in the air."""
+        """Returns the drone's frames in a binary message of the live channel. If it is alone, the rest of the squad is
+        traffic around it: an ADSB_VEHICLE for each of its drones in the air."""
         try:
             parts = split_tagged(message)
         except MalformedFrame:
             self.skipped_bytes += len(message)
             return []
         frames = [frame for drone_id, frame in parts if drone_id == self._drone_id]
+        if self._traffic is None:
+            return frames
         told = [self._traffic.frame(drone_id, frame, now) for drone_id, frame in parts]
         return frames + [frame for frame in told if frame is not None]
 

@@ -14,7 +14,7 @@ from typing import Annotated, Any
 import typer
 
 from connect.addresses import DEFAULT_UDP, endpoints_of
-from connect.session import Options, Session
+from connect.session import Options, run
 from connect.tower_url import parse_tower_url
 from connect.unusable import Ended, Unusable
 
@@ -23,7 +23,7 @@ app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
 @app.command()
 def connect(
-    drone: Annotated[str, typer.Argument(help="The drone's name or its id.", metavar="DRONE")],
+    drones: Annotated[list[str], typer.Argument(help="A drone's name or its id, each.", metavar="DRONE...")],
     tower: Annotated[
         str, typer.Option("--tower", envvar="TOWER_URL", help="https://HOST[:PORT]; http:// on this machine only.")
     ],
@@ -40,7 +40,9 @@ def connect(
         list[str] | None, typer.Option("--udp-listen", help="Wait there for programs that speak first.")
     ] = None,
     tcp: Annotated[list[str] | None, typer.Option("--tcp", help="Wait there for programs to connect.")] = None,
-    fly: Annotated[bool, typer.Option("--fly", help="Take the controls, and release them at the end.")] = False,
+    fly: Annotated[
+        bool, typer.Option("--fly", help="Take the controls of the first, and release them at the end.")
+    ] = False,
     acknowledge_loss_check: Annotated[
         bool, typer.Option("--acknowledge-loss-check", help="With --fly: read out what a loss would do, and ask.")
     ] = False,
@@ -48,14 +50,15 @@ def connect(
         bool, typer.Option("--other-machines", help="Allow addresses that are not on this machine.")
     ] = False,
 ) -> None:
-    """A drone of the tower as a local MAVLink endpoint, for QGroundControl, Mission Planner, MAVProxy, MAVSDK.
+    """Drones of the tower as a local MAVLink endpoint, for QGroundControl, Mission Planner, MAVProxy, MAVSDK.
 
-    Without --fly it can be watched only. Each of --udp, --udp-listen and --tcp may be repeated.
+    Several drones are systems 1, 2, 3, in the order named. Without --fly they can be watched only. Each of --udp,
+    --udp-listen and --tcp may be repeated.
 
-    With --fly, type acquire, release or accept to change hands.
+    With --fly, type acquire, release or accept (of several drones: with the name) to change hands.
     """
     options = Options(
-        drone=drone,
+        drones=drones,
         tower=parse_tower_url(tower),
         token=_token(token, token_file),
         endpoints=endpoints_of(
@@ -85,7 +88,7 @@ def _token(token: str, token_file: Path | None) -> str:
 
 async def _until_stopped(options: Options) -> None:
     loop = asyncio.get_running_loop()
-    running = asyncio.create_task(Session(options, _say).run())
+    running = asyncio.create_task(run(options, _say))
     for number in (signal.SIGTERM, signal.SIGINT):
         loop.add_signal_handler(number, running.cancel)
     try:

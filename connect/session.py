@@ -1,22 +1,24 @@
-"""One run of `tower connect`: finds the drone, acquires the controls if asked to, carries frames, releases the
-controls.
+"""One run of `tower connect`: finds the drones, acquires their controls if asked to, carries frames, releases them.
 
 This shell connects the parts. It never decides who may fly: the tower does.
 """
 
+from __future__ import annotations
+
 import asyncio
 import contextlib
-from collections.abc import Callable, Coroutine, Hashable
+from collections.abc import Callable, Coroutine, Hashable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
 from connect.bridge import Bridge
 from connect.control_view import ControlView
 from connect.endpoints import Endpoint
+from connect.ground import Ground
 from connect.live import Live
 from connect.loss_check import before_flight
 from connect.rest import Rest
-from connect.squad import Chosen, choose
+from connect.squad import Chosen, choose_all
 from connect.terminal import Terminal
 from connect.tower_url import TowerUrl
 from connect.unusable import Ended, Unusable
@@ -31,9 +33,9 @@ _BODIES: Final[dict[str, Any]] = {"accept": {"sticks_centred": True}}
 
 @dataclass(frozen=True)
 class Options:
-    """The options of the command line. `drone` is a name or an id."""
+    """The options of the command line. `drones`: each a name or an id."""
 
-    drone: str
+    drones: list[str]
     tower: TowerUrl
     token: str = field(repr=False)
     endpoints: list[Endpoint]
@@ -41,43 +43,89 @@ class Options:
     acknowledge_loss_check: bool
 
 
-class Session:
-    """Call `run` once."""
+async def run(options: Options, say: Callable[[str], None]) -> None:
+    """Runs until cancelled. Raises Ended with the reason if it cannot continue: the first drone that ends ends all."""
+    answer = await Rest(options.tower, options.token).ask("GET", "/drones")
+    if not answer.done:
+        raise Unusable(f"{options.tower.origin} refuses: {answer.words}")
+    drones = choose_all(answer.body, options.drones)
+    ground = Ground(options.endpoints, [one.drone_id for one in drones])
+    terminal = Terminal(lambda line: _typed(line, sessions, say))
+    # One person flies one drone at a time: the others wait for `acquire NAME`.
+    sessions = [Session(options, one, ground, terminal, say, flies=options.fly and one is drones[0]) for one in drones]
+    async with contextlib.AsyncExitStack() as stack:
+        stack.callback(ground.close)
+        await ground.open()
+        if options.fly:
+            terminal.open()
+            stack.callback(terminal.close)
+        try:
+            async with asyncio.TaskGroup() as group:
+                for session in sessions:
+                    group.create_task(session.run())
+        except BaseExceptionGroup as group_error:
+            raise group_error.exceptions[0] from None
 
-    def __init__(self, options: Options, say: Callable[[str], None]) -> None:
+
+def _typed(line: str, sessions: Sequence[Session], say: Callable[[str], None]) -> None:
+    word, _, name = line.partition(" ")
+    if not word:
+        return
+    wanted = [one for one in sessions if one.is_called(name.strip())] if name or len(sessions) > 1 else sessions
+    if word not in ("acquire", "release", "accept") or not wanted:
+        which = "" if len(sessions) == 1 else " and the drone's name"
+        say(f"type acquire, release or accept{which}; Ctrl-C ends it")
+        return
+    for session in wanted:
+        session.ask_for(word)
+
+
+class Session:
+    """One drone. `flies`: its controls are acquired at once. Call `run` once."""
+
+    def __init__(
+        self,
+        options: Options,
+        drone: Chosen,
+        ground: Ground,
+        terminal: Terminal,
+        say: Callable[[str], None],
+        *,
+        flies: bool,
+    ) -> None:
+        self._flies = flies
+        self._is_to_release = False
         self._options = options
+        self._drone = drone
+        self._ground = ground
+        self._terminal = terminal
         self._say = say
         self._rest = Rest(options.tower, options.token)
         self._asking: set[asyncio.Task[None]] = set()
         self._there = True
-        self._terminal = Terminal(self._typed)
+        self._bridge = Bridge(drone.drone_id, is_alone=ground.system_of(drone.drone_id) is None)
+        self._view = ControlView(drone.drone_id, drone.name)
+
+    def is_called(self, name: str) -> bool:
+        return name.casefold() in (self._drone.name.casefold(), str(self._drone.drone_id))
 
     async def run(self) -> None:
         """Runs until cancelled. Raises Ended with the reason if it cannot continue."""
-        options = self._options
-        answer = await self._rest.ask("GET", "/drones")
-        if not answer.done:
-            raise Unusable(f"{options.tower.origin} refuses: {answer.words}")
-        self._drone = drone = choose(answer.body, options.drone)
-        self._bridge = Bridge(drone.drone_id)
-        self._view = ControlView(drone.drone_id, drone.name)
+        options, drone = self._options, self._drone
         self._loop = asyncio.get_running_loop()
         hello = [{"type": "watch", "rate_hz": WATCH_RATE_HZ}, {"type": "focus", "drone_id": drone.drone_id}]
         self._live = Live(
             options.tower, options.token, hello=hello, received=self._from_tower, say=self._say, shut=self._tower_closed
         )
+        self._ground.attach(drone.drone_id, self._from_program, self._bridge.program_gone)
         async with contextlib.AsyncExitStack() as stack:
-            for endpoint in options.endpoints:
-                stack.callback(endpoint.close)
-                await endpoint.open(self._from_program, self._bridge.program_gone)
-            if options.fly:
-                if await self._acquire(drone):
-                    stack.push_async_callback(self._release, drone)
-                self._terminal.open()
-                stack.callback(self._terminal.close)
+            stack.push_async_callback(self._release, drone)
+            if self._flies:
+                self._is_to_release = await self._acquire(drone)
                 await self._loss_check(drone)
-            places = ", ".join(endpoint.name for endpoint in options.endpoints)
-            self._say(f"{drone.name} is at {places}: you {'fly' if options.fly else 'watch'}")
+            system = self._ground.system_of(drone.drone_id)
+            which = "" if system is None else f", as system {system}"
+            self._say(f"{drone.name} is at {self._ground.places}{which}: you {'fly' if self._flies else 'watch'}")
             await self._live.run(watch_only=self._watch_only)
 
     # Frames
@@ -97,8 +145,7 @@ class Session:
         if isinstance(message, bytes):
             frames = self._bridge.from_tower(message, self._loop.time())
             if frames:
-                for endpoint in self._options.endpoints:
-                    endpoint.send(frames)
+                self._ground.send(self._drone.drone_id, frames)
             return
         view = self._view
         for reply in view.event(message, self._loop.time()):
@@ -146,7 +193,7 @@ class Session:
         return True
 
     async def _release(self, drone: Chosen) -> None:
-        if self._view.user_id is not None and not self._view.has_controls:
+        if not self._is_to_release or (self._view.user_id is not None and not self._view.has_controls):
             return
         try:
             async with asyncio.timeout(RELEASE_WITHIN_S):
@@ -159,11 +206,8 @@ class Session:
         acknowledge = self._options.acknowledge_loss_check
         await before_flight(self._rest, drone, acknowledge=acknowledge, say=self._say, ask=self._terminal.ask)
 
-    def _typed(self, word: str) -> None:
-        if word not in ("acquire", "release", "accept"):
-            if word:
-                self._say("type acquire, release or accept; Ctrl-C ends it")
-            return
+    def ask_for(self, word: str) -> None:
+        """`word`: acquire, release or accept."""
         self._in_background(self._ask_for(word))
 
     async def _ask_for(self, word: str) -> None:
@@ -171,6 +215,8 @@ class Session:
         answer = await self._rest.ask("POST", path, _BODIES.get(word, {}))
         if not answer.done:
             self._say(answer.words)
+        elif word == "acquire":
+            self._is_to_release = True
 
     def _in_background(self, work: Coroutine[Any, Any, None]) -> None:
         """Reports a failure without ending the flight."""

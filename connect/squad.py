@@ -1,8 +1,9 @@
-"""Finds the drone that the user means, by name or id. Pure."""
+"""Finds the drones that the user means, by name or id. Pure."""
 
 from dataclasses import dataclass
 from typing import Any
 
+from connect.ground import MAX_DRONES
 from connect.unusable import Unusable
 from wire.ids import DroneId
 
@@ -11,6 +12,17 @@ from wire.ids import DroneId
 class Chosen:
     drone_id: DroneId
     name: str
+
+
+def choose_all(squad: list[dict[str, Any]], wanted: list[str]) -> list[Chosen]:
+    """Returns the drones that the user named, in their order. Raises Unusable."""
+    found = [choose(squad, which) for which in wanted]
+    if len(found) > MAX_DRONES:
+        raise Unusable(f"{len(found)} drones are too many: {MAX_DRONES} at once")
+    for number, one in enumerate(found):
+        if one in found[:number]:
+            raise Unusable(f"{one.name} is named twice")
+    return found
 
 
 def choose(squad: list[dict[str, Any]], which: str) -> Chosen:

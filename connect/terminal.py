@@ -20,6 +20,7 @@ class Terminal:
         self._number: int | None = None
         self._half_line = b""
         self._answer: asyncio.Future[str] | None = None
+        self._one_question = asyncio.Lock()
 
     def open(self) -> None:
         """Starts reading."""
@@ -40,12 +41,13 @@ class Terminal:
         """Returns the next line; empty without a terminal."""
         if self._number is None or not os.isatty(self._number):
             return ""
-        print(question, end=" ", flush=True)
-        self._answer = asyncio.get_running_loop().create_future()
-        try:
-            return await self._answer
-        finally:
-            self._answer = None
+        async with self._one_question:
+            print(question, end=" ", flush=True)
+            self._answer = asyncio.get_running_loop().create_future()
+            try:
+                return await self._answer
+            finally:
+                self._answer = None
 
     def _readable(self) -> None:
         number = self._number

@@ -161,11 +161,16 @@ class OwnSystem:
 
 def target_system(frame: bytes) -> int | None:
     """The system that a whole frame is addressed to, 0: all; None if its message has no addressee."""
-    offset = _TARGETS.get(message_id(frame))
+    offset = target_offset(frame)
     if offset is None:
         return None
     body = payload(frame)
     return body[offset] if offset < len(body) else 0  # version 2 leaves trailing zeros out
+
+
+def target_offset(frame: bytes) -> int | None:
+    """Where in its payload a whole frame names the system that it is addressed to; None: its message names none."""
+    return _TARGETS.get(message_id(frame))
 
 
 def _offset_of_target(message: Any) -> int | None:
