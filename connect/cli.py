@@ -113,9 +113,10 @@ def _say(words: str) -> None:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Runs `tower connect ...`: `arguments` follow `connect`."""
+    """Runs `tower connect ...`: `arguments` follow `connect`. None: it is `tower-connect`, the same program alone."""
+    program = "tower-connect" if arguments is None else "tower connect"
     try:
-        app(args=arguments if arguments is not None else sys.argv[1:], prog_name="tower connect")
+        app(args=sys.argv[1:] if arguments is None else arguments, prog_name=program)
     except Ended as ended:
-        print(f"tower connect: {ended}", file=sys.stderr)
+        print(f"{program}: {ended}", file=sys.stderr)
         raise SystemExit(ended.exit_code) from None

@@ -17,7 +17,6 @@ from wire.ids import DroneId
 from wire.own_system import target_system
 from wire.readdressing import readdressed
 
-MAX_DRONES: Final = 32
 MAX_PROGRAMS: Final = 32
 """Whose half frames are kept at a time."""
 

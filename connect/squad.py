@@ -1,11 +1,13 @@
 """Finds the drones that the user means, by name or id. Pure."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
-from connect.ground import MAX_DRONES
 from connect.unusable import Unusable
 from wire.ids import DroneId
+
+MAX_DRONES: Final = 32
+"""At once."""
 
 
 @dataclass(frozen=True)

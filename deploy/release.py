@@ -2,10 +2,11 @@
 
     python deploy/release.py [--out dist] [--architecture amd64 --architecture arm64] [--system trixie] [--untested]
 
-Wheels of tower, agent and SDK, packages for each system and architecture in a repository for apt (signed where
-TOWER_REPOSITORY_KEY names a key), bills of materials (CycloneDX), the example of the agent's settings, the agent's
-signed update where TOWER_RELEASE_KEY names a key, and SHA256SUMS over all. The packages hold the versions of
-`requirements/*.txt`, by their hashes; wheels of another architecture are fetched as they are, and nothing is compiled.
+Wheels of tower, agent, SDK and `tower-connect`, packages for each system and architecture in a repository for apt
+(signed where TOWER_REPOSITORY_KEY names a key), bills of materials (CycloneDX), the example of the agent's settings,
+the agent's signed update where TOWER_RELEASE_KEY names a key, and SHA256SUMS over all. The packages hold the versions
+of `requirements/*.txt`, by their hashes; wheels of another architecture are fetched as they are, and nothing is
+compiled.
 """
 
 from __future__ import annotations
@@ -43,7 +44,8 @@ REPOSITORY_KEY: Final = "TOWER_REPOSITORY_KEY"
 _OLDEST_GLIBC: Final = 17
 """Minor version of the oldest C library that wheels are made for."""
 SDK: Final = "control-tower-sdk"
-"""A wheel alone: whoever uses it has Python."""
+CONNECT: Final = "control-tower-connect"
+"""Wheels alone: who uses them has Python."""
 LOCKS: Final = {TOWER.name: "tower.txt", AGENT.name: "agent.txt", AGENT_VIDEO.name: "agent-video.txt"}
 PIP: Final = (sys.executable, "-m", "pip", "--disable-pip-version-check", "-q")
 
@@ -109,7 +111,9 @@ def _arguments() -> argparse.Namespace:
 def build_wheels(out: Path) -> dict[str, Path]:
     """Builds the wheels. Returns them by the names of their distributions."""
     packages = CHECKOUT / "deploy" / "packages"
-    sources = {TOWER.name: CHECKOUT, AGENT.name: packages / "agent", SDK: packages / "sdk"}
+    sources = {TOWER.name: CHECKOUT} | {
+        name: packages / folder for name, folder in ((AGENT.name, "agent"), (SDK, "sdk"), (CONNECT, "connect"))
+    }
     command = (*PIP, "wheel", "--no-deps", "--no-build-isolation", "-w", str(out), *map(str, sources.values()))
     subprocess.run(command, check=True)
     return {name: next(out.glob(f"{name.replace('-', '_')}-[0-9]*.whl")) for name in sources}

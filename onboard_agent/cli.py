@@ -23,7 +23,6 @@ from onboard_agent.autopilot_port.port import AutopilotPort
 from onboard_agent.autopilot_port.schemes import make_port
 from onboard_agent.autopilot_port.shared_line import share
 from onboard_agent.command_line import command_line
-from onboard_agent.installation import video_remedy
 from onboard_agent.link.enrolment import NotReached, check_can_keep
 from onboard_agent.link.enrolment import enrol as enrol_here
 from onboard_agent.link.identity_file import enrolment_token, read_identity, token_file_warning
@@ -173,6 +172,8 @@ def parse_megabytes(text: str) -> int:
 def _usable_camera(camera: str) -> str:
     """A drone without the video libraries flies without video."""
     if camera != NO_CAMERA and find_spec("av") is None:
+        from onboard_agent.installation import video_remedy  # not in the memory of every other agent
+
         _log.error("no video: its libraries are not installed. %s", video_remedy())
         return NO_CAMERA
     return camera
@@ -194,6 +195,8 @@ def _landing(pad: str | None, camera: str | None) -> tuple[str, str] | None:
     setting = parse_pad_setting(pad or "", camera or "")
     parse_camera(setting.source)
     if find_spec("cv2") is None:
+        from onboard_agent.installation import video_remedy
+
         _log.error("no precision landing: its libraries are not installed. %s", video_remedy())
         return None
     return pad or "", camera or ""

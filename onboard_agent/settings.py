@@ -10,7 +10,6 @@ import json
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, Final
 
@@ -208,6 +207,8 @@ def _refuse_unknown(environment: Mapping[str, str]) -> None:
     known = {name for one in SETTINGS for name in one.variables if name.startswith(_PREFIX)} | {FILE_VARIABLE}
     for name in sorted(environment.keys() - known - _OF_OTHERS):
         if name.startswith(_PREFIX) and environment[name].strip():
+            from difflib import get_close_matches  # not in the memory of every agent
+
             near = get_close_matches(name.removeprefix(_PREFIX), [one.removeprefix(_PREFIX) for one in known], 1)
             meant = f": did you mean {_PREFIX}{near[0]}?" if near else "; docs/agent.md has all of them"
             raise Unusable(f"{name} is not a setting of the agent{meant}")
@@ -240,6 +241,8 @@ def _read_file(file: Path | None, environment: Mapping[str, str]) -> dict[str, A
 def _check(file: Path, key: str, value: object) -> None:
     setting = KEYS.get(key)
     if setting is None:
+        from difflib import get_close_matches  # not in the memory of every agent
+
         near = get_close_matches(key, KEYS, 1)
         meant = f" (did you mean {near[0]}?)" if near else ""
         raise Unusable(f"{file}: there is no setting {key!r}{meant}; known: {', '.join(KEYS)}")
