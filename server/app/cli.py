@@ -9,6 +9,7 @@ import typer
 
 from server import VERSION
 from server.app.commands import audit, drones, elevation, identify, moving, teams, tokens, towers, users
+from server.app.commands.doctor import doctor
 from server.app.commands.session import CommandError, settings_now, with_database
 from server.domain.refusal import Refusal
 from server.runtime.bus_unavailable import BusUnavailable
@@ -86,6 +87,7 @@ def serve(
     )
 
 
+app.command("doctor")(doctor)
 moving.add_to(app)
 towers.add_to(app)
 identify.add_to(app)
