@@ -209,9 +209,9 @@ def test_the_missions_page(come: Somebody, axe: Axe) -> None:
     axe.look(console, "missions-empty")
     plan = CHECKOUT / "web" / "test" / "plan" / "files" / "survey.plan"
     console.part("plan-file").set_input_files(plan)
-    expect(console.part("dropped-dialog")).to_be_visible()
-    axe.look(console, "missions-dropped")
-    console.part("dropped-close").click()
+    expect(console.part("import-dialog")).to_be_visible()
+    axe.look(console, "missions-import")
+    console.part("import-open").click()
     axe.look(console, "missions-table")
     console.part("plan-item").nth(1).click()
     expect(console.part("item-editor")).to_be_visible()
