@@ -6,6 +6,7 @@ import type { CornerOwner, Drawing, Hit } from '../plan/drawing';
 import { isNoPlace } from '../plan/field_checks';
 import type { FlownPath } from '../plan/flown_path';
 import { spotAt } from '../plan/ground';
+import { cleanOutline, crossingsOf } from '../plan/outline';
 import { latDegOf, lonDegOf, type PartId, type Plan, type Spot, type WireItem } from '../plan/plan_types';
 import type { Point } from './projection';
 
@@ -69,6 +70,8 @@ export interface PlanScene {
   readonly home: Place | null;
   readonly returnPoint: Place | null;
   readonly draft: SceneDraft | null;
+  /** Where a border or the drawn outline crosses itself. */
+  readonly crossings: readonly Place[];
   readonly corner: { readonly of: CornerOwner; readonly at: number } | null;
   /** Leg midpoints have handles to drag. */
   readonly showsHandles: boolean;
@@ -82,6 +85,7 @@ export const NO_PLAN: PlanScene = {
   home: null,
   returnPoint: null,
   draft: null,
+  crossings: [],
   corner: null,
   showsHandles: false,
 };
@@ -177,9 +181,18 @@ export function planScene({ plan, path, drawing, preview, faults, forbidden, cur
     home: plan.home && placeOf(plan.home.spot),
     returnPoint: plan.fence.returnPoint && placeOf(plan.fence.returnPoint.spot),
     draft: draftOf(drawing, preview),
+    crossings: crossedOutlines(plan, drawing).flatMap((corners) =>
+      crossingsOf(cleanOutline(corners).corners).map(({ spot }) => placeOf(spot)),
+    ),
     corner: drawing.corner,
     showsHandles: drawing.tool === 'select' || drawing.tool === 'item',
   };
+}
+
+/** Every outline: a line may cross itself. */
+function crossedOutlines({ fence }: Plan, { tool, draft, isWhole }: Drawing): (readonly Spot[])[] {
+  const borders = fence.shapes.flatMap((shape) => (shape.shape === 'polygon' ? [shape.corners] : []));
+  return tool === 'survey' && isWhole ? [...borders, draft] : borders;
 }
 
 /** Each leg once, however often a jump repeats it. */

@@ -226,6 +226,16 @@ describe('what is taken', () => {
     expect(assumedWords(read, survey)).toEqual(['1 hole in outlines: not left out of what is surveyed or forbidden.']);
   });
 
+  it('is outlines without the corners that are drawn twice', () => {
+    const twice = FIELD.replace('8.01,47 8.01,47.01', '8.01,47 8.01,47 8.01,47.01');
+    const read = kml(twice);
+    const choices: Choices = { ...firstChoices(read), areas: ['inside'] };
+    expect(chosenPlan(read, choices).fence.shapes[0]).toMatchObject({
+      corners: [spotOf(47, 8), spotOf(47, 8.01), spotOf(47.01, 8.01), spotOf(47.01, 8)],
+    });
+    expect(assumedWords(read, choices)).toEqual(['Corners of outlines that are drawn twice count once: 1.']);
+  });
+
   it('is what a drone has room for', () => {
     const many = kml(line(Array.from({ length: 725 }, (_, at) => `8,${at / 100}`).join(' ')));
     expect(tooMuch(many, firstChoices(many))).toBe('These are 725 places; a drone takes 724 at most.');

@@ -6,6 +6,7 @@
 import { plural, t } from '../../languages/text';
 import { CMD } from '../catalogue';
 import { frameWords } from '../frames';
+import { cleanOutline } from '../outline';
 import { MAX_ITEMS, type FencePolygon, type Plan, type RallyPoint, type WireItem } from '../plan_types';
 import { planItems, wireItem } from '../wire_items';
 import { shortFloat, type ReadFile } from './plan_file';
@@ -101,9 +102,11 @@ const heightTaken = ({ frame, heightM }: { frame: number; heightM: number }) => 
 });
 
 /** Where to stay inside, a hole is where to stay outside. */
-function fencesOf({ corners, holes }: FoundArea, use: AreaUse): ({ shape: 'polygon' } & Omit<FencePolygon, 'id'>)[] {
+function fencesOf(area: FoundArea, use: AreaUse): ({ shape: 'polygon' } & Omit<FencePolygon, 'id'>)[] {
   if (use !== 'inside' && use !== 'outside') return [];
   const fence = { shape: 'polygon', group: 0, frame: 0 } as const;
+  const { corners } = cleanOutline(area.corners);
+  const holes = area.holes.map((hole) => cleanOutline(hole).corners);
   const outer = { ...fence, inclusion: use === 'inside', corners };
   return use === 'outside' ? [outer] : [outer, ...holes.map((hole) => ({ ...fence, inclusion: false, corners: hole }))];
 }
@@ -141,6 +144,10 @@ export function assumedWords(read: ReadFile, choices: Choices): string[] {
     (sum, area, at) => (choices.areas[at] === 'outside' || area === surveyed ? sum + area.holes.length : sum),
     0,
   );
+  const doubled = read.areas.reduce((sum, { corners }, at) => {
+    const isTaken = choices.areas[at] !== 'leave';
+    return isTaken ? sum + cleanOutline(corners).doubled : sum;
+  }, 0);
   return [
     ...(read.assumed ?? []),
     ...(unknown.length > 0
@@ -158,6 +165,7 @@ export function assumedWords(read: ReadFile, choices: Choices): string[] {
     ...(choices.routes.size > 1
       ? [t('{n} routes are flown one after the other, as one.', { n: choices.routes.size })]
       : []),
+    ...(doubled > 0 ? [t('Corners of outlines that are drawn twice count once: {doubled}.', { doubled })] : []),
     ...(holes > 0
       ? [
           t('{counted} in outlines: not left out of what is surveyed or forbidden.', {

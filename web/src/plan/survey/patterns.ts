@@ -7,6 +7,7 @@ import { t } from '../../languages/text';
 import { FAMILIES } from '../../link/generated/autopilots.gen';
 import { flownPath } from '../flown_path';
 import { distanceM } from '../ground';
+import { cleanLine, cleanOutline } from '../outline';
 import { EMPTY_PLAN, type Plan, type Spot, type WireItem } from '../plan_types';
 import { CMD, specOf, type AutopilotKind } from '../catalogue';
 import { planItems } from '../wire_items';
@@ -101,6 +102,8 @@ export interface Preview {
   readonly items: readonly WireItem[];
   /** Why there is no result, for people. */
   readonly fault: string;
+  /** Corners that were drawn twice and count once. */
+  readonly doubled: number;
   readonly spacingM: number;
   readonly triggerM: number | null;
   readonly pixelCm: number | null;
@@ -118,6 +121,7 @@ export const cameraOf = (settings: PatternSettings): Camera | null => {
 const NONE: Preview = {
   items: [],
   fault: '',
+  doubled: 0,
   spacingM: 0,
   triggerM: null,
   pixelCm: null,
@@ -173,8 +177,9 @@ export function patternPreview(
     const size = pattern === 'survey' ? areaM2(drawn) : along(drawn) * settings.widthM;
     const pictures = triggerM === null ? 0 : picturesOf(items);
     return {
+      ...NONE,
       items,
-      fault: '',
+      doubled: (pattern === 'survey' ? cleanOutline(drawn) : cleanLine(drawn)).doubled,
       spacingM,
       triggerM,
       pixelCm: print?.pixelCm ?? null,
