@@ -188,6 +188,15 @@ export class PlanOverlay {
       pen.strokeStyle = theme.way;
       pen.lineWidth = 1.5;
       pen.stroke();
+      pen.beginPath();
+      for (const [from, to] of draft.outside) {
+        const [start, end] = [at(from), at(to)];
+        pen.moveTo(start.x, start.y);
+        pen.lineTo(end.x, end.y);
+      }
+      pen.strokeStyle = theme.danger;
+      pen.lineWidth = 2.5;
+      pen.stroke();
       const ends = [draft.preview[0]!, draft.preview.at(-1)!].map(at);
       for (const [number, end] of ends.entries()) drawHandle(pen, theme, end, number === 0 ? 'begin' : 'end', false);
     }
