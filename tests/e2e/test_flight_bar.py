@@ -233,7 +233,7 @@ def test_hold_works_over_a_place_an_upload_and_a_proof(come: Somebody, field: tu
 
     page.evaluate("window.location.hash = '#/missions/1'")
     alice.part("plan-file").set_input_files(CHECKOUT / "web" / "test" / "plan" / "files" / "survey.plan")
-    alice.part("dropped-close").click()
+    alice.part("import-open").click()
     alice.part("upload").click()
     expect(alice.part("upload-dialog")).to_be_visible()
     for press in PRESSES:

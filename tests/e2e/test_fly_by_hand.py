@@ -20,10 +20,14 @@ def in_the_air(somebody: Somebody, *, has_touch: bool = False) -> ConsolePage:
 def plugged_in(console: ConsolePage) -> FakePad:
     pad = FakePad(console)
     expect(console.part("manual-means")).to_contain_text("Test pad")
+    expect(console.part("manual-toggle")).to_be_disabled()
+    pad.show_sticks()
+    expect(console.part("manual-lack")).to_have_count(0)
     return pad
 
 
 def begin(console: ConsolePage) -> None:
+    expect(console.part("manual-toggle")).to_be_enabled()
     console.part("manual-toggle").click()
     console.confirm("Kestrel")
 
@@ -78,7 +82,10 @@ def test_a_gamepad_flies_and_whatever_ends_it_means_hold(somebody: Somebody) -> 
     pad.move(left=(0, 1))
     expect(alice.part("manual-means")).to_contain_text("Test pad")
     expect(alice.part("holder")).to_have_attribute("data-value", "alice")
-    # Reconnected, she has to start again herself, with centred sticks.
+    # Reconnected, she has to move its sticks and start again herself, with centred sticks.
+    expect(alice.part("manual-lack")).to_contain_text("right stick, sideways")
+    pad.show_sticks()
+    pad.move(left=(0, 1))
     begin(alice)
     expect(alice.part("manual-bars")).to_have_attribute("data-phase", "centring")
     pad.move()
@@ -88,6 +95,7 @@ def test_a_gamepad_flies_and_whatever_ends_it_means_hold(somebody: Somebody) -> 
     expect(alice.part("holder")).to_have_attribute("data-value", "alice")
 
     # A button of the pad.
+    pad.show_sticks()
     alice.part("stick-setup").click()
     alice.page.get_by_role("tab", name="Buttons").click()
     alice.part("pad-button-2").select_option("stop")
@@ -129,7 +137,7 @@ def test_touch_sticks_fly_and_spring_back(somebody: Somebody) -> None:
     alice.wait("height held", lambda: abs(alice.number("climb")) < 0.2)
 
 
-def test_settings_of_sticks_are_kept_for_their_pilot_in_any_browser_and_a_pad_is_calibrated(
+def test_settings_of_sticks_are_kept_for_their_pilot_and_an_unknown_pad_is_set_up_first(
     somebody: Somebody, world: World
 ) -> None:
     here = signed_in(somebody, "alice", "Kestrel")
@@ -153,16 +161,21 @@ def test_settings_of_sticks_are_kept_for_their_pilot_in_any_browser_and_a_pad_is
     world.start_simulated("Merlin", options=SIMULATOR)
     world.wait_until_online(world.visitor("admin"), 2)
     bob = signed_in(somebody, "bob", "Merlin")
-    plugged_in(bob)
+    bob.acquire("Merlin")
+    pad = FakePad(bob, mapping="")
+    expect(bob.part("manual-lack")).to_have_attribute("data-lack", "unknown-layout")
+    expect(bob.part("manual-toggle")).to_be_disabled()
     bob.part("stick-setup").click()
     expect(bob.part("stick-mode-words")).to_contain_text("left: throttle, yaw; right: pitch, roll")
 
-    # A pad is calibrated by moving it.
+    # A device of unknown layout is set up by moving it; a trigger that is pressed meanwhile is no stick.
+    bob.part("calibration-start").click()
+    words = bob.part("calibration-words")
+    expect(words).to_contain_text("left stick all the way to the right")
+    pad.trigger = -1
     pad.move()
-    there.page.get_by_role("tab", name="Calibrate").click()
-    there.part("calibration-start").click()
-    words = there.part("calibration-words")
-    # A pad with swapped sticks, whose right stick, now the left one, moves only half its range.
+    expect(bob.part("calibration-complaint")).to_contain_text("Axis 2 jumps, as a switch does")
+    # Its sticks are swapped, and the right stick, now the left one, moves only half its range.
     moves = (
         ("left stick all the way to the right", {"right": (0.6, 0)}),
         ("left stick all the way up", {"right": (0, 0.6)}),
@@ -171,16 +184,26 @@ def test_settings_of_sticks_are_kept_for_their_pilot_in_any_browser_and_a_pad_is
     )
     for sentence, sticks in moves:
         expect(words).to_contain_text(sentence)
-        pad.move(**sticks)
+        pad.sweep(**sticks)
         expect(words).not_to_contain_text(sentence)
         pad.move()
     for end in (1, -1):
-        pad.move(left=(end, end), right=(0.6 * end, 0.6 * end))
-        expect(there.page.locator("li", has_text="Axis 0")).to_contain_text(f"{end:.2f}")
-    there.part("calibration-finish").click()
-    pad.move(right=(0, 0.6))
-    expect(there.part("setup-bars").get_by_test_id("axis-pitch")).to_have_attribute("data-value", "1.00")
-    expect(there.part("sticks-state")).to_have_attribute("data-phase", "kept")
+        pad.sweep(left=(end, end), right=(0.6 * end, 0.6 * end))
+    pad.move()
+    bob.part("calibration-finish").click()
+    picture = bob.part("setup-picture").get_by_test_id("picture-left").locator("svg")
+    expect(picture).to_have_attribute("data-y", "0.00")
+    pad.move(right=(0.3, 0.6))
+    expect(picture).to_have_attribute("data-x", "0.50")
+    expect(picture).to_have_attribute("data-y", "1.00")
+    expect(bob.part("setup-bars").get_by_test_id("axis-throttle")).to_have_attribute("data-value", "1.00")
+    expect(bob.part("sticks-state")).to_have_attribute("data-phase", "kept")
+    pad.move()
+    bob.part("sticks-close").click()
+    expect(bob.part("manual-lack")).to_have_attribute("data-lack", "unmoved")
+    pad.show_sticks()
+    expect(bob.part("manual-lack")).to_have_count(0)
+    expect(bob.part("manual-toggle")).to_be_enabled()
 
 
 def test_a_question_goes_with_its_page_and_keys_are_sticks_in_any_layout(somebody: Somebody) -> None:

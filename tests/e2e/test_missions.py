@@ -151,11 +151,27 @@ def test_a_file_is_opened_with_words_about_what_is_lost_and_a_plan_is_edited_by_
     expect(console.part("plan-problem")).to_contain_text("has no command")
     expect(console.part("plan-item")).to_have_count(0)
     open_file(console, "field.plan", SURVEY_PLAN.read_bytes())
-    expect(console.part("dropped").locator("li").filter(has_text="structure scan, is left out")).to_be_visible()
-    console.part("dropped-close").click()
+    expect(console.part("import-left").locator("li").filter(has_text="structure scan, is left out")).to_be_visible()
+    expect(console.part("import-taken")).to_contain_text("m above home")
+    expect(console.part("plan-item")).to_have_count(0)
+    console.part("import-open").click()
     expect(console.part("plan-name")).to_have_text("field")
     count = console.part("plan-item").count()
     assert count > 3
+
+    # Nothing found replaces nothing; what is found waits for a choice, and for a word about the plan that it replaces.
+    way = "<LineString><altitudeMode>{}</altitudeMode><coordinates>8.5, 47.1, 30 8.6, 47.2, 40</coordinates></LineString>"
+    modes = ("relativeToGround", "absolute")
+    marks = "".join(f"<Placemark>{way.format(mode)}</Placemark>" for mode in modes)
+    open_file(console, "none.kml", b"<kml><Document/></kml>")
+    expect(console.part("plan-problem")).to_contain_text("nothing to fly")
+    open_file(console, "ways.kml", f"<kml><Document>{marks}</Document></kml>".encode())
+    expect(console.part("import-open")).to_be_disabled()
+    console.part("import-route-0").check()
+    expect(console.part("import-taken")).to_contain_text("2 items, places at 30 to 40 m above terrain")
+    expect(console.part("import-replaces")).to_contain_text("It replaces “field”")
+    console.part("import-cancel").click()
+    expect(console.part("plan-item")).to_have_count(count)
 
     # Arrows select, Alt and arrows move, Delete removes, and all of it can be undone.
     first = page.locator("[data-number]").first

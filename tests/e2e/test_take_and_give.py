@@ -71,7 +71,7 @@ def test_given_back_is_hers_only_once_she_has_accepted_with_centred_sticks(someb
     expect_grey(alice)
 
     alice.page.evaluate(
-        "window.pad = {id: 'A pad', index: 0, connected: true, axes: [0, 1, 0, 0]};"
+        "window.pad = {id: 'A pad', mapping: 'standard', index: 0, connected: true, axes: [0, 1, 0, 0]};"
         "navigator.getGamepads = () => [window.pad]"
     )
     admin.gives_back("Kestrel")

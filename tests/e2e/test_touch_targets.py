@@ -71,7 +71,7 @@ def test_every_target_is_as_large_as_a_finger(come: Somebody) -> None:
     console.open("/#/missions/1")
     expect(part("drone-strip")).to_be_visible()
     part("plan-file").set_input_files(CHECKOUT / "web" / "test" / "plan" / "files" / "survey.plan")
-    part("dropped-close").click()
+    part("import-open").click()
     measured.look("missions")
     part("plan-item").nth(1).click()
     measured.look("missions, an item")

@@ -2,6 +2,7 @@
 
 import { usablePads, type PadLike } from './link/pad_source';
 import { StickSettingsStore } from './link/stick_settings_store';
+import { SticksSeen } from './link/sticks_seen';
 import { tower } from './tower.svelte';
 
 export const pads = (): readonly (PadLike | null)[] => navigator.getGamepads();
@@ -16,3 +17,8 @@ tower.user.subscribe((user) => {
   if (!user) sticks.forget();
   else if (isAnother || !sticks.kept.get().isRead) void sticks.read();
 });
+
+/** Outlives the page of a drone: who flew the last one has moved the sticks. */
+export const sticksSeen = new SticksSeen();
+// It may be back before the next reading.
+addEventListener('gamepaddisconnected', () => sticksSeen.forget());

@@ -1,6 +1,8 @@
 /** A zone in the making, as the form has it: texts of fields, and points of the map. */
 
 import type { Zone, ZoneBody, ZoneKind } from './link/zones';
+import { cleanLine, cleanOutline, crossingsOf, inOrder, mayOrder } from './plan/outline';
+import { degOf, spotOf, type Spot } from './plan/plan_types';
 import { fieldOfMs, isoOfField } from './words/dates';
 
 export interface ZoneDraft {
@@ -31,6 +33,31 @@ const EMPTY: ZoneDraft = {
 export const newDraft = (more: Partial<ZoneDraft> = {}): ZoneDraft => ({ ...EMPTY, ...more });
 export const fewestPoints = ({ isLine }: ZoneDraft): number => (isLine ? 2 : 3);
 
+const spotsOf = ({ points }: Pick<ZoneDraft, 'points'>): Spot[] => points.map(([lat, lon]) => spotOf(lat, lon));
+
+/** The points, each counted once; as they are if too few would be left. */
+export function cleanPoints(draft: Pick<ZoneDraft, 'points' | 'isLine'>): ZoneDraft['points'] {
+  const spots = spotsOf(draft);
+  const { corners } = draft.isLine ? cleanLine(spots) : cleanOutline(spots);
+  const kept = new Set(corners);
+  const points = draft.points.filter((_, at) => kept.has(spots[at]!));
+  return points.length < (draft.isLine ? 2 : 3) ? draft.points : points;
+}
+
+/** Points that are drawn twice or on a straight line, and are not kept. */
+export const pointsTooMany = (draft: Pick<ZoneDraft, 'points' | 'isLine'>): number =>
+  draft.points.length - cleanPoints(draft).length;
+
+export const crossesItself = (draft: Pick<ZoneDraft, 'points' | 'isLine'>): boolean =>
+  !draft.isLine && crossingsOf(cleanOutline(spotsOf(draft)).corners).length > 0;
+
+/** In an order in which the edge does not cross itself; null if it is too much, or in order. */
+export function orderedPoints(draft: Pick<ZoneDraft, 'points' | 'isLine'>): ZoneDraft['points'] | null {
+  const spots = spotsOf(draft);
+  if (draft.isLine || !mayOrder(spots)) return null;
+  return inOrder(spots).map(({ latE7, lonE7 }) => [degOf(latE7), degOf(lonE7)]);
+}
+
 const field = (iso: string | null = null): string => (iso ? fieldOfMs(Date.parse(iso)) : '');
 const text = (value: number | null = null): string => String(value ?? '');
 /** A number field that is empty holds null, whatever its type says. */
@@ -60,7 +87,7 @@ export const bodyOf = (draft: ZoneDraft): ZoneBody => ({
   name: draft.name,
   kind: draft.kind,
   rule: draft.warns ? 'warn' : 'refuse',
-  points: draft.points.map(([lat, lon]) => [lat, lon]),
+  points: cleanPoints(draft).map(([lat, lon]) => [lat, lon]),
   width_m: draft.isLine ? draft.widthM : null,
   team_id: number(draft.teamId),
   floor_m: draft.kind === 'height-limit' ? null : number(draft.floorM),

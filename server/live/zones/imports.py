@@ -223,9 +223,14 @@ def _child_text(element: ElementTree.Element, name: str) -> str:
     return next((one.text or "" for one in element if _local(one) == name), "")
 
 
-def _kml_points(element: ElementTree.Element) -> list[list[str]]:
+def _kml_points(element: ElementTree.Element) -> list[list[str]] | None:
+    """None if they are not "longitude,latitude,height": a decimal comma would make other places of them."""
     coordinates = next((one.text or "" for one in element.iter() if _local(one) == "coordinates"), "")
-    return [triple.split(",") for triple in coordinates.split()]
+    triples = [triple.strip(",").split(",") for triple in coordinates.split()]
+    if any(len(triple) not in (2, 3) for triple in triples):
+        # People also put blanks behind the commas.
+        triples = [triple.split(",") for triple in re.sub(r"\s*,\s*", ",", coordinates).split()]
+    return None if any(len(triple) not in (2, 3) for triple in triples) else triples
 
 
 # -- values --------------------------------------------------------------------------------------------------

@@ -49,6 +49,22 @@ def test_a_polygon_and_a_line_of_kml() -> None:
     assert found.shapes == [FoundShape("Airport", POINTS), FoundShape("Shape 2", POINTS[:2], is_line=True)]
 
 
+@pytest.mark.parametrize(
+    "coordinates",
+    ["8.0, 47.0, 0 8.01, 47.0, 0", "8.0,47.0,0, 8.01,47.0,0,", "8.0 ,47.0\n 8.01 ,47.0", "8,47 8.01,47"],
+)
+def test_coordinates_of_kml_as_people_write_them(coordinates: str) -> None:
+    line = f"<Placemark><LineString><coordinates>{coordinates}</coordinates></LineString></Placemark>"
+    assert [one.points for one in shapes_in(kml(line)).shapes] == [POINTS[:2]]
+
+
+@pytest.mark.parametrize("coordinates", ["8,5,47,1,0 8,6,47,2,0", "8 47 9 48", "8;47 9;48", "a,b c,d"])
+def test_coordinates_of_kml_that_are_none_are_no_other_places(coordinates: str) -> None:
+    line = f"<Placemark><name>L</name><LineString><coordinates>{coordinates}</coordinates></LineString></Placemark>"
+    found = shapes_in(kml(line))
+    assert (found.shapes, found.skipped) == ([], ["L: its points are not numbers."])
+
+
 def test_what_is_no_zone_is_skipped_in_words() -> None:
     hole = shapes_in(geojson({"type": "Polygon", "coordinates": [RING, RING]}, name="Ring"))
     assert hole.skipped == ["Ring: it has a hole. Draw it as several areas without one."]

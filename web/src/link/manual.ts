@@ -12,6 +12,8 @@ import { Store, type Readable } from './store';
 import { CENTRED, offCentre, type Axes, type AxesSource } from './sticks';
 
 export const BEAT_MS = 20;
+/** How long they must be centred: a stick that is moved passes through its middle. */
+export const CENTRED_MS = 300;
 /** Sticks that stay uncentred this long end the attempt. */
 export const CENTRING_LIMIT_MS = 30_000;
 
@@ -52,6 +54,7 @@ export class Manual {
   #source: AxesSource | null = null;
   #cancelBeat: () => void = () => undefined;
   #begunMs = 0;
+  #centredSinceMs = Infinity;
   #onBegun: () => void = () => undefined;
 
   constructor(options: ManualOptions) {
@@ -62,12 +65,13 @@ export class Manual {
     return this.#state;
   }
 
-  /** Streams as soon as the sticks are centred, and then calls `onBegun`. */
+  /** Streams once the sticks have been centred for a moment, and then calls `onBegun`. */
   start(source: AxesSource, onBegun: () => void = () => undefined): void {
     this.#cancelBeat();
     this.#source = source;
     this.#onBegun = onBegun;
     this.#begunMs = this.#options.clock.monotonicMs();
+    this.#centredSinceMs = Infinity;
     this.#state.set({ ...OFF, phase: 'centring', source: source.name });
     this.#beat(this.#options.clock.monotonicMs());
   }
@@ -106,8 +110,10 @@ export class Manual {
 
   #centring(axes: Axes): void {
     const off = offCentre(axes);
-    if (off.length > 0) {
-      if (this.#options.clock.monotonicMs() - this.#begunMs > CENTRING_LIMIT_MS) {
+    const nowMs = this.#options.clock.monotonicMs();
+    this.#centredSinceMs = off.length > 0 ? Infinity : Math.min(this.#centredSinceMs, nowMs);
+    if (nowMs - this.#centredSinceMs < CENTRED_MS) {
+      if (nowMs - this.#begunMs > CENTRING_LIMIT_MS) {
         return this.stop(t('the sticks were not centred'), { holds: false });
       }
       this.#state.update((state) => ({ ...state, axes, offCentre: off }));

@@ -1,16 +1,24 @@
 /** A gamepad (or a radio transmitter that reports itself as one) as a pilot's sticks. */
 
 import { axesOf, SLOTS, type Slot } from './stick_modes';
-import { padSettingsOf, type ButtonAction, type PadSettings, type StickSettings } from './stick_settings';
+import {
+  isCalibratedBefore,
+  isKnownId,
+  padKey,
+  padSettingsOf,
+  STANDARD,
+  type ButtonAction,
+  type PadLayout,
+  type PadSettings,
+  type StickSettings,
+} from './stick_settings';
 import { shaped, travelled } from './stick_shaping';
 import type { Axes, AxesSource } from './sticks';
 
 /** The part of a browser's Gamepad in use. */
-export interface PadLike {
-  readonly id: string;
+export interface PadLike extends PadLayout {
   readonly index: number;
   readonly connected: boolean;
-  readonly axes: readonly number[];
   readonly buttons: readonly { readonly pressed: boolean }[];
 }
 
@@ -38,13 +46,36 @@ export function padSticks(pad: PadLike, settings: PadSettings): Record<Slot, num
   return sticks as Record<Slot, number>;
 }
 
-/** The pad's commands to the drone. */
-export function padAxes(pad: PadLike, settings: StickSettings): Axes | null {
-  const own = padSettingsOf(settings, pad.id);
-  const sticks = padSticks(pad, own);
+/** Why a device must be set up before it flies; null once it may. */
+export type Unready =
+  /** Its axes are in an order that only moving them shows. */
+  | 'unknown-layout'
+  /** A device of this name was set up, with other axes or before anybody noted them. */
+  | 'other-layout'
+  /** Two sticks are read from one axis. */
+  | 'shared-axis'
+  /** A stick is read from an axis that is none in the standard layout. */
+  | 'no-stick';
+
+/** In the standard layout; what follows, if anything does, are triggers and hats. */
+const STANDARD_STICKS = 4;
+
+export function unready(pad: PadLayout, settings: StickSettings): Unready | null {
+  const { slots, isCalibrated } = padSettingsOf(settings, pad);
+  const axes = SLOTS.map((name) => slots[name].axis);
+  if (new Set(axes).size < axes.length) return 'shared-axis';
+  if (isCalibrated) return null;
+  if (isCalibratedBefore(settings, pad)) return 'other-layout';
+  if (pad.mapping !== STANDARD) return isKnownId(settings, pad) ? 'other-layout' : 'unknown-layout';
+  return axes.some((axis) => axis >= STANDARD_STICKS) ? 'no-stick' : null;
+}
+
+/** What the drone would be told with these settings. */
+export function axesWith(pad: PadLike, padSettings: PadSettings, settings: StickSettings): Axes | null {
+  const sticks = padSticks(pad, padSettings);
   if (!sticks) return null;
   const { roll, pitch, yaw, throttle } = axesOf(settings.mode, sticks);
-  const { shapes } = own;
+  const { shapes } = padSettings;
   return {
     roll: shaped(roll, shapes.roll),
     pitch: shaped(pitch, shapes.pitch),
@@ -53,9 +84,13 @@ export function padAxes(pad: PadLike, settings: StickSettings): Axes | null {
   };
 }
 
+/** The pad's commands to the drone; null for a pad that must be set up first. */
+export const padAxes = (pad: PadLike, settings: StickSettings): Axes | null =>
+  unready(pad, settings) ? null : axesWith(pad, padSettingsOf(settings, pad), settings);
+
 /**
- * Reads only this pad, until it disappears once. The settings are fixed at the start: a change meanwhile, here or in
- * another tab, must not make the drone jump.
+ * Reads only this pad, until it disappears once or becomes one of another layout. The settings are fixed at the start:
+ * a change meanwhile, here or in another tab, must not make the drone jump.
  */
 export function padSource(
   first: PadLike,
@@ -63,13 +98,15 @@ export function padSource(
   settings: StickSettings,
   onButton: (action: ButtonAction) => void = () => undefined,
 ): AxesSource {
-  const { buttons } = padSettingsOf(settings, first.id);
+  const { buttons } = padSettingsOf(settings, first);
   const edges = new ButtonEdges();
+  // A browser may put another device into the same object.
+  const [{ id, index }, key] = [first, padKey(first)];
   let isGone = false;
   return {
-    name: first.id,
+    name: id,
     read() {
-      const pad = pads().find((one) => one?.index === first.index && one.id === first.id && one.connected);
+      const pad = pads().find((one) => one?.index === index && padKey(one) === key && one.connected);
       const axes = isGone || !pad ? null : padAxes(pad, settings);
       isGone = axes === null;
       if (pad && axes) for (const number of edges.pressed(pad)) onButton(buttons[number] ?? 'none');

@@ -9,8 +9,8 @@ import { AXIS_NAMES } from './sticks';
 import { SLOTS, STICK_MODES, type Slot, type StickMode } from './stick_modes';
 import { DEFAULT_SHAPE, MAX_DEAD_ZONE, WHOLE_TRAVEL, type Shape, type Travel } from './stick_shaping';
 
-/** Increases when an older console would misread the document. */
-export const SETTINGS_VERSION = 1;
+/** Increases when an older console would misread the document. Version 1 knew a pad by its id only. */
+export const SETTINGS_VERSION = 2;
 /** The tower stores up to 8 KiB; the settings of a pad take less than one. */
 export const MAX_PADS = 6;
 
@@ -42,7 +42,7 @@ export interface StickSettings {
   readonly mode: StickMode;
   /** For the touch screen: whether the throttle returns to the middle on release. */
   readonly touchThrottleSprings: boolean;
-  /** By `Gamepad.id`, the last used at the end. */
+  /** By `padKey` (by `Gamepad.id` if an older console wrote it), the last used at the end. */
   readonly pads: Readonly<Record<string, PadSettings>>;
 }
 
@@ -58,13 +58,64 @@ export const DEFAULT_PAD: PadSettings = {
 
 export const DEFAULT_SETTINGS: StickSettings = { mode: 2, touchThrottleSprings: true, pads: {} };
 
-export const padSettingsOf = (settings: StickSettings, padId: string): PadSettings =>
-  settings.pads[padId] ?? DEFAULT_PAD;
+/** What tells one kind of device from another. */
+export interface PadLayout {
+  readonly id: string;
+  /** "standard" if the browser has arranged the axes as the Gamepad API says; else they are in the device's order. */
+  readonly mapping: string;
+  readonly axes: readonly number[];
+}
+
+export const STANDARD = 'standard';
+
+/** The same id has other axes in another browser, on another system, and with another receiver. */
+export const padKey = ({ id, mapping, axes }: PadLayout): string => [id, mapping, axes.length].join('\n');
+
+/** Older entries are for a device of this id whose layout nobody noted. */
+const isOfId = (key: string, id: string): boolean => key === id || key.startsWith(`${id}\n`);
+
+/**
+ * The settings of this device. Those of another layout lend their shapes only: its axes and buttons are others.
+ * Settings from before layouts were noted are for the standard one, unless somebody had calibrated them.
+ */
+export function padSettingsOf({ pads }: StickSettings, pad: PadLayout): PadSettings {
+  const [own, older] = [pads[padKey(pad)], pads[pad.id]];
+  if (own) return own;
+  if (older && !older.isCalibrated && pad.mapping === STANDARD) return older;
+  const [, like] = Object.entries(pads).findLast(([key]) => isOfId(key, pad.id)) ?? [];
+  return like ? { ...DEFAULT_PAD, shapes: like.shapes } : DEFAULT_PAD;
+}
+
+/** Whether a device of this id has been set up, with whatever axes. */
+export const isKnownId = ({ pads }: StickSettings, { id }: PadLayout): boolean =>
+  Object.entries(pads).some(([key, { isCalibrated }]) => isCalibrated && isOfId(key, id));
+
+/** Somebody calibrated a device of this id, and nobody noted its layout. */
+export const isCalibratedBefore = ({ pads }: StickSettings, { id }: PadLayout): boolean =>
+  pads[id]?.isCalibrated === true;
 
 /** With this pad's settings as the newest; above the limit, drops the pad unused for longest. */
-export function withPad(settings: StickSettings, padId: string, pad: PadSettings): StickSettings {
-  const others = Object.entries(settings.pads).filter(([id]) => id !== padId);
-  return { ...settings, pads: Object.fromEntries([...others.slice(-(MAX_PADS - 1)), [padId, pad]]) };
+export function withPad(settings: StickSettings, pad: PadLayout, padSettings: PadSettings): StickSettings {
+  const key = padKey(pad);
+  const keepsOlder = isCalibratedBefore(settings, pad) && !padSettings.isCalibrated;
+  const others = Object.entries(settings.pads).filter(([other]) => other !== key && (other !== pad.id || keepsOlder));
+  return { ...settings, pads: Object.fromEntries([...others.slice(-(MAX_PADS - 1)), [key, padSettings]]) };
+}
+
+/**
+ * With a stick read from another axis. Sticks that trade places keep what was measured; an axis that was no stick has
+ * not been measured.
+ */
+export function withAxis(before: PadSettings, name: Slot, axis: number): PadSettings {
+  const { slots } = before;
+  if (slots[name].axis === axis) return before;
+  const other = SLOTS.find((one) => slots[one].axis === axis);
+  if (other) return { ...before, slots: { ...slots, [name]: slots[other], [other]: slots[name] } };
+  return {
+    ...before,
+    slots: { ...slots, [name]: { ...slots[name], axis, ...WHOLE_TRAVEL } },
+    isCalibrated: false,
+  };
 }
 
 export const toDocument = (settings: StickSettings): Record<string, unknown> => ({

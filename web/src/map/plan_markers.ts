@@ -169,6 +169,22 @@ export function drawReturn(pen: Pen, theme: MapTheme, { x, y }: Point): void {
   pen.restore();
 }
 
+/** Where an outline crosses itself. */
+export function drawCrossing(pen: Pen, theme: MapTheme, { x, y }: Point): void {
+  pen.save();
+  pen.translate(x, y);
+  pen.strokeStyle = theme.danger;
+  pen.lineWidth = 3;
+  pen.beginPath();
+  pen.arc(0, 0, 11, 0, 2 * Math.PI);
+  pen.moveTo(-5, -5);
+  pen.lineTo(5, 5);
+  pen.moveTo(-5, 5);
+  pen.lineTo(5, -5);
+  pen.stroke();
+  pen.restore();
+}
+
 export function drawHandle(
   pen: Pen,
   theme: MapTheme,

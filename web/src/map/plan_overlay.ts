@@ -9,7 +9,7 @@ import type { Place } from '../link/messages';
 import type { Hit } from '../plan/drawing';
 import { MapCanvas, type Sheet } from './map_canvas';
 import { drawFence } from './plan_fence';
-import { drawHandle, drawItem, drawRally, drawReturn, ITEM_RADIUS_PX } from './plan_markers';
+import { drawCrossing, drawHandle, drawItem, drawRally, drawReturn, ITEM_RADIUS_PX } from './plan_markers';
 import { hitAt, isLong, NO_PLAN, type PlanScene, type SceneDraft } from './plan_scene';
 import type { Point } from './projection';
 import { readTheme, type MapTheme } from './theme';
@@ -72,6 +72,7 @@ export class PlanOverlay {
     drawFence(pen, theme, scene, at);
     this.#drawLegs(at, width, height);
     if (scene.draft) this.#drawDraft(scene.draft, at);
+    for (const place of scene.crossings) drawCrossing(pen, theme, at(place));
     if (scene.returnPoint) drawReturn(pen, theme, at(scene.returnPoint));
     if (scene.home) drawHandle(pen, theme, at(scene.home), 'home', false);
     for (const point of scene.rally) drawRally(pen, theme, at(point.place), point);
@@ -186,6 +187,15 @@ export class PlanOverlay {
       pen.stroke();
       pen.strokeStyle = theme.way;
       pen.lineWidth = 1.5;
+      pen.stroke();
+      pen.beginPath();
+      for (const [from, to] of draft.outside) {
+        const [start, end] = [at(from), at(to)];
+        pen.moveTo(start.x, start.y);
+        pen.lineTo(end.x, end.y);
+      }
+      pen.strokeStyle = theme.danger;
+      pen.lineWidth = 2.5;
       pen.stroke();
       const ends = [draft.preview[0]!, draft.preview.at(-1)!].map(at);
       for (const [number, end] of ends.entries()) drawHandle(pen, theme, end, number === 0 ? 'begin' : 'end', false);

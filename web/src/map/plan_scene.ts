@@ -6,6 +6,7 @@ import type { CornerOwner, Drawing, Hit } from '../plan/drawing';
 import { isNoPlace } from '../plan/field_checks';
 import type { FlownPath } from '../plan/flown_path';
 import { spotAt } from '../plan/ground';
+import { cleanOutline, crossingsOf } from '../plan/outline';
 import { latDegOf, lonDegOf, type PartId, type Plan, type Spot, type WireItem } from '../plan/plan_types';
 import type { Point } from './projection';
 
@@ -54,6 +55,8 @@ export interface SceneDraft {
   readonly radiusM: number;
   /** The path that would be flown. */
   readonly preview: readonly Place[];
+  /** The parts of it that leave the area. */
+  readonly outside: readonly (readonly [Place, Place])[];
 }
 
 export interface PlanScene {
@@ -69,6 +72,8 @@ export interface PlanScene {
   readonly home: Place | null;
   readonly returnPoint: Place | null;
   readonly draft: SceneDraft | null;
+  /** Where a border or the drawn outline crosses itself. */
+  readonly crossings: readonly Place[];
   readonly corner: { readonly of: CornerOwner; readonly at: number } | null;
   /** Leg midpoints have handles to drag. */
   readonly showsHandles: boolean;
@@ -82,6 +87,7 @@ export const NO_PLAN: PlanScene = {
   home: null,
   returnPoint: null,
   draft: null,
+  crossings: [],
   corner: null,
   showsHandles: false,
 };
@@ -124,6 +130,8 @@ export interface Shown {
   readonly path: FlownPath;
   readonly drawing: Drawing;
   readonly preview: readonly WireItem[];
+  /** The parts of the preview that leave the area. */
+  readonly outside?: readonly (readonly [Spot, Spot])[];
   /** Items with an error. */
   readonly faults: ReadonlySet<PartId>;
   /** Legs that cross the fence. */
@@ -133,7 +141,8 @@ export interface Shown {
 }
 
 /** An item without its own place (a take-off "here") is drawn where the drone is at that point. */
-export function planScene({ plan, path, drawing, preview, faults, forbidden, current, reached }: Shown): PlanScene {
+export function planScene(shown: Shown): PlanScene {
+  const { plan, path, drawing, preview, outside = [], faults, forbidden, current, reached } = shown;
   const stands = new Map<number, Spot>();
   for (const leg of path.legs) if (!stands.has(leg.seq)) stands.set(leg.seq, leg.to);
   const items = plan.items.flatMap((item, seq): SceneItem[] => {
@@ -176,10 +185,19 @@ export function planScene({ plan, path, drawing, preview, faults, forbidden, cur
     })),
     home: plan.home && placeOf(plan.home.spot),
     returnPoint: plan.fence.returnPoint && placeOf(plan.fence.returnPoint.spot),
-    draft: draftOf(drawing, preview),
+    draft: draftOf(drawing, preview, outside),
+    crossings: crossedOutlines(plan, drawing).flatMap((corners) =>
+      crossingsOf(cleanOutline(corners).corners).map(({ spot }) => placeOf(spot)),
+    ),
     corner: drawing.corner,
     showsHandles: drawing.tool === 'select' || drawing.tool === 'item',
   };
+}
+
+/** Every outline: a line may cross itself. */
+function crossedOutlines({ fence }: Plan, { tool, draft, isWhole }: Drawing): (readonly Spot[])[] {
+  const borders = fence.shapes.flatMap((shape) => (shape.shape === 'polygon' ? [shape.corners] : []));
+  return tool === 'survey' && isWhole ? [...borders, draft] : borders;
 }
 
 /** Each leg once, however often a jump repeats it. */
@@ -201,12 +219,24 @@ function legsOf(plan: Plan, path: FlownPath, forbidden: ReadonlySet<number>): Sc
   return legs;
 }
 
-function draftOf({ tool, draft, isWhole, radiusM }: Drawing, preview: readonly WireItem[]): SceneDraft | null {
+function draftOf(
+  { tool, draft, isWhole, radiusM }: Drawing,
+  preview: readonly WireItem[],
+  outside: readonly (readonly [Spot, Spot])[],
+): SceneDraft | null {
   const [first] = draft;
   if (!first) return null;
   const rim = tool === 'orbit' ? placeOf(spotAt(first, radiusM, 90)) : null;
   const way = preview.filter((item) => specOf(item.command)?.flies).map((item) => placeOf(spotOfItem(item)));
-  return { points: draft.map(placeOf), isWhole, isLine: tool === 'corridor', rim, radiusM, preview: way };
+  return {
+    points: draft.map(placeOf),
+    isWhole,
+    isLine: tool === 'corridor',
+    rim,
+    radiusM,
+    preview: way,
+    outside: outside.map(([from, to]) => [placeOf(from), placeOf(to)] as const),
+  };
 }
 
 // --- hit testing ---

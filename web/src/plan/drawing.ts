@@ -29,6 +29,7 @@ import {
 } from './edits';
 import { FRAME } from './frames';
 import { distanceM } from './ground';
+import { cleanLine, cleanOutline } from './outline';
 import type { PartId, Plan, Spot, WireItem } from './plan_types';
 
 export type Tool =
@@ -117,8 +118,11 @@ export function pruned(drawing: Drawing, plan: Plan): Drawing {
   return { ...drawing, selected: new Set(selected), corner };
 }
 
-/** Whether the drawing has enough corners for this tool. */
-export const hasEnough = ({ tool, draft }: Drawing): boolean => draft.length >= (WANTED_CORNERS[tool] ?? 1);
+/** Whether the drawing has enough corners for this tool, each counted once. */
+export function hasEnough({ tool, draft }: Drawing): boolean {
+  const { corners } = tool === 'survey' || tool === 'fence-polygon' ? cleanOutline(draft) : cleanLine(draft);
+  return corners.length >= (WANTED_CORNERS[tool] ?? 1);
+}
 
 // --- position of a new item ---
 
@@ -284,7 +288,7 @@ export function finish(drawing: Drawing): Drawing {
 /** Turns a complete fence polygon from a draft into a shape. */
 export function settled(drawing: Drawing, plan: Plan): Step {
   if (drawing.tool !== 'fence-polygon' || !drawing.isWhole) return still(drawing);
-  const shape = { inclusion: true, group: 0, frame: FRAME.GLOBAL, corners: drawing.draft };
+  const shape = { inclusion: true, group: 0, frame: FRAME.GLOBAL, corners: cleanOutline(drawing.draft).corners };
   const next = select(chooseTool(drawing, 'select'), [plan.nextId]);
   return withEdits(next, addShape({ shape: 'polygon', ...shape }));
 }

@@ -7,6 +7,7 @@
 import { plural, t } from '../languages/text';
 import { CMD, commandWords, specOf } from './catalogue';
 import { datumOf, FRAME } from './frames';
+import { inOrder } from './outline';
 import type {
   FenceReturn,
   FenceShape,
@@ -266,6 +267,12 @@ export const placeCorner = (id: PartId, at: number, spot: Spot, gesture?: string
 export const insertCorner = (id: PartId, at: number, spot: Spot): Edit =>
   changedShape(t('Add a corner'), id, (shape) =>
     shape.shape === 'polygon' ? { ...shape, corners: shape.corners.toSpliced(at, 0, spot) } : shape,
+  );
+
+/** Puts the corners in an order in which the border does not cross itself. */
+export const orderCorners = (id: PartId): Edit =>
+  changedShape(t('Put the corners in order'), id, (shape) =>
+    shape.shape === 'polygon' ? { ...shape, corners: inOrder(shape.corners) } : shape,
   );
 
 /** Keeps at least three corners. */

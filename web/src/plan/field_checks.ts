@@ -3,6 +3,7 @@
 import { t } from '../languages/text';
 import { CMD, specOf, type ParamSpec } from './catalogue';
 import { datumOf, FRAME } from './frames';
+import { cleanOutline, crossingsOf } from './outline';
 import { isOnEarth, type FenceShape, type Param, type PlanItem, type RallyPoint, type Spot } from './plan_types';
 
 export type Field = 'command' | 'frame' | 'place' | 'height' | 'p1' | 'p2' | 'p3' | 'p4';
@@ -119,7 +120,11 @@ export function shapeFaults(shape: FenceShape): string[] {
   const spots = shape.shape === 'polygon' ? shape.corners : [shape.centre];
   if (!spots.every(isOnEarth)) faults.push(t('A corner or centre is not a place on earth.'));
   if (shape.shape === 'polygon') {
-    if (shape.corners.length < 3) faults.push(t('A polygon has three corners at least.'));
+    const { corners } = cleanOutline(shape.corners);
+    if (corners.length < 3) faults.push(t('A polygon has three corners at least.'));
+    else if (crossingsOf(corners).length > 0) {
+      faults.push(t('Its border crosses itself: inside and outside are not what they seem.'));
+    }
   } else if (!(shape.radiusM > 0 && shape.radiusM <= MAX_RADIUS_M)) {
     faults.push(t('Radius: more than 0 and at most {maxRadius} m are needed.', { maxRadius: MAX_RADIUS_M }));
   }

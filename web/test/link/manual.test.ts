@@ -1,7 +1,7 @@
 import { beforeEach, describe, expect, it } from 'vitest';
 
 import type { Sending } from '../../src/link/live';
-import { CENTRING_LIMIT_MS, Manual, manualControlFields } from '../../src/link/manual';
+import { CENTRED_MS, CENTRING_LIMIT_MS, Manual, manualControlFields } from '../../src/link/manual';
 import { KeyboardSticks } from '../../src/link/keyboard_sticks';
 import { CENTRED, type Axes, type AxesSource } from '../../src/link/sticks';
 import { FakeClock } from './fakes';
@@ -38,9 +38,10 @@ beforeEach(() => {
 describe('flying by hand', () => {
   it('streams at 50 Hz', async () => {
     start();
-    await clock.pass(1_000);
+    await clock.pass(CENTRED_MS);
     expect(phase()).toBe('flying');
     expect(begun).toBe(1);
+    await clock.pass(1_000);
     expect(sent.length).toBeGreaterThanOrEqual(50);
     expect(sent.length).toBeLessThanOrEqual(51);
   });
@@ -52,6 +53,12 @@ describe('flying by hand', () => {
     expect(sent).toEqual([]);
     expect(manual.state.get()).toMatchObject({ phase: 'centring', offCentre: ['throttle', 'yaw'] });
     hands = CENTRED;
+    await clock.pass(CENTRED_MS - 40);
+    hands = { ...CENTRED, yaw: -0.3 }; // it only passed through its middle
+    await clock.pass(20);
+    hands = CENTRED;
+    await clock.pass(CENTRED_MS);
+    expect(manual.state.get()).toMatchObject({ phase: 'centring', offCentre: [] });
     await clock.pass(20);
     expect(phase()).toBe('flying');
     expect(sent[0]).toEqual(CENTRED);
@@ -72,7 +79,7 @@ describe('flying by hand', () => {
   it('does not jump when the clock of the computer is set', async () => {
     const keys = new KeyboardSticks();
     manual.start(keys);
-    await clock.pass(100);
+    await clock.pass(CENTRED_MS + 20);
     keys.press('KeyW');
     await clock.pass(40);
     clock.set(3_600_000);
@@ -82,7 +89,7 @@ describe('flying by hand', () => {
 
   it('ends with a hold when the sticks cannot be read', async () => {
     start();
-    await clock.pass(100);
+    await clock.pass(CENTRED_MS + 20);
     Object.defineProperty(source, 'read', {
       value: () => {
         throw new Error('no leave to see gamepads');
@@ -95,7 +102,7 @@ describe('flying by hand', () => {
 
   it('leaves out beats that cannot leave at once, and does not make up for them', async () => {
     start();
-    await clock.pass(100);
+    await clock.pass(CENTRED_MS + 20);
     const before = sent.length;
     sending = 'skipped';
     await clock.pass(200);
@@ -109,7 +116,7 @@ describe('flying by hand', () => {
 
   it('ends with a hold when the pilot stops or the pad is pulled', async () => {
     start();
-    await clock.pass(100);
+    await clock.pass(CENTRED_MS + 20);
     manual.stop('the page was hidden', { holds: true });
     expect(holds).toBe(1);
     expect(manual.state.get().ended).toBe('the page was hidden');
@@ -117,7 +124,7 @@ describe('flying by hand', () => {
     expect(holds).toBe(1);
 
     start();
-    await clock.pass(100);
+    await clock.pass(CENTRED_MS + 20);
     const count = sent.length;
     hands = null;
     await clock.pass(100);
@@ -129,13 +136,13 @@ describe('flying by hand', () => {
 
   it('ends without one when the connection or the controls are gone: nothing of ours would pass', async () => {
     start();
-    await clock.pass(100);
+    await clock.pass(CENTRED_MS + 20);
     sending = 'down';
     await clock.pass(20);
     expect(phase()).toBe('off');
     start();
     sending = 'sent';
-    await clock.pass(40);
+    await clock.pass(CENTRED_MS + 40);
     manual.stop('taken', { holds: false });
     expect(holds).toBe(0);
   });

@@ -5,6 +5,7 @@ import {
   DEFAULT_SETTINGS,
   MAX_PADS,
   readDocument,
+  SETTINGS_VERSION,
   toDocument,
   UnreadableSettings,
   withPad,
@@ -12,8 +13,12 @@ import {
 } from '../../src/link/stick_settings';
 import { StickSettingsStore } from '../../src/link/stick_settings_store';
 import { FakeClock, settled } from './fakes';
+import { pad } from './pads';
 
-const USED = withPad({ ...DEFAULT_SETTINGS, mode: 1 }, 'Some pad', { ...DEFAULT_PAD, buttons: { 3: 'hold' } });
+const USED = withPad({ ...DEFAULT_SETTINGS, mode: 1 }, pad([0, 0, 0, 0], { id: 'Some pad' }), {
+  ...DEFAULT_PAD,
+  buttons: { 3: 'hold' },
+});
 const onTheWire = (settings: StickSettings): Record<string, unknown> =>
   JSON.parse(JSON.stringify(toDocument(settings))) as Record<string, unknown>;
 
@@ -25,10 +30,10 @@ describe('the document', () => {
 
   const pads = onTheWire(USED)['pads'] as Record<string, { slots: Record<string, object> }>;
   const broken = (slot: object): object => ({
-    pads: { P: { ...pads['Some pad'], slots: { ...pads['Some pad']!.slots, leftX: slot } } },
+    pads: { P: { ...Object.values(pads)[0], slots: { ...Object.values(pads)[0]!.slots, leftX: slot } } },
   });
   it.each<[string, object]>([
-    ['a newer version', { version: 2 }],
+    ['a newer version', { version: SETTINGS_VERSION + 1 }],
     ['no version', { version: null }],
     ['no such mode', { mode: 5 }],
     ['a mode in words', { mode: '2' }],
@@ -48,7 +53,8 @@ describe('the document', () => {
     const awkward = { axis: 12, isInverted: true, low: -0.9137254953384399, centre: 0.003921568859368563, high: 1 };
     const slots = { leftX: awkward, leftY: awkward, rightX: awkward, rightY: awkward };
     for (const number of [1, 2, 3, 4, 5, 6, 7, 1]) {
-      settings = withPad(settings, `Xbox Wireless Controller ${number} (STANDARD GAMEPAD Vendor: 045e Product: 0b13)`, {
+      const id = `Xbox Wireless Controller ${number} (STANDARD GAMEPAD Vendor: 045e Product: 0b13)`;
+      settings = withPad(settings, pad([0, 0, 0, 0], { id }), {
         ...DEFAULT_PAD,
         slots,
         buttons,

@@ -3,6 +3,7 @@
 import { beforeEach, describe, expect, it } from 'vitest';
 
 import { MAV_RESULT } from '../../src/link/generated/mavlink.gen';
+import { CENTRED_MS } from '../../src/link/manual';
 import { decode } from '../../src/link/mavlink';
 import { CENTRED } from '../../src/link/sticks';
 import { splitTagged, tag } from '../../src/link/tagged_frames';
@@ -114,7 +115,7 @@ describe('who may fly', () => {
 
   it('sends sticks with a stamp, and stops them with the controls', async () => {
     flyByHand();
-    await clock.pass(60);
+    await clock.pass(CENTRED_MS + 60);
     const frames = socket().frames.map((one) => decode(splitTagged(one)![0]!.frame)!);
     expect(frames.map(({ name }) => name)).toEqual(Array(4).fill('MANUAL_CONTROL'));
     expect(frames[0]!.fields).toMatchObject({ target: 7, x: 0, y: 0, z: 500, r: 0 });
@@ -159,7 +160,7 @@ describe('who may fly', () => {
     socket().saysBytes(tag(1, heartbeat(5, true)));
     const { manual } = vehicle(1);
     manual.start({ name: 'pad', read: () => CENTRED });
-    await clock.pass(40);
+    await clock.pass(CENTRED_MS + 40);
     expect(manual.state.get().phase).toBe('flying');
     const before = socket().frames.length;
     const notice = { severity: 'warning', code: 'other-hands', text: 'Another window.', drone_id: 1, count: 1 };
@@ -239,7 +240,7 @@ describe('who may fly', () => {
     socket().saysBytes(tag(1, heartbeat(5)));
     const { manual } = vehicle(1);
     manual.start({ name: 'pad', read: () => CENTRED });
-    await clock.pass(100);
+    await clock.pass(CENTRED_MS + 100);
     expect(manual.state.get().phase).toBe('flying');
     socket().says({ type: 'hold', drone_id: 1, epoch: 2, step: 'ordered', detail: '', elapsed_ms: 0, cause: 'order' });
     await clock.pass(100);

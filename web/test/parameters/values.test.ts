@@ -126,6 +126,56 @@ describe('files', () => {
   });
 
   it.each([
+    ['RTL_ALT,0x1F', 31],
+    ['RTL_ALT 0X00ff', 255],
+    ['1\t1\tRTL_ALT\t0x10\t6', 16],
+    ['RTL_ALT\t2000,5', 2000.5],
+    ['RTL_ALT 2000,5', 2000.5],
+    ['1\t1\tRTL_ALT\t-0,25\t9', -0.25],
+    ['RTL_ALT , 2000', 2000],
+    ['RTL_ALT, 2000', 2000],
+    ['RTL_ALT,2000 @READONLY', 2000],
+    ['RTL_ALT 2000 @READONLY # by the maker', 2000],
+    ['param set RTL_ALT 2000', 2000],
+    ['param set-default -s RTL_ALT 0x7', 7],
+  ])('have values as people and programs write them: %j', (line, value) => {
+    const read = readParameterFile(`${line}\n`);
+    expect([...read.values]).toEqual([['RTL_ALT', value]]);
+    expect(read.dropped).toEqual([]);
+  });
+
+  it.each(['RTL_ALT,2000,5', 'RTL_ALT 0x', 'RTL_ALT 0x1G', 'RTL_ALT -0x1', 'RTL_ALT 0x123456789'])(
+    'have no value that could be another: %j',
+    (line) => expect(() => readParameterFile(line)).toThrow(NotAParameterFile),
+  );
+
+  it('of a start script give what it sets, and say what depends and what is left', () => {
+    const read = readParameterFile(
+      [
+        '#!/bin/sh',
+        '# @name Generic Quadcopter',
+        '. ${R}etc/init.d/rc.mc_defaults',
+        'param set-default CA_ROTOR_COUNT 4',
+        'param set-default MC_ROLLRATE_P 0.14 # soft',
+        'if param compare SYS_HITL 1',
+        'then',
+        '  param set-default EKF2_EN 0',
+        'fi',
+        'param set MAV_TYPE 2',
+        'set MIXER quad_x',
+      ].join('\n'),
+    );
+    expect(read.format).toBe('PX4 script');
+    expect([...read.values]).toEqual([
+      ['CA_ROTOR_COUNT', 4],
+      ['MC_ROLLRATE_P', 0.14],
+      ['MAV_TYPE', 2],
+    ]);
+    expect(read.dropped).toEqual(['1 that the script sets under a condition only.', '5 other lines of the script.']);
+    expect(() => readParameterFile('if true\nthen\nparam set A 1\nfi')).toThrow('under conditions only');
+  });
+
+  it.each([
     '',
     '{"fileType": "Plan"}',
     'QGC WPL 110\n0\t1\t0\t16\t0\t0\t0\t0\t52\t4\t0\t1\n',

@@ -94,7 +94,7 @@ describe('a .mission of QGroundControl', () => {
       }),
     );
     expect(rows(plan, 'mission')).toEqual([TAKEOFF, WAYPOINT, JUMP_TO_SECOND]);
-    expect(areas).toEqual([[spotOf(47.1, 8.1), spotOf(47.2, 8.1), spotOf(47.2, 8.2)]]);
+    expect(areas.map(({ corners }) => corners)).toEqual([[spotOf(47.1, 8.1), spotOf(47.2, 8.1), spotOf(47.2, 8.2)]]);
     expect(dropped).toEqual([
       'Item 2, a survey: the file does not say which waypoints it stands for. Its outline was taken, its settings were not.',
     ]);

@@ -90,4 +90,5 @@ export const drawnPlan: fc.Arbitrary<Plan> = fc
     const fence: Fence = { returnPoint: null, shapes: shapes.map((one): FenceShape => ({ ...one, id: nextId++ })) };
     const points = rally.map((one): RallyPoint => ({ ...one, frame: 3, id: nextId++ }));
     return { ...EMPTY_PLAN, home, items: mission, fence, rally: points, nextId };
-  });
+  })
+  .filter(({ items, fence, rally }) => items.length + fence.shapes.length + rally.length > 0);

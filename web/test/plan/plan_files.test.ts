@@ -5,11 +5,12 @@ import fc from 'fast-check';
 import { describe, expect, it } from 'vitest';
 
 import { writeGeoJson } from '../../src/plan/formats/geojson_plan';
-import { writeKml, type ParseXml } from '../../src/plan/formats/kml_plan';
+import { writeKml } from '../../src/plan/formats/kml_plan';
 import { openPlanFile } from '../../src/plan/formats/open_plan_file';
 import { NotAPlanFile, type ReadFile } from '../../src/plan/formats/plan_file';
 import { writeQgcPlan } from '../../src/plan/formats/qgc_plan';
 import { writeWaypoints } from '../../src/plan/formats/waypoint_file';
+import type { ParseXml } from '../../src/plan/formats/xml';
 import { documentOf } from '../../src/plan/plan_document';
 import { EMPTY_PLAN, spotOf, type Plan, type PlanKind } from '../../src/plan/plan_types';
 import { itemsOf, missionItems } from '../../src/plan/wire_items';
@@ -122,7 +123,12 @@ describe('a waypoint file', () => {
     fc.assert(
       fc.property(drawnPlan, (plan) => {
         for (const kind of KINDS) {
-          const again = open(writeWaypoints(plan, kind).text);
+          const { text } = writeWaypoints(plan, kind);
+          if (itemsOf(plan, kind).length === 0) {
+            expect(() => open(text)).toThrow('nothing to fly');
+            continue;
+          }
+          const again = open(text);
           expect(again.dropped).toEqual([]);
           expect(itemsOf(again.plan, kind)).toEqual(itemsOf(plan, kind));
           for (const other of KINDS) if (other !== kind) expect(itemsOf(again.plan, other)).toEqual([]);
@@ -184,8 +190,8 @@ describe('GeoJSON', () => {
     expect(missionItems(open(JSON.stringify(json)).plan)[1]).toMatchObject({ x: 48e7, y: 9e7, params: [5, 0, 0, 0] });
   });
 
-  it('of others gives waypoints at the usual height, and outlines to be asked about', () => {
-    const { plan, areas, dropped } = open(
+  it('of others gives routes and outlines to be asked about', () => {
+    const { plan, areas, dropped, routes } = open(
       JSON.stringify({
         type: 'FeatureCollection',
         features: [
@@ -214,9 +220,10 @@ describe('GeoJSON', () => {
                   [1, 2],
                 ],
                 [
-                  [2, 2],
-                  [2, 3],
-                  [2, 2],
+                  [2, 2.2],
+                  [2, 2.4],
+                  [2.2, 2.4],
+                  [2, 2.2],
                 ],
               ],
             },
@@ -225,15 +232,26 @@ describe('GeoJSON', () => {
         ],
       }),
     );
-    expect(missionItems(plan)).toMatchObject([
-      { command: 16, x: 471_000_000, y: 85_000_000, z: 60, frame: 3 },
-      { command: 16, x: 472_000_000, y: 86_000_000, z: 60, frame: 3 },
+    expect(missionItems(plan)).toEqual([]);
+    expect(routes).toEqual([
+      {
+        name: '',
+        frame: null,
+        places: [
+          { spot: spotOf(47.1, 8.5), heightM: 900 },
+          { spot: spotOf(47.2, 8.6), heightM: null },
+        ],
+      },
     ]);
-    expect(areas).toEqual([[spotOf(2, 1), spotOf(2, 3), spotOf(4, 3)]]);
+    expect(areas).toEqual([
+      {
+        name: '',
+        corners: [spotOf(2, 1), spotOf(2, 3), spotOf(4, 3)],
+        holes: [[spotOf(2.2, 2), spotOf(2.4, 2), spotOf(2.4, 2.2)]],
+      },
+    ]);
     expect(dropped).toEqual([
       'A shape of the kind "Curve" is left out.',
-      'The heights in the file were not taken (1 place): it does not say from where. All are 60 m.',
-      '1 hole in outlines left out.',
       '1 place left out: not on earth, latitude and longitude in degrees.',
     ]);
   });
@@ -258,14 +276,27 @@ describe('KML', () => {
   });
 
   it('of others gives ways and outlines, and says what it left out', () => {
-    const { plan, areas, dropped, format } = open(sample('field.kml'));
+    const { plan, areas, dropped, format, routes } = open(sample('field.kml'));
     expect(format).toBe('KML');
-    expect(missionItems(plan).map(({ x, y, z }) => [x, y, z])).toEqual([
-      [473_977_000, 85_455_000, 60],
-      [473_981_000, 85_461_000, 60],
+    expect(plan.items).toEqual([]);
+    expect(routes).toEqual([
+      {
+        name: 'Way',
+        frame: 0,
+        places: [
+          { spot: spotOf(47.3977, 8.5455), heightM: 500 },
+          { spot: spotOf(47.3981, 8.5461), heightM: 520 },
+        ],
+      },
     ]);
-    expect(areas).toEqual([[spotOf(47.398, 8.545), spotOf(47.398, 8.547), spotOf(47.3995, 8.547)]]);
-    expect(dropped.join(' ')).toMatch(/heights .* were not taken .*1 hole.*Pictures laid over the map/);
+    expect(areas).toEqual([
+      {
+        name: 'Field',
+        corners: [spotOf(47.398, 8.545), spotOf(47.398, 8.547), spotOf(47.3995, 8.547)],
+        holes: [[spotOf(47.3982, 8.5462), spotOf(47.3982, 8.5464), spotOf(47.3984, 8.5464)]],
+      },
+    ]);
+    expect(dropped).toEqual(['Pictures laid over the map are left out.']);
   });
 });
 
@@ -290,7 +321,9 @@ describe('a file', () => {
     ['{"fileType": "Plan", "version": 1, "mission": {"items": [{"type": "Odd"}]}}', 'Item 1 is of no kind'],
     ['{"mission": [[1]], "fence": [], "rally": []}', 'Item 1 of the mission'],
     ['<kml><Document>', 'not whole'],
-    ['<gpx/>', 'not KML: it begins with "gpx"'],
+    ['<html/>', 'neither KML nor GPX: it begins with "html"'],
+    ['<gpx/>', 'nothing to fly'],
+    ['{"type": "FeatureCollection", "features": []}', 'nothing to fly'],
     ['QGC WPL', 'version (none)'],
   ])('that is no plan is refused in words: %j', (text, words) => {
     expect(() => open(text)).toThrow(NotAPlanFile);

@@ -149,7 +149,7 @@ describe('a grid', () => {
   const good = square(spotOf(47, 8), 100);
   it.each<[string, readonly Spot[], Partial<GridSettings>]>([
     ['three corners', good.slice(0, 2), {}],
-    ['180th meridian', square(spotOf(-17, 180), 100), {}],
+    ['half the earth', [spotOf(0, -100), spotOf(1, 0), spotOf(0, 100)], {}],
     ['too near a pole', square(spotOf(89, 0), 100), {}],
     ['crosses itself', [good[0]!, good[2]!, good[1]!, good[3]!], {}],
     ['smaller than a square metre', square(spotOf(47, 8), 0.5), {}],
@@ -265,7 +265,6 @@ describe('a corridor', () => {
   it('that cannot be is refused in words', () => {
     const line = [spotOf(47, 8), spotOf(47.1, 8)];
     expect(() => corridorLanes([line[0]!, line[0]!], settings)).toThrow('two different places');
-    expect(() => corridorLanes([spotOf(0, 179.9), spotOf(0, -179.9)], settings)).toThrow('180th meridian');
     expect(() => corridorLanes(line, { ...settings, spacingM: 0 })).toThrow('above 0');
     expect(() => corridorLanes(line, { ...settings, widthM: 1e6 })).toThrow('2000 are the most');
     expect(() => corridorItems(line, { ...settings, triggerM: -1 })).toThrow('distance between pictures');
@@ -307,6 +306,6 @@ describe('an orbit', () => {
     expect(() => orbitItems(spotOf(47, 8), { ...settings, radiusM: 0 })).toThrow('radius');
     expect(() => orbitItems(spotOf(47, 8), { ...settings, points: 2 })).toThrow('3 to 72');
     expect(() => orbitItems(spotOf(47, 8), { ...settings, turns: 0.5 })).toThrow('1 to 50');
-    expect(() => orbitItems(spotOf(0, 180), settings)).toThrow('180th meridian');
+    expect(orbitItems(spotOf(0, 180), settings)).toHaveLength(orbitItems(spotOf(0, 8), settings).length);
   });
 });

@@ -1,5 +1,6 @@
 /** The plan in progress with its drawing and selection: the shared state of the Missions page. */
 
+import { say } from '../../design/toasts';
 import { t } from '../../languages/text';
 import { USUAL_FAMILY } from '../../link/generated/autopilots.gen';
 import type { AutopilotKind } from '../../plan/catalogue';
@@ -25,6 +26,7 @@ import { shapeFaults } from '../../plan/field_checks';
 import { flownPath, type GroundAt } from '../../plan/flown_path';
 import { bearingDeg } from '../../plan/ground';
 import type { GroundLimits } from '../../plan/over_ground';
+import { cleanOutline } from '../../plan/outline';
 import { planChecks, type CheckLimits, type Finding } from '../../plan/plan_checks';
 import { PlanEditor } from '../../plan/plan_editor';
 import type { KeptPattern, KeptPlan } from '../../plan/plan_keeping';
@@ -142,6 +144,7 @@ export class PlanWorkspace {
     for (const edit of edits) this.#editor.apply(edit);
     const whole = settled(drawing, this.plan);
     for (const edit of whole.edits) this.#editor.apply(edit);
+    if (whole.edits.length > 0 && cleanOutline(drawing.draft).doubled > 0) say(t('A corner drawn twice counts once.'));
     const wasWhole = this.drawing.isWhole;
     this.drawing = pruned(whole.drawing, this.plan);
     if (!wasWhole && this.drawing.isWhole && this.drawing.tool === 'survey' && !this.retaken) {

@@ -1,11 +1,10 @@
 /**
  * Reads and writes GeoJSON (RFC 7946). Our own files carry each part of the plan in the property `control_tower` and
- * return unchanged. In other files, points and lines become waypoints at the plan's default height; the user decides
- * what outlines mean.
+ * return unchanged. The user decides what the points, lines and outlines of other files mean.
  */
 
-import { plural, t } from '../../languages/text';
-import { CMD, commandWords } from '../catalogue';
+import { t } from '../../languages/text';
+import { commandWords } from '../catalogue';
 import { frameWords } from '../frames';
 import {
   degOf,
@@ -18,7 +17,8 @@ import {
   type Spot,
   type WireItem,
 } from '../plan_types';
-import { itemOfRow, missionItems, planItems, rowOf, wireItem } from '../wire_items';
+import { itemOfRow, missionItems, planItems, rowOf } from '../wire_items';
+import { ShapeFinder } from './found_shapes';
 import { isNumber, isObject, placeOf, type JsonObject } from './json_values';
 import {
   float32Of,
@@ -46,59 +46,6 @@ const GEOMETRIES = [
 
 export const looksLikeGeoJson = (json: unknown): json is JsonObject =>
   isObject(json) && ['FeatureCollection', 'Feature', ...GEOMETRIES].includes(`${json['type']}`);
-
-interface Shapes {
-  readonly points: Spot[];
-  readonly areas: Spot[][];
-  readonly dropped: string[];
-  heights: number;
-  holes: number;
-  outside: number;
-}
-
-function spotsOf(coordinates: unknown, found: Shapes): Spot[] {
-  if (!Array.isArray(coordinates)) throw new NotAPlanFile(t('A shape in this file has no coordinates.'));
-  return coordinates.flatMap((one: unknown) => {
-    const spot = Array.isArray(one) ? placeOf(one[1], one[0]) : null;
-    if (!spot) {
-      found.outside += 1;
-      return [];
-    }
-    if (isNumber((one as unknown[])[2])) found.heights += 1;
-    return [spot];
-  });
-}
-
-const isSame = (one: Spot, other: Spot): boolean => one.latE7 === other.latE7 && one.lonE7 === other.lonE7;
-
-function takePolygon(rings: unknown, found: Shapes): void {
-  if (!Array.isArray(rings) || rings.length === 0) throw new NotAPlanFile(t('An outline in this file has no corners.'));
-  const ring = spotsOf(rings[0], found);
-  found.holes += rings.length - 1;
-  const isClosed = ring.length > 1 && isSame(ring[0]!, ring.at(-1)!);
-  const corners = isClosed ? ring.slice(0, -1) : ring;
-  if (corners.length >= 3) found.areas.push(corners);
-  else found.dropped.push(t('An outline with fewer than three corners is left out.'));
-}
-
-const listOf = (value: unknown): unknown[] => (Array.isArray(value) ? value : []);
-
-/** GeometryCollections nest; real files do not go deeper than this. */
-const DEEPEST = 8;
-
-function takeGeometry(geometry: unknown, found: Shapes, depth = 0): void {
-  if (geometry === null || geometry === undefined) return;
-  if (!isObject(geometry)) throw new NotAPlanFile(t('A feature in this file has no shape.'));
-  const { type, coordinates } = geometry;
-  if (type === 'Point') found.points.push(...spotsOf([coordinates], found));
-  else if (type === 'MultiPoint' || type === 'LineString') found.points.push(...spotsOf(coordinates, found));
-  else if (type === 'MultiLineString') for (const one of listOf(coordinates)) found.points.push(...spotsOf(one, found));
-  else if (type === 'Polygon') takePolygon(coordinates, found);
-  else if (type === 'MultiPolygon') for (const one of listOf(coordinates)) takePolygon(one, found);
-  else if (type === 'GeometryCollection' && depth < DEEPEST) {
-    for (const one of listOf(geometry['geometries'])) takeGeometry(one, found, depth + 1);
-  } else found.dropped.push(t('A shape of the kind "{type}" is left out.', { type: `${type}`.slice(0, 40) }));
-}
 
 /** In KML the property is text. */
 function ownOf(feature: JsonObject): JsonObject | null {
@@ -156,11 +103,11 @@ function takeOwn(own: JsonObject, geometry: unknown, into: Own): boolean {
     return true;
   }
   if (own['part'] === 'fence-polygon') {
-    const found: Shapes = { points: [], areas: [], dropped: [], heights: 0, holes: 0, outside: 0 };
-    takeGeometry(geometry, found);
-    const [corners] = found.areas;
-    if (corners) into.shapes.push({ shape: 'polygon', ...common, corners });
-    return corners !== undefined;
+    const found = new ShapeFinder();
+    found.take(geometry, '');
+    const [area] = found.areas;
+    if (area) into.shapes.push({ shape: 'polygon', ...common, corners: area.corners });
+    return area !== undefined;
   }
   if (own['part'] === 'fence-return' && spot && heightM !== null) {
     into.returnPoint = { frame, spot, heightM };
@@ -181,63 +128,52 @@ function featuresOf(json: JsonObject): JsonObject[] {
   return [json['type'] === 'Feature' ? json : { type: 'Feature', properties: {}, geometry: json }];
 }
 
-function dropWords(found: Shapes, heightM: number): string[] {
-  const { heights, holes, outside } = found;
-  const words = [...found.dropped];
-  if (heights > 0) {
-    words.push(
-      t('The heights in the file were not taken ({counted}): it does not say from where. All are {height} m.', {
-        counted: plural(heights, { one: '{n} place', other: '{n} places' }),
-        height: heightM,
-      }),
-    );
-  }
-  if (holes > 0)
-    words.push(
-      t('{counted} in outlines left out.', { counted: plural(holes, { one: '{n} hole', other: '{n} holes' }) }),
-    );
-  if (outside > 0)
-    words.push(
-      t('{counted} left out: not on earth, latitude and longitude in degrees.', {
-        counted: plural(outside, { one: '{n} place', other: '{n} places' }),
-      }),
-    );
-  return words;
-}
+const nameOf = (feature: JsonObject): string => {
+  const properties = feature['properties'];
+  const name = isObject(properties) ? (properties['name'] ?? properties['title']) : undefined;
+  return typeof name === 'string' ? name : '';
+};
 
-export function readGeoJson(json: unknown, settings: ReadSettings, format: 'GeoJSON' | 'KML' = 'GeoJSON'): ReadFile {
+export function readGeoJson(json: unknown, settings: ReadSettings): ReadFile {
   if (!looksLikeGeoJson(json)) throw new NotAPlanFile(t('This is not GeoJSON: it has no features and no shapes.'));
   // Degrees are the rule; older files may name another system, and would be misplaced.
   const crs = json['crs'] === undefined ? '' : JSON.stringify(json['crs']);
   if (crs !== '' && !/CRS84|4326/.test(crs)) {
     throw new NotAPlanFile(t('This GeoJSON is not in degrees (WGS 84): save it again in that coordinate system.'));
   }
-  const found: Shapes = { points: [], areas: [], dropped: [], heights: 0, holes: 0, outside: 0 };
+  return readFeatures(featuresOf(json), settings, 'GeoJSON');
+}
+
+/** Features as GeoJSON has them, whatever the file was. */
+export function readFeatures(
+  features: readonly JsonObject[],
+  settings: ReadSettings,
+  format: ReadFile['format'],
+): ReadFile {
+  const found = new ShapeFinder();
   const own: Own = { items: [], shapes: [], rally: [], home: null, returnPoint: null };
-  for (const feature of featuresOf(json)) {
+  for (const feature of features) {
     const part = ownOf(feature);
-    if (part) {
-      if (!takeOwn(part, feature['geometry'], own))
-        found.dropped.push(t('A part of the plan in this file is damaged and left out.'));
-    } else takeGeometry(feature['geometry'], found);
+    if (!part) found.take(feature['geometry'], nameOf(feature));
+    else if (!takeOwn(part, feature['geometry'], own)) {
+      found.leave(t('A part of the plan in this file is damaged and left out.'));
+    }
   }
-  const { heightM, frame } = settings.defaults;
-  const drawn = found.points.map((at) => wireItem(CMD.WAYPOINT, frame, [0, 0, 0, null], at.latE7, at.lonE7, heightM));
-  const items = [...own.items, ...drawn];
-  heldToMost(items.length, t('waypoints'));
-  let nextId = items.length + 1;
+  heldToMost(own.items.length, t('waypoints'));
+  let nextId = own.items.length + 1;
   const shapes = own.shapes.map((shape): FenceShape => ({ ...shape, id: nextId++ }));
   const rally = own.rally.map((point): RallyPoint => ({ ...point, id: nextId++ }));
   const plan: Plan = {
     ...EMPTY_PLAN,
     defaults: settings.defaults,
     home: own.home,
-    items: planItems(items, 1),
+    items: planItems(own.items, 1),
     fence: { shapes, returnPoint: own.returnPoint },
     rally,
     nextId,
   };
-  return { format, plan, areas: found.areas, dropped: dropWords(found, heightM) };
+  const { routes, marks, areas, left, assumed } = found;
+  return { format, plan, routes, marks, areas, dropped: left, assumed };
 }
 
 type Position = readonly [number, number];

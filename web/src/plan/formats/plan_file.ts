@@ -2,8 +2,9 @@
 
 import { t } from '../../languages/text';
 import { datumOf, FRAME } from '../frames';
-import { MAX_ITEMS, type Plan, type PlanDefaults, type Spot } from '../plan_types';
+import { MAX_ITEMS, type Plan, type PlanDefaults } from '../plan_types';
 import { float32 } from '../wire_items';
+import type { FoundArea, FoundMark, FoundRoute } from './found_shapes';
 
 export type PlanFormat =
   | 'QGroundControl plan'
@@ -13,15 +14,21 @@ export type PlanFormat =
   | 'polygon file'
   | 'GeoJSON'
   | 'KML'
+  | 'GPX'
   | 'saved plan';
 
 export interface ReadFile {
   readonly format: PlanFormat;
   readonly plan: Plan;
+  /** Lines and points without a stated meaning, of formats that have them. */
+  readonly routes?: readonly FoundRoute[];
+  readonly marks?: readonly FoundMark[];
   /** Outlines without a stated meaning: a field to survey, or a fence. */
-  readonly areas: readonly (readonly Spot[])[];
+  readonly areas: readonly FoundArea[];
   /** What was not read, one sentence each. */
   readonly dropped: readonly string[];
+  /** What was read as it probably is meant, one sentence each. */
+  readonly assumed?: readonly string[];
 }
 
 export interface WrittenFile {

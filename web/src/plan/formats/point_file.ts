@@ -86,7 +86,11 @@ function readRally(lines: readonly TextLine[], settings: ReadSettings): ReadFile
 }
 
 function readOutlines(borders: readonly (readonly Spot[])[], settings: ReadSettings): ReadFile {
-  const areas = borders.map((border, at) => cornersOf(border, t('Outline {at}', { at: at + 1 })));
+  const areas = borders.map((border, at) => ({
+    name: '',
+    corners: cornersOf(border, t('Outline {at}', { at: at + 1 })),
+    holes: [],
+  }));
   return { format: 'polygon file', plan: { ...EMPTY_PLAN, defaults: settings.defaults }, areas, dropped: [] };
 }
 

@@ -157,7 +157,8 @@ export function readQgcPlan(json: unknown, settings: ReadSettings): ReadFile {
   const speed = mission['hoverSpeed'];
   const defaults = isNumber(speed) && speed > 0 ? { ...settings.defaults, speedMS: speed } : settings.defaults;
   const plan: Plan = { ...EMPTY_PLAN, defaults, items: read.items, fence, rally, home: read.home, nextId };
-  return { format: 'QGroundControl plan', plan, areas: read.areas, dropped };
+  const areas = read.areas.map((corners) => ({ name: '', corners, holes: [] }));
+  return { format: 'QGroundControl plan', plan, areas, dropped };
 }
 
 const latLon = (spot: Spot): [number, number] => [latDegOf(spot), lonDegOf(spot)];

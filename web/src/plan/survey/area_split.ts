@@ -37,8 +37,8 @@ function strip(ring: readonly Point[], box: Box, from: number, to: number): Poin
 const HALVINGS = 60;
 
 /** `angleDeg`: angle of the lines; strips run along it, so that no line is cut. */
-export function splitArea(area: readonly Spot[], parts: number, angleDeg: number): Spot[][] {
-  heldToOutline(area);
+export function splitArea(drawn: readonly Spot[], parts: number, angleDeg: number): Spot[][] {
+  const area = heldToOutline(drawn);
   if (!Number.isInteger(parts) || parts < 1 || parts > MAX_PARTS) {
     throw new SurveyFault(t('An area is split into 1 to {maxParts} parts.', { maxParts: MAX_PARTS }));
   }

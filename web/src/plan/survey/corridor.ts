@@ -4,10 +4,11 @@ import { t } from '../../languages/text';
 import { CMD } from '../catalogue';
 import { FRAME } from '../frames';
 import { spotAt, type Point } from '../ground';
+import { cleanLine } from '../outline';
 import type { Spot, WireItem } from '../plan_types';
 import { wireItem } from '../wire_items';
 import { Drawing, heldToOneSide, SurveyFault } from './area';
-import { isSame, lineCount, MAX_LINES, pictureItems, waypointAt, type Flown } from './survey_grid';
+import { lineCount, MAX_LINES, pictureItems, waypointAt, type Flown } from './survey_grid';
 
 export interface CorridorSettings extends Flown {
   readonly widthM: number;
@@ -44,10 +45,7 @@ function beside(line: readonly Point[], metres: number): Point[] {
 /** Lanes in the order and direction of flight. */
 export function corridorLanes(line: readonly Spot[], settings: CorridorSettings): Spot[][] {
   const { widthM, spacingM, fromEnd } = settings;
-  const places = line.filter((spot, at) => {
-    const before = line[at - 1];
-    return !before || !isSame(before, spot);
-  });
+  const places = cleanLine(line).corners;
   if (places.length < 2) throw new SurveyFault(t('A corridor runs along two different places at least.'));
   heldToOneSide(places, t('The corridor'));
   if (!(widthM >= 0)) throw new SurveyFault(t('The width of a corridor is 0 m or more.'));

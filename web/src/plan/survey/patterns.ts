@@ -7,6 +7,7 @@ import { t } from '../../languages/text';
 import { FAMILIES } from '../../link/generated/autopilots.gen';
 import { flownPath } from '../flown_path';
 import { distanceM } from '../ground';
+import { cleanLine, cleanOutline } from '../outline';
 import { EMPTY_PLAN, type Plan, type Spot, type WireItem } from '../plan_types';
 import { CMD, specOf, type AutopilotKind } from '../catalogue';
 import { planItems } from '../wire_items';
@@ -14,7 +15,8 @@ import { areaM2, SurveyFault } from './area';
 import { distancesFor, footprint, type Camera } from './camera';
 import { corridorItems, orbitItems } from './corridor';
 import { followGround, type FollowSettings } from './follow_ground';
-import { gridLines, lineItems } from './survey_grid';
+import { insideItems, outsideOf } from './inside_grid';
+import { surveyItems } from './survey_grid';
 
 export type Pattern = 'survey' | 'corridor' | 'orbit';
 
@@ -57,6 +59,8 @@ export interface PatternSettings {
   readonly triggerM: number;
   readonly angleDeg: number;
   readonly turnaroundM: number;
+  /** A survey leaves its area nowhere. */
+  readonly staysInside: boolean;
   readonly entry: 0 | 1 | 2 | 3;
   readonly isAcross: boolean;
   readonly widthM: number;
@@ -81,6 +85,7 @@ export const USUAL_SETTINGS: PatternSettings = {
   triggerM: 0,
   angleDeg: 0,
   turnaroundM: 10,
+  staysInside: false,
   entry: 0,
   isAcross: true,
   widthM: 60,
@@ -101,11 +106,16 @@ export interface Preview {
   readonly items: readonly WireItem[];
   /** Why there is no result, for people. */
   readonly fault: string;
+  /** Corners that were drawn twice and count once. */
+  readonly doubled: number;
   readonly spacingM: number;
   readonly triggerM: number | null;
   readonly pixelCm: number | null;
   readonly areaM2: number;
   readonly lengthM: number;
+  /** Of a survey: how much of its way leaves the area, turns too. */
+  readonly outsideM: number;
+  readonly outside: readonly (readonly [Spot, Spot])[];
   readonly pictures: number;
 }
 
@@ -118,11 +128,14 @@ export const cameraOf = (settings: PatternSettings): Camera | null => {
 const NONE: Preview = {
   items: [],
   fault: '',
+  doubled: 0,
   spacingM: 0,
   triggerM: null,
   pixelCm: null,
   areaM2: 0,
   lengthM: 0,
+  outsideM: 0,
+  outside: [],
   pictures: 0,
 };
 
@@ -166,20 +179,24 @@ export function patternPreview(
     const flown = { heightM, frame, triggerM, spacingM };
     const flat =
       pattern === 'survey'
-        ? lineItems(gridLines(drawn, { ...flown, angleDeg, turnaroundM, entry }), flown)
+        ? (settings.staysInside ? insideItems : surveyItems)(drawn, { ...flown, angleDeg, turnaroundM, entry })
         : corridorItems(drawn, { ...flown, widthM: settings.widthM, fromEnd: settings.fromEnd });
     const items =
       settings.overGround && land ? followGround(flat, { heightM, toleranceM: settings.toleranceM, ...land }) : flat;
     const size = pattern === 'survey' ? areaM2(drawn) : along(drawn) * settings.widthM;
     const pictures = triggerM === null ? 0 : picturesOf(items);
+    const left = pattern === 'survey' ? outsideOf(cleanOutline(drawn).corners, wayOf(items)) : null;
     return {
+      ...NONE,
       items,
-      fault: '',
+      doubled: (pattern === 'survey' ? cleanOutline(drawn) : cleanLine(drawn)).doubled,
       spacingM,
       triggerM,
       pixelCm: print?.pixelCm ?? null,
       areaM2: size,
       lengthM: lengthOf(items),
+      outsideM: left?.lengthM ?? 0,
+      outside: left?.parts ?? [],
       pictures,
     };
   } catch (error) {
@@ -192,9 +209,10 @@ const along = (line: readonly Spot[]): number =>
   line.slice(1).reduce((sum, spot, at) => sum + distanceM(line[at]!, spot), 0);
 
 /** From its first place to its last. */
-function lengthOf(items: readonly WireItem[]): number {
-  return along(items.filter((item) => specOf(item.command)?.flies).map(({ x, y }) => ({ latE7: x, lonE7: y })));
-}
+const lengthOf = (items: readonly WireItem[]): number => along(wayOf(items));
+
+const wayOf = (items: readonly WireItem[]): Spot[] =>
+  items.filter((item) => specOf(item.command)?.flies).map(({ x, y }) => ({ latE7: x, lonE7: y }));
 
 function picturesOf(items: readonly WireItem[]): number {
   const plan: Plan = { ...EMPTY_PLAN, items: planItems(items, 1) };

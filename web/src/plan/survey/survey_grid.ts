@@ -51,9 +51,9 @@ function meetings(ring: readonly (readonly [number, number])[], across: number):
   return alongs.sort((one, other) => one - other);
 }
 
-export function gridLines(area: readonly Spot[], settings: GridSettings): Line[] {
+export function gridLines(drawn: readonly Spot[], settings: GridSettings): Line[] {
   const { spacingM, angleDeg, turnaroundM, entry } = settings;
-  heldToOutline(area);
+  const area = heldToOutline(drawn);
   if (!(spacingM > 0)) throw new SurveyFault(t('The distance between lines must be above 0.'));
   if (!(turnaroundM >= 0 && turnaroundM <= 1_000)) throw new SurveyFault(t('The way to turn in is from 0 to 1000 m.'));
   const drawing = new Drawing(area, angleDeg);
