@@ -270,7 +270,8 @@ class Failsafe:
     def _needs_somebody(self, *, by_hand: bool) -> bool:
         """Whether a drone in the air flies by the tower's doing, and was not started to fly alone.
 
-        A mission that is over flies no more: whatever the mode, the drone hovers until its battery is empty. A hand that goes away is the hold's affair, and a transmitter's pilot is there.
+        A mission that is over flies no more: the drone hovers until its battery is empty. A hand that goes away is the
+        hold's affair, and a transmitter's pilot is there.
         """
         modes, view = self._modes(), self._autopilot
         is_mission = modes is not None and view.custom_mode == modes.mission.custom_mode and not view.mission_is_over

@@ -44,8 +44,8 @@ class NoHoldStore:
 
 
 class HoldRecord(msgspec.Struct, frozen=True, kw_only=True):
-    """`sticks`: sticks of the agent or a pilot were in force at the time of writing. `held`: the drone held. Neither: the
-    tower had a part in this flight.
+    """`sticks`: sticks of the agent or a pilot were in force at the time of writing. `held`: the drone held. Neither:
+    the tower had a part in this flight.
 
     `autopilot_kind`, `vehicle_type`: of its heartbeat; 0 in the record of an older version, which sends nothing until
     the vehicle is heard.
