@@ -72,12 +72,20 @@ def test_a_squad_of_three_is_seen_searched_and_sorted_and_an_alert_of_it_acknowl
     admin.part("squad-filter").select_option(label="In the air")
     expect(admin.part("squad-row")).to_have_count(1)
     assert admin.squad() == ["1"]
+    # The counts by state are the same filters, a press away.
+    expect(admin.part("count-flying")).to_have_attribute("data-count", "1")
+    expect(admin.part("count-attention")).to_have_attribute("data-count", "0")
+    expect(admin.part("count-flying")).to_have_attribute("aria-pressed", "true")
+    admin.part("count-flying").click()
+    expect(admin.part("squad-row")).to_have_count(3)
     admin.part("squad-filter").select_option(label="Mine to fly")
     expect(admin.part("squad-row")).to_have_count(0)
     admin.part("squad-filter").select_option(label="All drones")
 
     admin.part("squad-view").get_by_text("Table").click()
-    # Sorted by name already; a second press reverses the order.
+    # In order of attention until somebody sorts it; a second press reverses the order.
+    admin.part("sort-name").click()
+    assert admin.squad() == ["1", "2", "3"]
     admin.part("sort-name").click()
     expect(admin.page.get_by_role("columnheader", name="Drone")).to_have_attribute("aria-sort", "descending")
     assert admin.squad() == ["3", "2", "1"]
