@@ -114,7 +114,7 @@ def test_a_squad_of_three_is_seen_searched_and_sorted_and_an_alert_of_it_acknowl
     expect(admin.part("alert").filter(has_text="Kestrel").first).to_contain_text(
         "Nobody flies Kestrel (alice released the controls). It returns at"
     )
-    expect(alice.part("hold-banner")).to_contain_text("alice released the controls.")
+    expect(alice.part("hold-banner")).to_contain_text("Alice released the controls.")
     # One danger, one alert: that nobody has the controls is a second one only when somebody stopped the countdown.
     expect(admin.page.locator("[data-testid=alert][data-rule=unattended]")).to_have_count(0)
     row_of(admin, 1).get_by_test_id("stay").click()
