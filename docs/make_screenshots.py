@@ -171,7 +171,7 @@ def land(console: ConsolePage, drone: str, admin: Visitor) -> None:
     console.open("/#/")
     console.open_drone(drone)
     console.part("action-land").click()
-    console.part("confirm-button").click()
+    console.part("confirm-button").click(delay=1100)
     console.wait("the end of the flight", lambda: console.word("armed") == "false")
     kept = lambda: admin.ask("GET", "/flights/1").json["state"] != "recording"  # noqa: E731
     console.wait("the whole record of it", kept)

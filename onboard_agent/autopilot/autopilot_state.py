@@ -26,7 +26,13 @@ CLOCK_STEP_BACK_MS: Final = 2_000
 
 AIRBORNE_ABOVE_M: Final = 1.0
 
-DESCRIBES: Final = frozenset({mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE, mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION})
+DESCRIBES: Final = frozenset(
+    {
+        mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE,
+        mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION,
+        mavlink.MAVLINK_MSG_ID_MISSION_CURRENT,
+    }
+)
 """Messages for `described`."""
 
 _STATE_IS_FRESH_S: Final = 3.0
@@ -57,6 +63,8 @@ class AutopilotView:
         self.heard = False
         self.outside_fence = False
         """The autopilot reports that it is outside its fence."""
+        self.mission_is_over = False
+        """It reports that its mission is complete. ArduCopter then hovers, still in AUTO."""
         self._heard_at = 0.0
         self._boot_ms = 0
         self._landed_state = 0
@@ -118,6 +126,7 @@ class AutopilotView:
         long_gone = self.system_id is not None and silent_s >= FORGOTTEN_AFTER_S
         if long_gone or system_id != self.system_id:
             self._boot_ms = self.firmware = 0
+            self.mission_is_over = False
             self._landed_state_at = self._on_ground_since = None
         was_heard = self.heard
         self.system_id = SystemId(system_id)
@@ -136,6 +145,8 @@ class AutopilotView:
         """Handles one of DESCRIBES of the autopilot."""
         if message_id == mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION:
             self.autopilot_version(message)
+        elif message_id == mavlink.MAVLINK_MSG_ID_MISSION_CURRENT:
+            self.mission_is_over = message.mission_state == mavlink.MISSION_STATE_COMPLETE
         else:
             self.extended_sys_state(message, now)
 

@@ -1,9 +1,10 @@
-"""Recovery after an agent restart while the drone holds or is flown by hand. No I/O; takes `now`.
+"""Recovery after an agent restart while the drone holds or flies through the tower. No I/O; takes `now`.
 
 Rules, each tested:
 - If sticks were in force, centred sticks continue at once, because the autopilot forgets sticks within seconds.
 - No mode is requested before a heartbeat: a drone that returns or lands by itself by then continues.
-- Any other armed drone is held. A disarmed drone is not.
+- A drone that held or was flown by hand is held, if it is armed. One that flew by command goes on, and the tower has
+  had a part in this flight: if nobody has its controls, that is noticed.
 """
 
 import logging
@@ -65,6 +66,9 @@ class AfterRestart:
         """Handles the first HEARTBEAT of the autopilot: lets a return or landing continue, or holds."""
         record, self._record = self._record, None
         if record is None or not armed:
+            return
+        failsafe.tower_was_in_this_flight(now)
+        if not (record.held or record.sticks):
             return
         before = "held" if record.held else "was flown by hand"
         if failsafe.going_home:

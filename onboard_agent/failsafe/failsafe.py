@@ -91,6 +91,10 @@ class Failsafe:
         """The epoch has increased."""
         self._control_changed_at = now
 
+    def tower_was_in_this_flight(self, now: float) -> None:
+        """The previous process had seen sticks or commands of the tower in this flight."""
+        self._watch.used(now)
+
     def heartbeat(self, now: float) -> None:
         """Handles a HEARTBEAT of the autopilot, after the view has read it."""
         view = self._autopilot
@@ -247,6 +251,7 @@ class Failsafe:
             stayed=self._person.stayed,
             ours=airborne and (self._watch.tower_in_this_flight or self._hold.open or not by_hand),
             custom_mode=view.custom_mode,
+            mission_is_over=view.mission_is_over,
             mission_before_hold=self._holder.mission_before_hold and may_start,
             drifts=motion.has_position(now) is False,
             battery_due=self._way_home.due(
@@ -265,10 +270,11 @@ class Failsafe:
     def _needs_somebody(self, *, by_hand: bool) -> bool:
         """Whether a drone in the air flies by the tower's doing, and was not started to fly alone.
 
-        A hand that goes away is the hold's affair, and a transmitter's pilot is there.
+        A mission that is over flies no more: the drone hovers until its battery is empty. A hand that goes away is the
+        hold's affair, and a transmitter's pilot is there.
         """
-        modes = self._modes()
-        is_mission = modes is not None and self._autopilot.custom_mode == modes.mission.custom_mode
+        modes, view = self._modes(), self._autopilot
+        is_mission = modes is not None and view.custom_mode == modes.mission.custom_mode and not view.mission_is_over
         # A return that this loss has brought about is no sign of a person.
         is_going_home = self.going_home and self.lost.phase is LostPhase.QUIET
         return self._watch.tower_in_this_flight and not (by_hand or is_mission or is_going_home)
@@ -387,15 +393,15 @@ class Failsafe:
 
     def record(self) -> HoldRecord | None:
         """Returns what a restarted process must know, or None."""
-        view, held = self._autopilot, self._hold.open
-        if not view.may_be_held or not (held or (view.armed and self._watch.hand_on_sticks)):
+        view, held, by_hand = self._autopilot, self._hold.open, self._watch.hand_on_sticks
+        if not view.may_be_held or not (held or (view.armed and (by_hand or self._watch.tower_in_this_flight))):
             return None
         return HoldRecord(
             system_id=view.system_id or 1,
             autopilot_kind=view.kind,
             vehicle_type=view.vehicle_type,
             ground_station_system_id=self._inquiry.ground_station_system_id,
-            sticks=self._hold.sticks_on or not held,
+            sticks=self._hold.sticks_on or by_hand,
             held=held,
             why=self._hold.why if held else "",
             settings=self.settings,

@@ -1,4 +1,4 @@
-"""Keeps what the next agent process must know of an open hold or a drone flown by hand, if this one dies. No I/O.
+"""Keeps what the next agent process must know of an open hold or a flight through the tower, if this one dies. No I/O.
 
 The store writes it to the disk. This module defines what is kept and when it changes, and reads it in a new process.
 """
@@ -44,7 +44,8 @@ class NoHoldStore:
 
 
 class HoldRecord(msgspec.Struct, frozen=True, kw_only=True):
-    """`sticks`: sticks of the agent or a pilot were in force at the time of writing. `held`: the drone held.
+    """`sticks`: sticks of the agent or a pilot were in force at the time of writing. `held`: the drone held. Neither:
+    the tower had a part in this flight.
 
     `autopilot_kind`, `vehicle_type`: of its heartbeat; 0 in the record of an older version, which sends nothing until
     the vehicle is heard.

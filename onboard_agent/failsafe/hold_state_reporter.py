@@ -65,8 +65,8 @@ class HoldStateReporter:
             if abs(needed_percent - self._needed_percent) > SAME_PERCENT:
                 self._needed_percent = needed_percent
             detail = f"it stays; at {self._needed_percent:.0f} % of its battery it goes home"
-        elif lost_is_known:
-            detail = lost.detail
+        elif lost_is_known and lost.phase is not LostPhase.COUNTING:
+            detail = lost.detail  # the countdown itself has fields of its own
         if hold.open and view.failsafe.active:
             detail = f"the autopilot: {view.failsafe.words}"
         return HoldState(

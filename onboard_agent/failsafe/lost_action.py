@@ -50,6 +50,8 @@ class Loss:
     ours: bool = True
     """Armed, in the air, and not flown by a radio pilot alone."""
     custom_mode: int = 0
+    mission_is_over: bool = False
+    """The autopilot is perhaps still in its mission mode, but has nothing left to fly."""
     mission_before_hold: bool = False
     """The drone holds because of the loss, and flew a mission before."""
     drifts: bool = False
@@ -102,7 +104,7 @@ class LostActionRunner:
         remaining_s = self._remaining_s(now, loss, settings)
         if self.phase is LostPhase.QUIET:
             if response is LossResponse.LEAVE:
-                if loss.custom_mode == (modes.mission.custom_mode if modes else None):
+                if situation(loss, modes) is Situation.ON_MISSION:
                     self._leave_alone()
                 return None
             self._left_alone = False
@@ -244,7 +246,7 @@ def situation(loss: Loss, modes: FailsafeModes | None) -> Situation:
         return Situation.GOING_HOME
     if loss.drifts:
         return Situation.NO_POSITION
-    if loss.custom_mode == modes.mission.custom_mode:
+    if loss.custom_mode == modes.mission.custom_mode and not loss.mission_is_over:
         return Situation.ON_MISSION
     return Situation.HELD_ON_MISSION if loss.mission_before_hold else Situation.OTHERWISE
 

@@ -168,7 +168,14 @@ class ConsolePage:
         expect(dialog).to_contain_text(drone)
         if dialog.get_by_test_id("confirm-name").count() > 0:  # it names dangers
             dialog.get_by_test_id("confirm-name").fill(drone)
-        dialog.get_by_test_id("confirm-button").click()
+        button = dialog.get_by_test_id("confirm-button")
+        if button.get_attribute("data-held-s") is None:
+            button.click()
+        else:
+            button.hover()
+            self.page.mouse.down()
+            self.wait("the button to be held long enough", lambda: dialog.count() == 0)
+            self.page.mouse.up()
         expect(dialog).to_have_count(0)
 
     def word(self, name: str) -> str:

@@ -85,7 +85,7 @@ def expect_a_trap(console: ConsolePage, opener: str) -> None:
 
 
 def agree(console: ConsolePage, words: str = "Kestrel") -> None:
-    """Confirms the dialog with Enter on a button reached by Tab."""
+    """Confirms the dialog with Enter on a button reached by Tab, held where a press is not enough."""
     dialog = console.page.get_by_role("dialog")
     expect(dialog).to_contain_text(words)
     confirm = dialog.get_by_test_id("confirm-button")
@@ -93,17 +93,24 @@ def agree(console: ConsolePage, words: str = "Kestrel") -> None:
         if confirm.evaluate("(button) => button === document.activeElement"):
             break
         console.page.keyboard.press("Tab")
-    console.page.keyboard.press("Enter")
+    if confirm.get_attribute("data-held-s") is None:
+        console.page.keyboard.press("Enter")
+    else:
+        console.page.keyboard.down("Enter")
+        console.wait("the key to be held long enough", lambda: dialog.count() == 0)
+        console.page.keyboard.up("Enter")
     expect(dialog).to_have_count(0)
 
 
 def type_into(console: ConsolePage, key: str, testid: str, number: str) -> None:
+    """The key, the number, Enter: nothing is asked, and what will happen stands beside the number."""
     press(console, key)
     expect(console.part(testid)).to_be_focused()
-    console.page.keyboard.press("ControlOrMeta+a")
     console.page.keyboard.type(number)
+    expect(console.part(f"{testid}-preview")).to_contain_text("Enter: Kestrel")
+    expect(console.part(f"{testid}-preview")).to_contain_text(number)
     console.page.keyboard.press("Enter")
-    agree(console)
+    expect(console.page.get_by_role("dialog")).to_have_count(0)
 
 
 @pytest.mark.usefixtures("patient_drones")

@@ -417,7 +417,7 @@ def test_the_commonest_deeds_counted_in_clicks(come: Somebody, field: tuple[Worl
     for deed, button, mode in (("return", "action-return", "RTL"), ("land", "action-land", "LAND")):
         with clicks(alice, deed, 2):
             alice.part(button).click()
-            alice.part("confirm-button").click()
+            alice.part("confirm-button").click(delay=1100)  # held for a second
             alice.wait(mode, lambda mode=mode: alice.word("mode") == mode)  # type: ignore[misc]
         with clicks(alice, "hold", 1):
             alice.part("bar-hold").click()

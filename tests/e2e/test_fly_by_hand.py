@@ -32,6 +32,29 @@ def begin(console: ConsolePage) -> None:
     console.confirm("Kestrel")
 
 
+SCROLL_ALL = """() => {
+  for (const one of [document.documentElement, document.body, document.querySelector('.page')]) {
+    one.scrollTop = 400;
+    one.scrollLeft = 400;
+  }
+  window.scrollTo(0, 400);
+  return -document.querySelector('.page').getBoundingClientRect().top;
+}"""
+
+
+def expect_in_reach(console: ConsolePage, part: str) -> None:
+    """The whole part is on the screen, without scrolling, and what is pressed in its middle is the part itself."""
+    reach = console.part(part).evaluate(
+        """(part) => {
+          const { left, top, right, bottom } = part.getBoundingClientRect();
+          const found = document.elementFromPoint((left + right) / 2, (top + bottom) / 2);
+          const isOnScreen = left >= 0 && top >= 0 && right <= innerWidth && bottom <= innerHeight;
+          return { isOnScreen, isFree: part.contains(found), at: [left, top, right, bottom].map(Math.round) };
+        }"""
+    )
+    assert reach["isOnScreen"] and reach["isFree"], f"{part} at {console.page.viewport_size}: {reach}"
+
+
 def expect_hold(console: ConsolePage, why: str) -> None:
     expect(console.part("manual-ended")).to_contain_text(why)
     expect(console.part("manual-bars")).to_have_count(0)
@@ -121,9 +144,18 @@ def test_a_gamepad_flies_and_whatever_ends_it_means_hold(somebody: Somebody) -> 
 
 def test_touch_sticks_fly_and_spring_back(somebody: Somebody) -> None:
     alice = in_the_air(somebody, has_touch=True)
+    alice.page.set_viewport_size({"width": 390, "height": 844})
     alice.part("manual-means").select_option("touch")
     begin(alice)
-    alice.wait("LOITER", lambda: alice.word("mode") == "LOITER")
+    expect(alice.part("bar-state")).to_contain_text("LOITER")
+    for width, height in ((390, 844), (768, 1024), (844, 390), (1180, 820)):
+        alice.page.set_viewport_size({"width": width, "height": height})
+        for part in ("touch-left", "touch-right", "touch-hold", "touch-end", "bar-hold", "bar-name", "bar-state"):
+            expect_in_reach(alice, part)
+        # Nothing scrolls the shell, and a focus far below does not either.
+        moved = alice.page.evaluate(SCROLL_ALL)
+        assert moved == 0, f"{width}x{height}: the page moved by {moved}"
+        expect_in_reach(alice, "bar-hold")
     box = alice.part("touch-left").bounding_box()
     assert box is not None
     middle = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)

@@ -72,12 +72,20 @@ def test_a_squad_of_three_is_seen_searched_and_sorted_and_an_alert_of_it_acknowl
     admin.part("squad-filter").select_option(label="In the air")
     expect(admin.part("squad-row")).to_have_count(1)
     assert admin.squad() == ["1"]
+    # The counts by state are the same filters, a press away.
+    expect(admin.part("count-flying")).to_have_attribute("data-count", "1")
+    expect(admin.part("count-attention")).to_have_attribute("data-count", "0")
+    expect(admin.part("count-flying")).to_have_attribute("aria-pressed", "true")
+    admin.part("count-flying").click()
+    expect(admin.part("squad-row")).to_have_count(3)
     admin.part("squad-filter").select_option(label="Mine to fly")
     expect(admin.part("squad-row")).to_have_count(0)
     admin.part("squad-filter").select_option(label="All drones")
 
     admin.part("squad-view").get_by_text("Table").click()
-    # Sorted by name already; a second press reverses the order.
+    # In order of attention until somebody sorts it; a second press reverses the order.
+    admin.part("sort-name").click()
+    assert admin.squad() == ["1", "2", "3"]
     admin.part("sort-name").click()
     expect(admin.page.get_by_role("columnheader", name="Drone")).to_have_attribute("aria-sort", "descending")
     assert admin.squad() == ["3", "2", "1"]
@@ -103,7 +111,13 @@ def test_a_squad_of_three_is_seen_searched_and_sorted_and_an_alert_of_it_acknowl
     expect(row_of(admin, 1)).to_contain_text("Returns in")
     admin.part("squad-filter").select_option(label="Unattended")
     expect(admin.part("squad-row")).to_have_count(1)
-    expect(admin.part("alert").filter(has_text="Kestrel").first).to_contain_text("Nobody flies Kestrel")
+    expect(admin.part("alert").filter(has_text="Kestrel").first).to_contain_text(
+        "Nobody flies Kestrel (alice released the controls). It returns at"
+    )
+    expect(alice.part("hold-banner")).to_contain_text("Alice released the controls.")
+    # One danger, one alert: that nobody has the controls is a second one only when somebody stopped the countdown.
+    expect(admin.page.locator("[data-testid=alert][data-rule=unattended]")).to_have_count(0)
+    row_of(admin, 1).get_by_test_id("stay").click()
 
     # Its alert is acknowledged by one for everybody, and outlives a reload.
     admin.part("squad-view").get_by_text("Cards").click()

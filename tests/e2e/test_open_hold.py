@@ -39,7 +39,9 @@ def test_an_idle_admin_reads_the_countdown_and_stay_ends_it(somebody: Somebody) 
     assert 0 < first <= LOST_ACTION_S + 1, "whole seconds, rounded up, by a clock that is a little behind"
     admin.wait("counting down", lambda: 0 <= seconds(admin) < first)
     admin.part("bar-alerts").click()
-    alert = admin.part("alert").filter(has_text="Nobody flies Kestrel. It returns at")
+    alert = admin.part("alert").filter(
+        has_text="Nobody flies Kestrel (admin has the controls and does not fly it). It returns at"
+    )
     expect(alert).to_have_attribute("data-severity", "warning")
     admin.page.keyboard.press("Escape")
 
@@ -70,7 +72,9 @@ def test_a_drone_that_nobody_flies_returns_and_everybody_was_told(somebody: Some
     alice.wait("the return", lambda: alice.word("mode") == "RTL")
     expect(alice.part("hold-banner")).to_contain_text(f"Kestrel returns: nobody flew it for {LOST_ACTION_S} s")
     expect(row).to_contain_text("Returns, by itself")
-    expect(admin.part("alert").filter(has_text="It returns: nobody flew it.")).to_be_visible()
+    expect(
+        admin.part("alert").filter(has_text="It returns: nobody flew it (admin has the controls and does not fly it).")
+    ).to_be_visible()
 
 
 def test_a_take_during_a_return_asks_first_and_lets_it_finish(somebody: Somebody) -> None:

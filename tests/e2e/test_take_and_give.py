@@ -54,6 +54,21 @@ def test_who_loses_the_controls_in_flight_sees_who_why_and_the_confirmed_hold(so
     # She still watches and receives new frames.
     alice.frames_heard.clear()
     alice.wait("frames", lambda: alice.frames_heard[1] > 20)
+    # On Missions the tools of the map do not lie over what she is told, nor it over them.
+    alice.page.evaluate("window.location.hash = '#/missions/1'")
+    expect(banner).to_be_visible()
+    expect(alice.part("tool-item")).to_be_visible()
+    covered = alice.part("tray").evaluate(
+        """(tray) => [...tray.children].filter((one) => one.checkVisibility()).flatMap((one) => {
+          const { left, top, right, bottom, width } = one.getBoundingClientRect();
+          if (width < 10) return [];  // for screen readers
+          return [[left + 4, top + 4], [right - 4, bottom - 4]].filter(([x, y]) => {
+            const found = document.elementFromPoint(x, y);
+            return !one.contains(found);
+          }).map(() => one.textContent);
+        })"""
+    )
+    assert covered == []
     assert [said for said in alice.complaints if "401" not in said] == []
 
 

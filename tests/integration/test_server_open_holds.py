@@ -76,6 +76,20 @@ async def scene(tmp_path: Path) -> AsyncIterator[Scene]:
         yield await _scene(world)
 
 
+async def test_a_countdown_says_why_nobody_flies_it(scene: Scene) -> None:
+    async def because() -> str:
+        return str((await scene.bert.get(scene.path)).json()["hold"]["nobody_because"])
+
+    scene.announce(LostPhase.COUNTING, Lost.PERSON, is_open=False)
+    assert await because() == "Anna has the controls and is away", "no browser of hers is there"
+    await ask(scene.anna, scene.drone.id, "release")
+    assert await because() == "Anna released the controls"
+    assert (await ask(scene.root, scene.drone.id, "take")).status_code == 200
+    assert await because() == "Root has the controls and is away"
+    scene.announce(LostPhase.COUNTING, Lost.TOWER, is_open=False)
+    assert await because() == "", "then nobody can stop it"
+
+
 async def test_an_open_hold_is_shown_by_rest_and_live_alike(scene: Scene) -> None:
     assert (await scene.anna.get(scene.path)).json()["hold"] is None
     async with live(scene.world, scene.bert) as screen:

@@ -114,6 +114,8 @@ class ModelCopter:
         self.mode = mode
         self.climb_m_s = self.speed_m_s = self.tilt_deg = 0.0
         self.battery_percent = -1
+        self.mission_state = mavlink.MISSION_STATE_ACTIVE
+        """As MISSION_CURRENT shows it. A mission that is complete leaves it hovering in AUTO."""
         self.mute = False
         """True: nothing that it sends arrives."""
         self.ack_after_s = 0.003
@@ -388,3 +390,4 @@ class ModelCopter:
         self._say(mavlink.MAVLink_sys_status_message(*sensors, 0, 0, 0, self.battery_percent, 0, 0, 0, 0, 0, 0))
         landed = mavlink.MAV_LANDED_STATE_IN_AIR if self.height_m > 0.0 else mavlink.MAV_LANDED_STATE_ON_GROUND
         self._say(mavlink.MAVLink_extended_sys_state_message(0, landed))
+        self._say(mavlink.MAVLink_mission_current_message(3, 3, self.mission_state, 1 if self.mode is Mode.AUTO else 2))

@@ -18,9 +18,19 @@ export interface Question {
   readonly nameToType?: string;
   /** A second way to confirm, beside `confirmLabel`. It has the initial focus, so Enter takes it. */
   readonly otherLabel?: string;
+  /**
+   * How long the confirming button is held (docs/console.md, "Confirmation"): LEAVES_OR_ENDS_S for what leaves the ground
+   * or ends a flight, FALLS_S for what makes a machine fall. Without it a press is enough.
+   */
+  readonly heldS?: number;
+  /** What is open before a flight, shown beside that button. */
+  readonly warnings?: readonly string[];
   /** To read before answering. */
   readonly sentences?: readonly LossSentence[];
 }
+
+export const LEAVES_OR_ENDS_S = 1;
+export const FALLS_S = 3;
 
 export interface Consent {
   readonly reason: string;

@@ -1,7 +1,7 @@
 /** The commands of a pilot, with a question before each dangerous one. For buttons, keys and pads alike. */
 
 import { confirmArming } from './arming';
-import { ask } from './confirmation.svelte';
+import { ask, FALLS_S, LEAVES_OR_ENDS_S } from './confirmation.svelte';
 import { t } from './languages/text';
 import type { FlightValues } from './link/flight_values';
 import { modeSetOf, type Mode } from './link/modes';
@@ -53,26 +53,20 @@ export class PilotActions {
       }
       return;
     }
-    const first = await ask({
-      title: t('Disarm {name} in flight?', { name }),
+    const agreed = await ask({
+      title: t('Stop the motors of {name} in flight?', { name }),
       text:
         airborne === null
           ? t('It is not known whether {name} is in the air. If it is, it falls.', { name })
-          : t('{name} is in the air. Without its motors it falls.', { name }),
-      confirmLabel: t('Disarm in flight'),
+          : t('{name} falls to the ground from {high}, and nothing can stop it then.', {
+              name,
+              high: high(this.#values().altRelM),
+            }),
+      confirmLabel: t('Let {name} fall', { name }),
       isDanger: true,
+      heldS: FALLS_S,
     });
-    if (!first) return;
-    const second = await ask({
-      title: t('Let {name} fall?', { name }),
-      text: t('Second confirmation: the motors of {name} stop at once and it drops from {high}.', {
-        name,
-        high: high(this.#values().altRelM),
-      }),
-      confirmLabel: t('Stop the motors now'),
-      isDanger: true,
-    });
-    if (second) await this.#vehicle.command(t('Disarm in flight'), { command: 'disarm', force: true });
+    if (agreed) await this.#vehicle.command(t('Disarm in flight'), { command: 'disarm', force: true });
   }
 
   takeOffWords(heightM: number): string {
@@ -102,14 +96,16 @@ export class PilotActions {
 
   async returnHome(): Promise<void> {
     const text = t('{name} flies back to its home and lands there.', { name: this.#name });
-    if (await ask({ title: t('Return {name}?', { name: this.#name }), text, confirmLabel: t('Return') })) {
+    const title = t('Return {name}?', { name: this.#name });
+    if (await ask({ title, text, confirmLabel: t('Return'), heldS: LEAVES_OR_ENDS_S })) {
       await this.#vehicle.command(t('Return'), { command: 'rtl' });
     }
   }
 
   async land(): Promise<void> {
     const text = t('{name} lands where it is now.', { name: this.#name });
-    if (await ask({ title: t('Land {name} here?', { name: this.#name }), text, confirmLabel: t('Land') })) {
+    const title = t('Land {name} here?', { name: this.#name });
+    if (await ask({ title, text, confirmLabel: t('Land'), heldS: LEAVES_OR_ENDS_S })) {
       await this.#vehicle.command(t('Land'), { command: 'land' });
     }
   }
@@ -156,22 +152,9 @@ export class PilotActions {
     await this.#goTo(t('Go to {latLon} at {high}', { latLon: latLon(target), high: high(target.altRelM) }), target);
   }
 
+  /** Never asks, like speed and turn: Hold ends it. What it will do stands beside the number (`previewOf`). */
   async changeHeight(altRelM: number): Promise<void> {
-    const name = this.#name;
-    const text = t('{name} changes to guided mode and goes {upOrDown} to {high} above home.', {
-      name,
-      upOrDown: this.#upOrDown(altRelM),
-      high: high(altRelM),
-    });
-    if (
-      await ask({
-        title: t('{name} to {high}?', { name, high: high(altRelM) }),
-        text,
-        confirmLabel: t('Change height'),
-      })
-    ) {
-      await this.#changeHeight(t('Height {high}', { high: high(altRelM) }), altRelM);
-    }
+    await this.#changeHeight(t('Height {high}', { high: high(altRelM) }), altRelM);
   }
 
   /** At its current place, or at its target. */
@@ -185,40 +168,31 @@ export class PilotActions {
     await this.#vehicle.command(label, { command: 'goto', lat: latDeg, lon: wrapped(lonDeg), height_m: altRelM });
   }
 
-  #upOrDown(altRelM: number): string {
-    return altRelM >= (this.#values().altRelM ?? 0) ? 'up' : 'down';
-  }
-
   async changeSpeed(speedMps: number): Promise<void> {
-    const text = t('{name} flies at {fast} over the ground from now on when it flies automatically.', {
-      name: this.#name,
-      fast: fast(speedMps),
-    });
-    if (
-      await ask({
-        title: t('{name} at {fast}?', { name: this.#name, fast: fast(speedMps) }),
-        text,
-        confirmLabel: t('Change speed'),
-      })
-    ) {
-      await this.#vehicle.command(t('Speed {fast}', { fast: fast(speedMps) }), { command: 'speed', m_s: speedMps });
-    }
+    await this.#vehicle.command(t('Speed {fast}', { fast: fast(speedMps) }), { command: 'speed', m_s: speedMps });
   }
 
   async turnTo(headingDeg: number): Promise<void> {
-    const text = t('{name} turns to {heading}° where it is.', { name: this.#name, heading: headingDeg });
-    if (
-      await ask({
-        title: t('Turn {name} to {heading}°?', { name: this.#name, heading: headingDeg }),
-        text,
-        confirmLabel: t('Turn'),
-      })
-    ) {
-      await this.#vehicle.command(t('Turn to {heading}°', { heading: headingDeg }), {
-        command: 'yaw',
-        deg: headingDeg,
-      });
-    }
+    await this.#vehicle.command(t('Turn to {heading}°', { heading: headingDeg }), { command: 'yaw', deg: headingDeg });
+  }
+
+  /** What Enter will do, while a number is typed. */
+  heightPreview(altRelM: number): string {
+    const name = this.#name;
+    const now = this.#values().altRelM;
+    const to = { name, high: high(altRelM), now: words('height', now) };
+    if (now === null) return t('Enter: {name} goes to {high} above home', to);
+    return altRelM >= now
+      ? t('Enter: {name} climbs from {now} to {high} above home', to)
+      : t('Enter: {name} descends from {now} to {high} above home', to);
+  }
+
+  speedPreview(speedMps: number): string {
+    return t('Enter: {name} flies at {fast} over the ground', { name: this.#name, fast: fast(speedMps) });
+  }
+
+  headingPreview(headingDeg: number): string {
+    return t('Enter: {name} turns to {heading}° where it is', { name: this.#name, heading: headingDeg });
   }
 
   /** Null: the drone's current position. */

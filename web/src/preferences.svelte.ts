@@ -33,6 +33,9 @@ export interface Preferences {
   sightings: boolean;
   /** For each picture on the page of all videos. */
   wallQuality: QualityName;
+  /** Whether the Control page shows the panel of values, and that of commands. */
+  valuesPanel: boolean;
+  commandsPanel: boolean;
 }
 
 const DEFAULTS: Preferences = {
@@ -49,6 +52,8 @@ const DEFAULTS: Preferences = {
   videoQuality: 'medium',
   sightings: true,
   wallQuality: 'low',
+  valuesPanel: true,
+  commandsPanel: true,
 };
 
 export const isTheme = (value: unknown): value is ThemeChoice => THEMES.some((one) => one === value);
@@ -62,7 +67,7 @@ function read(): Preferences {
     // The page starts even if storage is forbidden or corrupt.
   }
   const { theme, language, units, sound, speech, vibration, shortcuts, map, boardPlan } = stored;
-  const { video, videoQuality, sightings, wallQuality } = stored;
+  const { video, videoQuality, sightings, wallQuality, valuesPanel, commandsPanel } = stored;
   return {
     theme: isTheme(theme) ? theme : DEFAULTS.theme,
     language: isLanguageChoice(language) ? language : DEFAULTS.language,
@@ -77,6 +82,8 @@ function read(): Preferences {
     videoQuality: isQuality(videoQuality) ? videoQuality : DEFAULTS.videoQuality,
     sightings: typeof sightings === 'boolean' ? sightings : DEFAULTS.sightings,
     wallQuality: isQuality(wallQuality) ? wallQuality : DEFAULTS.wallQuality,
+    valuesPanel: typeof valuesPanel === 'boolean' ? valuesPanel : DEFAULTS.valuesPanel,
+    commandsPanel: typeof commandsPanel === 'boolean' ? commandsPanel : DEFAULTS.commandsPanel,
   };
 }
 

@@ -1,5 +1,6 @@
 import { beforeEach, describe, expect, it, vi } from 'vitest';
 
+import type { Question } from '../src/confirmation.svelte';
 import { GuidedActions } from '../src/guided_actions';
 import type { DroneCommand } from '../src/link/drone_commands';
 import type { FlightValues } from '../src/link/flight_values';
@@ -9,10 +10,18 @@ import { MissionActions } from '../src/parts/missions/mission_actions';
 import { PilotActions } from '../src/pilot_actions';
 import { A_DRONE, FakeClock, fromAutopilot, heartbeat } from './link/fakes';
 
-const asked = vi.hoisted(() => ({ acknowledged: 0 }));
-vi.mock('../src/confirmation.svelte', () => ({ ask: () => Promise.resolve(true) }));
+const asked = vi.hoisted(() => ({ acknowledged: 0, questions: [] as Question[] }));
+vi.mock('../src/confirmation.svelte', () => ({
+  FALLS_S: 3,
+  LEAVES_OR_ENDS_S: 1,
+  ask: (question: Question) => {
+    asked.questions.push(question);
+    return Promise.resolve(true);
+  },
+}));
 vi.mock('../src/preferences.svelte', () => ({ preferences: { units: 'metric' } }));
 vi.mock('../src/arming', () => ({
+  warningsBefore: () => Promise.resolve(['Battery: 40 %']),
   confirmArming: () => Promise.resolve(() => Promise.resolve(void asked.acknowledged++)),
 }));
 
@@ -31,6 +40,7 @@ beforeEach(() => {
   commands = [];
   frames = 0;
   asked.acknowledged = 0;
+  asked.questions = [];
   const uplink = {
     command: (_: number, command: DroneCommand) => {
       commands.push(command);
@@ -126,5 +136,60 @@ describe('each button asks the tower for one command', () => {
     await pilot.changeHeight(10);
     expect(commands).toEqual([]);
     expect(vehicle.action.get()?.text).toContain('its position is unknown');
+  });
+});
+
+describe('what is asked before (docs/console.md, "Confirmation")', () => {
+  const questions = async (act: () => Promise<unknown>): Promise<Question[]> => {
+    await act();
+    return asked.questions;
+  };
+
+  it.each<[string, () => Promise<unknown>]>([
+    ['height', () => pilot.changeHeight(30)],
+    ['speed', () => pilot.changeSpeed(3)],
+    ['turn', () => pilot.turnTo(270)],
+    ['pause', () => mission.pause()],
+  ])('nothing, where Hold ends it: %s', async (_, act) => {
+    expect(await questions(act)).toEqual([]);
+  });
+
+  it.each<[string, () => Promise<unknown>]>([
+    ['return', () => pilot.returnHome()],
+    ['land', () => pilot.land()],
+  ])('a button to hold for a second, where it ends a flight: %s', async (_, act) => {
+    expect(await questions(act)).toMatchObject([{ heldS: 1, title: expect.stringContaining('Heron') as string }]);
+  });
+
+  it('the same with what is open, where it leaves the ground', async () => {
+    values = { ...values, airborne: false };
+    expect(await questions(() => mission.start(3))).toMatchObject([{ heldS: 1, warnings: ['Battery: 40 %'] }]);
+  });
+
+  it('one longer, which names the drone and says what falls', async () => {
+    expect(await questions(() => pilot.disarm())).toMatchObject([
+      {
+        heldS: 3,
+        isDanger: true,
+        title: 'Stop the motors of Heron in flight?',
+        text: 'Heron falls to the ground from 12 m, and nothing can stop it then.',
+        confirmLabel: 'Let Heron fall',
+      },
+    ]);
+  });
+
+  it('a press, where the drone stands', async () => {
+    values = { ...values, airborne: false };
+    const [question] = await questions(() => pilot.disarm());
+    expect(question).not.toHaveProperty('heldS');
+  });
+
+  it('says beside a number what Enter will do', () => {
+    expect(pilot.heightPreview(30)).toBe('Enter: Heron climbs from 12 m to 30 m above home');
+    expect(pilot.heightPreview(5)).toBe('Enter: Heron descends from 12 m to 5 m above home');
+    values = { ...values, altRelM: null };
+    expect(pilot.heightPreview(5)).toBe('Enter: Heron goes to 5 m above home');
+    expect(pilot.speedPreview(3)).toBe('Enter: Heron flies at 3 m/s over the ground');
+    expect(pilot.headingPreview(90)).toBe('Enter: Heron turns to 90° where it is');
   });
 });

@@ -34,7 +34,7 @@ def facts_of(drone: LiveDrone, height_limit_m: float, now: float) -> Facts:
         held_by=holder.name if holder is not None else None,
         lost_action=None if drone.watched_only else drone.safety.lost_action,
         lost_action_s=drone.safety.lost_action_s,
-        hold=drone.open_hold.view(online=drone.online),
+        hold=drone.hold_view(),
         hold_unconfirmed=drone.hold_unconfirmed,
         hold_reason=drone.hold_reason,
         black_box_problem=drone.black_box_problem,

@@ -22,6 +22,10 @@ _WAS: Final = {
 }
 
 
+_TOLD_BY_OTHERS: Final = (LostPhase.COUNTING, LostPhase.ASKING, LostPhase.DONE)
+"""Of `lost-action-counting` and `lost-action`."""
+
+
 def link_lost_in_air(facts: Facts, is_open: bool) -> Finding:
     if facts.silence == "link" and facts.airborne:
         height = "" if facts.height_m is None else f" at {facts.height_m:.0f} m"
@@ -89,7 +93,10 @@ def lost_action_counting(facts: Facts, is_open: bool) -> Finding:
     if hold is None or hold.lost is None or hold.phase is not LostPhase.COUNTING:
         return Not.SO if not facts.silence else Not.KNOWN
     is_person = hold.lost is Lost.PERSON
-    why = f"Nobody flies {facts.name}." if is_person else f"{facts.name} has lost the tower."
+    why = f"{facts.name} has lost the tower."
+    if is_person:
+        because = hold.nobody_because
+        why = f"Nobody flies {facts.name} ({because})." if because else f"Nobody flies {facts.name}."
     when = "soon" if hold.due_at is None else f"at {hold.due_at:%H:%M:%S} UTC"
     unless = ', unless somebody flies it or says "stay"' if is_person and hold.action is not LostAction.STAY else ""
     return f"{why} It {_action_words(hold.action)} {when}{unless}."
@@ -99,7 +106,10 @@ def lost_action(facts: Facts, is_open: bool) -> Finding:
     hold = facts.hold
     if hold is None or hold.lost is None or hold.phase not in (LostPhase.ASKING, LostPhase.DONE):
         return Not.SO if not facts.silence else Not.KNOWN
-    why = "nobody flew it" if hold.lost is Lost.PERSON else "it had lost the tower"
+    because = hold.nobody_because
+    why = "it had lost the tower"
+    if hold.lost is Lost.PERSON:
+        why = f"nobody flew it ({because})" if because else "nobody flew it"
     return f"{facts.name} acts by itself. It {_action_words(hold.action)}: {why}."
 
 
@@ -107,6 +117,8 @@ def unattended(facts: Facts, is_open: bool) -> Finding:
     if facts.silence:
         return Not.KNOWN
     if facts.airborne is True and facts.held_by is None:
+        if facts.hold is not None and facts.hold.phase in _TOLD_BY_OTHERS:
+            return Not.SO  # one danger, one alert
         return f"{facts.name} is in the air, and nobody has the controls."
     return Not.SO if facts.airborne is not None else Not.KNOWN
 

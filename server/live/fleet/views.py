@@ -83,6 +83,9 @@ class HoldView(BaseModel):
     after_sticks: Annotated[AfterSticks, Field(description="What the autopilot does if these stop or the agent dies")]
     waiting_for: Annotated[str, Field(description="Why it does not yet stay without sticks, for people")]
     lost: Annotated[Lost | None, Field(description="Who is away")]
+    nobody_because: Annotated[
+        str, Field(description="Why nobody flies it, for people; empty unless a person is away")
+    ] = ""
     phase: Annotated[LostPhase, Field(description="Phase of the lost action")]
     action: Annotated[LostAction | None, Field(description="The action, pending or running")]
     due_at: Annotated[datetime | None, Field(description="By the tower's clock; null unless pending")]

@@ -51,6 +51,8 @@ class LeaseChanges:
             return
         before, known = self._before(drone, lease), drone.lease
         drone.lease = lease
+        if known.holder != lease.holder or before.holder != lease.holder:
+            drone.unheld_why = _unheld_why(before, lease, event, reason)
         drone.fenced = False
         waiting: list[bytes] = []
         if event == "turn":
@@ -110,6 +112,7 @@ class LeaseChanges:
     def _notify_move(self, drone: LiveDrone, move: _Move) -> None:
         event = _seen_from(move.before, drone.lease, lost=bool(move.why_lost), expired=move.expired)
         if event is not None:
+            drone.unheld_why = _unheld_why(move.before, drone.lease, event, move.why_lost)
             self._notify(drone, move.before, event, None, move.why_lost or ELSEWHERE)
 
     def _notify(self, drone: LiveDrone, before: LeaseView, event: str, by: UserRef | None, reason: str) -> None:
@@ -123,6 +126,18 @@ def _restart(drone: LiveDrone) -> None:
     """The controls changed hands: earlier sticks and absences do not concern the new holder."""
     drone.sticks_at = float("-inf")
     drone.holder_watch.present()
+
+
+def _unheld_why(before: LeaseView, after: LeaseView, event: str, why: str) -> str:
+    """How it came that nobody has the controls; empty while somebody has them."""
+    if after.holder is not None or before.holder is None:
+        return ""
+    name = before.holder.name
+    if event == "released":
+        return f"{name} released the controls"
+    if event == "expired":
+        return f"{name} was away for too long"
+    return f"{name} may not fly it any more: {why}" if why else f"{name} may not fly it any more"
 
 
 def _seen_from(before: LeaseView, after: LeaseView, *, lost: bool, expired: bool) -> str | None:

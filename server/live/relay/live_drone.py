@@ -11,7 +11,7 @@ from server.domain.relations import Relation, Right, TeamRole, may, relation_of
 from server.live.aircraft.near import NOTHING, Near
 from server.live.alerts.fall_watch import FallWatch
 from server.live.alerts.kept_telemetry import KeptTelemetry
-from server.live.fleet.views import DroneView, IdentityView, LoanView, TeamRefView, UserRefView
+from server.live.fleet.views import DroneView, HoldView, IdentityView, LoanView, TeamRefView, UserRefView
 from server.live.flights.tape import Tape
 from server.live.operations.onboard_state import OnboardState
 from server.live.operations.onboard_views import NO_PARAMETERS, NO_PLANS
@@ -35,6 +35,7 @@ from server.live.zones.watch import ZoneWatch
 from wire.control_messages import LossParameters, SafetySettings, StreamSettings, StreamState
 from wire.firmware import firmware_words, release_of
 from wire.ids import DroneId, Epoch, UserId
+from wire.open_holds import Lost
 from wire.own_system import OwnSystem
 from wire.signing_key import Signing
 from wire.zones.index import NO_ZONES, ZoneIndex
@@ -173,6 +174,8 @@ class LiveDrone:
     hold_steps: HoldSteps = field(default_factory=HoldSteps)
     hold_reason: str = ""
     """Why the last hold began, in words; empty: not known."""
+    unheld_why: str = ""
+    """How it came that nobody has the controls, in words; empty: somebody has, or it is not known."""
     hold_unconfirmed: str | None = None
     """What the agent reported when it gave up the last hold; None: it did not, or that is over."""
     hold_noted: bool = False
@@ -373,7 +376,7 @@ class LiveDrone:
             other_systems=list(self.other_systems),
             hears_agent=self.hears_agent,
             signing=self.signing,
-            hold=self.open_hold.view(online=self.online),
+            hold=self.hold_view(),
             last_heard=self.last_heard.view,
             airborne_since=self.flight_start.since if self.online and self.airborne else None,
             offered=self.lease.offered,
@@ -389,6 +392,21 @@ class LiveDrone:
             parameters=self.onboard.parameters.state,
             suspicious_motion=self.motion_check.why if self.armed is not False else None,
         )
+
+    def hold_view(self) -> HoldView | None:
+        """The open hold and the lost action, with why nobody flies it."""
+        hold = self.open_hold.view(online=self.online)
+        if hold is None or hold.lost is not Lost.PERSON:
+            return hold
+        return hold.model_copy(update={"nobody_because": self._nobody_because()})
+
+    def _nobody_because(self) -> str:
+        holder = self.lease.holder
+        if holder is None:
+            return self.unheld_why or "nobody has the controls"
+        if self.holder_watch.missing_since is not None:
+            return f"{holder.name} has the controls and is away"
+        return f"{holder.name} has the controls and does not fly it"
 
     def view_for(self, user_id: UserId, role: Role) -> DroneView:
         """One user's view."""

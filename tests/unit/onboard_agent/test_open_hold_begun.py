@@ -90,6 +90,38 @@ def test_a_mission_without_anybody_goes_on() -> None:
     assert world.state.phase is LostPhase.QUIET
 
 
+@pytest.mark.parametrize(
+    ("lost_action", "ends_in"),
+    [(LostAction.RETURN, Mode.RTL), (LostAction.LAND, Mode.LAND), (LostAction.CONTINUE, Mode.AUTO)],
+)
+def test_a_mission_that_is_over_leaves_a_drone_in_the_air_with_nobody(lost_action: LostAction, ends_in: Mode) -> None:
+    world = flown(mode=Mode.GUIDED, hand=None, lost_action=lost_action)
+    world.send(mode_command(Mode.AUTO))
+    world.pass_time(2.0)
+    released(world)
+    world.pass_time(40.0)
+    assert world.state.phase is LostPhase.QUIET
+    world.copter.mission_state = mavlink.MISSION_STATE_COMPLETE
+    world.pass_time(2.0)
+    assert (world.state.lost, world.state.phase) == (Lost.PERSON, LostPhase.COUNTING)
+    world.pass_time(32.0)
+    assert world.copter.mode is ends_in
+    if lost_action is LostAction.CONTINUE:
+        assert world.state.phase is LostPhase.STAYED, "there is nothing to go on with"
+
+
+def test_a_mission_that_is_started_anew_flies_alone_again() -> None:
+    world = flown(mode=Mode.GUIDED, hand=None)
+    world.send(mode_command(Mode.AUTO))
+    world.copter.mission_state = mavlink.MISSION_STATE_COMPLETE
+    released(world)
+    world.pass_time(5.0)
+    assert world.state.phase is LostPhase.COUNTING
+    world.copter.mission_state = mavlink.MISSION_STATE_ACTIVE
+    world.pass_time(2.0)
+    assert world.state.phase is LostPhase.QUIET
+
+
 def test_a_transmitter_flies_alone() -> None:
     world = flown(Receiver.CENTRED, mode=Mode.GUIDED, hand=None)
     released(world)

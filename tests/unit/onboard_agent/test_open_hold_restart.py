@@ -197,3 +197,29 @@ def test_a_mode_of_sticks_that_is_commanded_before_the_autopilot_is_heard_comes_
     assert world.copter.mode is Mode.ALT_HOLD
     assert world.longest_gap_s(commanded_at) <= 0.3
     assert not sinks(world, height_m)
+
+
+@pytest.mark.parametrize("receiver", WITH_RECEIVER)
+def test_a_drone_that_nobody_flies_is_counted_by_the_next_process_too(receiver: Receiver) -> None:
+    world = flown(receiver, mode=Mode.GUIDED, hand=None)
+    world.send(mode_command(Mode.GUIDED))
+    world.pass_time(1.0)
+    world.restart_agent()
+    world.link_up(holder=None, present=False)
+    world.sticks.clear()
+    world.pass_time(3.0)
+    assert (world.state.open, world.state.phase, world.sticks) == (False, LostPhase.COUNTING, [])
+    world.pass_time(30.0)
+    assert world.copter.mode is Mode.RTL
+    world.pass_time(60.0)
+    assert world.store.record is None, "it is on the ground"
+
+
+def test_a_holder_who_is_there_after_the_restart_flies_on() -> None:
+    world = flown(mode=Mode.GUIDED, hand=None)
+    world.send(mode_command(Mode.GUIDED))
+    world.pass_time(1.0)
+    world.restart_agent()
+    world.link_up()
+    world.pass_time(40.0)
+    assert (world.copter.mode, world.state.phase) == (Mode.GUIDED, LostPhase.QUIET)

@@ -25,6 +25,7 @@ HOLD = HoldView(
     after_sticks=AfterSticks.STAYS,
     waiting_for="",
     lost=Lost.PERSON,
+    nobody_because="alice released the controls",
     phase=LostPhase.COUNTING,
     action=LostAction.RETURN,
     due_at=datetime(2026, 1, 1, 12, 30, tzinfo=UTC),
@@ -87,7 +88,12 @@ SCENES: dict[str, tuple[Facts, Facts, str]] = {
         PARKED,
         "on the ground with its motors armed",
     ),
-    "lost-action-counting": (replace(FLYING, hold=HOLD), FLYING, "Nobody flies Merlin. It returns at 12:30:00 UTC"),
+    "lost-action-counting": (
+        replace(FLYING, hold=HOLD),
+        FLYING,
+        "Nobody flies Merlin (alice released the controls). It returns at 12:30:00 UTC, unless somebody flies it or "
+        'says "stay".',
+    ),
     "lost-action": (
         replace(FLYING, hold=HOLD.model_copy(update={"phase": LostPhase.DONE, "lost": Lost.TOWER})),
         FLYING,
@@ -156,6 +162,17 @@ SCENES: dict[str, tuple[Facts, Facts, str]] = {
 UNKNOWN = Facts(name="Merlin", silence="link")
 BY_OTHERS = {"near", "too-near", "failsafe", "autopilot-error"}
 """Found in pairs and texts: see the tests of those."""
+
+
+def test_one_danger_is_one_alert() -> None:
+    """The countdown says that nobody flies it. Once somebody said "stay", only `unattended` does."""
+    rule = BY_NAME["unattended"]
+    assert rule.condition is not None
+    for phase in LostPhase:
+        hold = HOLD.model_copy(update={"phase": phase})
+        found = rule.condition(replace(FLYING, held_by=None, hold=hold), False)
+        told = phase in (LostPhase.QUIET, LostPhase.STAYED)
+        assert (found is not Not.SO) == told, phase
 
 
 def test_every_rule_has_a_scene_and_all_its_words() -> None:

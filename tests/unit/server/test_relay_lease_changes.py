@@ -1,6 +1,7 @@
 """Reports to people of a lease that a database snapshot has changed, and their timing."""
 
 from dataclasses import replace
+from datetime import UTC, datetime
 from typing import Any
 
 import pytest
@@ -13,6 +14,7 @@ from server.live.relay.holder_watch import GRACE_S
 from server.live.relay.lease_changes import CONTROL_ACTS_WITHIN_S, ELSEWHERE
 from server.live.relay.live_drone import LeaseView
 from wire.ids import DroneId, Epoch, UserId
+from wire.open_holds import AfterSticks, HoldStage, HoldState, Lost, LostAction, LostPhase
 from wire.tagged import tag
 
 ONE = DroneId(1)
@@ -171,3 +173,58 @@ def test_hands_that_a_snapshot_told_of_inherit_neither_sticks_nor_absence() -> N
     assert HolderExpired(ONE, bob.id) not in noticed, "bob is away for less than the grace time"
     hub.tick(40.0 + GRACE_S)
     assert HolderExpired(ONE, bob.id) in noticed
+
+
+@pytest.mark.parametrize(
+    ("event", "words"),
+    [
+        ("released", "alice released the controls"),
+        ("expired", "alice was away for too long"),
+        ("revoked", "alice may not fly it any more: gusts"),
+    ],
+)
+def test_it_is_known_how_it_came_that_nobody_has_the_controls(event: str, words: str) -> None:
+    scene = Scene()
+    drone = scene.world.hub.state.drones[ONE]
+    assert drone.unheld_why == ""
+    scene.service(LeaseView(holder=None, taken_from=None, epoch=Epoch(2)), event, 3.0)
+    assert drone.unheld_why == words
+    scene.service(LeaseView(holder=ALICE, taken_from=None, epoch=Epoch(3)), "acquired", 4.0)
+    assert drone.unheld_why == ""
+
+
+def test_it_is_known_of_a_right_that_ended_in_another_process() -> None:
+    scene = Scene()
+    scene.snapshot(owners=())
+    scene.wait(5.0)
+    drone = scene.world.hub.state.drones[ONE]
+    assert drone.unheld_why == f"alice may not fly it any more: {NO_OWNER}"
+
+
+def test_who_has_the_controls_and_does_not_fly_is_named() -> None:
+    scene = Scene()
+    drone = scene.world.hub.state.drones[ONE]
+    counting = HoldState(
+        number=1,
+        open=False,
+        stage=HoldStage.NONE,
+        mode="GUIDED",
+        sticks=False,
+        after_sticks=AfterSticks.STAYS,
+        lost=Lost.PERSON,
+        phase=LostPhase.COUNTING,
+        action=LostAction.RETURN,
+        due_in_s=20.0,
+    )
+    drone.open_hold.linked(reports=True)
+    drone.open_hold.take(counting, datetime(2026, 1, 1, tzinfo=UTC))
+
+    def because() -> str:
+        view = drone.hold_view()
+        assert view is not None
+        return view.nobody_because
+
+    drone.holder_watch.present()
+    assert because() == "alice has the controls and does not fly it"
+    drone.holder_watch.missing(by_hand=False, now=0.0)
+    assert because() == "alice has the controls and is away"

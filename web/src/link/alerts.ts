@@ -148,21 +148,82 @@ function bounded(all: readonly Alert[]): readonly Alert[] {
 /** It is not over. */
 export const isLasting = (alert: Alert): boolean => alert.closed_at === null;
 
+const isUnread = ({ acknowledged_at, severity }: Alert): boolean => acknowledged_at === null && severity !== 'notice';
+
 /** A person has to see to it, and none has: it lasts, or was critical. */
 export const needsSomebody = (alert: Alert): boolean =>
-  alert.acknowledged_at === null && alert.severity !== 'notice' && (isLasting(alert) || alert.severity === 'critical');
+  isUnread(alert) && (isLasting(alert) || alert.severity === 'critical');
 
-/** Those that need somebody first, then those that last; the worst first, then the newest first. */
-export function byUrgency(all: readonly Alert[]): Alert[] {
-  const group = (alert: Alert): number => (needsSomebody(alert) ? 0 : isLasting(alert) ? 1 : 2);
+/** It lasts, and nobody has seen to it: act now. */
+export const isNow = (alert: Alert): boolean => isUnread(alert) && isLasting(alert);
+
+/** It is over and was critical, and nobody has read it: there is time for that. */
+export const isToRead = (alert: Alert): boolean => needsSomebody(alert) && !isLasting(alert);
+
+/** Rules about what no command changes any more. */
+const PAST_HELP: ReadonlySet<string> = new Set(['crashed', 'motors-stopped', 'falls', 'link-lost']);
+
+const NOBODYS: ReadonlySet<number> = new Set();
+
+/**
+ * What lasts before what is over, and in both what nobody has seen to first. Then one's own drones before others', the
+ * worst first, what can still be changed before what cannot, and the newest first. `own`: the drones that this user
+ * commands.
+ */
+export function byUrgency(all: readonly Alert[], own: ReadonlySet<number> = NOBODYS): Alert[] {
+  const group = (alert: Alert): number => (isLasting(alert) ? 0 : 2) + (needsSomebody(alert) ? 0 : 1);
+  const isOthers = ({ drone_id, other_id }: Alert): number =>
+    [drone_id, other_id].some((id) => id !== null && own.has(id)) ? 0 : 1;
+  const isPastHelp = ({ rule }: Alert): number => (PAST_HELP.has(rule) ? 1 : 0);
   return [...all].sort(
     (a, b) =>
       group(a) - group(b) ||
-      (group(a) < 2 ? SEVERITIES[a.severity] - SEVERITIES[b.severity] || a.rank - b.rank : 0) ||
+      (isLasting(a)
+        ? isOthers(a) - isOthers(b) ||
+          SEVERITIES[a.severity] - SEVERITIES[b.severity] ||
+          isPastHelp(a) - isPastHelp(b) ||
+          a.rank - b.rank
+        : 0) ||
       (a.opened_at < b.opened_at ? 1 : a.opened_at > b.opened_at ? -1 : 0),
   );
 }
 
-/** The worst severity that needs somebody. */
-export const worstOpen = (all: readonly Alert[]): AlertSeverity | null =>
-  byUrgency(all).find(needsSomebody)?.severity ?? null;
+/** Repeats of one alert: the same rule about the same drones. */
+export interface AlertGroup {
+  /** The most urgent one of them. */
+  readonly alert: Alert;
+  /** All of them, the most urgent first. */
+  readonly all: readonly Alert[];
+}
+
+/** The texts of an autopilot share a rule: two of them are the same if they differ in figures alone. */
+const BY_WORDS: ReadonlySet<string> = new Set(['failsafe', 'autopilot-error']);
+
+/** `ordered`: as `byUrgency` returns them. Each group stands where its most urgent alert stood. */
+export function folded(ordered: readonly Alert[]): AlertGroup[] {
+  const groups = new Map<string, Alert[]>();
+  for (const alert of ordered) {
+    const { rule, drone_id, other_id, words } = alert;
+    const key = [rule, drone_id, other_id, BY_WORDS.has(rule) ? words.replace(/[\d.,]+/g, '#') : ''].join('|');
+    const group = groups.get(key);
+    if (group) group.push(alert);
+    else groups.set(key, [alert]);
+  }
+  return [...groups.values()].flatMap((all) => (all[0] ? [{ alert: all[0], all }] : []));
+}
+
+/** The worst severity of what needs somebody now. */
+export const worstOpen = (all: readonly Alert[]): AlertSeverity | null => {
+  const severities = all.filter(isNow).map(({ severity }) => severity);
+  return severities.includes('critical') ? 'critical' : severities.includes('warning') ? 'warning' : null;
+};
+
+export interface AlertCounts {
+  readonly now: number;
+  readonly toRead: number;
+}
+
+/** Repeats count once. */
+export function alertCounts(all: readonly Alert[]): AlertCounts {
+  return { now: folded(all.filter(isNow)).length, toRead: folded(all.filter(isToRead)).length };
+}

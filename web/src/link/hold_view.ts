@@ -16,6 +16,8 @@ export interface HoldReading {
   readonly secondsLeft: number | null;
   /** For screen readers: changes with the state, not every second. */
   readonly said: string;
+  /** Why nobody flies it; empty where somebody does, or it is not known. */
+  readonly because: string;
   /** Whether "stay" would stop the lost action now. */
   readonly canStay: boolean;
 }
@@ -188,6 +190,9 @@ export function readHold(hold: HoldView | null, context: HoldContext, nowMs: num
   const title = acts?.title ?? now;
 
   const notes: string[] = [];
+  // A tower of before this field sends none.
+  const because = hold.nobody_because ?? '';
+  if (acts && because) notes.push(ended(capital(because)));
   if (hold.stale) notes.push(staleWords(hold, context.towerLagMs, nowMs));
   if (acts && hold.phase !== 'done' && hold.phase !== 'asking') notes.push(ended(now));
   if (hold.phase === 'asking') notes.push(t('Not confirmed by the autopilot yet.'));
@@ -205,6 +210,7 @@ export function readHold(hold: HoldView | null, context: HoldContext, nowMs: num
     badge: hold.stale ? t('Last told: {badge}', { badge: badge.charAt(0).toLowerCase() + badge.slice(1) }) : badge,
     secondsLeft,
     said: ended(acts?.said ?? title),
+    because,
     canStay: hold.phase === 'counting' && hold.lost === 'person' && hold.action !== 'stay' && !hold.stale,
   };
 }

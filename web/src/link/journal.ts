@@ -37,6 +37,24 @@ export class Journal {
   }
 }
 
+export interface FoldedEntry {
+  /** The newest of them. */
+  readonly entry: Entry;
+  readonly count: number;
+}
+
+/** Repeats of one line are one line, where the newest of them stands. */
+export function foldedEntries(entries: readonly Entry[]): FoldedEntry[] {
+  const folded = new Map<string, FoldedEntry>();
+  for (const entry of entries) {
+    const line = [entry.droneId, entry.source, entry.severity, entry.text].join('|');
+    const count = (folded.get(line)?.count ?? 0) + 1;
+    folded.delete(line); // a map keeps the order in which its keys came
+    folded.set(line, { entry, count });
+  }
+  return [...folded.values()];
+}
+
 /** MAV_SEVERITY 0..7 in three levels: critical, warning, everything else. */
 export function severityOf(mavSeverity: number): Severity {
   if (mavSeverity <= 3) return 'error';

@@ -19,7 +19,7 @@ export const operationInWords = forReaders((operation: Operation): Operation => 
 
 export const droneInWords = forReaders((drone: Drone): Drone => ({
   ...inTowerWords(drone, 'profile_why'),
-  hold: drone.hold && inTowerWords(drone.hold, 'waiting_for', 'detail'),
+  hold: drone.hold && inTowerWords(drone.hold, 'waiting_for', 'detail', 'nobody_because'),
 }));
 
 export const lossCheckInWords = forReaders((check: LossCheck): LossCheck => ({

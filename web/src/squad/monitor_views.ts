@@ -32,7 +32,7 @@ export const USUAL_LIST: ListChoice = {
   view: 'cards',
   search: '',
   filter: 'all',
-  order: { key: 'name', isDescending: false },
+  order: { key: 'state', isDescending: false },
 };
 
 const oneOf = <T extends string>(all: readonly T[], value: unknown, usual: T): T =>

@@ -1,7 +1,7 @@
 /** What the flight bar says of one drone: state, link, battery, in a few words each. Pure. */
 
 import { t } from '../languages/text';
-import { batteryLevel } from '../link/battery_level';
+import { BATTERY_CRITICAL_PERCENT, BATTERY_LOW_PERCENT, batteryLevel, type BatteryLevel } from '../link/battery_level';
 import type { FlightValues } from '../link/flight_values';
 import type { HoldReading } from '../link/hold_view';
 import type { LinkReading } from '../link/link_quality';
@@ -28,6 +28,8 @@ export interface BarFacts {
   readonly missionPhase: MissionPhase;
   readonly holdSinceMs: number | null;
   readonly modeSinceMs: number | null;
+  /** Why it does what it does, where the pilot did not command it (state_cause.ts); empty: nothing to say. */
+  readonly cause: string;
   readonly nowMs: number;
 }
 
@@ -38,7 +40,7 @@ const then = (...parts: readonly string[]): string => parts.filter((part) => par
 
 /** What it does now, and what comes next. */
 export function stateCell(facts: BarFacts): BarCell {
-  const { drone, values, hold, silence, missionPhase, holdSinceMs, modeSinceMs, nowMs } = facts;
+  const { drone, values, hold, silence, missionPhase, holdSinceMs, modeSinceMs, cause, nowMs } = facts;
   if (silence && silence.isAirborne !== false) {
     const { now, next } = lostBrief(silence, nowMs);
     const what = silence.whose === 'own' ? t('TOWER LOST') : t('LINK LOST');
@@ -54,7 +56,7 @@ export function stateCell(facts: BarFacts): BarCell {
   const isFlying = values.airborne !== false && values.armed !== false;
   if (hold && (drone.hold?.open || hold.phase === 'counting')) {
     const word = drone.hold?.open ? t('HOLD') : (values.mode ?? UNKNOWN);
-    return { text: word + since(holdSinceMs, nowMs), detail: hold.badge, tone: hold.tone };
+    return { text: word + since(holdSinceMs, nowMs), detail: then(hold.badge, hold.because), tone: hold.tone };
   }
   const holds = values.autopilot === null ? null : modeSetOf(values.autopilot, values.vehicleType)?.hold;
   if (isFlying && holds && holds.customMode === values.customMode) {
@@ -65,6 +67,9 @@ export function stateCell(facts: BarFacts): BarCell {
       tone: 'good',
     };
   }
+  if (isFlying && cause) {
+    return { text: values.mode ?? UNKNOWN, detail: cause, tone: values.state === 'alert' ? 'danger' : 'warning' };
+  }
   const doing = !isFlying
     ? values.armed
       ? t('motors running, on the ground')
@@ -74,7 +79,7 @@ export function stateCell(facts: BarFacts): BarCell {
       : missionPhase === 'flown'
         ? t('flies its mission')
         : hold
-          ? hold.badge
+          ? then(hold.badge, hold.because)
           : '';
   return { text: values.mode ?? UNKNOWN, detail: doing, tone: values.state === 'alert' ? 'danger' : '' };
 }
@@ -99,6 +104,9 @@ export function linkCell(values: FlightValues, link: LinkReading | null, isDeaf:
   return { text: `${fixed(values.linkRttMs)} ms`, detail, tone };
 }
 
+const LEVEL_WORDS: Record<BatteryLevel, string> = { low: t('low'), critical: t('critical') };
+const PERCENT_OF: Record<BatteryLevel, number> = { low: BATTERY_LOW_PERCENT, critical: BATTERY_CRITICAL_PERCENT };
+
 /** Less than this after the way home wants a decision. */
 const SHORT_MS = 60_000;
 
@@ -106,16 +114,29 @@ export function batteryCell(values: FlightValues, home: WayHome): BarCell {
   const level = batteryLevel(values);
   const text = `${fixed(values.batteryPercent)} %`;
   const after = home.afterMs;
+  // The autopilot judges by the voltage, this estimate by the charge that was drawn: only one of them can be said.
+  const isByVoltage =
+    level !== null &&
+    values.batteryPercent !== null &&
+    values.batteryPercent > PERCENT_OF[level] &&
+    !(after !== null && after < 0);
+  if (isByVoltage && values.batteryV !== null) {
+    return {
+      text: `${fixed(values.batteryV, 1)} V ${LEVEL_WORDS[level]}`,
+      detail: t('its gauge says {percent}', { percent: text }),
+      tone: level === 'low' ? 'warning' : 'danger',
+    };
+  }
   const detail =
     after === null
       ? values.airborne === false
         ? `${fixed(values.batteryV, 1)} V`
-        : t('after home: unknown')
+        : t('left at home: unknown')
       : after < 0
         ? t('NOT enough for home')
-        : t('{after} after home', { after: duration(after) });
+        : t('{after} left at home', { after: duration(after) });
   const isShort = after !== null && after < SHORT_MS;
   const tone = level === 'critical' || (after !== null && after < 0) ? 'danger' : level || isShort ? 'warning' : '';
-  const word = level === null ? '' : ` ${level}`;
+  const word = level === null ? '' : ` ${LEVEL_WORDS[level]}`;
   return { text: text + word, detail, tone };
 }

@@ -91,8 +91,8 @@ describe('the Portuguese catalogue', () => {
       'Merlin perdeu a ligação no ar a 40 m. O drone era pilotado à mão; fica parado, depois regressa após 30 s sem a torre, se o seu agente estiver ativo.',
     ],
     [
-      'Nobody flies Merlin. It returns at 12:00:05 UTC, unless somebody flies it or says "stay".',
-      'Ninguém pilota Merlin. O drone regressa às 12:00:05 UTC, a não ser que alguém o pilote ou diga "ficar".',
+      'Nobody flies Merlin (alice released the controls). It returns at 12:00:05 UTC, unless somebody flies it or says "stay".',
+      'Ninguém pilota Merlin (alice largou os comandos). O drone regressa às 12:00:05 UTC, a não ser que alguém o pilote ou diga "ficar".',
     ],
     ['Merlin is in the no-fly zone Airport (fair).', 'Merlin está dentro da zona de exclusão Airport (fair).'],
     [

@@ -1,7 +1,17 @@
 import { beforeEach, describe, expect, it } from 'vitest';
 
 import { mayAcknowledge } from '../../src/link/alert_rights';
-import { ALERT_LIMIT, Alerts, byUrgency, needsSomebody, OWN_ID, worstOpen, type Alert } from '../../src/link/alerts';
+import {
+  ALERT_LIMIT,
+  alertCounts,
+  Alerts,
+  byUrgency,
+  folded,
+  needsSomebody,
+  OWN_ID,
+  worstOpen,
+  type Alert,
+} from '../../src/link/alerts';
 import { aloneWords, ALONE_AFTER_MS } from '../../src/link/page_alone';
 import { A_DRONE, anAlert, FakeClock, settled } from './fakes';
 
@@ -91,7 +101,7 @@ describe('who has to look', () => {
     expect(needsSomebody(anAlert(changes))).toBe(expected);
   });
 
-  it('comes first in the list, then what lasts, then the past', () => {
+  it('comes first among what lasts; what is over comes after all that lasts', () => {
     const all = [
       anAlert({ id: 1, closed_at: OVER }),
       anAlert({ id: 2, acknowledged_at: OVER, severity: 'critical' }),
@@ -99,11 +109,63 @@ describe('who has to look', () => {
       anAlert({ id: 4, severity: 'critical', closed_at: OVER }),
       anAlert({ id: 5, rank: 2 }),
     ];
-    expect(byUrgency(all).map(({ id }) => id)).toEqual([4, 5, 3, 2, 1]);
-    expect(worstOpen(all)).toBe('critical');
+    expect(byUrgency(all).map(({ id }) => id)).toEqual([5, 3, 2, 4, 1]);
+    expect(worstOpen(all), 'what is over makes no noise').toBe('warning');
+    expect(worstOpen([...all, lost])).toBe('critical');
     expect(worstOpen(all.slice(0, 2))).toBeNull();
   });
 
+  it('has a drone of their own in trouble: before others, however bad that is', () => {
+    const all = [
+      lost,
+      anAlert({ id: 3, drone_id: 7, rule: 'battery-low', rank: 14 }),
+      anAlert({ id: 4, drone_id: 5, other_id: 7, rule: 'near', rank: 17 }),
+      anAlert({ id: 5, drone_id: 7, severity: 'critical', closed_at: OVER }),
+    ];
+    expect(byUrgency(all, new Set([7])).map(({ id }) => id)).toEqual([3, 4, 2, 5]);
+    expect(byUrgency(all).map(({ id }) => id)[0]).toBe(2);
+  });
+
+  it('sees what can still be changed before what cannot', () => {
+    const all = [
+      anAlert({ id: 1, rule: 'crashed', severity: 'critical', rank: 4 }),
+      anAlert({ id: 2, rule: 'battery-critical', severity: 'critical', rank: 9 }),
+      anAlert({ id: 3, rule: 'battery-low', rank: 14 }),
+    ];
+    expect(byUrgency(all).map(({ id }) => id)).toEqual([2, 1, 3]);
+  });
+});
+
+describe('repeats', () => {
+  const at = (minute: number): string => `2026-01-01T12:0${minute}:00Z`;
+  const again = [
+    anAlert({ id: 1, rule: 'battery-low', opened_at: at(0), closed_at: at(1) }),
+    anAlert({ id: 2, rule: 'battery-low', opened_at: at(2), closed_at: at(3) }),
+    anAlert({ id: 3, rule: 'battery-low', opened_at: at(4) }),
+    anAlert({ id: 4, rule: 'battery-low', opened_at: at(4), drone_id: 9 }),
+    anAlert({ id: 5, rule: 'failsafe', words: 'The autopilot of A says: Battery 13.3 V', opened_at: at(0) }),
+    anAlert({ id: 6, rule: 'failsafe', words: 'The autopilot of A says: Battery 13.1 V', opened_at: at(1) }),
+    anAlert({ id: 7, rule: 'failsafe', words: 'The autopilot of A says: Radio Failsafe', opened_at: at(2) }),
+  ];
+
+  it('are one line, where the most urgent of them stood', () => {
+    expect(folded(byUrgency(again)).map(({ alert, all }) => [alert.id, all.length])).toEqual([
+      [3, 3],
+      [4, 1],
+      [7, 1],
+      [6, 2],
+    ]);
+  });
+
+  it('count once, apart for what is now and what is to be read', () => {
+    expect(alertCounts(again)).toEqual({ now: 4, toRead: 0 });
+    const over = [1, 2].map((id) => anAlert({ id, rule: 'crashed', severity: 'critical', closed_at: OVER }));
+    expect(alertCounts([...again, ...over])).toEqual({ now: 4, toRead: 1 });
+    expect(alertCounts(over.map((one) => ({ ...one, acknowledged_at: OVER })))).toEqual({ now: 0, toRead: 0 });
+  });
+});
+
+describe('who may see to it', () => {
   it.each([
     ['operator', 'owner', true],
     ['operator', 'borrower', true],

@@ -48,6 +48,13 @@ describe('a hold in words', () => {
 });
 
 describe('the countdown', () => {
+  it('says why nobody flies it, first', () => {
+    const reading = read({ nobody_because: 'anna released the controls' });
+    expect(reading.notes[0]).toBe('Anna released the controls.');
+    expect(reading.because).toBe('anna released the controls');
+    expect(read({ ...QUIET, nobody_because: 'anna is away' }).notes).toEqual([]);
+  });
+
   it('counts to the action by the clock of the tower', () => {
     expect(read()).toMatchObject({
       title: 'Kestrel returns in 24 s: nobody flies it.',

@@ -23,6 +23,7 @@ const FACTS: BarFacts = {
   missionPhase: 'elsewhere',
   holdSinceMs: null,
   modeSinceMs: 13_000,
+  cause: '',
   nowMs: NOW_MS,
 };
 const state = (changes: Partial<BarFacts>): string[] => {
@@ -36,6 +37,24 @@ describe('what the bar says of a drone', () => {
     expect(state({})).toEqual(['GUIDED', '', '']);
     expect(state({ missionPhase: 'flown' })[1]).toBe('flies its mission');
     expect(state({ values: values({ airborne: false }) })[1]).toBe('motors running, on the ground');
+  });
+
+  it('whose mode nobody commanded: why', () => {
+    const rtl = values({ mode: 'RTL', state: 'alert' });
+    expect(state({ values: rtl, cause: 'Battery Failsafe, 13.3 V' })).toEqual([
+      'RTL',
+      'Battery Failsafe, 13.3 V',
+      'danger',
+    ]);
+    expect(state({ values: values({ mode: 'RTL', airborne: false }), cause: 'Battery Failsafe' })[1]).not.toContain(
+      'Failsafe',
+    );
+  });
+
+  it('that nobody has the controls of: who let it go', () => {
+    const held = { ...A_HOLD, nobody_because: 'anna released the controls' };
+    const hold = readHold(held, { droneName: 'Heron', lostActionS: 30, towerLagMs: 0 }, NOW_MS);
+    expect(state({ drone: { ...A_DRONE, hold: held }, hold })[1]).toContain('; anna released the controls');
   });
 
   it('that a pilot put on hold: for how long', () => {
@@ -69,14 +88,32 @@ describe('what the bar says of a drone', () => {
 });
 
 describe('the battery in the bar', () => {
+  it('is low by its voltage: no time that its gauge promises stands beside that', () => {
+    const low = values({ batteryPercent: 93, batteryCharge: 2, batteryV: 13.34 });
+    expect(batteryCell(low, { afterMs: 1_150_000, wayMs: 1 })).toEqual({
+      text: '13.3 V low',
+      detail: 'its gauge says 93 %',
+      tone: 'warning',
+    });
+    expect(batteryCell({ ...low, batteryCharge: 3 }, { afterMs: 1_150_000, wayMs: 1 })).toMatchObject({
+      text: '13.3 V critical',
+      tone: 'danger',
+    });
+    expect(batteryCell({ ...low, batteryPercent: 28 }, { afterMs: 150_000, wayMs: 1 })).toMatchObject({
+      text: '28 % low',
+      detail: '02:30 left at home',
+    });
+    expect(batteryCell(low, { afterMs: -1, wayMs: 1 }).detail).toBe('NOT enough for home');
+  });
+
   it('says the time after the way home, or that it is unknown', () => {
     const now = values({ batteryPercent: 64 });
     expect(batteryCell(now, { afterMs: 492_000, wayMs: 1 })).toEqual({
       text: '64 %',
-      detail: '08:12 after home',
+      detail: '08:12 left at home',
       tone: '',
     });
-    expect(batteryCell(now, { afterMs: null, why: '' }).detail).toBe('after home: unknown');
+    expect(batteryCell(now, { afterMs: null, why: '' }).detail).toBe('left at home: unknown');
     expect(batteryCell(now, { afterMs: -1, wayMs: 1 })).toMatchObject({
       detail: 'NOT enough for home',
       tone: 'danger',

@@ -3345,6 +3345,11 @@ export interface components {
             readonly lost: components["schemas"]["Lost"] | null;
             /** @description The autopilot's mode, by name */
             readonly mode: string;
+            /**
+             * @description Why nobody flies it, for people; empty unless a person is away
+             * @default
+             */
+            readonly nobody_because?: string;
             /** @description Until somebody flies, the lost action is done, or the drone is disarmed */
             readonly open: boolean;
             /** @description Phase of the lost action */

@@ -3,8 +3,8 @@
  * do.
  */
 
-import { confirmArming } from '../../arming';
-import { ask } from '../../confirmation.svelte';
+import { confirmArming, warningsBefore } from '../../arming';
+import { ask, LEAVES_OR_ENDS_S } from '../../confirmation.svelte';
 import { t } from '../../languages/text';
 import type { DroneCommand } from '../../link/drone_commands';
 import type { FlightValues } from '../../link/flight_values';
@@ -38,8 +38,10 @@ export class MissionActions {
       const text = airborne
         ? t('{name} is in the air. It {what}, from the first item on, at once.', { name, what })
         : t('{name} has its motors running. It {what}: it takes off. Is everybody clear of it?', { name, what });
-      if (!(await ask({ title: t('Start the mission of {name}?', { name }), text, confirmLabel: t('Start') })))
-        return null;
+      const title = t('Start the mission of {name}?', { name });
+      const warnings = airborne ? [] : await warningsBefore(this.#vehicle);
+      const isHeld = airborne ? {} : { heldS: LEAVES_OR_ENDS_S, warnings };
+      if (!(await ask({ title, text, confirmLabel: t('Start'), ...isHeld }))) return null;
       return this.#begun(() => this.#perform(t('Start the mission'), { command: 'start' }));
     }
     const text = t('The motors of {name} will start to turn. It {what}: it takes off. Is everybody clear of it?', {
