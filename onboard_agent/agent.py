@@ -87,6 +87,8 @@ class AgentSettings:
     """Log level of the video process, which has its own log."""
     state: Path | None = None
     """Folder for this drone's persistent state. None: nothing persists, and no plan is written."""
+    black_box_hz: int = 0
+    """How often it has attitude, sticks and outputs; 0: as often as the tower."""
     black_box_mb: int = 0
     """Room for the black box; 0: there is none."""
     releases: Releases | None = None
@@ -161,6 +163,7 @@ class Agent:
                 now=self._loop.time(),
             ),
             record=lambda frames, now: self._black_box.add(frames, now),
+            research_hz=settings.black_box_hz if settings.black_box_mb else 0,
         )
         has_camera = settings.camera != NO_CAMERA
         # Two agents of one drone would complete and remove each other's flights.

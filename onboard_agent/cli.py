@@ -82,6 +82,7 @@ def run(found: dict[str, Any]) -> None:
         neighbours=tuple(also),
         payload_release=_payload_release(found["payload_release"]),
         black_box_mb=parse_megabytes(found["black_box"]),
+        black_box_hz=parse_black_box_hz(found["black_box_hz"]),
     )
     drones = [settings]
     for part, (other_system, other_token) in zip(ports, also.items(), strict=True):
@@ -99,6 +100,7 @@ def run(found: dict[str, Any]) -> None:
                 log_level=settings.log_level,
                 state=other_state,
                 black_box_mb=settings.black_box_mb,
+                black_box_hz=settings.black_box_hz,
                 system_id=other_system,
                 neighbours=tuple(one for one in (system_id, *also) if one is not None and one != other_system),
                 speaks_to_systemd=False,
@@ -166,6 +168,13 @@ def parse_megabytes(text: str) -> int:
     """Raises Unusable."""
     if not (text.isascii() and text.isdigit() and len(text) <= 8):
         raise Unusable(f"black_box must be a number of megabytes, not {text!r}")
+    return int(text)
+
+
+def parse_black_box_hz(text: str) -> int:
+    """Raises Unusable."""
+    if not (text.isascii() and text.isdigit() and len(text) <= 3) or int(text) not in (0, *range(10, 101)):
+        raise Unusable(f"black_box_hz must be 0, or 10 to 100, not {text!r}")
     return int(text)
 
 
@@ -308,6 +317,10 @@ def _command(said: argparse.Namespace) -> bool:
         from onboard_agent.install import uninstall
 
         return uninstall(options)
+    if said.command == "vision":
+        from onboard_agent.vision.try_picture import try_picture
+
+        return try_picture(options)
     if said.command == "enrol":
         options["token"] = options["token"] or os.environ.get("TOWER_AGENT_TOKEN") or "/etc/tower-agent/token"
         asked = {key: value for key, value in options.items() if key not in {"tower", "autopilot"}}

@@ -17,6 +17,7 @@ from onboard_agent.autopilot.motion import READ as MOVES
 from onboard_agent.autopilot.motion import Motion
 from onboard_agent.autopilot.own_frames import FrameMaker, answers_agent_alone, may_answer_agent
 from onboard_agent.autopilot.presence import Presence
+from onboard_agent.autopilot.rates import RESEARCH
 from onboard_agent.autopilot.stick_gesture import GestureGuard
 from onboard_agent.failsafe.after_restart import AfterRestart
 from onboard_agent.failsafe.failsafe import Failsafe
@@ -84,7 +85,8 @@ class Onboard:
     the autopilot has no bandwidth to spare. `steps_reported`: where the numbers of hold steps start (Hold). `journal`:
     without one, no plan is written. `holds`: without one, a restarted process knows of no hold. `make_handlers`: makes
     the handlers that need more than the time and the frames. `own`: judges which frames are of this drone. `record`:
-    gets all those that are, from either side.
+    gets all those that are, from either side. `research_hz`: how often the black box wants attitude, sticks and
+    outputs; the tower gets them at the usual rates.
     """
 
     def __init__(
@@ -99,6 +101,7 @@ class Onboard:
         make_handlers: MakeHandlers = lambda _maker: (),
         own: OwnSystem | None = None,
         record: Record = lambda frames, now: None,
+        research_hz: float = 0.0,
     ) -> None:
         maker = FrameMaker()
         self.autopilot = AutopilotView()
@@ -107,7 +110,7 @@ class Onboard:
         self._own = own or OwnSystem(now=now)
         self._answers = Answers(maker)
         self._record = record
-        self.stream = TelemetryStream()
+        self.stream = TelemetryStream(RESEARCH if research_hz else {})
         self.autopilot.system_is_fixed = self._own.is_fixed
         self.hold = Hold(maker, steps_reported)
         self.counts: Counter[str] = Counter()
@@ -119,7 +122,7 @@ class Onboard:
         self._least_rtt_s = 0.0
         self._lateness = Lateness()
         self._presence = Presence(maker, speaks_first=speaks_first)
-        self._inquiry = Inquiry(maker, narrow_line=narrow_line)
+        self._inquiry = Inquiry(maker, narrow_line=narrow_line, research_hz=research_hz)
         self._holder_present = False
         self._holder = Holder(
             maker,
@@ -198,7 +201,7 @@ class Onboard:
                 if message is not None:
                     self._read(message, frame, now)
         self._to_autopilot += self._work.due(now)
-        return self.stream.admit(passed)
+        return self.stream.admit(passed, now)
 
     def _is_answer(self, frame: bytes, now: float) -> bool:
         """Whether a TIMESYNC answers the agent, and is no affair of the tower."""

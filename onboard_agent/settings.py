@@ -121,6 +121,13 @@ SETTINGS: Final = (
         default="1000",
     ),
     Setting(
+        "black_box_hz",
+        ("TOWER_AGENT_BLACK_BOX_HZ",),
+        "Attitude, sticks and outputs in those recordings, times a second, 10 to 100. 0: as often as the tower has them.",
+        "50",
+        default="0",
+    ),
+    Setting(
         "release_keys",
         ("TOWER_AGENT_RELEASE_KEYS",),
         "Public keys of who may sign releases of the agent. Without one the tower cannot update it.",

@@ -11,6 +11,7 @@ from simulator.firmware.commander import Commander, RequestRefused
 from simulator.firmware.health import (
     BLOWN_M,
     BLOWN_S,
+    FAR_M,
     FLAT_V,
     LOW_V,
     MAX_LEAN_ERROR_RAD,
@@ -37,6 +38,7 @@ class FlightCommander:
         self._volts = math.inf
         self._leans_wrong_s = 0.0
         self._away_s = 0.0
+        self._far_s = 0.0
 
     @property
     def state(self) -> SystemState:
@@ -96,6 +98,7 @@ class FlightCommander:
         near_m = BLOWN_M + TRAILS_S * math.hypot(target.vn_mps, target.ve_mps)
         away = flying and flight.estimator.position_ok and apart_m > near_m
         self._away_s = self._away_s + PERIOD_S if away else 0.0
+        self._far_s = self._far_s + PERIOD_S if away and apart_m > near_m - BLOWN_M + FAR_M else 0.0
 
     def _look(self, flight: FlightState) -> None:
         """Sets the flags. Those of tasks and outputs stay: software alone cannot lose them."""
@@ -106,12 +109,14 @@ class FlightCommander:
         health.gps_fix = flight.estimator.gps_fix
         health.gps_believed = "GPS glitch" not in contradictions
         health.compass_believed = "Compass inconsistent" not in contradictions
+        health.heading_known = "Heading doubtful" not in contradictions
         health.barometer_moving = "Barometer stuck" not in contradictions
         health.vibration_low = "Vibration high" not in contradictions
         health.battery_volts_ok = self._volts > LOW_V
         health.battery_flat = self._volts < FLAT_V or flight.battery.left <= 0.0
         health.motors = self._leans_wrong_s < MOTOR_FAILED_S
         health.in_place = self._away_s < BLOWN_S
+        health.far_away = self._far_s >= BLOWN_S
         health.radio = flight.sticks.silent_for_s(flight.now_s) <= RADIO_SILENT_S
         health.mavlink_required = heard_s is not None
         health.mavlink_in = heard_s is None or flight.now_s - heard_s <= MUTE_AFTER_S

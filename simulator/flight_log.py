@@ -5,10 +5,13 @@ Who writes it: `firmware.flight_csv` for the flight controller alone, `vehicle_c
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import io
+import itertools
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Final
+from pathlib import Path
+from typing import Final, TextIO
 
 PERIOD_S = 0.5
 COLUMNS: Final = (
@@ -24,6 +27,15 @@ MAX_LINES = 1_000_000
 
 class NotALog(ValueError):
     """These bytes are not the log of a flight."""
+
+
+def open_new(path: Path) -> TextIO:
+    """Opens a file for writing. One that is there stays: the next free number is added, from 2. Raises OSError."""
+    for number in itertools.count(1):
+        one = path if number == 1 else path.with_stem(f"{path.stem}-{number}")
+        with contextlib.suppress(FileExistsError):
+            return one.open("x")
+    raise AssertionError
 
 
 class CsvLines:

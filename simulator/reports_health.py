@@ -48,6 +48,7 @@ _CONCERNED = {
     "GPS lost": mavlink.MAV_SYS_STATUS_SENSOR_GPS,
     "GPS glitch": mavlink.MAV_SYS_STATUS_SENSOR_GPS,
     "Compass inconsistent": mavlink.MAV_SYS_STATUS_SENSOR_3D_MAG,
+    "Heading doubtful": mavlink.MAV_SYS_STATUS_SENSOR_3D_MAG,
     "Barometer stuck": mavlink.MAV_SYS_STATUS_SENSOR_ABSOLUTE_PRESSURE,
     "Vibration high": mavlink.MAV_SYS_STATUS_SENSOR_3D_ACCEL,
     "Battery voltage low": mavlink.MAV_SYS_STATUS_SENSOR_BATTERY,

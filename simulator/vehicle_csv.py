@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TextIO
 
 from simulator.airframe import MOTOR_MAX_N, euler_rad
-from simulator.flight_log import HEADER, PERIOD_S, CsvLines
+from simulator.flight_log import HEADER, PERIOD_S, CsvLines, open_new
 from simulator.vehicle import Vehicle
 
 
@@ -35,14 +35,14 @@ class VehicleCsv:
 
 
 class FlightLogs:
-    """`vehicle-1.csv` and so on, in one folder. Files that are there already are written anew."""
+    """`vehicle-1.csv` and so on, in one folder. Logs of before stay (`open_new`)."""
 
     def __init__(self, folder: Path, vehicles: Sequence[Vehicle], period_s: float = PERIOD_S) -> None:
         """Raises OSError."""
         folder.mkdir(parents=True, exist_ok=True)
         self._open: list[tuple[VehicleCsv, TextIO]] = []
         for number, vehicle in enumerate(vehicles, start=1):
-            file = (folder / f"vehicle-{number}.csv").open("w")
+            file = open_new(folder / f"vehicle-{number}.csv")
             file.write(HEADER)
             self._open.append((VehicleCsv(vehicle, period_s), file))
 

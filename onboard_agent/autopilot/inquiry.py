@@ -31,8 +31,8 @@ READ: Final = frozenset(
 class Inquiry:
     """Call `ask_all` when the autopilot appears or has rebooted, and `due` at each tick; feed it the READ messages."""
 
-    def __init__(self, maker: FrameMaker, *, narrow_line: bool) -> None:
-        self._rates = Rates(maker, narrow_line=narrow_line)
+    def __init__(self, maker: FrameMaker, *, narrow_line: bool, research_hz: float = 0.0) -> None:
+        self._rates = Rates(maker, narrow_line=narrow_line, research_hz=research_hz)
         self._parameters = Parameters(maker)
         self._radio = Radio()
         self._report = LossReport()

@@ -66,16 +66,29 @@ _READ_HERE: Final = frozenset(
 )
 """Messages that the agent itself needs, whatever goes to the tower: never requested at a lower rate."""
 
+RESEARCH: Final = {
+    mavlink.MAVLINK_MSG_ID_ATTITUDE: 10.0,
+    mavlink.MAVLINK_MSG_ID_RC_CHANNELS: 2.0,
+    mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW: 1.0,
+}
+"""What the black box may have faster: attitude with its rates, sticks and outputs. In Hz: what of it goes to the tower
+all the same."""
+
 WATCHED: Final = mavlink.MAVLINK_MSG_ID_ATTITUDE
 
-_RATE_OF: Final = {request.message_id: request.rate_hz for request in RATE_REQUESTS}
+_ASKED: Final = frozenset(request.message_id for request in RATE_REQUESTS)
 
 
 class Rates:
     """Call `ask_all` when the autopilot appears or has rebooted, `due` at each tick, `acknowledged` for each ACK."""
 
-    def __init__(self, maker: FrameMaker, *, narrow_line: bool = False) -> None:
+    def __init__(self, maker: FrameMaker, *, narrow_line: bool = False, research_hz: float = 0.0) -> None:
+        """`research_hz`: of the messages in `RESEARCH`, whatever the stream profile says; 0: as usual."""
         self._maker = maker
+        self._research_hz = research_hz
+        usual = [one for one in RATE_REQUESTS if not research_hz or one.message_id not in RESEARCH]
+        faster = [RateRequest(message_id, research_hz) for message_id in RESEARCH] if research_hz else []
+        self._requests = (*faster, *usual)
         self._narrow_line = narrow_line
         self._profile = StreamProfile.FULL
         self._asking: Asking[RateRequest] = Asking(timeout_s=ANSWER_WITHIN_S, tries=TRIES)
@@ -112,7 +125,7 @@ class Rates:
             self._ask_what_differs()
 
     def _ask_what_differs(self) -> None:
-        requests = [request._replace(rate_hz=self._wanted_hz(request)) for request in RATE_REQUESTS]
+        requests = [request._replace(rate_hz=self._wanted_hz(request)) for request in self._requests]
         self._asking.ask(
             request
             for request in requests
@@ -121,13 +134,13 @@ class Rates:
 
     def _wanted_hz(self, request: RateRequest) -> float:
         """Returns at least the rate that a pilot needs: a person who takes the sticks must not wait for a request."""
-        if request.message_id in _READ_HERE:
+        if request.message_id in _READ_HERE or (self._research_hz and request.message_id in RESEARCH):
             return request.rate_hz
         return min(request.rate_hz, rate_hz(self._profile, request.message_id, by_hand=True))
 
     def heard(self, message_id: int, now: float) -> None:
         """Any message of the autopilot arrived."""
-        if message_id in _RATE_OF:
+        if message_id in _ASKED or message_id in RESEARCH:
             self._came_at[message_id] = now
             if message_id == WATCHED:
                 self._watched_at = now
@@ -161,7 +174,7 @@ class Rates:
         """Returns the messages that do not arrive although they were not refused. An acknowledgement names its command
         but not the message, so a late one may have counted for the next; a busy autopilot may not respond at all."""
         missing = []
-        for request in RATE_REQUESTS:
+        for request in self._requests:
             period_s = 1.0 / self._wanted_hz(request) if request.rate_hz else float("inf")
             silent_s = now - self._came_at.get(request.message_id, float("-inf"))
             if request.message_id not in self._unsupported and silent_s > max(MISSED_FOR_S, 3.0 * period_s):

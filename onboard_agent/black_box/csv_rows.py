@@ -1,11 +1,14 @@
-"""The flight as a table: one row for each ATTITUDE of the autopilot, at most 100 a second, with the newest of
-everything else. No I/O.
+"""The flight as a table: one row for each ATTITUDE of the autopilot, with the newest of everything else. No I/O.
+
+A row has the time by which the autopilot stamped its attitude, put on this computer's clock as a whole: the way to the
+agent delays each frame by another few milliseconds, which would move every row.
 
 Payloads are read with fixed layouts instead of the dialect's decoder, which costs thirty times as much.
 """
 
 import math
 from collections.abc import Iterable
+from itertools import islice
 from struct import Struct
 from typing import Final
 
@@ -14,7 +17,12 @@ from wire.dialect import mavlink
 from wire.frames import message_id, payload, source
 from wire.places import place_of
 
-MIN_STEP_US: Final = 10_000
+MIN_STEP_MS: Final = 4
+"""Between two rows: no more than twice what can be requested, whoever requests it."""
+MEASURED: Final = 300
+"""Attitudes that say how the two clocks differ: the one with the shortest way counts."""
+MAX_APART_US: Final = 2_000_000
+"""A clock that is so far off has begun again: the autopilot has rebooted."""
 HEADER: Final = (
     "time_s,roll_deg,pitch_deg,yaw_deg,roll_rate_deg_s,pitch_rate_deg_s,yaw_rate_deg_s,"
     "lat_deg,lon_deg,alt_msl_m,alt_rel_m,north_m_s,east_m_s,down_m_s,"
@@ -49,11 +57,27 @@ _LAYOUTS: Final = {
 _FROM_GROUND: Final = (mavlink.MAVLINK_MSG_ID_RC_CHANNELS_OVERRIDE, mavlink.MAVLINK_MSG_ID_MANUAL_CONTROL)
 
 
-class CsvRows:
-    """Feed it the entries of one flight in order."""
+def clock_offset_us(entries: Iterable[tuple[int, bytes]]) -> int | None:
+    """Returns how much this computer's clock is ahead of the autopilot's, by the first attitudes of a flight. None
+    without any."""
+    offsets = (at_us - 1000 * _boot_ms(frame) for at_us, frame in entries if _is_attitude(frame))
+    return min(islice(offsets, MEASURED), default=None)
 
-    def __init__(self) -> None:
-        self._row_us = 0
+
+def _is_attitude(frame: bytes) -> bool:
+    return message_id(frame) == _ID_ATTITUDE and source(frame)[1] == _AUTOPILOT
+
+
+def _boot_ms(frame: bytes) -> int:
+    return int.from_bytes(payload(frame)[:4].ljust(4, b"\0"), "little")
+
+
+class CsvRows:
+    """Feed it the entries of one flight in order. `offset_us`: as `clock_offset_us` found it."""
+
+    def __init__(self, offset_us: int | None = None) -> None:
+        self._offset_us = offset_us
+        self._row_ms = -MIN_STEP_MS
         self._position = ",,,,,,"
         self._rc = ",,,,,,,"
         self._has_channels = False
@@ -68,18 +92,27 @@ class CsvRows:
         layout = _LAYOUTS.get(kind)
         if layout is None or (source(frame)[1] != _AUTOPILOT and kind not in _FROM_GROUND):
             return ""
-        if kind == _ID_ATTITUDE and at_us - self._row_us < MIN_STEP_US:
-            return ""
         values = layout.unpack_from(payload(frame).ljust(layout.size, b"\0"))
         if kind == _ID_ATTITUDE:
-            self._row_us = at_us
+            row_us = self._stamped(int(values[0]), at_us)
+            if row_us is None:
+                return ""
             angles = ",".join(f"{one * _DEG:.3f}" for one in values[1:7])
             return (
-                f"{at_us / 1e6:.4f},{angles},{self._position},{self._rc},{self._sticks},"
+                f"{row_us / 1e6:.4f},{angles},{self._position},{self._rc},{self._sticks},"
                 f"{self._outputs},{self._battery},{self._mode}\n"
             )
         self._keep(kind, values)
         return ""
+
+    def _stamped(self, boot_ms: int, at_us: int) -> int | None:
+        """Returns the time of a row; None: it comes too soon after the one before."""
+        if self._offset_us is None or abs(at_us - 1000 * boot_ms - self._offset_us) > MAX_APART_US:
+            self._offset_us, self._row_ms = at_us - 1000 * boot_ms, boot_ms - MIN_STEP_MS
+        if 0 <= boot_ms - self._row_ms < MIN_STEP_MS:
+            return None
+        self._row_ms = boot_ms
+        return 1000 * boot_ms + self._offset_us
 
     def _keep(self, kind: int, values: tuple[float, ...]) -> None:
         if kind == mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT:

@@ -15,7 +15,7 @@ from typing import Final
 
 import msgspec
 
-from onboard_agent.black_box.csv_rows import HEADER, CsvRows
+from onboard_agent.black_box.csv_rows import HEADER, CsvRows, clock_offset_us
 from wire.black_box import MAX_FLIGHTS, MAX_PIECE_BYTES, BlackBoxFlight
 from wire.frames import MalformedFrame, frame_length
 
@@ -148,7 +148,7 @@ class FlightFiles:
 
     def _make_table(self, name: str, stop: Callable[[], bool]) -> bool:
         tlog, part = self.path(name, TLOG), self.path(name, _PART)
-        rows = CsvRows()
+        rows = CsvRows(clock_offset_us((at_us, frame) for at_us, frame, _ in entries_in(tlog)) if tlog.exists() else None)
         with part.open("w", encoding="ascii") as file:
             file.write(HEADER)
             for number, (at_us, frame, _end) in enumerate(entries_in(tlog) if tlog.exists() else ()):

@@ -21,7 +21,8 @@ CHUNK_S: Final = 0.3
 """Together with the writer's pause this stays below the second that a crash may cost."""
 IDLE_CHUNK_S: Final = 5.0
 MAX_CHUNK_FRAMES: Final = 2000
-MAX_RING_BYTES: Final = 128 * 1024
+MAX_RING_BYTES: Final = 1024 * 1024
+"""30 s of 500 frames a second."""
 CLOCK_STEP_US: Final = 500_000
 """The time of day was set: what came before has times that do not fit."""
 

@@ -1,9 +1,11 @@
 """Telemetry from the autopilot to the tower: the profile in force, the reason for it, and thinning by it. No I/O."""
 
 import logging
+from collections.abc import Mapping
 from typing import Final
 
 from onboard_agent.telemetry.auto_profile import AutoProfile, Measured
+from onboard_agent.telemetry.spacing import Spacing
 from onboard_agent.telemetry.thinner import Thinner
 from wire.control_messages import StreamSettings, StreamState
 from wire.stream_profiles import StreamChoice, StreamProfile
@@ -22,8 +24,10 @@ BY_HAND_FOR_S: Final = 3.0
 class TelemetryStream:
     """Pass frames to `admit`, and send what it and `due` return. Report the setting and link measurements to it."""
 
-    def __init__(self) -> None:
+    def __init__(self, usual_hz: Mapping[int, float] | None = None) -> None:
+        """`usual_hz`: messages that come faster than the tower wants them, and how often they go there."""
         self.thinner = Thinner()
+        self._spacing = Spacing(usual_hz or {})
         self._choice = StreamChoice.AUTO
         self._auto = AutoProfile()
         self._link_up_at: float | None = None
@@ -68,9 +72,9 @@ class TelemetryStream:
         """The holder flies by hand."""
         self._sticks_at = now
 
-    def admit(self, frames: list[bytes]) -> list[bytes]:
+    def admit(self, frames: list[bytes], now: float) -> list[bytes]:
         """Returns the autopilot's frames that go to the tower at once."""
-        return self.thinner.admit(frames)
+        return self.thinner.admit(self._spacing.admit(frames, now))
 
     def due(self, now: float) -> list[bytes]:
         """Returns frames that waited for their interval. Call it at each tick."""

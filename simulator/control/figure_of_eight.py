@@ -27,6 +27,8 @@ class FigureOfEight:
         limits = PlanLimits(acceleration_mss=4.0, speed_mps=8.0)
         if not (self.size_m > 0.0 and self.period_s > 0.0 and self.alt_m > 0.0 and self.ease_s > 0.0):
             raise TrajectoryRefused("a figure of eight has a size, a period, a height and an ease above 0")
+        if self.rounds < 1:
+            raise TrajectoryRefused(f"a figure of eight is flown 1 time or more, not {self.rounds} times")
         if self.peak_mps > limits.speed_mps or self.peak_mss > limits.acceleration_mss:
             raise TrajectoryRefused(f"figure of eight: {self.peak_mps:.1f} m/s, {self.peak_mss:.1f} m/s^2 are too fast")
 

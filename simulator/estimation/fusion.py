@@ -13,6 +13,8 @@ from simulator.physics.rotation import Floats
 Flags = npt.NDArray[np.bool_]
 GATE_SIGMAS = 5.0
 """A component farther off than this is not believed."""
+MAX_SIGMAS = 1000.0
+"""As far off as is told."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,12 +57,15 @@ def fuse(covariance: Floats, components: list[Component], measured: Flags) -> tu
         for state, slope in component.slopes:
             variance += slope * row[:, state]
         left = component.innovation - known
-        sigmas = np.abs(left) / np.sqrt(variance)
+        # What is no number is no measurement: nothing of it may reach a state.
+        sigmas = np.where(np.isfinite(left), np.abs(left) / np.sqrt(variance), np.inf)
         usable = measured & (sigmas < GATE_SIGMAS)
+        left = np.where(usable, left, 0.0)
         gain = row * (usable / variance)[:, np.newaxis]
         error += gain * left[:, np.newaxis]
         covariance -= gain[:, :, np.newaxis] * row[:, np.newaxis, :]
-        normalised += np.where(measured, sigmas * sigmas, 0.0)
-        worst = np.maximum(worst, np.where(measured, sigmas, 0.0))
+        far = np.minimum(np.where(measured, sigmas, 0.0), MAX_SIGMAS)
+        normalised += far * far
+        worst = np.maximum(worst, far)
         accepted &= usable
     return error, Fused(normalised, worst, accepted, measured, len(components))

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.estimation.error_state import ErrorState, FilterNoise, FirstDoubts, Indices
+from simulator.estimation.error_state import ATTITUDE, ErrorState, FilterNoise, FirstDoubts, Indices
 from simulator.estimation.fusion import Component, Flags, Fused, fuse
+from simulator.estimation.heading_check import HeadingCheck
 from simulator.physics.rigid_body import GRAVITY_MSS
 from simulator.physics.rotation import Floats, from_euler, from_vector, matrix, multiply, normalised, to_body, to_world
 from simulator.sensors.board import Readings
@@ -25,6 +26,12 @@ MAX_HISTORY_S = 0.3
 GPS_DISBELIEVED_S = 7.0
 """After satellites have contradicted the filter for so long, it is the filter that is wrong."""
 COMPASS_DISBELIEVED_S = 10.0
+CHANGED_YAW_RAD, CHANGED_GYRO_RPS = 0.15, math.radians(4.0)
+"""How unsure the filter becomes of heading and gyroscope, when the gyroscope must have changed."""
+CHANGED_TILT_RAD, CHANGED_ACCELERATION_MSS, CHANGED_TURN_RPS = math.radians(2.0), 0.3, math.radians(1.0)
+MISFIT, MISFIT_S, CHANGED_EVERY_S = 4.0, 2.0, 3.0
+"""Velocities by satellites that are so unlike what the inertial sensors say, over so long, show that these have
+changed. 1 is as expected."""
 AIDED_S = 6.0
 """A position counts for so long after the last accepted one."""
 STANDING_MPS = 0.03
@@ -57,6 +64,13 @@ class NavigationFilter:
         self.gps_accepted_s = np.full(count, -math.inf)
         self.compass_accepted_s = np.full(count, -math.inf)
         self.barometer_accepted_s = np.full(count, -math.inf)
+        self.heading = HeadingCheck(count)
+        self.compass_moving = np.ones(count, dtype=np.bool_)
+        """False: its readings are not used (a monitor found them stuck)."""
+        self.inertial_moving = np.ones(count, dtype=np.bool_)
+        """False: a monitor found the inertial sensors dead, and there is nothing to be learnt about them."""
+        self._misfit = np.ones(count)
+        self._changed_s = np.full(count, -math.inf)
         self.barometer_trusted = np.ones(count, dtype=np.bool_)
         """False: its readings are not used (a monitor found them stuck)."""
         self.compass_trusted = np.ones(count, dtype=np.bool_)
@@ -64,6 +78,7 @@ class NavigationFilter:
         self._field = earth_field_gauss()
         self._history: deque[Believed] = deque()
         self._corrected = np.zeros((6, count))
+        self._felt_mss = np.zeros((3, count))
         self._turn = np.zeros((3, count))
         self._force = np.zeros((3, count))
         self._over_s = 0.0
@@ -101,6 +116,8 @@ class NavigationFilter:
             then.position_m[:, seats], then.velocity_mps[:, seats] = state.position_m[:, seats], 0.0
             then.rotation[:, :, seats], then.corrected[:, seats] = state.rotation[:, :, seats], 0.0
         self.gps_accepted_s[seats] = self.compass_accepted_s[seats] = self.barometer_accepted_s[seats] = -math.inf
+        self.heading.start(seats, self._now_s)
+        self._misfit[seats] = 1.0
         self.aligned = True
 
     def step(self, readings: Readings, dt_s: float, standing: Flags | None = None) -> None:
@@ -119,8 +136,10 @@ class NavigationFilter:
 
     def _carry_on(self, readings: Readings, dt_s: float) -> None:
         state = self.state
-        rates = readings.rates_rps - state.gyro_bias_rps
-        force = readings.acceleration_mss - state.acceleration_bias_mss
+        # A sensor that says what is no number has said nothing: the last of it counts on.
+        rates = _finite(readings.rates_rps - state.gyro_bias_rps, self.rates_rps)
+        self._felt_mss = _finite(readings.acceleration_mss, self._felt_mss)
+        force = self._felt_mss - state.acceleration_bias_mss
         turn = rates * dt_s
         before = state.rotation
         state.attitude = normalised(multiply(state.attitude, from_vector(turn)))
@@ -187,14 +206,42 @@ class NavigationFilter:
         slopes = (((1, -z), (2, y)), ((0, z), (2, -x)), ((0, -y), (1, x)))
         variance = state.noise.compass_gauss**2
         components = [Component(innovation[axis], (*slopes[axis], (15 + axis, 1.0)), variance) for axis in range(3)]
-        fused = self._take("compass", components, reading.fresh & self.compass_trusted)
+        usable = reading.fresh & self.compass_trusted & self.compass_moving
+        drifting = self.heading.take_compass(then.rotation, reading.value, usable, self._now_s)
+        if drifting.any():
+            self._doubt_gyroscope(drifting)
+        fused = self._take("compass", components, usable)
         self.compass_accepted_s = np.where(fused.accepted, self._now_s, self.compass_accepted_s)
-        lost = reading.fresh & self.compass_trusted & (self._now_s - self.compass_accepted_s > COMPASS_DISBELIEVED_S)
+        lost = usable & (self._now_s - self.compass_accepted_s > COMPASS_DISBELIEVED_S)
         if lost.any() and self._now_s > COMPASS_DISBELIEVED_S:
             # Another field beside the sensor: learn it anew, and keep the heading from the gyroscope.
             for axis in range(15, 18):
                 state.covariance[lost, axis, axis] += 0.3**2
             self.compass_accepted_s[lost] = self._now_s
+
+    def _doubt_gyroscope(self, which: Flags) -> None:
+        """The compass corrects the heading now, and finds the new bias."""
+        state = self.state
+        down = np.moveaxis(state.rotation, 2, 0)[which, 2, :]
+        """The axis of yaw, in body axes."""
+        state.covariance[which, ATTITUDE, ATTITUDE] += CHANGED_YAW_RAD**2 * down[:, :, np.newaxis] * down[:, np.newaxis, :]
+        for axis in range(12, 15):
+            state.covariance[which, axis, axis] += CHANGED_GYRO_RPS**2
+        self.heading.forget_legs(which)
+
+    def _watch_misfit(self, velocity: Fused) -> None:
+        """Makes the filter unsure of inertial sensors that contradict the satellites for a while."""
+        share = velocity.normalised / velocity.components
+        over_s = 0.2 / MISFIT_S
+        self._misfit = np.where(velocity.measured, self._misfit + over_s * (np.minimum(share, 50.0) - self._misfit), self._misfit)
+        changed = (self._misfit > MISFIT) & self.inertial_moving & (self._now_s - self._changed_s > CHANGED_EVERY_S)
+        if not changed.any():
+            return
+        self._changed_s[changed], self._misfit[changed] = self._now_s, 1.0
+        spreads = [(0, CHANGED_TILT_RAD), (9, CHANGED_ACCELERATION_MSS), (12, CHANGED_TURN_RPS)]
+        for first, spread in spreads:
+            for axis in range(first, first + 3):
+                self.state.covariance[changed, axis, axis] += spread**2
 
     def _take_gps(self, reading: Reading) -> None:
         state = self.state
@@ -213,9 +260,14 @@ class NavigationFilter:
         ]
         motion = [Component(velocity[axis], ((3 + axis, 1.0),), noise.gps_mps[axis] ** 2) for axis in range(3)]
         fused = self._take("gps", place, reading.fresh)
-        self._take("velocity", motion, reading.fresh)
+        seen = self._take("velocity", motion, reading.fresh)
+        self.heading.take_velocity(
+            then.velocity_mps[:2] - self._corrected[:2], reading.value[3:5], reading.fresh, self._now_s
+        )
+        self._watch_misfit(seen)
         self.gps_accepted_s = np.where(fused.accepted, self._now_s, self.gps_accepted_s)
-        lost = reading.fresh & (self._now_s - self.gps_accepted_s > GPS_DISBELIEVED_S)
+        whole = reading.fresh & np.isfinite(reading.value).all(axis=0)
+        lost = whole & (self._now_s - self.gps_accepted_s > GPS_DISBELIEVED_S)
         if lost.any() and self._now_s > GPS_DISBELIEVED_S:
             self._start_position_again(reading, lost)
 
@@ -225,6 +277,7 @@ class NavigationFilter:
         known_error_m = state.gps_bias_m + state.gps_multipath_m
         state.position_m[:2, lost] = (reading.value[:2] - known_error_m[:2])[:, lost]
         state.velocity_mps[:, lost] = reading.value[3:, lost]
+        self.heading.forget_legs(lost)
         errors = [(18 + axis, 21 + axis) for axis in range(2)]
         for axis in (3, 4, 5, 6, 7, *errors[0], *errors[1]):
             variance = state.covariance[lost, axis, axis] if axis > 7 else START_MPS**2
@@ -248,3 +301,8 @@ class NavigationFilter:
         innovation = -self.state.velocity_mps
         components = [Component(innovation[axis], ((3 + axis, 1.0),), STANDING_MPS**2) for axis in range(3)]
         self._take("standing", components, standing)
+
+
+def _finite(values: Floats, before: Floats) -> Floats:
+    """Returns the values, and those of before where they are no numbers."""
+    return np.asarray(np.where(np.isfinite(values), values, before))

@@ -18,7 +18,7 @@ from simulator.firmware.controller import Fleet, FleetSettings
 from simulator.firmware.fault_plan import FaultPlan
 from simulator.firmware.flight_csv import FlightCsv
 from simulator.firmware.shell import WAYS, Shell
-from simulator.flight_log import HEADER, PERIOD_S, NotALog, read
+from simulator.flight_log import HEADER, PERIOD_S, NotALog, open_new, read
 from simulator.plots.dataflash_columns import columns_of
 from simulator.plots.flight_plot import flight_picture
 
@@ -43,7 +43,7 @@ def shell(
     wind: Wind = 0.0,
     fault: Faults = None,
     attach: Annotated[Path | None, typer.Option(help="The socket that a running tower-sim --shell made.")] = None,
-    log: Annotated[Path | None, typer.Option(help="Where the flight is written, as CSV; not with --attach.")] = None,
+    log: Annotated[Path | None, typer.Option(help="Where the flight is written, as CSV; a file of before stays. Not with --attach.")] = None,
     period_s: Period = PERIOD_S,
 ) -> None:
     """Commands for one flight controller, in real time; with --attach, for the vehicles of a running tower-sim.
@@ -65,7 +65,7 @@ def shell(
     terminal = Shell(make_fleet(), make_fleet, _plan_of(fault))
     with contextlib.ExitStack() as stack:
         if log is not None:
-            file, writer = stack.enter_context(log.open("w")), FlightCsv(period_s=period_s)
+            file, writer = stack.enter_context(open_new(log)), FlightCsv(period_s=period_s)
             file.write(HEADER)
             terminal.on_step = lambda fleet: file.write(writer.note(fleet))
         _converse(terminal)
@@ -98,7 +98,7 @@ def _converse(terminal: Shell) -> None:
 @app.command()
 def fly(
     way: Annotated[str, typer.Argument(help=f"One of {', '.join(WAYS)}.")],
-    log: Annotated[Path, typer.Option(help="Where the flight is written, as CSV.")],
+    log: Annotated[Path, typer.Option(help="Where the flight is written, as CSV; a file of before stays.")],
     seconds: Annotated[float, typer.Option(min=1.0, max=3600.0)] = 60.0,
     period_s: Period = PERIOD_S,
     seed: Seed = 1,
@@ -114,13 +114,13 @@ def fly(
     fleet.arm()
     path = WAYS[way]()
     writer, began_s = FlightCsv(period_s=period_s), fleet.now_s
-    with log.open("w") as file:
+    with open_new(log) as file:
         file.write(HEADER)
         while fleet.now_s < began_s + seconds:
             planned.apply(fleet)
             fleet.step(path.at(fleet.now_s - began_s))
             file.write(writer.note(fleet))
-    typer.echo(f"{log}: {fleet.now_s - began_s:.0f} s, {fleet.commanders[0].state}")
+    typer.echo(f"{file.name}: {fleet.now_s - began_s:.0f} s, {fleet.commanders[0].state}")
 
 
 def _plan_of(texts: list[str] | None) -> FaultPlan:

@@ -10,6 +10,8 @@ from collections import deque
 from dataclasses import dataclass, field
 
 from simulator.firmware.health import (
+    LANDS_AFTER_S,
+    TOO_LONG,
     Fault,
     Health,
     Weight,
@@ -42,6 +44,8 @@ class Commander:
     manual: bool = False
     """Whether sticks fly, or flew before a minor fault."""
     _good_since_s: float | None = None
+    _since_s: dict[str, float] = field(default_factory=dict)
+    """Since when minor faults with a limit last."""
 
     # Requests.
 
@@ -84,6 +88,8 @@ class Commander:
     def update(self, now_s: float) -> None:
         """Runs the checks of the present state, reports what is new, and acts on it."""
         faults = self._checked()
+        if self._lasts_too_long(faults, now_s):
+            faults.append(TOO_LONG)
         for fault in faults:
             if fault not in self.faults:
                 grave = fault.weight is Weight.MAJOR
@@ -108,6 +114,11 @@ class Commander:
             return checks
         run = check_run_manual(health) if self.manual else check_run_auto(health)
         return list(dict.fromkeys((*checks, *run)))
+
+    def _lasts_too_long(self, faults: list[Fault], now_s: float) -> bool:
+        limited = [fault.text for fault in faults if fault.text in LANDS_AFTER_S and self.state in FLYING]
+        self._since_s = {text: self._since_s.get(text, now_s) for text in limited}
+        return any(now_s - since_s >= LANDS_AFTER_S[text] for text, since_s in self._since_s.items())
 
     def _judge_flight(self, weight: Weight | None, now_s: float) -> None:
         if weight is Weight.MAJOR and self.state is not SystemState.FAIL_MAJOR:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
+from typing import Final
 
 MAX_LEAN_ERROR_RAD = math.radians(35.0)
 MOTOR_FAILED_S = 0.3
@@ -17,6 +18,8 @@ VOLTAGE_S = 1.0
 BLOWN_M = 2.0
 BLOWN_S = 0.5
 """A vehicle so far from its place for so long is blown away."""
+FAR_M = 25.0
+"""A vehicle so far from its place for so long lands."""
 
 
 class Sensor(StrEnum):
@@ -70,8 +73,12 @@ class Health:
     vibration_low: bool = True
     battery_volts_ok: bool = True
     battery_flat: bool = False
+    heading_known: bool = True
+    """Confirmed by a compass that nothing disturbs, or by the way in which it moves."""
     in_place: bool = True
     """Near the reference: False in wind that is too strong."""
+    far_away: bool = False
+    """So far from the reference that it must not fly on."""
     armed: bool = False
 
 
@@ -112,7 +119,9 @@ def check_run_auto(health: Health) -> list[Fault]:
         faults.append(Fault("Position unknown"))
     if health.mavlink_required and not (health.mavlink_in and health.mavlink_out):
         faults.append(Fault("MAVLink lost"))
-    if not health.in_place:
+    if health.far_away:
+        faults.append(Fault("Too far from its place", Weight.MAJOR))
+    elif not health.in_place:
         faults.append(Fault("Blown away"))
     return [*faults, *_machine(health)]
 
@@ -126,11 +135,23 @@ def _machine(health: Health) -> list[Fault]:
             (not health.battery_volts_ok, Fault("Battery voltage low")),
             (not health.attitude_known, Fault("Attitude unknown", Weight.MAJOR)),
             (not health.compass_believed, Fault("Compass inconsistent")),
+            (not health.heading_known, Fault("Heading doubtful")),
             (not health.barometer_moving, Fault("Barometer stuck")),
             (not health.vibration_low, Fault("Vibration high")),
         )
         if bad
     ]
+
+
+LANDS_AFTER_S: Final[Mapping[str, float]] = {
+    "Position unknown": 12.0,
+    "GPS glitch": 30.0,
+    "Compass inconsistent": 30.0,
+    "Heading doubtful": 30.0,
+    "Blown away": 30.0,
+}
+"""Minor faults that leave it open where a vehicle goes: after so long it lands."""
+TOO_LONG: Final = Fault("In doubt for too long", Weight.MAJOR)
 
 
 def worst(faults: Iterable[Fault]) -> Weight | None:

@@ -11,6 +11,7 @@ from simulator.estimation.error_state import ATTITUDE
 from simulator.firmware.health import (
     BLOWN_M,
     BLOWN_S,
+    FAR_M,
     FLAT_V,
     LOW_V,
     MAX_LEAN_ERROR_RAD,
@@ -32,6 +33,8 @@ MAX_KNOCK_MSS = 6.0
 """A touchdown is not a vibration: no sample counts for more."""
 STUCK_AFTER_READINGS = 25
 """Noise never repeats itself so often."""
+DEAD_AFTER_READINGS = 10
+"""Of an inertial sensor: without it a vehicle flies for a moment only."""
 DISBELIEVED_S = 1.0
 MAX_TILT_DOUBT_RAD = math.radians(10.0)
 
@@ -51,6 +54,11 @@ class Monitor:
         self._vibration = np.zeros(count)
         self._barometer_m = np.zeros(count)
         self._repeated = np.zeros(count)
+        self._inertial = np.zeros((2, 3, count))
+        self._inertial_repeated = np.zeros((2, count))
+        self._field = np.zeros((3, count))
+        self._field_repeated = np.zeros(count)
+        self._far_s = np.zeros(count)
         self._volts = np.full(count, 4.2 * 4)
         self._leans_wrong_s = np.zeros(count)
         self._away_s = np.zeros(count)
@@ -63,6 +71,15 @@ class Monitor:
         return np.asarray(self._repeated < STUCK_AFTER_READINGS)
 
     @property
+    def compass_moving(self) -> Flags:
+        return np.asarray(self._field_repeated < STUCK_AFTER_READINGS)
+
+    @property
+    def inertial_moving(self) -> Flags:
+        """Of the accelerometers and of the gyroscopes, (2, vehicles)."""
+        return np.asarray(self._inertial_repeated < DEAD_AFTER_READINGS)
+
+    @property
     def vibration_mss(self) -> Floats:
         return np.sqrt(self._vibration)
 
@@ -70,13 +87,21 @@ class Monitor:
         """Called each step."""
         self._dt_s += dt_s
         blend = dt_s / VIBRATION_S
-        off = limited(readings.acceleration_mss - self._mean_mss, -MAX_KNOCK_MSS, MAX_KNOCK_MSS)
+        inertial = np.stack((readings.acceleration_mss, readings.rates_rps))
+        dead = ~np.isfinite(inertial).all(axis=1) | (inertial == self._inertial).all(axis=1)
+        self._inertial_repeated, self._inertial = np.where(dead, self._inertial_repeated + 1.0, 0.0), inertial
+        felt = np.where(np.isfinite(readings.acceleration_mss), readings.acceleration_mss, self._mean_mss)
+        off = limited(felt - self._mean_mss, -MAX_KNOCK_MSS, MAX_KNOCK_MSS)
         self._mean_mss += 5.0 * blend * off
         self._vibration += blend * (np.einsum("in,in->n", off, off) / 3.0 - self._vibration)
         if readings.barometer is not None:
-            same = readings.barometer.value == self._barometer_m
+            same = (readings.barometer.value == self._barometer_m) | ~np.isfinite(readings.barometer.value)
             self._repeated = np.where(same, self._repeated + 1.0, 0.0)
             self._barometer_m = readings.barometer.value
+        if readings.magnetometer is not None:
+            field = readings.magnetometer.value
+            same = (field == self._field).all(axis=0) | ~np.isfinite(field).all(axis=0)
+            self._field_repeated, self._field = np.where(same, self._field_repeated + 1.0, 0.0), field
 
     def judge(self, machine: Watched) -> None:
         """Called some ten times a second, before the flags are told."""
@@ -98,6 +123,7 @@ class Monitor:
             "gps_fix": fix,
             "gps_believed": ~aligned | (now_s - gps_heard_s < DISBELIEVED_S) | ~navigation.position_ok,
             "compass_believed": ~aligned | (now_s - navigation.compass_accepted_s < DISBELIEVED_S),
+            "heading_known": ~aligned | ~self.compass_calibrated | navigation.heading.known,
             "barometer_moving": self.barometer_moving,
             "vibration_low": self.vibration_mss < MAX_VIBRATION_MSS,
             "battery_volts_ok": self._volts > LOW_V,
@@ -105,11 +131,15 @@ class Monitor:
             "motors": self._motors_ok(machine, flying, over_s),
             "in_place": self._in_place(machine, flying, over_s),
         }
+        self._flags["far_away"] = self._far_s >= BLOWN_S
+        accelerometer_moving, gyroscope_moving = self.inertial_moving
         everything = np.ones(machine.count, dtype=np.bool_)
         self._present = {
             Sensor.COMPASS: board.magnetometer.present,
             Sensor.BAROMETER: board.barometer.present,
             Sensor.GPS: board.gps.present,
+            Sensor.ACCELEROMETER: accelerometer_moving,
+            Sensor.GYROSCOPE: gyroscope_moving,
         }
         self._present |= {sensor: everything for sensor in Sensor if sensor not in self._present}
 
@@ -132,6 +162,8 @@ class Monitor:
         place = machine.reference.position_m
         place = place[:, np.newaxis] if place.ndim == 1 else place
         apart = place[:2] - machine.filter.state.position_m[:2]
-        away = flying & (np.hypot(apart[0], apart[1]) > BLOWN_M)
+        apart_m = np.hypot(apart[0], apart[1])
+        self._far_s = np.where(flying & (apart_m > FAR_M), self._far_s + over_s, 0.0)
+        away = flying & (apart_m > BLOWN_M)
         self._away_s = np.where(away, self._away_s + over_s, 0.0)
         return np.asarray(self._away_s < BLOWN_S)

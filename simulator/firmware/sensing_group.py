@@ -37,7 +37,7 @@ JUDGED_EVERY_S = 0.1
 MAX_INNOVATION = 10.0
 WARM_BAROMETER_M = 0.25
 """What a restart leaves of the barometer's error: the place of the restart is not where it read zero."""
-CONTRADICTIONS = ("GPS glitch", "Compass inconsistent", "Barometer stuck", "Vibration high")
+CONTRADICTIONS = ("GPS glitch", "Compass inconsistent", "Heading doubtful", "Barometer stuck", "Vibration high")
 
 
 class Member(Protocol):
@@ -136,6 +136,8 @@ class SensingGroup:
         readings = board.read(truth, self.now_s, dt_s)
         self.monitor.watch(readings, dt_s)
         self.filter.barometer_trusted = self.monitor.barometer_moving
+        self.filter.compass_moving = self.monitor.compass_moving
+        self.filter.inertial_moving = self.monitor.inertial_moving.all(axis=0)
         if self.filter.aligned:
             self.filter.step(readings, dt_s, truth.on_ground & ~commands.any(axis=0))
         if not self.aligned.all():
@@ -175,6 +177,7 @@ class SensingGroup:
             [
                 (heard_s < believed_s) & navigation.position_ok,
                 navigation.compass_accepted_s < believed_s,
+                ~navigation.heading.known,
                 ~self.monitor.barometer_moving,
                 self.monitor.vibration_mss > MAX_VIBRATION_MSS,
             ]

@@ -32,6 +32,8 @@ class Barometer:
         self.present = np.ones(count, dtype=np.bool_)
         self.stuck = np.zeros(count, dtype=np.bool_)
         """Fault `stuck_baro`: the last height is repeated for ever."""
+        self.silent = np.zeros(count, dtype=np.bool_)
+        """Fault: what it says is no number."""
         self._last = np.zeros(count)
 
     def temperature_k(self, now_s: float) -> float:
@@ -48,5 +50,5 @@ class Barometer:
             error = self._per_kelvin * warm - np.where(self.compensated, self._compensation * warm, 0.0)
             read = alt_m + error + self._wander + NOISE_M * fresh[1]
             self._last = np.where(self.stuck, self._last, read)
-            self._sampling.put(Reading(now_s, self._last.copy(), self.present.copy()))
+            self._sampling.put(Reading(now_s, np.where(self.silent, np.nan, self._last), self.present.copy()))
         return self._sampling.take(now_s)

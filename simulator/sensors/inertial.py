@@ -53,6 +53,14 @@ class Inertial:
         self.noise_factor = np.ones(count)
         """Fault `imu_noise`: times the noise and vibration of a healthy sensor."""
 
+        self.offset = np.zeros((3, count))
+        """Fault: a bias that has appeared in flight."""
+        self.stuck = np.zeros(count, dtype=np.bool_)
+        """Fault: the last reading is repeated for ever."""
+        self.silent = np.zeros(count, dtype=np.bool_)
+        """Fault: what it says is no number."""
+        self._last = np.zeros((3, count))
+
     def read(self, truth: Floats, load: Floats, dt_s: float) -> Floats:
         """`load`: thrust as a share of the weight."""
         errors = self.errors
@@ -60,4 +68,5 @@ class Inertial:
         self.bias += (errors.bias_walk * math.sqrt(dt_s)) * fresh[0]
         spread = np.sqrt(errors.noise**2 / (2.0 * dt_s) + (errors.vibration * load) ** 2) * self.noise_factor
         read = self._scale * truth + self.bias + spread * fresh[1]
-        return limited(read, -errors.limit, errors.limit)
+        self._last = np.where(self.stuck, self._last, limited(read + self.offset, -errors.limit, errors.limit))
+        return np.where(self.silent, np.nan, self._last)

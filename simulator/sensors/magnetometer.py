@@ -37,14 +37,17 @@ class Magnetometer:
         self.soft_iron = 1.0 + SOFT_IRON_SHARE * random_source.standard_normal((3, count))
         self.jump_gauss = np.zeros((3, count))
         """Fault `compass_jump`: a field that appears beside the sensor."""
+        self.stuck = np.zeros(count, dtype=np.bool_)
+        """Fault: the last reading is repeated for ever."""
+        self._last = np.zeros((3, count))
         self.present = np.ones(count, dtype=np.bool_)
         self.calibration = MagnetometerCalibration.none(count)
 
     def step(self, rotation: Floats, now_s: float) -> Reading | None:
         """Returns the calibrated field in body axes, gauss."""
         if self._sampling.due(now_s):
-            raw = self.raw_gauss(rotation)
-            self._sampling.put(Reading(now_s, raw, self.present.copy()))
+            self._last = np.where(self.stuck, self._last, self.raw_gauss(rotation))
+            self._sampling.put(Reading(now_s, self._last, self.present.copy()))
         arrived = self._sampling.take(now_s)
         if arrived is None:
             return None

@@ -78,6 +78,8 @@ class GpsReceiver:
         """Fault `gps_loss`."""
         self.jump_m = np.zeros((3, count))
         """Fault `gps_jump`: all later positions are off by this."""
+        self.silent = np.zeros(count, dtype=np.bool_)
+        """Fault: what it says is no number."""
         self.present = np.ones(count, dtype=np.bool_)
         self._seen_since_s = np.full(count, -math.inf if warm_start else 0.0)
         self._search_s = np.full(count, SEARCH_S)
@@ -96,7 +98,8 @@ class GpsReceiver:
             place = position_m + self.slow.error_m + self.multipath.error_m + self.jump_m
             place += np.reshape(NOISE_M, (3, 1)) * fresh[2]
             motion = velocity_mps + np.reshape(VELOCITY_NOISE_MPS, (3, 1)) * fresh[3]
-            self._sampling.put(Reading(now_s, np.concatenate((place, motion)), self.fix >= Fix.FIX_3D))
+            said = np.where(self.silent, np.nan, np.concatenate((place, motion)))
+            self._sampling.put(Reading(now_s, said, self.fix >= Fix.FIX_3D))
         return self._sampling.take(now_s)
 
     def _search(self, now_s: float) -> None:

@@ -32,6 +32,12 @@ class FirstOrderView(BaseModel):
     manoeuvres: Annotated[int, Field(description="That were fitted together")]
     sample_s: Annotated[float, Field(description="Between two attitudes; nothing shorter can be told")]
     at_bound: Annotated[bool, Field(description="Time constant or delay is at the end of what was searched")]
+    residual_correlation: Annotated[
+        float, Field(description="Of what the model leaves with itself a sample later; about 0 is noise")
+    ]
+    is_patterned: Annotated[
+        bool, Field(description="What the model leaves is no noise: a higher order, or something else moved the drone")
+    ]
 
 
 class TraceView(BaseModel):

@@ -40,7 +40,7 @@ def identify_file(
         raise CommandError("the file has no attitude of an autopilot")
     found = identify(table)
     if as_json:
-        about = {name: None if one is None else asdict(one) | {"rise_s": one.rise_s} for name, one in found.items()}
+        about = {name: None if one is None else asdict(one) | {"rise_s": one.rise_s, "is_patterned": one.is_patterned} for name, one in found.items()}
         typer.echo(json.dumps(about, indent=2))
         return
     typer.echo("axis   manoeuvres  gain            time constant  delay    rise     r²")
@@ -55,3 +55,8 @@ def identify_file(
             f"{axis.name:6} {one.manoeuvres:10d}  {gain:14}  {one.tau_s:9.3f} s  "
             f"{one.delay_s:6.3f} s {one.rise_s:7.3f} s  {one.r_squared:.2f}{bound}"
         )
+        if one.is_patterned:
+            typer.echo(
+                f"       {axis.name}: what the model leaves is no noise (correlation {one.residual_correlation:.2f}): "
+                "the drone acts as a system of higher order, or something else moved it"
+            )

@@ -37,6 +37,10 @@ MAX_MANOEUVRES: Final = 40
 TINY: Final = 1e-9
 MAX_GAP_S: Final = 0.5
 """Between samples. What is further apart belongs to no manoeuvre."""
+PATTERN: Final = 0.5
+"""Correlation of residuals from which they are no noise."""
+NEGLIGIBLE: Final = 0.998
+"""An r² from which residuals are rounding, whatever they look like."""
 STEPS: Final = 4
 """Of the model, between two samples."""
 RISE: Final = 2.197224577
@@ -58,7 +62,7 @@ class FirstOrder:
     """What fits best. `gain`: units of the axis for full deflection. `r_squared`: the part of the variance that the
     model explains, at most 1; below about 0.8 the drone did not act as such a system. `at_bound`: time constant or
     delay is at the end of what was searched, so no better than a bound. `sample_s`: median; nothing shorter can be
-    told."""
+    told. `residual_correlation`: of what is left with itself a sample later, -1 to 1; about 0 is noise."""
 
     gain: float
     tau_s: float
@@ -67,6 +71,13 @@ class FirstOrder:
     manoeuvres: int
     sample_s: float
     at_bound: bool
+    residual_correlation: float = 0.0
+
+    @property
+    def is_patterned(self) -> bool:
+        """Whether what the model leaves is no noise: the drone is of a higher order, or something else moved it. Then
+        the numbers describe it less well than the r² suggests."""
+        return self.residual_correlation > PATTERN and self.r_squared < NEGLIGIBLE
 
     @property
     def rise_s(self) -> float:
@@ -124,7 +135,25 @@ def fit(manoeuvres: Sequence[Manoeuvre]) -> FirstOrder | None:
     if not np.isfinite(r_squared):
         return None
     at_bound = tau_s <= MIN_TAU_S * 1.01 or tau_s >= MAX_TAU_S * 0.99 or delay_s >= MAX_DELAY_S * 0.99
-    return FirstOrder(gain, tau_s, delay_s, r_squared, len(manoeuvres), sample_s, at_bound)
+    left = [one.got - modelled(one, gain, tau_s, delay_s) for one in manoeuvres]
+    alike = _correlation_later(left)
+    return FirstOrder(gain, tau_s, delay_s, r_squared, len(manoeuvres), sample_s, at_bound, alike)
+
+
+def modelled(one: Manoeuvre, gain: float, tau_s: float, delay_s: float) -> Samples:
+    """Returns what the model says of a manoeuvre, with its offset and its transient: the drone need not be at rest when
+    one begins, nor at zero."""
+    unit = respond(one, np.array([tau_s]), np.array([delay_s]))[:, 0, 0]
+    since_s = one.times_s - one.times_s[0]
+    basis = np.stack([np.ones_like(since_s), np.exp(-since_s / tau_s)], axis=1)
+    weights, *_ = np.linalg.lstsq(basis, one.got - gain * unit, rcond=None)
+    return np.asarray(gain * unit + basis @ weights)
+
+
+def _correlation_later(left: Sequence[Samples]) -> float:
+    """Returns how much residuals resemble those of the sample before."""
+    power = sum(float(one @ one) for one in left)
+    return sum(float(one[1:] @ one[:-1]) for one in left) / power if power > TINY else 0.0
 
 
 def _around(values: Samples, best: int) -> Samples:

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final, NamedTuple
 
-import numpy as np
-
-from server.live.identification.first_order import FirstOrder, Manoeuvre, Samples, respond
+from server.live.identification.first_order import FirstOrder, Manoeuvre, Samples, modelled
 
 MAX_TRACES: Final = 6
 """Of an axis, those with the greatest deflection."""
@@ -33,12 +31,8 @@ def traces(manoeuvres: Sequence[Manoeuvre], found: FirstOrder) -> list[Trace]:
 
 
 def _trace(one: Manoeuvre, found: FirstOrder) -> Trace:
-    unit = respond(one, np.array([found.tau_s]), np.array([found.delay_s]))[:, 0, 0]
     since_s = one.times_s - one.times_s[0]
-    # As in the fit: the drone need not be at rest when a manoeuvre begins, nor at zero.
-    basis = np.stack([np.ones_like(since_s), np.exp(-since_s / found.tau_s)], axis=1)
-    weights, *_ = np.linalg.lstsq(basis, one.got - found.gain * unit, rcond=None)
-    model = found.gain * unit + basis @ weights
+    model = modelled(one, found.gain, found.tau_s, found.delay_s)
     step = max(1, -(-len(since_s) // MAX_POINTS))
     return Trace(
         float(one.times_s[0]),

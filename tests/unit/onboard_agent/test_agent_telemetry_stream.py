@@ -27,7 +27,7 @@ class Bench:
             if self.stream.wants_measurement(self.now):
                 self.stream.measured(Measured(loss, loss, 0.05), self.now)
             if give is not None and tick % 2 == 0:
-                self.sent += len(self.stream.admit([give]))
+                self.sent += len(self.stream.admit([give], self.now))
             self.sent += len(self.stream.due(self.now))
             state = self.stream.changed()
             if state is not None:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from onboard_agent.black_box.csv_rows import HEADER, CsvRows
+from onboard_agent.black_box.csv_rows import HEADER, CsvRows, clock_offset_us
 from server.app.cli import app
 from server.live.flights.tlog import STAMP, Entry, read_entries
 from server.live.identification.axes import NoColumns, identify, table_of_csv, table_of_tlog
@@ -143,8 +143,8 @@ def frames() -> list[tuple[int, bytes]]:
             sticks = deflections["pitch"], deflections["roll"], 500 + deflections["climb"] // 2, deflections["yaw"]
             by_ground = mavlink.MAVLink_manual_control_message(1, *sticks, 0)
             found.append((at_us, build(by_ground, system_id=255, component_id=190, sequence=at % 256)))
-            position = mavlink.MAVLink_global_position_int_message(at, *place, 0, 0, down, 0)
-            attitude = mavlink.MAVLink_attitude_message(at, roll, pitch, 0.0, 0.0, 0.0, yaw_rate)
+            position = mavlink.MAVLink_global_position_int_message(20 * at, *place, 0, 0, down, 0)
+            attitude = mavlink.MAVLink_attitude_message(20 * at, roll, pitch, 0.0, 0.0, 0.0, yaw_rate)
             by_drone = (build(one, system_id=1, component_id=1, sequence=at % 256) for one in (position, attitude))
             found.extend((at_us, frame) for frame in by_drone)
     return found
@@ -197,6 +197,69 @@ def test_channels_of_a_receiver_count_where_there_are_no_sticks(flight: list[tup
         one = found[name]
         assert one is not None
         assert one.gain == pytest.approx(SYSTEMS[name][0], rel=0.06)
+
+
+def test_the_delay_of_a_known_system_is_found_in_a_black_box_of_100_hz() -> None:
+    """Frames arrive up to 9 ms late, as serial lines and threads make them; the autopilot's stamps do not."""
+    rng = np.random.default_rng(7)
+    times, given, got = flown(100, gain=35.0, tau_s=0.15, delay_s=0.12, stick=doublets)
+    entries: list[tuple[int, bytes]] = []
+    for at, (at_s, stick, roll_deg) in enumerate(zip(times, given, got, strict=True)):
+        boot_ms = 5_000 + round(at_s * 1000)
+        raw = [1500 + round(500 * float(stick)), *[1500] * 17]
+        channels = mavlink.MAVLink_rc_channels_message(boot_ms, 18, *raw, 255)
+        outputs = mavlink.MAVLink_servo_output_raw_message(1000 * boot_ms, 0, *[1400 + at % 100] * 8)
+        attitude = mavlink.MAVLink_attitude_message(boot_ms, math.radians(roll_deg), 0, 0, 0, 0, 0)
+        late_us = 1_000_000_000 + round(at_s * 1e6) + int(rng.integers(1000, 9000))
+        frames = (build(one, system_id=1, component_id=1, sequence=at % 256) for one in (channels, outputs, attitude))
+        entries.extend((late_us, frame) for frame in frames)
+    rows = CsvRows(clock_offset_us(entries))
+    lines = [row for row in (rows.take(at_us, frame) for at_us, frame in entries) if row]
+    stamps = np.array([float(line.split(",")[0]) for line in lines])
+    assert len(lines) == len(times), "no row is left out"
+    assert np.diff(stamps) == pytest.approx(0.01, abs=1e-6), "by the autopilot's clock"
+    assert 1000.001 <= stamps[0] < 1000.0015, "on this computer's, but for the shortest way"
+    assert lines[150].split(",")[26] == str(1400 + 50), "with the motors' outputs"
+    found = identify(table_of_csv([HEADER, *lines]))["roll"]
+    assert found is not None
+    assert found.delay_s == pytest.approx(0.12, abs=0.01)
+    assert found.tau_s == pytest.approx(0.15, abs=0.01)
+    assert not found.is_patterned
+
+
+def test_a_system_of_second_order_is_said_to_leave_a_pattern(tmp_path: Path) -> None:
+    times = np.arange(0, 36, 0.02)
+    given = np.array([doublets(at_s) for at_s in times])
+    got, speed, angle = np.empty(len(times)), 0.0, 0.0
+    for at, stick in enumerate(given):
+        got[at] = 40.0 * angle
+        for _ in range(20):
+            speed += 0.001 * (64.0 * (stick - angle) - 8.0 * speed)
+            angle += 0.001 * speed
+    found = fit(manoeuvres_in(times, given, got))
+    assert found is not None
+    assert found.r_squared > 0.9
+    assert found.is_patterned
+    noise = fit(manoeuvres_in(*flown(50, gain=40, tau_s=0.3, delay_s=0.1, stick=doublets)))
+    assert noise is not None
+    assert not noise.is_patterned
+    rows = zip(times, got, given, strict=True)
+    names = HEADER.rstrip().split(",")
+    values = [{"time_s": at_s, "roll_deg": roll, "rc1": 1500 + 500 * stick} for at_s, roll, stick in rows]
+    zeros = dict.fromkeys(("pitch_deg", "yaw_rate_deg_s", "down_m_s"), 0.0) | dict.fromkeys(("rc2", "rc3", "rc4"), 1500)
+    lines = [",".join(str((zeros | value).get(name, "")) for name in names) + "\n" for value in values]
+    (table := tmp_path / "flight.csv").write_text(HEADER + "".join(lines))
+    said = CliRunner().invoke(app, ["identify", str(table)]).output
+    assert "roll: what the model leaves is no noise" in said
+
+
+def test_residuals_of_noise_have_no_pattern() -> None:
+    times, given, got = flown(50, gain=40, tau_s=0.3, delay_s=0.1, stick=doublets)
+    noisy = got + np.random.default_rng(3).normal(0, 2.0, len(got))
+    found = fit(manoeuvres_in(times, given, noisy))
+    assert found is not None
+    assert abs(found.residual_correlation) < 0.2
+    assert not found.is_patterned
 
 
 def test_a_file_that_is_no_black_box_is_refused(tmp_path: Path) -> None:

@@ -221,6 +221,7 @@ def test_every_fault_of_a_part_has_its_bit() -> None:
     worst = Health(present=frozenset(), calibrated=frozenset(), radio=False, mavlink_required=True, mavlink_in=False)
     for flag in ("motors", "battery_volts_ok", "compass_believed", "barometer_moving", "vibration_low", "in_place"):
         setattr(worst, flag, False)
+    worst.heading_known = False
     worst.battery_flat = True
     faults = {fault.text for check in (check_run_auto, check_run_manual) for fault in check(worst)}
     worst.gps_fix, worst.gps_believed = True, False

@@ -2,7 +2,7 @@
 
 from frames_of_flight import attitude, battery, heartbeat, position, sticks
 
-from onboard_agent.black_box.csv_rows import HEADER, CsvRows
+from onboard_agent.black_box.csv_rows import HEADER, CsvRows, clock_offset_us
 
 COLUMNS = HEADER.strip().split(",")
 
@@ -20,10 +20,22 @@ def test_a_row_has_the_newest_of_everything() -> None:
     assert (row["mode"], row["armed"], row["rc1"]) == ("LOITER", "1", "")
 
 
-def test_there_are_a_hundred_rows_a_second_at_most() -> None:
+def test_two_attitudes_of_one_moment_are_one_row() -> None:
     rows = CsvRows()
-    made = [rows.take(1_000_000 + number * 2_500, attitude(number)) for number in range(400)]
+    made = [rows.take(1_000_000 + number * 2_500, attitude(number // 4)) for number in range(400)]
     assert sum(bool(one) for one in made) == 100
+
+
+def test_rows_have_the_time_of_the_autopilot_on_this_computers_clock() -> None:
+    """Frames that come late, in heaps, are no reason to move or leave out a row. A reboot begins anew."""
+    entries = [(5_000_000 + 40_000 * (number // 4), attitude(1000 + number)) for number in range(50)]
+    offset_us = clock_offset_us(entries)
+    rows = CsvRows(offset_us)
+    times = [float(rows.take(at_us, frame).split(",")[0]) for at_us, frame in entries]
+    assert [round(1000 * (one - times[0])) for one in times] == [10 * number for number in range(50)]
+    assert all(one <= at_us / 1e6 + 1e-4 for one, (at_us, _) in zip(times, entries, strict=True))
+    assert rows.take(9_000_000, attitude(50)).startswith("9.0000,")
+    assert clock_offset_us([(1, heartbeat())]) is None
 
 
 def test_nothing_known_leaves_the_columns_empty() -> None:

@@ -3090,10 +3090,14 @@ export interface components {
             readonly delay_s: number;
             /** @description For full deflection, in the unit of the axis */
             readonly gain: number;
+            /** @description What the model leaves is no noise: a higher order, or something else moved the drone */
+            readonly is_patterned: boolean;
             /** @description That were fitted together */
             readonly manoeuvres: number;
             /** @description Part of the variance that the model explains, at most 1 */
             readonly r_squared: number;
+            /** @description Of what the model leaves with itself a sample later; about 0 is noise */
+            readonly residual_correlation: number;
             /** @description From 10 % to 90 % of a step */
             readonly rise_s: number;
             /** @description Between two attitudes; nothing shorter can be told */
