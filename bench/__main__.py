@@ -28,10 +28,12 @@ from bench import (
     recorder,
     relay,
     scale,
+    sensor_faults,
     simulator,
     tenants,
     towers,
     vision,
+    vision_foreign,
     watched,
 )
 from bench.rows import Report
@@ -60,6 +62,8 @@ BENCHES: dict[str, tuple[Callable[[Report, argparse.Namespace], Coroutine[Any, A
     "tenants": (tenants.run, tenants.__doc__ or ""),
     "towers": (towers.run, towers.__doc__ or ""),
     "video": (video.run, video.__doc__ or ""),
+    "sensor_faults": (sensor_faults.run, sensor_faults.__doc__ or ""),
+    "vision_foreign": (vision_foreign.run, vision_foreign.__doc__ or ""),
     "vision": (vision.run, vision.__doc__ or ""),
     "watched": (watched.run, watched.__doc__ or ""),
     "worst": (worst.run, worst.__doc__ or ""),
@@ -144,6 +148,8 @@ def parse(words: list[str]) -> argparse.Namespace:
     parser.add_argument("--messages", type=int, metavar="N", help="fuzz: so many WebSocket messages (100,000)")
     parser.add_argument("--rows", type=int, metavar="N", help="audit: so many events (5,000,000)")
     parser.add_argument("--kills", type=int, metavar="N", help="recorder: ends the tower so often (50)")
+    painted = "challenge: the published challenge's own target instead of black and white squares"
+    parser.add_argument("--painted", action="store_true", help=painted)
     model = "challenge: whether the vehicle knows the truth, or has sensors with errors (exact)"
     parser.add_argument("--model", type=AirframeModel, choices=AirframeModel, default=AirframeModel.EXACT, help=model)
     parser.add_argument("--seed", type=int, default=1, help="fuzz, vision: another one makes other input (1)")

@@ -3,7 +3,8 @@ place and light on the simulator's land, another one with another letter, wind. 
 payload are from the truth, and how long it takes.
 
 All in one process and on one clock, with the pictures that the simulator's camera draws; `--flown`: with tower, agent
-and simulator as programs, in real time. `--model sensing`: on sensors with errors.
+and simulator as programs, in real time. `--painted`: the published challenge's own target instead, white with a
+coloured square. `--model sensing`: on sensors with errors.
 `--rounds N` flies so many (20), `--seed N` others; `--keep FOLDER` keeps logs.
 """
 
@@ -21,7 +22,7 @@ from typing import Any, Final
 import httpx
 
 from bench.challenge_one_clock import fly_on_one_clock
-from bench.challenge_task import ALPHABET, Flown, Task, apart_m, mission, on_map
+from bench.challenge_task import Flown, Task, apart_m, mission, on_map
 from bench.person import Person
 from bench.rig import HOME, Kind, Rig, free_udp_port, wait_for
 from bench.rows import Report
@@ -84,8 +85,7 @@ async def fly(rig: ChallengeRig, task: Task) -> Flown:
     await rig.prepare(task)
     pilot = rig.operator
     await _done(pilot, "PUT", "/drones/1/mission", {"items": json.loads(plan_to_json(mission()))}, ("done",))
-    settings = {"letter": task.letter, "alphabet": ALPHABET}
-    body = {"controller": "challenge", "may_take_off": True, "for_s": 600, "settings": settings}
+    body = {"controller": "challenge", "may_take_off": True, "for_s": 600, "settings": task.settings}
     began_at, heard = time.monotonic(), len(pilot.events)
     end = await _done(pilot, "POST", "/drones/1/controller", body, ("done", "failed", "timed_out", "cancelled"))
     took_s = time.monotonic() - began_at
@@ -136,11 +136,12 @@ async def run(report: Report, options: argparse.Namespace) -> None:
             await _with_programs(report, options, count, flights)
         else:
             for number in range(1, count + 1):
-                task = Task.drawn(options.seed, number)
+                task = Task.drawn(options.seed, number, painted=options.painted)
                 flights.append(fly_on_one_clock(task, number, options.model))
                 _say(report, number, task, flights[-1])
     finally:
-        _rows(report, f"{len(flights)} flights of seed {options.seed}, {options.model}", flights)
+        kind = "painted targets" if options.painted else "squares"
+        _rows(report, f"{len(flights)} flights of seed {options.seed}, {options.model}, {kind}", flights)
 
 
 async def _with_programs(report: Report, options: argparse.Namespace, count: int, flights: list[Flown]) -> None:
@@ -151,7 +152,7 @@ async def _with_programs(report: Report, options: argparse.Namespace, count: int
         await rig.start()
         await rig.operator.control("acquire")
         for number in range(1, count + 1):
-            task = Task.drawn(options.seed, number)
+            task = Task.drawn(options.seed, number, painted=options.painted)
             flights.append(await fly(rig, task))
             _say(report, number, task, flights[-1])
     finally:

@@ -15,13 +15,13 @@ import cv2
 import msgspec
 import numpy as np
 
-from bench.challenge_task import ALPHABET, Flown, Task, apart_m, mission, on_map
+from bench.challenge_task import Flown, Task, apart_m, mission, on_map
 from bench.rig import HOME
 from onboard_agent.autonomy.camera_settings import parse_cameras
 from onboard_agent.autonomy.cameras import ControllerCameras, Frame
 from onboard_agent.autonomy.challenge import Challenge
 from onboard_agent.autonomy.core.lines import Beat, Directed, Note, Raised, Ready, Report, Seen, SetUp
-from onboard_agent.autonomy.look import Looked, finder_of, target_in
+from onboard_agent.autonomy.look import Looked, loaded_finder, target_in
 from onboard_agent.autonomy.pose_history import PoseHistory
 from onboard_agent.autonomy.service import ControllerHandler
 from onboard_agent.autonomy.target_watch import TargetWatch
@@ -82,7 +82,7 @@ class PictureWatch(TargetWatch):
 
     def start(self) -> None:
         """Loads the finder."""
-        self._finder = finder_of(self._alphabet)
+        self._finder = loaded_finder(self._target, self._alphabet)
         self._due: deque[tuple[float, bytes]] = deque()
         self._next_at = self.world.now
         self._count = 0
@@ -128,8 +128,8 @@ class StepPort:
         self._controller = controller
         self._say(Ready())
 
-    def _watch(self, cameras: ControllerCameras, name: str, alphabet: str) -> TargetWatch:
-        watch = PictureWatch(cameras, name, alphabet)
+    def _watch(self, cameras: ControllerCameras, name: str, target: str, alphabet: str) -> TargetWatch:
+        watch = PictureWatch(cameras, name, target, alphabet)
         watch.world = self._world
         return watch
 
@@ -174,8 +174,8 @@ class World:
         self.vehicle = Vehicle(VehicleSettings(flight, flavour=ARDUPILOT, parameters=GRIPS), ())
         frame, targets = LocalFrame(home), []
         for number, text in enumerate(task.targets, start=seed):
-            letter, lat, lon, heading, side = parse_target(text)
-            targets.append(GroundTarget(letter, *frame.to_local(lat, lon), heading, side, number))
+            letter, lat, lon, heading, side, colour = parse_target(text)
+            targets.append(GroundTarget(letter, *frame.to_local(lat, lon), heading, side, number, colour))
         self._scene = Scene(seed, [], targets=targets, light=task.light)
         self._steps = self._ids = 0
         cameras = parse_cameras([CAMERA])
@@ -252,9 +252,8 @@ def fly_on_one_clock(task: Task, seed: int, model: AirframeModel) -> Flown:
     world = World(task, seed, model)
     world.run(BOOT_S[model] + 2.5)
     uploaded = world.work(PlanUploadWork(PlanKind.MISSION, mission()), 30.0)
-    settings: dict[str, str | float] = {"letter": task.letter, "alphabet": ALPHABET}
     began_at = world.now
-    end = world.work(ControllerWork("challenge", may_take_off=True, settings=settings), WITHIN_S)
+    end = world.work(ControllerWork("challenge", may_take_off=True, settings=task.settings), WITHIN_S)
     found = [one for one in world.reported if isinstance(one, TargetFound)]
     phases = [one.phase for one in world.reported if isinstance(one, TransactionProgress) and "searching" in one.phase]
     truth = on_map(*task.place_m)

@@ -17,6 +17,10 @@ LEGS_EAST_M: Final = (-15.0, -5.0, 5.0, 15.0)
 """The search: from south to north and back, 10 m apart."""
 APART_M: Final = 12.0
 SIDE_M: Final = 1.2
+PAINTED_M: Final = 2.0
+PAINTED: Final = "white 2, any 1"
+"""The published challenge's own target."""
+COLOURS: Final = ("red", "blue", "green", "yellow", "purple", "black")
 HEIGHT_M: Final = 10.0
 _METRES: Final = 111_319.5
 
@@ -34,7 +38,8 @@ def apart_m(one: tuple[float, float], other: tuple[float, float]) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """The target and one with another letter. Places north and east of home; `wind`: m/s, and from where in degrees."""
+    """The target and one with another letter. Places north and east of home; `wind`: m/s, and from where in degrees.
+    `colours`: of white targets with a coloured square in them; empty: concentric squares, black and white."""
 
     letter: str
     place_m: tuple[float, float]
@@ -43,9 +48,10 @@ class Task:
     headings_deg: tuple[float, float]
     light: float
     wind: tuple[float, float]
+    colours: tuple[str, ...] = ()
 
     @classmethod
-    def drawn(cls, seed: int, number: int) -> Task:
+    def drawn(cls, seed: int, number: int, *, painted: bool = False) -> Task:
         """The same for the same seed and number."""
         draw = random.Random(seed * 1000 + number)
         letter, other = draw.sample(ALPHABET, 2)
@@ -54,15 +60,25 @@ class Task:
             continue
         headings = (draw.uniform(0, 360), draw.uniform(0, 360))
         wind = (draw.uniform(0, 4), draw.uniform(0, 360))
-        return cls(letter, place, other, there, headings, draw.uniform(0.4, 1.2), wind)
+        light = draw.uniform(0.4, 1.2)
+        colours = (draw.choice(COLOURS), draw.choice(COLOURS)) if painted else ()
+        return cls(letter, place, other, there, headings, light, wind, colours)
+
+    @property
+    def settings(self) -> dict[str, str | float]:
+        """Of the controller."""
+        kind = {"target": PAINTED} if self.colours else {}
+        return {"letter": self.letter, "alphabet": ALPHABET, **kind}
 
     @property
     def targets(self) -> list[str]:
         """As `tower-sim --target` takes them."""
-        both = ((self.letter, self.place_m), (self.other, self.other_m))
+        names = [f"{letter}:{colour}" for letter, colour in zip((self.letter, self.other), self.colours, strict=False)]
+        first, second = names or (self.letter, self.other)
+        both, side_m = ((first, self.place_m), (second, self.other_m)), PAINTED_M if self.colours else SIDE_M
         places = [(letter, *on_map(*place_m)) for letter, place_m in both]
         return [
-            f"{letter}@{lat:.7f},{lon:.7f},{heading:.1f},{SIDE_M}"
+            f"{letter}@{lat:.7f},{lon:.7f},{heading:.1f},{side_m}"
             for (letter, lat, lon), heading in zip(places, self.headings_deg, strict=True)
         ]
 

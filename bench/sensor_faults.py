@@ -16,7 +16,7 @@ import numpy as np
 
 from bench.rows import Report
 from simulator.control.figure_of_eight import FigureOfEight
-from simulator.control.reference import Reference, Way, standing
+from simulator.control.reference import Reference, standing
 from simulator.control.trajectory import PlanLimits, Trajectory, WayPoint, plan
 from simulator.firmware.controller import Fleet, FleetSettings
 from simulator.firmware.health import FAR_M
@@ -95,7 +95,7 @@ class Outcome:
     """At the end, of those that fly."""
 
 
-def ways(number: int) -> Way:
+def ways(number: int) -> FigureOfEight | Trajectory | _Hover:
     """A hover, an eight, and a square."""
     if number == 0:
         return _Hover()
@@ -118,7 +118,7 @@ class _Hover:
 def off_deg(fleet: Fleet) -> Floats:
     """How far the believed attitude is from the true one."""
     error = to_vector(multiply(conjugate(fleet.body.attitude), fleet.filter.state.attitude))
-    return np.degrees(np.linalg.norm(error, axis=0))
+    return np.asarray(np.degrees(np.linalg.norm(error, axis=0)))
 
 
 def fly(act: Act, count: int, seed: int, way: int, outcome: Outcome) -> None:

@@ -17,16 +17,13 @@ from dataclasses import dataclass, field
 import cv2
 
 from bench.rows import Report
+from onboard_agent.vision.character_reader import CharacterReader
 from onboard_agent.vision.concentric_squares import ConcentricSquareDetector
-from onboard_agent.vision.letter_reading import SAME_AFTER_HALF_TURN, LetterReader
+from onboard_agent.vision.letter_reading import LETTERS, SAME_AFTER_HALF_TURN, may_be
 from onboard_agent.vision.square_target import SquareTarget
-from onboard_agent.vision.template_reader import TemplateReader
-from onboard_agent.vision.tesseract_reader import TesseractReader, find_tesseract
 from simulator.target_pictures.render import MAX_TILT_DEG, TargetPicture, Truth, render
 
 PICTURES = 500
-TESSERACT_PICTURES = 60
-"""Targets with a letter that Tesseract reads: it takes half a second for each."""
 MAX_CENTRE_ERROR = 0.05
 """Of the true side; what is further off is a false positive."""
 MIN_CENTRE_ERROR_PX = 2.0
@@ -95,13 +92,7 @@ async def run(report: Report, options: argparse.Namespace) -> None:
         (score.ms if picture.truth else score.ms_without).append((time.perf_counter() - began) * 1e3)
         judge(score, picture, targets)
     _squares(report, f"squares, {count} pictures of seed {options.seed}", score)
-    _letters(report, "letter by templates", score, TemplateReader())
-    program = find_tesseract()
-    if program is None:
-        report.say("Tesseract is not installed: its rows are left out")
-    else:
-        score.found = score.found[: 5 if options.quick else TESSERACT_PICTURES]
-        _letters(report, "letter by Tesseract", score, TesseractReader(program))
+    _letters(report, "letter", score, CharacterReader(LETTERS))
 
 
 def _squares(report: Report, case: str, score: Score) -> None:
@@ -123,7 +114,7 @@ def _squares(report: Report, case: str, score: Score) -> None:
     report.spread(case, "time_without_target", score.ms_without, "ms")
 
 
-def _letters(report: Report, case: str, score: Score, reader: LetterReader) -> None:
+def _letters(report: Report, case: str, score: Score, reader: CharacterReader) -> None:
     right = wrong = unread = upright = turned = 0
     ms = []
     for picture, target in score.found:
@@ -134,7 +125,7 @@ def _letters(report: Report, case: str, score: Score, reader: LetterReader) -> N
         ms.append((time.perf_counter() - began) * 1e3)
         if reading is None:
             unread += 1
-        elif reading.letter != truth.letter:
+        elif not may_be(reading.words, truth.letter):
             wrong += 1
         else:
             right += 1

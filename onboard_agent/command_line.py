@@ -26,6 +26,7 @@ _PURPOSES: Final = {
     "enrol": "Make this drone's key, register its public half with a one-time token, and start or print how to start.",
     "install": "Write the settings, enrol this drone, install and start the service, and test it. Asks for sudo.",
     "uninstall": "Remove the service, the settings and the key. Asks for sudo.",
+    "vision": "Say what target finding sees in a picture.",
     "signing": "Print whether the autopilot's frames are signed; show, take or forget the key.",
 }
 
@@ -48,6 +49,9 @@ def command_line(version: str) -> argparse.ArgumentParser:
             command.add_argument("--root", type=Path, default=Path("/"), help="Work below this folder; start nothing.")
         if name == "signing":
             _add_signing(command)
+        if name == "vision":
+            _add_vision(command)
+            continue  # it needs no tower, no drone and no file of settings
         _add_settings(command, (KEYS[key] for key in _SETTINGS_OF[name]))
         if name not in _BELOW_ROOT:
             command.add_argument(
@@ -77,3 +81,13 @@ def _add_signing(command: argparse.ArgumentParser) -> None:
 def _add_install(command: argparse.ArgumentParser) -> None:
     command.add_argument("--enrol", metavar="TOKEN", help="One-time token, as an admin's console shows it.")
     command.add_argument("--no-start", action="store_true", help="Install the service without starting it.")
+
+
+def _add_vision(command: argparse.ArgumentParser) -> None:
+    command.add_argument("act", choices=("try",), help="Say what is seen in a picture.")
+    command.add_argument("file", type=Path, metavar="FILE", help="JPEG, PNG or another picture.")
+    command.add_argument("--target", default="squares", help="As the controller's setting `target`. Default: squares.")
+    command.add_argument("--alphabet", help="The characters that occur. Default: A-Z and 0-9.")
+    command.add_argument("--fov", type=float, metavar="DEGREES", help="Of the camera, across: gives metres.")
+    command.add_argument("--out", type=Path, metavar="FILE", help="Write the picture with what was seen.")
+    command.add_argument("--json", action="store_true", help="Print JSON.")

@@ -123,7 +123,7 @@ SETTINGS: Final = (
     Setting(
         "black_box_hz",
         ("TOWER_AGENT_BLACK_BOX_HZ",),
-        "Attitude, sticks and outputs in those recordings, times a second, 10 to 100. 0: as often as the tower has them.",
+        "Attitude, sticks and outputs in those recordings, times a second, 10 to 100. 0: as often as the tower.",
         "50",
         default="0",
     ),

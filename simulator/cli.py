@@ -79,7 +79,7 @@ SHELL_HELP = (
     "A Unix socket to be made for terminals of this user: tower-sim shell --attach PATH. Turns the commander on."
 )
 LOG_HELP = "A folder in which each vehicle's flight is written as CSV, for tower-sim plot."
-TARGET_HELP = "LETTER@LAT,LON[,HEADING[,SIDE]]: a landing target on the ground, in the pictures of --camera."
+TARGET_HELP = "LETTER or TEXT:COLOUR, then @LAT,LON[,HEADING[,SIDE]]: a landing target, in the pictures of --camera."
 CAMERA_HELP = "[HOST:]PORT of a camera over HTTP; once for each vehicle that is to have one, in their order."
 
 

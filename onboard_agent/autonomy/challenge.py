@@ -31,6 +31,7 @@ from onboard_agent.autonomy.controller import (
 from onboard_agent.autonomy.core.local_plane import LocalPlane
 from onboard_agent.autonomy.target_estimate import TargetEstimate
 from onboard_agent.autonomy.target_watch import TargetSeen, TargetWatch
+from onboard_agent.vision.letter_reading import may_be
 
 APPROACH_SPEED_M_S: Final = 1.5
 DESCENT_STEP_M: Final = 3.0
@@ -73,7 +74,7 @@ class Challenge(Controller):
         name = self.settings.camera or next(iter(self.cameras.settings), "")
         if name not in self.cameras.settings:
             raise ChallengeFailed("it needs a camera: set controller_cameras in agent.toml")
-        self.watch = self.make_watch(self.cameras, name, self.settings.alphabet)
+        self.watch = self.make_watch(self.cameras, name, self.settings.target, self.settings.alphabet)
         self.watch.start()
         self.estimate = TargetEstimate()
         self.stage = Stage.TAKE_OFF
@@ -184,7 +185,7 @@ class Challenge(Controller):
 
     def _is_other(self) -> bool:
         letter = self.estimate.letter
-        return bool(self.settings.letter) and letter is not None and letter != self.settings.letter
+        return bool(self.settings.letter) and letter is not None and not may_be(letter, self.settings.letter)
 
     def _reject(self, place: tuple[float, float]) -> None:
         self.rejected.append(place)

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
 from onboard_agent.autonomy.core.lines import Waypoint
+from onboard_agent.vision.letter_reading import CHARACTERS, MAX_CHARACTERS
+from onboard_agent.vision.target_kind import SQUARES, BadKind, parse_kind
 
 
 class BadSetting(ValueError):
@@ -14,11 +16,13 @@ class BadSetting(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class ChallengeSettings:
-    """Heights in metres above home, m/s, seconds. `letter`: that is sought; empty: any target. `points`: `LAT,LON`
-    pairs between semicolons, in place of the mission on board."""
+    """Heights in metres above home, m/s, seconds. `target`: its kind, as `parse_kind` reads it. `letter`: one to three
+    characters that are sought; empty: any target. `alphabet`: the characters that occur. `points`: `LAT,LON` pairs
+    between semicolons, in place of the mission on board."""
 
+    target: str = SQUARES
     letter: str = ""
-    alphabet: str = "ABDEFGJKLPRTUVY"
+    alphabet: str = CHARACTERS
     camera: str = ""
     points: str = ""
     search_height_m: float = 10.0
@@ -47,8 +51,16 @@ class ChallengeSettings:
             raise BadSetting("heights, speeds, times and distances must be above 0")
         if made.drop_height_m > made.search_height_m:
             raise BadSetting("drop_height_m is above search_height_m")
-        if made.letter and made.letter not in made.alphabet:
-            raise BadSetting(f"letter: {made.letter!r} is not in the alphabet {made.alphabet}")
+        try:
+            kind = parse_kind(made.target)
+        except BadKind as error:
+            raise BadSetting(str(error)) from None
+        if not made.alphabet or not set(made.alphabet) <= set(CHARACTERS):
+            raise BadSetting("alphabet: it is made of capital letters and digits")
+        if made.letter and not kind.has_text:
+            raise BadSetting("letter: a marker has none; its number is in target")
+        if len(made.letter) > MAX_CHARACTERS or not set(made.letter) <= set(made.alphabet):
+            raise BadSetting(f"letter: {made.letter!r} is not 1 to {MAX_CHARACTERS} characters of {made.alphabet}")
         return made
 
     def waypoints(self, mission: tuple[Waypoint, ...]) -> tuple[Waypoint, ...]:

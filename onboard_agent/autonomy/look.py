@@ -28,9 +28,11 @@ TELL_EVERY: Final = 5
 
 
 class LookSetUp(msgspec.Struct, frozen=True):
-    """The first line to the process. `frames_path`: shared pictures of the video process; empty: none."""
+    """The first line to the process. `target`: as `parse_kind` reads it. `frames_path`: shared pictures of the video
+    process; empty: none."""
 
     camera: CameraSetting
+    target: str
     alphabet: str
     frames_path: str = ""
 
@@ -59,20 +61,19 @@ class Looked(msgspec.Struct, frozen=True):
     words: str = ""
 
 
-def finder_of(alphabet: str) -> TargetFinder:
-    """Returns what finds targets with these letters. Loads the picture libraries."""
-    from onboard_agent.vision.concentric_squares import ConcentricSquareDetector
-    from onboard_agent.vision.target_finder import TargetFinder, letter_readers
-    from onboard_agent.vision.target_tracker import TargetTracker
+def loaded_finder(target: str, alphabet: str) -> TargetFinder:
+    """Returns what finds targets of this kind with these characters. Loads the picture libraries."""
+    from onboard_agent.vision.target_finder import finder_of
+    from onboard_agent.vision.target_kind import parse_kind
 
-    return TargetFinder(ConcentricSquareDetector(), TargetTracker(), letter_readers(alphabet))
+    return finder_of(parse_kind(target), alphabet)
 
 
 def look_for_ever(set_up: LookSetUp, out: int) -> None:
     """Runs until the reader is gone."""
     from onboard_agent.autonomy.cameras import ControllerCameras
 
-    finder = finder_of(set_up.alphabet)
+    finder = loaded_finder(set_up.target, set_up.alphabet)
     cameras = ControllerCameras((set_up.camera,), frames_path=set_up.frames_path)
     words = ""
     while True:
@@ -98,7 +99,7 @@ def target_in(finder: TargetFinder, frame: Frame) -> InPicture | None:
     track = sighting.track
     if track is None or track.state is not TrackState.CONFIRMED or track.seen_s != frame.taken_s:
         return None
-    letter = None if sighting.letter is None else sighting.letter.letter
+    letter = None if sighting.letter is None else sighting.letter.words
     confidence = min(max(track.latest.confidence, 0.0), 1.0)
     xs, ys = zip(*track.latest.corners_px, strict=True)
     size = (max(xs) - min(xs), max(ys) - min(ys))

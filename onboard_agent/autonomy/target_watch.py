@@ -40,13 +40,15 @@ class TargetSeen:
 
 
 class TargetWatch:
-    """Call `start` once, then `pop` as often as wanted. `name`: of the camera. `alphabet`: the letters that occur."""
+    """Call `start` once, then `pop` as often as wanted. `name`: of the camera. `target`: its kind, as
+    `parse_kind` reads it. `alphabet`: the characters that occur."""
 
-    def __init__(self, cameras: ControllerCameras, name: str, alphabet: str) -> None:
+    def __init__(self, cameras: ControllerCameras, name: str, target: str, alphabet: str) -> None:
         self.words = ""
         """Why it sees nothing any more."""
         self._cameras = cameras
         self._camera = cameras.settings[name]
+        self._target = target
         self._alphabet = alphabet
         self._process: subprocess.Popen[bytes] | None = None
         self._buffer = b""
@@ -57,7 +59,7 @@ class TargetWatch:
             COMMAND, stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0
         )
         assert process.stdin is not None and process.stdout is not None
-        set_up = LookSetUp(self._camera, self._alphabet, self._cameras.frames_path)
+        set_up = LookSetUp(self._camera, self._target, self._alphabet, self._cameras.frames_path)
         process.stdin.write(msgspec.json.encode(set_up) + b"\n")
         os.set_blocking(process.stdout.fileno(), False)
 

@@ -65,7 +65,7 @@ def clock_offset_us(entries: Iterable[tuple[int, bytes]]) -> int | None:
 
 
 def _is_attitude(frame: bytes) -> bool:
-    return message_id(frame) == _ID_ATTITUDE and source(frame)[1] == _AUTOPILOT
+    return bool(message_id(frame) == _ID_ATTITUDE and source(frame)[1] == _AUTOPILOT)
 
 
 def _boot_ms(frame: bytes) -> int:

@@ -148,7 +148,9 @@ class FlightFiles:
 
     def _make_table(self, name: str, stop: Callable[[], bool]) -> bool:
         tlog, part = self.path(name, TLOG), self.path(name, _PART)
-        rows = CsvRows(clock_offset_us((at_us, frame) for at_us, frame, _ in entries_in(tlog)) if tlog.exists() else None)
+        rows = CsvRows(
+            clock_offset_us((at_us, frame) for at_us, frame, _ in entries_in(tlog)) if tlog.exists() else None
+        )
         with part.open("w", encoding="ascii") as file:
             file.write(HEADER)
             for number, (at_us, frame, _end) in enumerate(entries_in(tlog) if tlog.exists() else ()):

@@ -255,24 +255,23 @@ def _distinct(groups: list[_Group]) -> list[_Group]:
 
 
 def _target(group: _Group, settings: SquareDetectorSettings) -> SquareTarget:
-    corners = group.corners
-    # The sides' middles of the square itself, not of its image: only these show its directions under tilt.
-    outward = mapped(unit_to_pixels(group.corners), _SIDE_MIDDLES) - group.centre
-    headings = [math.degrees(math.atan2(x, -y)) for x, y in outward]
-    top = min(range(4), key=lambda i: abs(headings[i]))
-    corners = np.roll(corners, -top, axis=0)
-    first, second, third, fourth = (headings[(top + i) % 4] % 360.0 for i in range(4))
-    (x0, y0), (x1, y1), (x2, y2), (x3, y3) = ((float(x), float(y)) for x, y in corners)
-    points: tuple[Point, Point, Point, Point] = ((x0, y0), (x1, y1), (x2, y2), (x3, y3))
     surplus = len(group.shares) - settings.min_squares
     counted = 1.0 - 0.4 * 0.5**surplus
     centred = 1.0 - 0.5 * min(group.offset / settings.max_offset, 1.0)
     parallel = 1.0 - 0.5 * min(group.skew / settings.max_skew, 1.0)
-    return SquareTarget(
-        (float(group.centre[0]), float(group.centre[1])),
-        group.side_px,
-        (first, second, third, fourth),
-        points,
-        group.shares,
-        counted * math.sqrt(centred * parallel),
-    )
+    return square_target(group.corners, group.shares, counted * math.sqrt(centred * parallel))
+
+
+def square_target(corners: Floats, shares: tuple[float, ...], confidence: float) -> SquareTarget:
+    """Returns the target with this outermost square, clockwise on the screen from any corner."""
+    centre = diagonal_meetings(corners[None])[0]
+    # The sides' middles of the square itself, not of its image: only these show its directions under tilt.
+    outward = mapped(unit_to_pixels(corners), _SIDE_MIDDLES) - centre
+    headings = [math.degrees(math.atan2(x, -y)) for x, y in outward]
+    top = min(range(4), key=lambda i: abs(headings[i]))
+    side_px = float(np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1).mean())
+    first, second, third, fourth = (headings[(top + i) % 4] % 360.0 for i in range(4))
+    (x0, y0), (x1, y1), (x2, y2), (x3, y3) = ((float(x), float(y)) for x, y in np.roll(corners, -top, axis=0))
+    points: tuple[Point, Point, Point, Point] = ((x0, y0), (x1, y1), (x2, y2), (x3, y3))
+    place = (float(centre[0]), float(centre[1]))
+    return SquareTarget(place, side_px, (first, second, third, fourth), points, shares, confidence)

@@ -10,18 +10,17 @@ import numpy as np
 import numpy.typing as npt
 
 from onboard_agent.vision.camera_model import CameraModel
-from onboard_agent.vision.concentric_squares import diagonal_meetings
+from onboard_agent.vision.concentric_squares import diagonal_meetings, square_target
 from onboard_agent.vision.square_pose import SquarePose, square_pose
-from onboard_agent.vision.square_target import Point
+from onboard_agent.vision.square_target import Point, SquareTarget
+from onboard_agent.vision.target_kind import MARKER_FAMILIES
+from onboard_agent.vision.target_kind import Marker as MarkerKind
 
 FAMILIES: Final = {
-    "aruco-4x4-50": cv2.aruco.DICT_4X4_50,
-    "aruco-5x5-100": cv2.aruco.DICT_5X5_100,
-    "aruco-6x6-250": cv2.aruco.DICT_6X6_250,
-    "aruco-original": cv2.aruco.DICT_ARUCO_ORIGINAL,
-    "apriltag-16h5": cv2.aruco.DICT_APRILTAG_16h5,
-    "apriltag-25h9": cv2.aruco.DICT_APRILTAG_25h9,
-    "apriltag-36h11": cv2.aruco.DICT_APRILTAG_36h11,
+    family: int(getattr(cv2.aruco, f"DICT_{family.removeprefix('aruco-').replace('-', '_').upper()}"))
+    if family != "aruco-original"
+    else cv2.aruco.DICT_ARUCO_ORIGINAL
+    for family in MARKER_FAMILIES
 }
 
 
@@ -59,3 +58,16 @@ class MarkerDetector:
             x, y = diagonal_meetings(corners[None])[0]
             found.append(Marker(int(number), (float(x), float(y)), (a, b, c, d)))
         return sorted(found, key=lambda marker: marker.number)
+
+
+class MarkerTargets:
+    """A detector of targets: the markers of one family and number. Keeps no state between pictures."""
+
+    def __init__(self, kind: MarkerKind) -> None:
+        self._number = kind.number
+        self._detector = MarkerDetector(kind.family)
+
+    def find(self, picture: npt.NDArray[np.uint8]) -> list[SquareTarget]:
+        """Takes (height, width) grey or (height, width, 3) blue, green, red."""
+        found = [marker for marker in self._detector.find(picture) if marker.number == self._number]
+        return [square_target(np.array(marker.corners_px), (1.0,), 1.0) for marker in found]

@@ -1,17 +1,21 @@
-"""From pictures to one target: detector, tracker, and the letter once the target is confirmed."""
+"""From pictures to one target: detector, tracker, and the characters once the target is confirmed."""
 
 from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
+from onboard_agent.vision.character_reader import CharacterReader
 from onboard_agent.vision.concentric_squares import ConcentricSquareDetector
-from onboard_agent.vision.letter_reading import LetterReader, LetterReading
+from onboard_agent.vision.letter_reading import CHARACTERS, LetterReading
+from onboard_agent.vision.markers import MarkerTargets
+from onboard_agent.vision.ring_detector import RingDetector
 from onboard_agent.vision.square_target import SquareTarget
+from onboard_agent.vision.target_kind import TargetKind
 from onboard_agent.vision.target_tracker import TargetTracker, Track, TrackState
 
 AGREEING_READINGS: Final = 2
@@ -32,18 +36,21 @@ class Sighting:
     heading_deg: float | None
 
 
-class TargetFinder:
-    """One for each camera. `readers` are asked in turn until one reads something."""
+class Detector(Protocol):
+    """Finds the targets of one kind."""
 
-    def __init__(
-        self,
-        detector: ConcentricSquareDetector,
-        tracker: TargetTracker,
-        readers: tuple[LetterReader, ...] = (),
-    ) -> None:
+    def find(self, picture: npt.NDArray[np.uint8]) -> list[SquareTarget]:
+        """Takes (height, width) grey or (height, width, 3) blue, green, red. Returns targets, the surest first."""
+        ...
+
+
+class TargetFinder:
+    """One for each camera."""
+
+    def __init__(self, detector: Detector, tracker: TargetTracker, reader: CharacterReader | None = None) -> None:
         self._detector = detector
         self._tracker = tracker
-        self._readers = readers
+        self._reader = reader
         self._track_number = 0
         self._begin(0)
 
@@ -71,17 +78,14 @@ class TargetFinder:
         return Sighting(targets, track, self._letter, self._heading_deg)
 
     def _read(self, picture: npt.NDArray[np.uint8], track: Track) -> None:
-        if self._asked >= MAX_READINGS:
+        if self._reader is None or self._asked >= MAX_READINGS:
             return
         self._asked += 1
-        for reader in self._readers:
-            reading = reader.read(picture, track.latest)
-            if reading is not None:
-                break
-        else:
+        reading = self._reader.read(picture, track.latest)
+        if reading is None:
             return
-        self._tally[reading.letter] += 1
-        if self._tally[reading.letter] >= AGREEING_READINGS:
+        self._tally[reading.words] += 1
+        if self._tally[reading.words] >= AGREEING_READINGS:
             self._letter = reading
             self._heading_deg = track.latest.headings_deg[reading.quarter_turns]
 
@@ -91,12 +95,13 @@ def _nearest(headings_deg: tuple[float, ...], before_deg: float) -> float:
     return min(headings_deg, key=lambda heading_deg: abs((heading_deg - before_deg + 180.0) % 360.0 - 180.0))
 
 
-def letter_readers(alphabet: str, *, with_tesseract: bool = True) -> tuple[LetterReader, ...]:
-    """Returns the templates, then Tesseract, if it is installed, for what they leave in doubt: it is slower, and reads
-    letters that may lie in any direction worse (docs/target_finding.md)."""
-    from onboard_agent.vision.template_reader import TemplateReader
-    from onboard_agent.vision.tesseract_reader import TesseractReader, find_tesseract
+def detector_of(kind: TargetKind) -> Detector:
+    """Returns what finds targets of this kind."""
+    if kind.marker is not None:
+        return MarkerTargets(kind.marker)
+    return RingDetector(kind) if kind.rings else ConcentricSquareDetector()
 
-    program = find_tesseract() if with_tesseract else None
-    templates = TemplateReader(alphabet)
-    return (templates,) if program is None else (templates, TesseractReader(program, alphabet))
+
+def finder_of(kind: TargetKind, alphabet: str = CHARACTERS) -> TargetFinder:
+    """Returns what finds targets of this kind with these characters."""
+    return TargetFinder(detector_of(kind), TargetTracker(), CharacterReader(alphabet) if kind.has_text else None)

@@ -19,8 +19,9 @@ _VISIBLE_M: Final = 150.0
 
 
 def levels_of(drawn: npt.NDArray[np.uint8]) -> list[Picture]:
-    """Returns a grey square in colour, from the finest: each level has half the resolution of the one before."""
-    levels = [np.asarray(cv2.merge([drawn, drawn, drawn]), np.uint8)]
+    """Returns a square, grey or blue, green, red, in colour, from the finest: each level has half the resolution of the
+    one before."""
+    levels = [drawn if drawn.ndim == 3 else np.asarray(cv2.merge([drawn, drawn, drawn]), np.uint8)]
     while levels[-1].shape[0] > MIN_PX:
         half = levels[-1].shape[0] // 2
         levels.append(np.asarray(cv2.resize(levels[-1], (half, half), interpolation=cv2.INTER_AREA), np.uint8))

@@ -203,8 +203,9 @@ class SquadCameras:
         marks = [Mark(north, east, str(number)) for number, (north, east) in enumerate(stands, start=1)]
         on_ground = []
         for number, text in enumerate(pictured.targets, start=seed):
-            letter, lat_deg, lon_deg, heading_deg, side_m = parse_target(text)
-            on_ground.append(GroundTarget(letter, *frame.to_local(lat_deg, lon_deg), heading_deg, side_m, number))
+            letter, lat_deg, lon_deg, heading_deg, side_m, colour = parse_target(text)
+            local = frame.to_local(lat_deg, lon_deg)
+            on_ground.append(GroundTarget(letter, *local, heading_deg, side_m, number, colour))
         pads = [_pad(text, frame) for text in pictured.pads]
         self._darkroom = CameraProcess(endpoints, seed, marks, pads=pads, targets=on_ground, light=pictured.light)
         self._carried = [VehicleCamera(self._darkroom, number, stands[number]) for number in range(len(endpoints))]

@@ -67,7 +67,7 @@ class NavigationFilter:
         self.heading = HeadingCheck(count)
         self.compass_moving = np.ones(count, dtype=np.bool_)
         """False: its readings are not used (a monitor found them stuck)."""
-        self.inertial_moving = np.ones(count, dtype=np.bool_)
+        self.inertial_moving: Flags = np.ones(count, dtype=np.bool_)
         """False: a monitor found the inertial sensors dead, and there is nothing to be learnt about them."""
         self._misfit = np.ones(count)
         self._changed_s = np.full(count, -math.inf)
@@ -224,7 +224,9 @@ class NavigationFilter:
         state = self.state
         down = np.moveaxis(state.rotation, 2, 0)[which, 2, :]
         """The axis of yaw, in body axes."""
-        state.covariance[which, ATTITUDE, ATTITUDE] += CHANGED_YAW_RAD**2 * down[:, :, np.newaxis] * down[:, np.newaxis, :]
+        state.covariance[which, ATTITUDE, ATTITUDE] += (
+            CHANGED_YAW_RAD**2 * down[:, :, np.newaxis] * down[:, np.newaxis, :]
+        )
         for axis in range(12, 15):
             state.covariance[which, axis, axis] += CHANGED_GYRO_RPS**2
         self.heading.forget_legs(which)
@@ -233,7 +235,9 @@ class NavigationFilter:
         """Makes the filter unsure of inertial sensors that contradict the satellites for a while."""
         share = velocity.normalised / velocity.components
         over_s = 0.2 / MISFIT_S
-        self._misfit = np.where(velocity.measured, self._misfit + over_s * (np.minimum(share, 50.0) - self._misfit), self._misfit)
+        self._misfit = np.where(
+            velocity.measured, self._misfit + over_s * (np.minimum(share, 50.0) - self._misfit), self._misfit
+        )
         changed = (self._misfit > MISFIT) & self.inertial_moving & (self._now_s - self._changed_s > CHANGED_EVERY_S)
         if not changed.any():
             return

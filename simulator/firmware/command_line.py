@@ -43,7 +43,10 @@ def shell(
     wind: Wind = 0.0,
     fault: Faults = None,
     attach: Annotated[Path | None, typer.Option(help="The socket that a running tower-sim --shell made.")] = None,
-    log: Annotated[Path | None, typer.Option(help="Where the flight is written, as CSV; a file of before stays. Not with --attach.")] = None,
+    log: Annotated[
+        Path | None,
+        typer.Option(help="Where the flight is written, as CSV; a file of before stays. Not with --attach."),
+    ] = None,
     period_s: Period = PERIOD_S,
 ) -> None:
     """Commands for one flight controller, in real time; with --attach, for the vehicles of a running tower-sim.

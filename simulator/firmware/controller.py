@@ -224,7 +224,7 @@ class Fleet:
         self.monitor.judge(self)
         self.filter.barometer_trusted = self.monitor.barometer_moving
         self.filter.compass_moving = self.monitor.compass_moving
-        self.filter.inertial_moving = self.monitor.inertial_moving.all(axis=0)
+        self.filter.inertial_moving = np.asarray(self.monitor.inertial_moving.all(axis=0))
         for vehicle, commander in enumerate(self.commanders):
             self.monitor.tell(vehicle, commander.health)
             commander.update(self.now_s)

@@ -137,7 +137,7 @@ class SensingGroup:
         self.monitor.watch(readings, dt_s)
         self.filter.barometer_trusted = self.monitor.barometer_moving
         self.filter.compass_moving = self.monitor.compass_moving
-        self.filter.inertial_moving = self.monitor.inertial_moving.all(axis=0)
+        self.filter.inertial_moving = np.asarray(self.monitor.inertial_moving.all(axis=0))
         if self.filter.aligned:
             self.filter.step(readings, dt_s, truth.on_ground & ~commands.any(axis=0))
         if not self.aligned.all():

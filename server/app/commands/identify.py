@@ -40,7 +40,10 @@ def identify_file(
         raise CommandError("the file has no attitude of an autopilot")
     found = identify(table)
     if as_json:
-        about = {name: None if one is None else asdict(one) | {"rise_s": one.rise_s, "is_patterned": one.is_patterned} for name, one in found.items()}
+        about = {
+            name: None if one is None else asdict(one) | {"rise_s": one.rise_s, "is_patterned": one.is_patterned}
+            for name, one in found.items()
+        }
         typer.echo(json.dumps(about, indent=2))
         return
     typer.echo("axis   manoeuvres  gain            time constant  delay    rise     r²")

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final, NamedTuple
 
+import numpy as np
+
 from server.live.identification.first_order import FirstOrder, Manoeuvre, Samples, modelled
 
 MAX_TRACES: Final = 6

@@ -40,7 +40,9 @@ def _identified(path: Path) -> list[dict[str, Any]]:
     for axis in AXES:
         manoeuvres = manoeuvres_of(table, axis)
         one = fit(manoeuvres)
-        about = None if one is None else msgspec.to_builtins(one) | {"rise_s": one.rise_s, "is_patterned": one.is_patterned}
+        about = (
+            None if one is None else msgspec.to_builtins(one) | {"rise_s": one.rise_s, "is_patterned": one.is_patterned}
+        )
         shown = [] if one is None else [trace._asdict() for trace in traces(manoeuvres, one)]
         found.append({"axis": axis.name, "unit": axis.unit, "fit": about, "traces": shown})
     return found

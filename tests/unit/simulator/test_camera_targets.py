@@ -5,9 +5,11 @@ import math
 import pytest
 
 from onboard_agent.vision.camera_model import Attitude, CameraModel, Mounting
+from onboard_agent.vision.character_reader import CharacterReader
 from onboard_agent.vision.concentric_squares import ConcentricSquareDetector
 from onboard_agent.vision.ground_position import ground_heading_deg, ground_place
-from onboard_agent.vision.template_reader import TemplateReader
+from onboard_agent.vision.target_finder import detector_of
+from onboard_agent.vision.target_kind import parse_kind
 from simulator.camera.scene import Scene
 from simulator.camera.targets import GroundTarget, parse_target
 from simulator.camera.view import EYE_HEIGHT_M, pose_of
@@ -35,7 +37,7 @@ def test_a_target_is_found_where_it_is(
     assert place is not None
     # The simulator keeps the lens above the vehicle however that leans.
     assert (place.north_m, place.east_m) == pytest.approx((north_m, east_m), abs=0.05)
-    reading = TemplateReader("AKR").read(picture, target)
+    reading = CharacterReader().read(picture, target)
     assert reading is not None
     assert reading.letter == letter
     top = target.headings_deg[reading.quarter_turns]
@@ -44,13 +46,45 @@ def test_a_target_is_found_where_it_is(
     assert abs((heading - heading_deg + 180.0) % 360.0 - 180.0) < 3.0
 
 
+@pytest.mark.parametrize(("text", "colour"), [("K", "red"), ("7A", "blue"), ("R", "yellow"), ("42", "black")])
+@pytest.mark.parametrize("up_m", [4.0, 8.0])
+def test_the_sources_target_is_found_where_it_is(text: str, colour: str, up_m: float) -> None:
+    scene = Scene(3, [], targets=[GroundTarget(text, 0.5, -0.4, 70.0, 2.0, 1, colour)])
+    picture = scene.draw(pose_of(0.0, 0.0, up_m, 2.0, -3.0, 20.0), 640, 480, tilt_deg=90, now_s=0.0)
+    (target,) = detector_of(parse_kind("white 2, any 1")).find(picture)
+    attitude = Attitude(*(math.radians(angle) for angle in (2.0, -3.0, 20.0)))
+    place = ground_place(CAMERA, target.centre_px, attitude, up_m)
+    assert place is not None
+    assert (place.north_m, place.east_m) == pytest.approx((0.5, -0.4), abs=0.05)
+    reading = CharacterReader().read(picture, target)
+    assert reading is None or reading.letter == text
+    assert reading is not None or up_m > 4.0
+
+
 def test_the_option() -> None:
-    assert parse_target("K@47.5,8.5") == ("K", 47.5, 8.5, 0.0, 1.2)
-    assert parse_target("K@47.5,-8.5,90") == ("K", 47.5, -8.5, 90.0, 1.2)
-    assert parse_target("K@47.5,8.5,90,2.5") == ("K", 47.5, 8.5, 90.0, 2.5)
+    assert parse_target("K@47.5,8.5") == ("K", 47.5, 8.5, 0.0, 1.2, "")
+    assert parse_target("K@47.5,-8.5,90") == ("K", 47.5, -8.5, 90.0, 1.2, "")
+    assert parse_target("K@47.5,8.5,90,2.5") == ("K", 47.5, 8.5, 90.0, 2.5, "")
+    assert parse_target("A7:blue@47.5,8.5,90") == ("A7", 47.5, 8.5, 90.0, 2.0, "blue")
 
 
-@pytest.mark.parametrize("text", ["K", "k@1,2", "KL@1,2", "K@1", "K@91,2", "K@1,2,3,0", "K@1,2,3,4,5", "@1,2", "K@x,y"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "K",
+        "k@1,2",
+        "KL@1,2",
+        "K@1",
+        "K@91,2",
+        "K@1,2,3,0",
+        "K@1,2,3,4,5",
+        "@1,2",
+        "K@x,y",
+        "A:pink@1,2",
+        "ABCD:red@1,2",
+        ":red@1,2",
+    ],
+)
 def test_no_target(text: str) -> None:
     with pytest.raises(ValueError, match=r"LETTER@LAT,LON|no such place"):
         parse_target(text)

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from simulator.firmware.command_line import app
 from simulator.control.figure_of_eight import FigureOfEight
 from simulator.control.trajectory import TrajectoryRefused
+from simulator.firmware.command_line import app
 from simulator.flight_log import open_new
 
 

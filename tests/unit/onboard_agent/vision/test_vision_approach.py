@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from onboard_agent.vision.camera_model import Attitude, CameraModel, Mounting
-from onboard_agent.vision.concentric_squares import ConcentricSquareDetector
 from onboard_agent.vision.ground_position import ground_heading_deg, ground_place
-from onboard_agent.vision.target_finder import TargetFinder, letter_readers
-from onboard_agent.vision.target_tracker import TargetTracker, TrackState
+from onboard_agent.vision.target_finder import finder_of
+from onboard_agent.vision.target_kind import parse_kind
+from onboard_agent.vision.target_tracker import TrackState
 from simulator.camera.view import FIELD_OF_VIEW_DEG, View, pose_of
 from simulator.target_pictures.textures import TEXTURE_PX, target
 
@@ -43,9 +43,7 @@ def picture_of(view: View, rng: np.random.Generator) -> npt.NDArray[np.uint8]:
 
 def test_a_descent_over_a_target() -> None:
     rng = np.random.default_rng(11)
-    finder = TargetFinder(
-        ConcentricSquareDetector(), TargetTracker(), letter_readers("ABDEFGJKLPRTUVY", with_tesseract=False)
-    )
+    finder = finder_of(parse_kind("squares"))
     place_errors_m, heading_errors_deg, letters, states = [], [], [], []
     for number in range(30):
         now_s = number * 0.1

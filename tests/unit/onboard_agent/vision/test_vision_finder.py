@@ -35,7 +35,7 @@ class FakeReader:
     def read(self, picture: npt.NDArray[np.uint8], target: SquareTarget) -> LetterReading | None:
         self.asked += 1
         letter = self.letters.pop(0) if self.letters else ""
-        return LetterReading(letter, 1, 0.9, "fake") if letter else None
+        return LetterReading(letter, 1, 0.9) if letter else None
 
 
 def target(heading_deg: float = 10.0) -> SquareTarget:
@@ -44,10 +44,10 @@ def target(heading_deg: float = 10.0) -> SquareTarget:
     return SquareTarget((100.0, 80.0), 50.0, headings, corners, (1.0, 0.7, 0.4), 0.8)
 
 
-def finder(*readers: FakeReader) -> tuple[TargetFinder, FakeDetector]:
+def finder(reader: FakeReader) -> tuple[TargetFinder, FakeDetector]:
     detector = FakeDetector()
     tracker = TargetTracker(TrackerSettings(confirm_of=3, window=5, lose_after_s=1.0))
-    return TargetFinder(detector, tracker, readers), detector  # type: ignore[arg-type]
+    return TargetFinder(detector, tracker, reader), detector  # type: ignore[arg-type]
 
 
 def test_the_letter_waits_for_the_confirmation_and_for_two_equal_readings() -> None:
@@ -62,17 +62,6 @@ def test_the_letter_waits_for_the_confirmation_and_for_two_equal_readings() -> N
     assert asked == [0, 0, 1, 2, 3, 3, 3]
     assert letters == ["", "", "", "", "K", "K", "K"]
     assert sighting.heading_deg == pytest.approx(100.0)
-
-
-def test_the_second_reader_is_asked_for_what_the_first_leaves() -> None:
-    first, second = FakeReader(), FakeReader("K", "K")
-    look, detector = finder(first, second)
-    detector.targets = [target()]
-    for number in range(6):
-        sighting = look.look(BLANK, number * 0.1)
-    assert (first.asked, second.asked) == (2, 2)
-    assert sighting.letter is not None
-    assert sighting.letter.reader == "fake"
 
 
 def test_an_unreadable_letter_is_given_up() -> None:
