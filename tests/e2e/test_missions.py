@@ -160,7 +160,9 @@ def test_a_file_is_opened_with_words_about_what_is_lost_and_a_plan_is_edited_by_
     assert count > 3
 
     # Nothing found replaces nothing; what is found waits for a choice, and for a word about the plan that it replaces.
-    way = "<LineString><altitudeMode>{}</altitudeMode><coordinates>8.5, 47.1, 30 8.6, 47.2, 40</coordinates></LineString>"
+    way = (
+        "<LineString><altitudeMode>{}</altitudeMode><coordinates>8.5, 47.1, 30 8.6, 47.2, 40</coordinates></LineString>"
+    )
     modes = ("relativeToGround", "absolute")
     marks = "".join(f"<Placemark>{way.format(mode)}</Placemark>" for mode in modes)
     open_file(console, "none.kml", b"<kml><Document/></kml>")
