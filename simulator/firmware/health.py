@@ -144,7 +144,7 @@ def _machine(health: Health) -> list[Fault]:
 
 
 LANDS_AFTER_S: Final[Mapping[str, float]] = {
-    "Position unknown": 12.0,
+    "Position unknown": 20.0,
     "GPS glitch": 30.0,
     "Compass inconsistent": 30.0,
     "Heading doubtful": 30.0,

@@ -20,7 +20,7 @@ from simulator.physics.rotation import conjugate, multiply, to_vector
 from simulator.sensors.magnetometer import earth_field_gauss
 
 HOVER = standing(np.array([0.0, 0.0, -10.0]))
-FAULT_S, AFTER_S = 33.0, 8.0
+FAULT_S, AFTER_S = 33.0, 14.0
 HEALTHY, SLOW_YAW, FAST_YAW, COMPASS, HEIGHT, POSITION, DEAD_GYRO, JUMP = range(8)
 EACH = np.eye(3)[:, :, np.newaxis]
 
