@@ -44,7 +44,7 @@ export function cleanPoints(draft: Pick<ZoneDraft, 'points' | 'isLine'>): ZoneDr
   return points.length < (draft.isLine ? 2 : 3) ? draft.points : points;
 }
 
-/** Points that are drawn twice or on a straight line, and are not kept. */
+/** Points that are drawn twice, and count once. */
 export const pointsTooMany = (draft: Pick<ZoneDraft, 'points' | 'isLine'>): number =>
   draft.points.length - cleanPoints(draft).length;
 

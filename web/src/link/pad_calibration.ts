@@ -205,7 +205,7 @@ export class PadCalibration {
       if (offRest(axis) <= BACK || nowMs - axis.stillSinceMs < STAYS_MS) continue;
       this.#found.delete(slot);
       axis.stays = true;
-      this.#complaint = { axis: at, why: 'stays' };
+      this.#complaint = { axis: at, why: whyNot(axis) };
     }
     this.#isBack = [...this.#found.values()].every(({ axis }) => offRest(this.#axes[axis]!) <= BACK);
     if (!this.#isBack) return;
@@ -259,7 +259,9 @@ function settle(axis: Axis, nowMs: number): void {
 
 function whyNot(axis: Axis): NoStick {
   const why = noStick(axis) ?? 'jumps';
-  return why === 'stays' && !wasOnTheWay(axis) ? 'jumps' : why;
+  // What stays and was not seen on its way has jumped there.
+  if (axis.stays && why !== 'end' && why !== 'restless' && !wasOnTheWay(axis)) return 'jumps';
+  return why;
 }
 
 /** Seen at most places between its rest and where it is. */
@@ -273,5 +275,6 @@ const offRest = (axis: Axis): number => Math.abs(axis.value - axis.rest);
 function noStick(axis: Axis): NoStick | null {
   if (axis.isRestless) return 'restless';
   if (Math.abs(axis.rest) >= END) return 'end';
-  return axis.stays ? 'stays' : null;
+  if (axis.stays) return 'stays';
+  return null;
 }

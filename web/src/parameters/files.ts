@@ -10,7 +10,7 @@ import { valueText, type Parameter } from './kinds';
 export class NotAParameterFile extends Error {}
 
 export interface ParameterFile {
-  readonly format: 'Mission Planner' | 'QGroundControl' | 'start script';
+  readonly format: 'Mission Planner' | 'QGroundControl' | 'script';
   readonly values: ReadonlyMap<string, number>;
   /** What could not be read, in words. */
   readonly dropped: readonly string[];
@@ -97,8 +97,8 @@ export function readParameterFile(text: string): ParameterFile {
   if (others > 0) dropped.push(t('{others} of other components.', { others }));
   if (twice.size > 0)
     dropped.push(t('Listed more than once (the last one counts): {what}.', { what: [...twice].join(', ') }));
-  const format = isScript ? 'start script' : tabled > 0 ? 'QGroundControl' : 'Mission Planner';
-  return { format, values, dropped };
+  const format = tabled > 0 ? 'QGroundControl' : 'Mission Planner';
+  return { format: isScript ? 'script' : format, values, dropped };
 }
 
 const byName = (parameters: readonly Parameter[]): Parameter[] =>

@@ -1,6 +1,6 @@
 /**
  * The one cleaner of outlines, for surveys, fences, zones and corridors: takes corners once that are drawn twice, drops
- * corners that turn nowhere, finds where an outline crosses itself, and puts its corners in order. Works across the
+ * ways out and back, finds where an outline crosses itself, and puts its corners in order. Works across the
  * 180th meridian. Pure.
  */
 
@@ -69,7 +69,7 @@ export function cleanLine(spots: readonly Spot[]): CleanOutline {
   return { corners: kept.map((at) => spots[at]!), doubled: spots.length - kept.length };
 }
 
-/** Without the first corner again at the end, corners drawn twice, spikes and corners on a straight line. */
+/** Without the first corner again at the end, corners drawn twice, and ways out and back. */
 export function cleanOutline(spots: readonly Spot[]): CleanOutline {
   const points = flat(spots);
   const kept = [...points.keys()];
@@ -79,13 +79,12 @@ export function cleanOutline(spots: readonly Spot[]): CleanOutline {
     const [before, point, after] = [at(place - 1), at(place), at(place + 1)];
     const isDouble = apart(before, point) < SAME_M;
     const off = Math.abs(side(before, after, point)) / Math.max(apart(before, after), SAME_M);
-    if (!isDouble && off >= STRAIGHT_M) {
+    const onward = (point[0] - before[0]) * (after[0] - point[0]) + (point[1] - before[1]) * (after[1] - point[1]);
+    if (!isDouble && (off >= STRAIGHT_M || onward > 0)) {
       place += 1;
       continue;
     }
-    const isBetween =
-      (point[0] - before[0]) * (after[0] - point[0]) + (point[1] - before[1]) * (after[1] - point[1]) > 0;
-    if (isDouble || !isBetween) doubled += 1;
+    doubled += 1;
     // Of the first and the last corner at one place, the first stays.
     kept.splice(isDouble && place === 0 ? kept.length - 1 : place, 1);
     place = Math.max(0, place - 2);

@@ -165,7 +165,7 @@ describe('files', () => {
         'set MIXER quad_x',
       ].join('\n'),
     );
-    expect(read.format).toBe('start script');
+    expect(read.format).toBe('script');
     expect([...read.values]).toEqual([
       ['CA_ROTOR_COUNT', 4],
       ['MC_ROLLRATE_P', 0.14],

@@ -34,7 +34,7 @@ export interface FoundArea {
 }
 
 /** The frame of a geometry's heights, where its format says so. */
-export const HEIGHTS_FROM = Symbol('heights from');
+export const HEIGHTS_FROM = Symbol();
 type Geometry = JsonObject & { readonly [HEIGHTS_FROM]?: number };
 
 /** GeometryCollections nest; real files do not go deeper than this. */

@@ -17,8 +17,8 @@ const MODES: ReadonlyMap<string, number> = new Map([
   ['relativeToGround', FRAME.GLOBAL_TERRAIN_ALT],
   ['relativeToSeaFloor', FRAME.GLOBAL_TERRAIN_ALT],
 ]);
-const COLLECTIONS: ReadonlySet<string> = new Set(['MultiGeometry', 'MultiTrack']);
-const SHAPES: ReadonlySet<string> = new Set([...COLLECTIONS, 'Point', 'LineString', 'LinearRing', 'Polygon', 'Track']);
+const COLLECTION = /^Multi(Geometry|Track)$/;
+const SHAPE = /^(Multi(Geometry|Track)|Point|LineString|LinearRing|Polygon|Track)$/;
 const NUMBER = /^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i;
 
 type Position = readonly number[];
@@ -62,9 +62,9 @@ function tupleOf(text: string): Position | null {
 
 function geometryOf(shape: Element, into: Coordinates): JsonObject {
   const kind = shape.localName;
-  if (COLLECTIONS.has(kind)) {
+  if (COLLECTION.test(kind)) {
     const geometries = childrenOf(shape)
-      .filter(({ localName }) => SHAPES.has(localName))
+      .filter(({ localName }) => SHAPE.test(localName))
       .map((one) => geometryOf(one, into));
     return { type: 'GeometryCollection', geometries };
   }
@@ -105,7 +105,7 @@ function ownOf(placemark: Element): string | undefined {
 }
 
 /** Whether a Placemark's shape has a place at all: "Model" and the like have none that could be flown. */
-const isShape = ({ localName }: Element): boolean => SHAPES.has(localName) || localName === 'Model';
+const isShape = ({ localName }: Element): boolean => SHAPE.test(localName) || localName === 'Model';
 
 export function readKml(root: Element, settings: ReadSettings): ReadFile {
   const coordinates = new Coordinates();
