@@ -151,6 +151,7 @@ async def test_a_browser_reads_an_alert_and_its_end_and_a_failure_is_repeated(sc
     claims = vapid_claims(first.headers["authorization"], key)
     assert (claims["aud"], claims["sub"]) == (service.origin, "mailto:ops@example.org")
     assert 0 < claims["exp"] - time.time() <= 86_400
+    await until("its end to be noted", lambda: scene.counts["sent"] == 2)
     (channel,) = await scene.channels("Anna")
     assert (channel["problem"], channel["waiting"], channel["sent_at"] is None) == ("", 0, False)
 

@@ -163,6 +163,10 @@ async def test_an_open_alert_goes_on_when_its_tower_is_killed(world: SharedWorld
             await fly_by_hand(pilot)
             pilot.let_go()
             assert (await pilot.ask("POST", "/control/release")).status == 200
+            # The countdown to its return says the same, until somebody says "stay".
+            await asyncio.to_thread(
+                wait_for, "a countdown", lambda: alice.ask("POST", "/drones/1/control/stay").status == 200
+            )
             await pilot.until(lambda: inbox.of(rule) == ["opened"], "its beginning at the webhook")
             opened = await asyncio.to_thread(alert_at, alice)
             said = await asyncio.to_thread(alice.ask, "POST", f"/alerts/{opened['id']}/acknowledge")
