@@ -30,7 +30,7 @@ from onboard_agent.sockets.file_sender import TowerFileSender
 from onboard_agent.sockets.tower_link import TowerLink
 from onboard_agent.state_directory import claim
 from onboard_agent.system_file import SystemFile
-from onboard_agent.systemd import Systemd, service_status
+from onboard_agent.systemd import Systemd
 from onboard_agent.transactions.handler import TransactionHandler
 from onboard_agent.transactions.journal import JournalStore, NoJournal
 from onboard_agent.transactions.journal_files import JournalFiles
@@ -368,7 +368,7 @@ class Agent:
             self._tick()
             self._systemd.alive(self._loop.time())
             autopilot = self._onboard.autopilot
-            self._systemd.status(service_status(linked=self._link.up, heard=autopilot.heard, armed=autopilot.armed))
+            self._systemd.status(linked=self._link.up, heard=autopilot.heard, armed=autopilot.armed)
             due = max(due + TICK_S, self._loop.time())
             await asyncio.sleep(due - self._loop.time())
 

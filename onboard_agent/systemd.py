@@ -1,9 +1,12 @@
 """Notifies systemd of readiness, liveness and status. Does nothing if systemd did not start the agent."""
 
+from __future__ import annotations
+
 import contextlib
 import os
 import socket
-from typing import Final
+from typing import ClassVar, Final
+from weakref import WeakSet
 
 LINKED: Final = "X_TOWER_LINKED=1"
 """To the launcher of a release on trial (onboard_agent.update.launch); systemd ignores it."""
@@ -22,7 +25,11 @@ class Systemd:
     """Wraps the notification socket and the watchdog's interval. `speaks`: False for an agent beside another one in
     this process, which speaks for both."""
 
+    _armed_beside: ClassVar[WeakSet[Systemd]] = WeakSet()
+    """Of agents in this process that do not speak: those whose drone is armed."""
+
     def __init__(self, *, speaks: bool = True) -> None:
+        self._speaks = speaks
         self._address = _address(os.environ.get("NOTIFY_SOCKET", "")) if speaks else None
         self._socket = None if self._address is None else socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         if self._socket is not None:
@@ -55,8 +62,13 @@ class Systemd:
             self._next_beat = now + self._beat_s
             self._notify("WATCHDOG=1")
 
-    def status(self, text: str) -> None:
-        """Sends one line for `systemctl status`, only when it changes."""
+    def status(self, *, linked: bool, heard: bool, armed: bool) -> None:
+        """Sends one line for `systemctl status`, only when it changes. It says armed if any drone of this process is:
+        a restart would end all their agents."""
+        if not self._speaks:
+            (self._armed_beside.add if armed else self._armed_beside.discard)(self)
+            return
+        text = service_status(linked=linked, heard=heard, armed=armed or bool(self._armed_beside))
         if text != self._status:
             self._status = text
             self._notify(f"STATUS={text}")

@@ -36,8 +36,8 @@ class Package:
     depends: tuple[str, ...] = ()
     is_addition: bool = False
     """It adds packages to the environment of another one."""
-    waits_for_disarm: bool = False
-    """An upgrade replaces nothing while the unit's drone is armed."""
+    waits_for_disarm_of: str = ""
+    """A unit: an upgrade replaces nothing while its drone is armed."""
     purged: tuple[str, ...] = ()
     """Folders that its programs made, and that go with a purge."""
 
@@ -63,7 +63,7 @@ AGENT: Final = Package(
     unit="tower-agent.service",
     documents=("deploy/agent.toml", "docs/agent.md"),
     depends=("ca-certificates",),
-    waits_for_disarm=True,
+    waits_for_disarm_of="tower-agent.service",
     purged=("/etc/tower-agent", "/var/lib/private/tower-agent", "/var/lib/tower-agent"),
 )
 AGENT_VIDEO: Final = Package(
@@ -71,6 +71,7 @@ AGENT_VIDEO: Final = Package(
     summary="Cameras and encoders for the agent of Control Tower",
     home=AGENT.home,
     is_addition=True,
+    waits_for_disarm_of=AGENT.unit,
 )
 
 
@@ -149,7 +150,7 @@ def _control(root: Path, package: Package, *, version: str, architecture: str, p
     )
     if package.settings:
         _write(folder / "conffiles", "".join(f"{path}\n" for path in package.settings))
-    if package.waits_for_disarm:
+    if package.waits_for_disarm_of:
         _write(folder / "preinst", before_upgrade(package), mode=0o755)
     _write(folder / "postinst", _after_installation(package), mode=0o755)
     if package.purged:
@@ -167,7 +168,7 @@ def before_upgrade(package: Package) -> str:
     """dpkg runs it before it replaces a file: an agent must not go on with half of another release in flight."""
     return f"""#!/bin/sh
 set -e
-armed() {{ systemctl show --property=StatusText --value {package.unit} | grep -q ', armed$'; }}
+armed() {{ systemctl show --property=StatusText --value {package.waits_for_disarm_of} | grep -q ', armed$'; }}
 if [ "$1" = upgrade ] && [ -d /run/systemd/system ] && armed; then
   echo "The drone is armed: the upgrade waits until it is disarmed, {UPGRADE_PATIENCE_S // 60} minutes at most."
   waited=0

@@ -1,17 +1,18 @@
 """The agent as a service: how it is started, upgraded and removed, with a `systemctl` of our own."""
 
 import os
+import socket
 import subprocess
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import pytest
-from packages.debian import AGENT, UPGRADE_PATIENCE_S, before_upgrade
+from packages.debian import AGENT, AGENT_VIDEO, UPGRADE_PATIENCE_S, Package, before_upgrade
 
 from onboard_agent.install import install, uninstall
 from onboard_agent.installation import the_autopilot_on_usb
 from onboard_agent.service import Service, is_packaged, require_reachable, unit_text
-from onboard_agent.systemd import service_status
+from onboard_agent.systemd import Systemd, service_status
 from onboard_agent.unusable import Unusable
 
 FLIES = service_status(linked=True, heard=True, armed=True)
@@ -79,17 +80,18 @@ def test_nothing_restarts_or_removes_the_service_of_an_armed_drone(systemctl: Sy
     assert systemctl.calls == ["disable --now tower-agent.service"]
 
 
+@pytest.mark.parametrize("package", [AGENT, AGENT_VIDEO], ids=["agent", "video"])
 @pytest.mark.parametrize(
     ("verb", "status", "code"), [("upgrade", FLIES, 1), ("upgrade", READY, 0), ("install", FLIES, 0)]
 )
 def test_a_package_replaces_nothing_while_the_drone_is_armed(
-    systemctl: Systemctl, tmp_path: Path, verb: str, status: str, code: int
+    systemctl: Systemctl, tmp_path: Path, package: Package, verb: str, status: str, code: int
 ) -> None:
     systemctl.status = status
     script = tmp_path / "preinst"
     # This computer need not run systemd, and nobody waits ten minutes.
     script.write_text(
-        before_upgrade(AGENT).replace("[ -d /run/systemd/system ]", "true").replace(str(UPGRADE_PATIENCE_S), "0")
+        before_upgrade(package).replace("[ -d /run/systemd/system ]", "true").replace(str(UPGRADE_PATIENCE_S), "0")
     )
     path = f"{tmp_path}{os.pathsep}{os.environ['PATH']}"
     done = subprocess.run(
@@ -97,6 +99,20 @@ def test_a_package_replaces_nothing_while_the_drone_is_armed(
     )
     assert done.returncode == code, done.stdout + done.stderr
     assert ("nothing was changed" in done.stderr) is (code == 1)
+
+
+def test_an_armed_drone_on_the_same_line_counts_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as systemd:
+        systemd.bind(str(tmp_path / "notify"))
+        systemd.settimeout(5)
+        monkeypatch.setenv("NOTIFY_SOCKET", str(tmp_path / "notify"))
+        speaks, beside = Systemd(), Systemd(speaks=False)
+        for armed, line in ((False, READY), (True, FLIES), (False, READY)):
+            beside.status(linked=True, heard=True, armed=armed)
+            speaks.status(linked=True, heard=True, armed=False)
+            assert systemd.recv(200).decode() == f"STATUS={line}"
+        assert speaks._socket is not None
+        speaks._socket.close()
 
 
 def test_the_unit_sees_an_agent_below_a_home(tmp_path: Path) -> None:
