@@ -31,22 +31,21 @@ async def test_work_that_holds_the_loop_is_named_with_its_time(watch: LoopWatch)
     worked_s = time.process_time() + 0.4
     while time.process_time() < worked_s:
         Area(ring)
-    await wait_for("the loop that stood still", lambda: watch.held_s)
+    await wait_for("the work that held the loop", watch.worst_hold)  # a busy machine may have held it before
     worst = watch.worst_hold()
     assert worst is not None
     assert worst.where.startswith("wire.zones.area.")
     assert worst.held_s > 0.3
-    assert watch.worst_ms == pytest.approx(worst.held_s * 1000, rel=0.01)
+    assert watch.worst_ms >= round(worst.held_s * 1000, 2)
     assert set(watch.held_s) >= {worst.where}
 
 
 async def test_a_loop_that_waits_for_something_else_is_not_blamed_on_our_code(watch: LoopWatch) -> None:
     await asyncio.sleep(0.2)
     time.sleep(0.4)  # noqa: ASYNC251 (the loop is to stand still)
-    await wait_for("the loop that stood still", lambda: watch.held_s)
+    await wait_for("the loop that stood still", lambda: watch.worst_ms >= 300)
     assert set(watch.held_s) == {NOT_OURS}
     assert watch.worst_hold() is None
-    assert watch.worst_ms >= 300
 
 
 async def test_a_loop_that_answers_is_nobodys_fault(watch: LoopWatch) -> None:
