@@ -208,14 +208,14 @@ async def test_what_the_link_carried_is_remembered_by_the_next_process_but_not_f
 @pytest.mark.parametrize(
     ("number", "first_words"),
     [
-        (signal.SIGKILL, STOPPED_WORDS),
-        (signal.SIGSEGV, STOPPED_WORDS),
-        (signal.SIGSTOP, SILENT_WORDS),
+        (signal.SIGKILL, (STOPPED_WORDS,)),
+        (signal.SIGSEGV, (STOPPED_WORDS, SILENT_WORDS)),  # silent while the system writes its memory down
+        (signal.SIGSTOP, (SILENT_WORDS,)),
     ],
     ids=["killed", "crashed", "stopped"],
 )
 async def test_a_video_process_that_ends_or_stops_is_said_and_replaced_and_flight_notices_nothing(
-    film: str, number: int, first_words: str
+    film: str, number: int, first_words: tuple[str, ...]
 ) -> None:
     async with scene(film) as there:
         await there.tower.watch(MEDIUM)
@@ -227,7 +227,7 @@ async def test_a_video_process_that_ends_or_stops_is_said_and_replaced_and_fligh
             killed_at = time.monotonic()
             await until(lambda: len(there.tower.camera_states) > said, what="it is said")
             assert there.tower.camera_states[said].camera is CameraState.LOST
-            assert there.tower.camera_states[said].words == first_words
+            assert there.tower.camera_states[said].words in first_words
             await until(lambda: not exists(gone), what="the old one is gone")
             await until(lambda: len(there.tower.channels) == 2, 30.0, "another channel")
             another_at = time.monotonic()
