@@ -171,6 +171,8 @@ class Operation:
     link: TransactionLink | None = None
     deadline: float = 0.0
     """When the agent must have ended the transaction, on the clock of `now`."""
+    latest: float = 0.0
+    """Until when progress may extend the deadline, on the same clock."""
     ended_s: float = 0.0
     """When it ended, on the same clock."""
     link_lost: bool = False

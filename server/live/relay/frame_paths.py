@@ -103,7 +103,7 @@ class FramePaths:
                 if kind in AIRCRAFT:
                     self._state.aircraft_frames.put(drone_id, (frame, now))
                 if is_asked and kind in ANSWERS:
-                    self._observed.heard(drone_id, frame)
+                    self._observed.heard(drone_id, frame, now)
                 if kind == EVENT:
                     drone.telemetry.event(frame)
                 if kind == STATUSTEXT:
