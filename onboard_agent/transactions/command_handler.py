@@ -61,6 +61,10 @@ _CUSTOM: Final = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
 _MODE: Final = mavlink.MAV_CMD_DO_SET_MODE
 _ARM: Final = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
 _ARMED: Final = mavlink.MAV_MODE_FLAG_SAFETY_ARMED
+_SHOWS_ARMED: Final = {
+    True: "The autopilot shows that it is armed. Its answer was lost.",
+    False: "The autopilot shows that it is disarmed. Its answer was lost.",
+}
 
 Send = Callable[[bytes, float], str | None]
 """Checks a holder's frame that is about to go to the autopilot: None if it may pass, else a sentence why not."""
@@ -240,20 +244,20 @@ class CommandHandler:
             return ""
         if waiting.work.command == _ARM and waiting.work.component == AUTOPILOT:
             wants = (waiting.work.params[0] or 0.0) >= 0.5
-            state = "armed" if wants else "disarmed"
-            return f"The autopilot shows that it is {state}" if bool(beat.base_mode & _ARMED) == wants else ""
+            return _SHOWS_ARMED[wants] if bool(beat.base_mode & _ARMED) == wants else ""
         family = FAMILIES.get(self._kind)
         by_failsafe = family is not None and family.shows_failsafe and beat.system_status == mavlink.MAV_STATE_CRITICAL
         if beat.custom_mode not in waiting.mode or by_failsafe:
             return ""
-        return f"The autopilot shows {mode_name(self._kind, beat.type, beat.custom_mode)}"
+        mode = mode_name(self._kind, beat.type, beat.custom_mode)
+        return f"The autopilot shows {mode}. Its answer was lost."
 
     def _is_proved(self, waiting: _Waiting, around: Around, now: float) -> bool:
         """Ends a command whose answer is lost, but whose effect is seen."""
         late = waiting.sent_at is not None and now >= waiting.sent_at + ANSWER_WITHIN_S
         if waiting.answer.end is not None or not waiting.proof or not late:
             return False
-        self._end(waiting, CommandEnd(Outcome.DONE, f"{waiting.proof}. Its answer was lost."), around, seen=True)
+        self._end(waiting, CommandEnd(Outcome.DONE, waiting.proof), around, seen=True)
         return True
 
     def _settle(self, waiting: _Waiting, around: Around, now: float) -> list[bytes]:

@@ -2675,6 +2675,12 @@ export interface components {
             /** @description Number of different users */
             readonly users: number;
         };
+        readonly ClockJumpView: {
+            /** Format: date-time */
+            readonly at: string;
+            /** @description Negative: back */
+            readonly by_s: number;
+        };
         readonly CodeProof: {
             /** @description From the authenticator, or a recovery code */
             readonly code: string;
@@ -3393,10 +3399,16 @@ export interface components {
              */
             readonly began_at: string;
             readonly by: components["schemas"]["UploaderView"];
+            /**
+             * @description When the clock of the computer that wrote a `.tlog` was set in the middle of it; up to 20
+             * @default []
+             */
+            readonly clock_jumps?: readonly components["schemas"]["ClockJumpView"][];
             /** @description False: the file has no time of day; it begins at the upload */
             readonly clock_known: boolean;
             /** @description Over ground */
             readonly distance_m: number;
+            /** @description By the autopilot's clock, where the file has it */
             readonly duration_s: number;
             /**
              * Format: date-time
