@@ -35,7 +35,10 @@ _ESTIMATOR: Final = mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS
 _VIBRATION: Final = mavlink.MAVLINK_MSG_ID_VIBRATION
 _FENCE: Final = mavlink.MAVLINK_MSG_ID_FENCE_STATUS
 ATTITUDE: Final = mavlink.MAVLINK_MSG_ID_ATTITUDE
-KEPT: Final = frozenset({_SYS_STATUS, _BATTERY, _GPS, _GPS2, _EKF, _ESTIMATOR, _VIBRATION, _FENCE, ATTITUDE})
+MISSION_CURRENT: Final = mavlink.MAVLINK_MSG_ID_MISSION_CURRENT
+KEPT: Final = frozenset(
+    {_SYS_STATUS, _BATTERY, _GPS, _GPS2, _EKF, _ESTIMATOR, _VIBRATION, _FENCE, ATTITUDE, MISSION_CURRENT}
+)
 """State messages that are kept, from the autopilot's own component."""
 
 _SENSORS: Final = Struct("<III")

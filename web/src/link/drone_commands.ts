@@ -7,6 +7,7 @@ import { t } from '../languages/text';
 import type { Outcome } from './outcome';
 import type { Operation } from './operation_types';
 import { isOver, type Operations } from './operations';
+import { RestError } from './rest';
 import type { BodyOf, Schemas } from './rest_types';
 
 export type DroneCommand = BodyOf<'POST', typeof COMMANDS>;
@@ -33,7 +34,8 @@ export async function outcomeOfCommand(
   try {
     return outcomeOf(await commandDrone(operations, droneId, command));
   } catch (error) {
-    return { kind: 'reported', isDone: false, words: error instanceof Error ? error.message : String(error) };
+    const words = error instanceof Error ? error.message : String(error);
+    return { kind: 'reported', isDone: false, words, ...(error instanceof RestError ? { problem: error.slug } : {}) };
   }
 }
 

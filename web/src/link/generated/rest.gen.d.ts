@@ -3460,7 +3460,10 @@ export interface components {
             readonly name: string;
             readonly role: components["schemas"]["TeamRole"];
         };
+        /** @description Goes on with this item. `as_it_is`: as for `start`. */
         readonly Jump: {
+            /** @default false */
+            readonly as_it_is?: boolean;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -4675,8 +4678,13 @@ export interface components {
             readonly propellers_off: string;
             readonly throttle_percent: number;
         };
-        /** @description Flies the mission from this item on; arms first if necessary. */
+        /**
+         * @description Flies the mission from this item on; arms first if necessary. What earlier items have set (speeds, the camera,
+         *     where it looks) is set again. `as_it_is`: it is not, and what cannot be set again is no reason to refuse.
+         */
         readonly Start: {
+            /** @default false */
+            readonly as_it_is?: boolean;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
