@@ -50,7 +50,7 @@ class ClockJump(NamedTuple):
 class _Shift(NamedTuple):
     """From this entry on, `add_us` more is added to the written times."""
 
-    index: int
+    first: int
     at_us: int
     add_us: int
 
@@ -116,7 +116,7 @@ class TlogClock:
         offset_us, shifts, last_us = -self._offset_us, iter(self._shifts), 0
         following = next(shifts, None)
         for index, stamp_us in enumerate(stamps_us):
-            while following is not None and index >= following.index:
+            while following is not None and index >= following.first:
                 offset_us += following.add_us
                 following = next(shifts, None)
             last_us = max(last_us, stamp_us + offset_us)
