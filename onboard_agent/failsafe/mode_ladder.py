@@ -19,8 +19,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, Final, NamedTuple
 
-from onboard_agent.autopilot.command_messages import as_the_other
 from onboard_agent.autopilot.own_frames import FrameMaker, agent_sender, request_message, set_mode
+from wire.autopilots.command_messages import as_the_other
 from wire.autopilots.profile import FlightMode, Sticks
 from wire.dialect import mavlink
 

@@ -20,7 +20,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
-from onboard_agent.autopilot.command_messages import AUTOPILOT, makers
 from onboard_agent.autopilot.flight_modes import commanded_mode
 from onboard_agent.autopilot.mode_names import mission_modes, mode_name
 from onboard_agent.autopilot.own_frames import FrameMaker, Sender, request_message
@@ -28,6 +27,7 @@ from onboard_agent.transactions.command_answer import ANSWER_WITHIN_S, CommandAn
 from onboard_agent.transactions.command_seen import READ, SEEN_WITHIN_S, Seen, Without, what_shows
 from onboard_agent.transactions.handler import Around
 from onboard_agent.transactions.status_texts import StatusTexts
+from wire.autopilots.command_messages import AUTOPILOT, makers
 from wire.autopilots.registry import FAMILIES, multicopter
 from wire.dialect import decode, mavlink
 from wire.frames import message_id, source

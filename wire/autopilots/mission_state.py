@@ -12,7 +12,7 @@ can set.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import msgspec
@@ -100,8 +100,8 @@ def state_before(
     items: Sequence[PlanItem], number: int, family: AutopilotFamily, vehicle: VehicleState
 ) -> MissionState:
     """What the items before `number`, from 0, have set. Jumps change nothing: they lead back to what was flown."""
-    lasting: dict[object, PlanItem] = {}
-    for item in items[:number]:
+    lasting: dict[object, tuple[int, PlanItem]] = {}
+    for index, item in enumerate(items[:number]):
         if item.command <= _LAST_NAV:
             lasting.pop(_YAW, None)
         key = _key(item)
@@ -109,17 +109,17 @@ def state_before(
             continue
         lasting.pop(key, None)  # in the order in which they were set last
         if not (item.command == _SPEED and item.params[1] == _AS_DEFAULT):
-            lasting[key] = item
+            lasting[key] = index, item
     before: list[CommandStep] = []
     after: list[CommandStep] = []
     lacking: list[str] = []
-    for item in lasting.values():
+    for index, item in lasting.values():
         words = _moves(item)
         step = None if words else _step(item, family, vehicle)
         if step is None:
             lacking.append(words or ("a heading" if item.command == _YAW else "the camera's direction"))
         else:
-            (after if item.command in (_SPEED, _YAW) else before).append(step)
+            (after if item.command in (_SPEED, _YAW) else before).append(replace(step, item=index))
     return MissionState(tuple(before), tuple(after), tuple(lacking))
 
 

@@ -6,10 +6,10 @@ The rules of an answer are those of `CommandAnswer`: retries, IN_PROGRESS, the o
 from collections.abc import Callable, Sequence
 from typing import Any, Final
 
-from onboard_agent.autopilot.command_messages import makers
 from onboard_agent.autopilot.own_frames import AGENT_COMPONENT, FrameMaker, agent_sender
 from onboard_agent.transactions.command_answer import ANSWER_WITHIN_S, CommandAnswer
 from onboard_agent.transactions.handler import Around
+from wire.autopilots.command_messages import makers
 from wire.autopilots.commands import CommandStep
 from wire.transactions import Outcome
 

@@ -5,6 +5,7 @@ The profile of each autopilot has its form (`wire.autopilots`).
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final, assert_never
 
 from server.live.flight_commands import bodies
@@ -65,7 +66,7 @@ def _with_state(item: int, said: Steps, vehicle: Vehicle) -> Steps:
             f"{vehicle.name} would fly from item {item + 1} without what earlier items set, as the tower does not set "
             f"it again: {', '.join(state.lacking)} (`as_it_is` flies so)"
         )
-    return (*said[:-1], *state.before, said[-1], *state.after)
+    return (*said[:-1], *state.before, said[-1], *_flying(state.after))
 
 
 def _resumed(said: Steps, vehicle: Vehicle) -> Steps:
@@ -74,12 +75,17 @@ def _resumed(said: Steps, vehicle: Vehicle) -> Steps:
     if not changes_mode or not vehicle.current_item or vehicle.plan.packed is None:
         return said
     state = vehicle.mission_state(vehicle.current_item)
-    return (*said, *state.before, *state.after)
+    return (*said, *_flying((*state.before, *state.after)))
+
+
+def _flying(steps: Steps) -> Steps:
+    """The mission flies already: their failure does not keep it on the ground."""
+    return tuple(replace(step, item=None) for step in steps)
 
 
 def step_of(said: CommandStep) -> Step:
     """For an order."""
-    return Step(said.work, ANSWER_WITHIN_S, said.phase, skip=lambda: said.needless)
+    return Step(said.work, ANSWER_WITHIN_S, said.phase, skip=lambda: said.needless, item=said.item)
 
 
 def command_of(body: bodies.OneOff) -> PilotCommand:

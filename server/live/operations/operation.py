@@ -79,12 +79,13 @@ the kind of command."""
 @dataclass(frozen=True)
 class Step:
     """One transaction. `phase`: for people, while it runs; empty: the agent's own text. `skip`: whether it is
-    unnecessary when its turn comes."""
+    unnecessary when its turn comes. `item`: the plan item whose effect it sets again before the mission flies."""
 
     work: Work
     deadline_s: float
     phase: str = ""
     skip: Callable[[], bool] | None = None
+    item: int | None = None
 
 
 ResultText = Callable[[Step, Outcome, str, bool | None], str]

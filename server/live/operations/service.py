@@ -288,6 +288,8 @@ class OperationService:
             report.seen,
             report.logs,
         )
+        if report.outcome is not Outcome.DONE and report.item is None:
+            operation.item = operation.step.item
         operation.refusals, operation.refused = report.refusals, report.refused
         if late is None and report.outcome is Outcome.DONE and operation.next_step < len(operation.order.steps):
             del self._running[report.id]

@@ -144,6 +144,12 @@ def test_a_start_in_the_middle_sets_speed_and_camera_again(command: str) -> None
     assert works({**body, "item": 1}, copter)[-1] != SPEED, "it comes to the speed itself"
 
 
+def test_the_item_is_known_whose_effect_is_set_again_before_it_flies() -> None:
+    body = READ.validate_python({"command": "start", "item": 5})
+    steps = order_of(body, flies(COPTER, *SURVEY)).steps
+    assert [step.item for step in steps] == [None, 2, None, None], "the speed is set when it flies already"
+
+
 def test_a_start_at_the_beginning_sets_nothing() -> None:
     assert works({"command": "start"}, flies(COPTER, *SURVEY)) == [long(224, 1, 1), long(300)]
 

@@ -274,6 +274,21 @@ def test_a_command_in_progress_has_no_end_of_time() -> None:
     assert operation.state is State.TIMED_OUT
 
 
+def test_a_refused_step_tells_the_item_whose_effect_it_was_to_set_again() -> None:
+    scene = Scene()
+    steps = [
+        Step(CommandWork(command=206), 8.0, "a photograph every 12 m", item=2),
+        Step(CommandWork(command=300), 8.0),
+    ]
+    operation = scene.begin(Order("command", Lane.COMMANDS, steps, writes=True))
+    scene.end(operation, Outcome.FAILED, "It does not know this command.")
+    assert (operation.state, operation.item) == (State.FAILED, 2)
+    done = scene.begin(Order("command", Lane.COMMANDS, steps, writes=True))
+    scene.end(done)
+    scene.end(done, Outcome.FAILED, "Not now.")
+    assert (done.state, done.item) == (State.FAILED, None)
+
+
 def test_the_turn_stays_with_the_assistant_for_as_long_as_their_work_goes_on() -> None:
     scene = Scene()
     turn, bob = scene.drone.turn, UserId(2)

@@ -18,9 +18,11 @@ export type FollowMeCommand = Schemas['FollowMe'];
 
 const COMMANDS = '/drones/{drone_id}/commands';
 
-function outcomeOf({ state, seen, words: said }: Operation): Outcome {
+function outcomeOf({ state, seen, words: said, item }: Operation): Outcome {
   const words = said || t('The tower did not report the result.');
   const isDone = state === 'done';
+  // What an earlier item of the mission had set was not taken again.
+  if (!isDone && typeof item === 'number') return { kind: 'reported', isDone, words, problem: 'state-not-restored' };
   if (state === 'timed_out') return { kind: 'reported', isDone, words, doubt: 'no-answer' };
   return { kind: 'reported', isDone, words, ...(isDone && seen === false ? { doubt: 'unconfirmed' } : {}) };
 }

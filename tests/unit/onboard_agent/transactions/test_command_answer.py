@@ -2,9 +2,9 @@
 
 import pytest
 
-from onboard_agent.autopilot.command_messages import as_the_other
 from onboard_agent.autopilot.own_frames import FrameMaker, agent_sender, command_long
 from onboard_agent.transactions.command_answer import ANSWER_WITHIN_S, NOT_NOW_AGAIN_S, ONCE, TRIES, CommandAnswer
+from wire.autopilots.command_messages import as_the_other
 from wire.dialect import decode, mavlink
 from wire.transactions import MAX_EXTENDED_S, PROGRESS_EXTENDS_S, Outcome
 

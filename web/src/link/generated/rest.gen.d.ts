@@ -3999,7 +3999,7 @@ export interface components {
             /** @description Hash of the requested plan */
             readonly hash: string | null;
             readonly id: string;
-            /** @description The refused item of the plan, from 0 */
+            /** @description The refused item of the plan, from 0. Of `start` and `jump`: the earlier one whose effect the drone did not take again */
             readonly item: number | null;
             /** @description Kind of the plan */
             readonly kind: components["schemas"]["PlanKind"] | null;

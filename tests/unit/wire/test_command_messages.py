@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onboard_agent.autopilot.command_messages import PLACED, UNKNOWN_PLACE, message_of
-from onboard_agent.autopilot.command_messages import as_the_other as _as_the_other
+from wire.autopilots.command_messages import PLACED, UNKNOWN_PLACE, message_of
+from wire.autopilots.command_messages import as_the_other as _as_the_other
 from wire.dialect import mavlink
 from wire.transactions import CommandWork
 
