@@ -18,7 +18,13 @@ export type Outcome =
    * Through the tower: the tower or the agent reported the outcome, in a whole sentence. `problem`: the name in
    * docs/api.md of why the tower refused it.
    */
-  | { readonly kind: 'reported'; readonly isDone: boolean; readonly words: string; readonly doubt?: Doubt; readonly problem?: string };
+  | {
+      readonly kind: 'reported';
+      readonly isDone: boolean;
+      readonly words: string;
+      readonly doubt?: Doubt;
+      readonly problem?: string;
+    };
 
 export const isGood = (outcome: Outcome): boolean =>
   outcome.kind === 'accepted' || (outcome.kind === 'reported' && outcome.isDone);

@@ -47,7 +47,11 @@ it.each([
 });
 
 it.each([
-  [200, { ...OVER, state: 'failed', item: 2, words: 'Kestrel, a photograph every 12 m: denied.' }, 'state-not-restored'],
+  [
+    200,
+    { ...OVER, state: 'failed', item: 2, words: 'Kestrel, a photograph every 12 m: denied.' },
+    'state-not-restored',
+  ],
   [200, { ...OVER, state: 'failed', item: null }, undefined],
   [200, { ...OVER, item: 2 }, undefined],
   [409, { type: '/problems/state-not-restored', title: 'No', detail: 'Servo 9.' }, 'state-not-restored'],
