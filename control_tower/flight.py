@@ -253,9 +253,10 @@ class Flight:
         body = {"items": list(items), "while_flying": while_flying}
         return await self._work(self._connection.operate("PUT", self._path + "/mission", body))
 
-    async def start_mission(self, item: int = 0) -> None:
-        """Flies the mission from this item on; arms if necessary. Returns when it has begun."""
-        await self.command("start", item=item)
+    async def start_mission(self, item: int = 0, *, as_it_is: bool = False) -> None:
+        """Flies the mission from this item on; arms if necessary. Returns when it has begun. What earlier items set
+        (speeds, the camera) is set again; raises Refused if something cannot be. `as_it_is`: nothing is set again."""
+        await self.command("start", item=item, as_it_is=as_it_is or None)
 
     async def until_disarmed(self, *, timeout_s: float = 3600.0) -> None:
         """Waits for the end of a mission that lands."""

@@ -257,8 +257,8 @@ class Flight:
     def upload_mission(self, items: list[Any], *, while_flying: bool = False) -> Operation:
         return self._wait(self._flight.upload_mission(items, while_flying=while_flying))
 
-    def start_mission(self, item: int = 0) -> None:
-        self._wait(self._flight.start_mission(item))
+    def start_mission(self, item: int = 0, *, as_it_is: bool = False) -> None:
+        self._wait(self._flight.start_mission(item, as_it_is=as_it_is))
 
     def until_disarmed(self, *, timeout_s: float = 3600.0) -> None:
         self._wait(self._flight.until_disarmed(timeout_s=timeout_s))

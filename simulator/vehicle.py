@@ -43,8 +43,16 @@ TEXTS_KEPT = 64
 REBOOT_AFTER_S = 0.2
 SET_MODE_FLAG = 1
 SLOW_MODE_CHANGE_S = 1.5
+PROGRESS_EVERY_S = 1.0
+WORKS_FOR_S = 12.0
 SLOW_MAX = 64
 """Queued mode changes; the oldest are dropped, because the last one decides."""
+ONLY_SOME_MESSAGES = {
+    Failure.COMMAND_LONG_ONLY: ("COMMAND_INT", int(mavlink.MAV_RESULT_COMMAND_LONG_ONLY)),
+    Failure.COMMAND_INT_ONLY: ("COMMAND_LONG", int(mavlink.MAV_RESULT_COMMAND_INT_ONLY)),
+    Failure.COMMAND_LONG_UNKNOWN: ("COMMAND_LONG", UNSUPPORTED),
+}
+"""Which message is refused, and with which result."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,6 +110,8 @@ class Vehicle:
     def _boot(self) -> None:
         self._slow: deque[tuple[float, Command]] = deque(maxlen=SLOW_MAX)
         """(due time, command): delayed by MODE_CHANGE_SLOW."""
+        self._at_work: list[tuple[float, float, Command, tuple[int, int]]] = []
+        """(end, next report, command, sender): delayed by COMMAND_IN_PROGRESS."""
         self._suffered: set[Failure] = set()
         """What its servers know of."""
         self.flight = Flight(self.settings.flight, self.parameters, self.failures, self.settings.flavour)
@@ -179,6 +189,7 @@ class Vehicle:
                 self._handle(message)
         while self._slow and self._slow[0][0] <= flight.now_s:
             self.settings.flavour.carry_out(flight, self._slow.popleft()[1])
+        self._work_on(flight.now_s)
         flight.tick(flight.now_s)
         self._missions.tick()
         if self.failures != self._suffered:
@@ -240,7 +251,12 @@ class Vehicle:
                 self._ground_station_seen(sender[0])
         elif name in ("COMMAND_LONG", "COMMAND_INT"):
             component = self.components.of(message.target_component)
-            if component is None:
+            refusal = next((one for failure, one in ONLY_SOME_MESSAGES.items() if failure in self.failures), ("", 0))
+            if component is None and name == refusal[0]:
+                self._acknowledge(message.command, refusal[1], sender)
+            elif component is None and Failure.COMMAND_IN_PROGRESS in self.failures:
+                self._at_work.append((flight.now_s + WORKS_FOR_S, flight.now_s, read_command(message), sender))
+            elif component is None:
                 self._handle_command(read_command(message), sender)
             else:
                 component.receive(flight, read_command(message), sender)
@@ -321,6 +337,17 @@ class Vehicle:
             self._setup_peer = sender
         if result != LATER:
             self._acknowledge(command.number, result, sender)
+
+    def _work_on(self, now_s: float) -> None:
+        there, self._at_work = self._at_work, []
+        for end_s, report_s, command, sender in there:
+            if now_s >= end_s:
+                self._handle_command(command, sender)
+                continue
+            if now_s >= report_s:
+                self._acknowledge(command.number, IN_PROGRESS, sender)
+                report_s = now_s + PROGRESS_EVERY_S
+            self._at_work.append((end_s, report_s, command, sender))
 
     def _acknowledge(self, number: int, result: int, peer: tuple[int, int]) -> None:
         if Failure.COMMAND_ACK_MISSING not in self.failures:

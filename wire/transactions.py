@@ -32,6 +32,11 @@ TRANSACTIONS: Final = "transactions"
 MAX_VALUES: Final = 4096
 """More parameters than any autopilot has."""
 
+PROGRESS_EXTENDS_S: Final = 10.0
+"""Each MAV_RESULT_IN_PROGRESS gives a command at least this much longer."""
+MAX_EXTENDED_S: Final = 300.0
+"""How much longer than its deadline a command may take by that."""
+
 MAX_REFUSALS: Final = 200
 MAX_LOGS: Final = 500
 """The newest logs; an autopilot numbers them up to 65535, and keeps a few hundred."""

@@ -9,6 +9,7 @@ Rules, each tested:
   counts.
 - COMMAND_ACK does not name its mode, so responses are matched with requests in order. If several rungs wait for a
   response, an acceptance may belong to any of them, and the next heartbeat shows to which.
+- An autopilot that takes the request as COMMAND_INT only gets it so at once.
 - For an accepted mode that is not shown yet, a HEARTBEAT is requested: ArduPilot sends one at once when its mode
   changes, PX4 waits for the next second, and neither sends one if the mode did not change.
 """
@@ -19,6 +20,7 @@ from enum import StrEnum
 from typing import Any, Final, NamedTuple
 
 from onboard_agent.autopilot.own_frames import FrameMaker, agent_sender, request_message, set_mode
+from wire.autopilots.command_messages import as_the_other
 from wire.autopilots.profile import FlightMode, Sticks
 from wire.dialect import mavlink
 
@@ -74,6 +76,7 @@ class ModeLadder:
         self._rungs: list[_Rung] = []
         self._current = 0
         self._asking = False
+        self._as_int = False
         self._keeps_shown = False
         self._patience_s = 0.0
         self._began_at = 0.0
@@ -133,7 +136,9 @@ class ModeLadder:
         if asks:
             late = now - self._began_at >= FAST_FOR_S
             self._next_request_at = now + (LATE_RETRY_S if late else RETRY_S)
-            messages.append(set_mode(vehicle_system_id, rung.mode.command_parameters, confirmation=rung.requests))
+            asked = set_mode(vehicle_system_id, rung.mode.command_parameters, confirmation=rung.requests)
+            # A mode has no place, so it is the same in both messages whatever the autopilot.
+            messages.append(as_the_other(asked, autopilot_kind=0) if self._as_int else asked)
             rung.requests += 1
             rung.unanswered += 1
             if rung.requests == 1:
@@ -158,6 +163,9 @@ class ModeLadder:
             return
         oldest, newest = waiting[0], waiting[-1]
         oldest.unanswered -= 1
+        if ack.result == mavlink.MAV_RESULT_COMMAND_INT_ONLY and not self._as_int:
+            self._as_int, self._next_request_at = True, now
+            return
         if ack.result != mavlink.MAV_RESULT_ACCEPTED:
             oldest.refusal = result_name(ack.result)
             if oldest is self._rungs[self._current] and not self._on_last_rung:

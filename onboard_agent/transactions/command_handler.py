@@ -3,6 +3,9 @@
 Rules, each tested:
 - A command that may not pass as a frame of the holder does not pass here either.
 - A mode change is done when a heartbeat shows the mode. Until then it is only accepted.
+- If no answer comes in time, a mode that a heartbeat after the command shows is reached, and so is being armed or
+  disarmed. A mode that the autopilot's own failsafe has chosen proves nothing.
+- IN_PROGRESS is reported, at least once a second, so that the tower waits too.
 - For speed, home, the current mission item, mission start, and on PX4 a target and a circle, the result says whether
   telemetry showed the effect within SEEN_WITHIN_S of the acceptance. A refusal that comes instead is the answer.
 - A later command, a frame with a command, or a hold ends the retries of earlier commands, so that no copy of an old
@@ -20,11 +23,12 @@ from typing import Any, Final
 from onboard_agent.autopilot.flight_modes import commanded_mode
 from onboard_agent.autopilot.mode_names import mission_modes, mode_name
 from onboard_agent.autopilot.own_frames import FrameMaker, Sender, request_message
-from onboard_agent.transactions.command_answer import CommandAnswer, CommandEnd
+from onboard_agent.transactions.command_answer import ANSWER_WITHIN_S, CommandAnswer, CommandEnd
 from onboard_agent.transactions.command_seen import READ, SEEN_WITHIN_S, Seen, Without, what_shows
 from onboard_agent.transactions.handler import Around
 from onboard_agent.transactions.status_texts import StatusTexts
-from wire.autopilots.registry import multicopter
+from wire.autopilots.command_messages import AUTOPILOT, makers
+from wire.autopilots.registry import FAMILIES, multicopter
 from wire.dialect import decode, mavlink
 from wire.frames import message_id, source
 from wire.plans import as_float32
@@ -50,12 +54,17 @@ SHOW_EVERY_S: Final = 0.25
 WORDS_WITHIN_S: Final = 0.3
 WORDS_BEFORE_S: Final = 0.3
 PROGRESS_EVERY_S: Final = 0.2
+PROGRESS_AT_LEAST_EVERY_S: Final = 1.0
 
 _log = logging.getLogger(__name__)
-_AUTOPILOT: Final = 1
-_NAN: Final = float("nan")
 _CUSTOM: Final = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
 _MODE: Final = mavlink.MAV_CMD_DO_SET_MODE
+_ARM: Final = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
+_ARMED: Final = mavlink.MAV_MODE_FLAG_SAFETY_ARMED
+_SHOWS_ARMED: Final = {
+    True: "The autopilot shows that it is armed. Its answer was lost.",
+    False: "The autopilot shows that it is disarmed. Its answer was lost.",
+}
 
 Send = Callable[[bytes, float], str | None]
 """Checks a holder's frame that is about to go to the autopilot: None if it may pass, else a sentence why not."""
@@ -67,7 +76,6 @@ class _Waiting:
     work: CommandWork
     component: int
     answer: CommandAnswer
-    deadline: float
     mode: frozenset[int]
     """A heartbeat must show one of these custom_modes; empty if the command changes no mode."""
     wanted: Seen | None = None
@@ -79,8 +87,13 @@ class _Waiting:
     ended_at: float | None = None
     """When the answer arrived."""
     shown: bool = False
+    sent_at: float | None = None
+    """When it was sent first."""
+    proof: str = ""
+    """What the newest heartbeat since then shows, if it is what the command asked for."""
     show_again_at: float = 0.0
     reported_percent: int | None = None
+    reported_count: int = 0
     reported_at: float = float("-inf")
 
 
@@ -97,6 +110,7 @@ class CommandHandler:
         self._send = send
         self._commanded = commanded
         self._system: int | None = None
+        self._kind = 0
         self._waiting: list[_Waiting] = []
         self._spoken = StatusTexts()
         self._reports: list[TransactionToTower] = []
@@ -112,7 +126,7 @@ class CommandHandler:
         if around is None or not around.heard:
             self._report(transaction.id, Outcome.REFUSED, "No heartbeat from the autopilot.")
             return
-        self._system = around.system_id
+        self._system, self._kind = around.system_id, around.autopilot_kind
         if not _fits(work):
             self._report(transaction.id, Outcome.REFUSED, "A value of the command is too large to be sent.")
             return
@@ -129,13 +143,18 @@ class CommandHandler:
         sender = Sender(around.system_id, component)
         deadline = now + transaction.deadline_s
 
-        def make(confirmation: int) -> bytes:
-            return self._maker.make(_message(work, around.system_id, confirmation), sender)
-
-        who = "The autopilot" if work.component == _AUTOPILOT else "The camera"
-        answer = CommandAnswer(work.command, make, deadline=deadline, who=who)
+        make, make_other = makers(
+            work, around.system_id, around.autopilot_kind, lambda message: self._maker.make(message, sender)
+        )
+        answer = CommandAnswer(
+            work.command,
+            make,
+            make_other=make_other,
+            deadline=deadline,
+            who="The autopilot" if work.component == AUTOPILOT else "The camera",
+        )
         modes = _modes_asked(work, around)
-        self._waiting.append(_Waiting(transaction, work, component, answer, deadline, modes, what_shows(work, around)))
+        self._waiting.append(_Waiting(transaction, work, component, answer, modes, what_shows(work, around)))
 
     def cancel(self, transaction_id: int, now: float) -> None:
         """Ends the retries and stops waiting for the answer."""
@@ -155,7 +174,7 @@ class CommandHandler:
         system, component = source(frame)
         if not self._waiting or system != self._system:
             return False
-        if component != _AUTOPILOT and message_id(frame) != mavlink.MAVLINK_MSG_ID_COMMAND_ACK:
+        if component != AUTOPILOT and message_id(frame) != mavlink.MAVLINK_MSG_ID_COMMAND_ACK:
             return False
         message = decode(frame)
         if message is None:
@@ -166,6 +185,7 @@ class CommandHandler:
         if message_id(frame) == mavlink.MAVLINK_MSG_ID_HEARTBEAT:
             for waiting in self._waiting:
                 waiting.shown = waiting.shown or (waiting.answer.sent and message.custom_mode in waiting.mode)
+                waiting.proof = self._proof(waiting, message)
         if message_id(frame) != mavlink.MAVLINK_MSG_ID_COMMAND_ACK:
             for waiting in self._waiting:
                 if waiting.wanted is not None and waiting.answer.end is not None:
@@ -179,11 +199,14 @@ class CommandHandler:
         for waiting in list(self._waiting):
             if waiting.answer.sent and waiting.commanded != self._commanded():
                 waiting.answer.repeat_no_more()
+            if self._is_proved(waiting, around, now):
+                continue
             for frame in waiting.answer.due(now):
                 why_not = self._send(frame, now)
                 if why_not is None:
                     out.append(frame)
                     _trace(waiting, "goes to the autopilot")
+                    waiting.sent_at = now if waiting.sent_at is None else waiting.sent_at
                     # A heartbeat from before this command proves nothing.
                     waiting.shown, waiting.mode_before, waiting.ended_at = False, around.custom_mode, None
                 else:
@@ -215,6 +238,28 @@ class CommandHandler:
                     _trace(waiting, f"is acknowledged by the autopilot with MAV_RESULT {ack.result}")
         return ours
 
+    def _proof(self, waiting: _Waiting, beat: Any) -> str:
+        """Returns a sentence for a heartbeat that shows what the command asked for."""
+        if not waiting.answer.sent:
+            return ""
+        if waiting.work.command == _ARM and waiting.work.component == AUTOPILOT:
+            wants = (waiting.work.params[0] or 0.0) >= 0.5
+            return _SHOWS_ARMED[wants] if bool(beat.base_mode & _ARMED) == wants else ""
+        family = FAMILIES.get(self._kind)
+        by_failsafe = family is not None and family.shows_failsafe and beat.system_status == mavlink.MAV_STATE_CRITICAL
+        if beat.custom_mode not in waiting.mode or by_failsafe:
+            return ""
+        mode = mode_name(self._kind, beat.type, beat.custom_mode)
+        return f"The autopilot shows {mode}. Its answer was lost."
+
+    def _is_proved(self, waiting: _Waiting, around: Around, now: float) -> bool:
+        """Ends a command whose answer is lost, but whose effect is seen."""
+        late = waiting.sent_at is not None and now >= waiting.sent_at + ANSWER_WITHIN_S
+        if waiting.answer.end is not None or not waiting.proof or not late:
+            return False
+        self._end(waiting, CommandEnd(Outcome.DONE, waiting.proof), around, seen=True)
+        return True
+
     def _settle(self, waiting: _Waiting, around: Around, now: float) -> list[bytes]:
         end = waiting.answer.end
         if end is None:
@@ -234,7 +279,7 @@ class CommandHandler:
         elif waiting.commanded != self._commanded():
             words = f"The autopilot accepted {mode}, then got another command before it showed the mode."
             self._end(waiting, CommandEnd(Outcome.FAILED, words, end.code), around)
-        elif now >= waiting.deadline:
+        elif now >= waiting.answer.deadline:
             words = f"The autopilot accepted {mode}, but its heartbeat does not show it."
             self._end(waiting, CommandEnd(Outcome.TIMED_OUT, words, end.code), around)
         elif self._has_come_to_nothing(waiting, around, now):
@@ -258,7 +303,7 @@ class CommandHandler:
     def _check(self, waiting: _Waiting, wanted: Seen, end: CommandEnd, around: Around, now: float) -> list[bytes]:
         if waiting.ended_at is None:
             waiting.ended_at = now
-        late = now >= min(waiting.deadline, waiting.ended_at + SEEN_WITHIN_S)
+        late = now >= min(waiting.answer.deadline, waiting.ended_at + SEEN_WITHIN_S)
         shown = wanted.shown
         if shown is not None or late or waiting.commanded != self._commanded():
             there = f": {wanted.words}" if wanted.words else ""
@@ -285,7 +330,7 @@ class CommandHandler:
             waiting.ended_at = now
         if now - waiting.ended_at >= WORDS_WITHIN_S:
             texts = self._spoken.since(waiting.ended_at - WORDS_BEFORE_S)
-            says = bool(texts) and waiting.work.component == _AUTOPILOT
+            says = bool(texts) and waiting.work.component == AUTOPILOT
             words = f"The autopilot refuses: {'; '.join(texts)}." if says else end.words
             self._end(waiting, CommandEnd(end.outcome, words, end.code), around)
         return []
@@ -304,11 +349,14 @@ class CommandHandler:
             waiting.answer.repeat_no_more()
 
     def _report_progress(self, waiting: _Waiting, now: float) -> None:
-        percent = waiting.answer.percent
-        if percent is None or percent == waiting.reported_percent or now - waiting.reported_at < PROGRESS_EVERY_S:
+        answer = waiting.answer
+        every_s = PROGRESS_AT_LEAST_EVERY_S if answer.percent == waiting.reported_percent else PROGRESS_EVERY_S
+        if answer.in_progress_count == waiting.reported_count or now - waiting.reported_at < every_s:
             return
-        waiting.reported_percent, waiting.reported_at = percent, now
-        progress = TransactionProgress(id=waiting.transaction.id, phase="carrying out", done=percent, total=100)
+        waiting.reported_percent, waiting.reported_at = answer.percent, now
+        waiting.reported_count = answer.in_progress_count
+        done, total = (0, 0) if answer.percent is None else (answer.percent, 100)
+        progress = TransactionProgress(id=waiting.transaction.id, phase="carrying out", done=done, total=total)
         self._reports.append(progress)
 
     def _report(
@@ -341,19 +389,6 @@ def _fits(work: CommandWork) -> bool:
     except ValueError:
         return False
     return True
-
-
-def _message(work: CommandWork, system_id: int, confirmation: int) -> Any:
-    params = [_NAN if value is None else value for value in work.params]
-    if work.x is None and work.y is None and work.frame is None:
-        return mavlink.MAVLink_command_long_message(
-            system_id, work.component, work.command, confirmation & 0xFF, *params
-        )
-    frame = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT if work.frame is None else work.frame
-    x, y = work.x or 0, work.y or 0
-    return mavlink.MAVLink_command_int_message(
-        system_id, _AUTOPILOT, frame, work.command, 0, 0, *params[:4], x, y, params[6]
-    )
 
 
 def _modes_asked(work: CommandWork, around: Around) -> frozenset[int]:

@@ -11,6 +11,7 @@ import type { FlightValues } from './link/flight_values';
 import type { Target } from './link/messages';
 import type { Operation } from './link/operation_types';
 import { isOver, type Operations } from './link/operations';
+import type { Schemas } from './link/rest_types';
 import type { Vehicle } from './link/vehicle';
 import { preferences } from './preferences.svelte';
 import { endWords, FOLLOW_FOR_S, placeWords, type FollowPlace } from './squad/follow_place';
@@ -29,6 +30,8 @@ const metres = (value: number): string => measured(preferences.units, 'height', 
 const far = (value: number): string => measured(preferences.units, 'distance', value);
 /** Counted from 1 for display. */
 const number = (item: number): string => t('item {item}', { item: item + 1 });
+
+type StartOrJump = Schemas['Start'] | Schemas['Jump'];
 
 export class GuidedActions {
   readonly #vehicle: Vehicle;
@@ -137,7 +140,7 @@ export class GuidedActions {
         count,
         from,
       });
-      if (await ask({ title, text, confirmLabel: t('Start') })) await this.#command(label, command);
+      if (await ask({ title, text, confirmLabel: t('Start') })) await this.#flyFrom(label, command);
       return;
     }
     const arming =
@@ -149,7 +152,16 @@ export class GuidedActions {
       from,
     });
     const agreed = await confirmArming(this.#vehicle, { title, text, confirmLabel: t('Start') });
-    if (agreed) await this.#vehicle.command(label, command, agreed);
+    if (agreed) await this.#flyFrom(label, command, agreed);
+  }
+
+  /** What earlier items have set and nobody sets again is somebody's choice. */
+  async #flyFrom(label: string, command: StartOrJump, before?: () => Promise<void>): Promise<void> {
+    const outcome = await this.#vehicle.command(label, command, before);
+    if (outcome.kind !== 'reported' || outcome.problem !== 'state-not-restored') return;
+    const title = t('Fly the mission of {name} as it is?', { name: this.#name });
+    if (await ask({ title, text: outcome.words, confirmLabel: t('Fly as it is') }))
+      await this.#command(label, { ...command, as_it_is: true });
   }
 
   /** Never asks: the drone stops in place. */
@@ -176,7 +188,7 @@ export class GuidedActions {
     if (
       await ask({ title: t('Send {name} to {number}?', { name, number: number(item) }), text, confirmLabel: t('Jump') })
     ) {
-      await this.#command(t('Jump to {number}', { number: number(item) }), { command: 'jump', item });
+      await this.#flyFrom(t('Jump to {number}', { number: number(item) }), { command: 'jump', item });
     }
   }
 }

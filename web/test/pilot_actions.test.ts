@@ -139,6 +139,34 @@ describe('each button asks the tower for one command', () => {
   });
 });
 
+describe('a start in the middle', () => {
+  const refuse = (problem: string): void => {
+    vi.spyOn(vehicle, 'command').mockImplementation((_, command) => {
+      commands.push(command);
+      const isDone = 'as_it_is' in command;
+      const words = 'Kestrel would fly from item 3 without what earlier items set: servo 9 at 1900 µs.';
+      return Promise.resolve({ kind: 'reported', isDone, words, ...(isDone ? {} : { problem }) });
+    });
+  };
+
+  it.each<[string, () => Promise<unknown>, object]>([
+    ['start', () => guided.startMission(2, 5), { command: 'start', item: 2 }],
+    ['jump', () => guided.jumpTo(2, 'a way point'), { command: 'jump', item: 2 }],
+  ])('asks whether to %s without what nobody sets again', async (_, act, command) => {
+    refuse('state-not-restored');
+    await act();
+    expect(commands).toEqual([command, { ...command, as_it_is: true }]);
+    expect(asked.questions.at(-1)?.title).toContain(A_DRONE.name);
+    expect(asked.questions.at(-1)?.text).toContain('servo 9 at 1900 µs');
+  });
+
+  it('asks nothing more where it is refused for another reason', async () => {
+    refuse('not-in-control');
+    await guided.startMission(2, 5);
+    expect(commands).toEqual([{ command: 'start', item: 2 }]);
+  });
+});
+
 describe('what is asked before (docs/console.md, "Confirmation")', () => {
   const questions = async (act: () => Promise<unknown>): Promise<Question[]> => {
     await act();

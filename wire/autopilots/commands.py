@@ -235,11 +235,13 @@ class Reboot(PilotCommand):
 
 @dataclass(frozen=True)
 class CommandStep:
-    """One MAV_CMD. `phase`: description for people. `needless`: the drone is already in the requested state."""
+    """One MAV_CMD. `phase`: description for people. `needless`: the drone is already in the requested state. `item`:
+    of the mission, from 0, whose effect it sets again."""
 
     phase: str
     work: CommandWork
     needless: bool = False
+    item: int | None = None
 
 
 @dataclass(frozen=True)

@@ -1,20 +1,19 @@
 """Commands to the autopilot one after the other, each with its acknowledgement. No I/O; takes `now`.
 
-A take-off is never repeated: whether it was lost or its answer was, is not known.
+The rules of an answer are those of `CommandAnswer`: retries, IN_PROGRESS, the other message.
 """
 
 from collections.abc import Callable, Sequence
 from typing import Any, Final
 
-from onboard_agent.autopilot.own_frames import AGENT_COMPONENT, FrameMaker, agent_sender, command_long
-from onboard_agent.failsafe.mode_ladder import result_name
+from onboard_agent.autopilot.own_frames import AGENT_COMPONENT, FrameMaker, agent_sender
+from onboard_agent.transactions.command_answer import ANSWER_WITHIN_S, CommandAnswer
+from onboard_agent.transactions.handler import Around
+from wire.autopilots.command_messages import makers
 from wire.autopilots.commands import CommandStep
-from wire.dialect import mavlink
+from wire.transactions import Outcome
 
-ANSWER_WITHIN_S: Final = 1.5
 TRIES: Final = 3
-_NAN: Final = float("nan")
-_ONCE: Final = frozenset({int(mavlink.MAV_CMD_NAV_TAKEOFF)})
 
 SendFrame = Callable[[bytes, float], str | None]
 """Returns why the frame must not go to the autopilot, or None: it counts as sent."""
@@ -27,8 +26,8 @@ class CommandSequence:
         self._maker = maker
         self._steps = [step for step in steps if not step.needless]
         self._send = send
-        self._tries = 0
-        self._next_at = float("-inf")
+        self._answer: CommandAnswer | None = None
+        """To the first step."""
         self.why_not = ""
         """Why a step failed."""
 
@@ -40,31 +39,35 @@ class CommandSequence:
     def acknowledged(self, ack: Any, system_id: int, now: float) -> None:
         """Takes a COMMAND_ACK of the autopilot."""
         ours = (ack.target_system, ack.target_component) in ((system_id, AGENT_COMPONENT), (0, 0))
-        if not ours or not self._steps or not self._tries or ack.command != self._steps[0].work.command:
+        if not ours or self._answer is None:
             return
-        if ack.result == mavlink.MAV_RESULT_ACCEPTED:
+        self._answer.acknowledged(ack, now)
+        end = self._answer.end
+        if end is None:
+            return
+        if end.outcome is Outcome.DONE:
             self._steps.pop(0)
-            self._tries, self._next_at = 0, float("-inf")
-        elif ack.result == mavlink.MAV_RESULT_IN_PROGRESS:
-            self._next_at = now + ANSWER_WITHIN_S * TRIES
+            self._answer = None
         else:
-            self.why_not = f"{self._steps[0].phase}: {result_name(ack.result)}"
+            self.why_not = f"{self._steps[0].phase}: {end.code.removeprefix('MAV_RESULT_')}"
 
-    def due(self, system_id: int, now: float) -> list[bytes]:
+    def due(self, around: Around, now: float) -> list[bytes]:
         """Frames to send to the autopilot now."""
-        if self.why_not or not self._steps or now < self._next_at:
+        if self.why_not or not self._steps:
             return []
         step = self._steps[0]
-        if self._tries >= (1 if step.work.command in _ONCE else TRIES):
+        self._answer = self._answer or self._asked(step, around, now)
+        frames = self._answer.due(now)
+        if self._answer.end is not None:
             self.why_not = f"{step.phase}: no answer"
-            return []
-        params = [_NAN if value is None else value for value in step.work.params]
-        message = command_long(system_id, step.work.command, *params, confirmation=self._tries)
-        frame = self._maker.make(message, agent_sender(system_id))
-        why_not = self._send(frame, now)
-        if why_not is not None:
-            self.why_not = why_not
-            return []
-        self._tries += 1
-        self._next_at = now + ANSWER_WITHIN_S
-        return [frame]
+        for frame in frames:
+            self.why_not = self.why_not or self._send(frame, now) or ""
+        return [] if self.why_not else frames
+
+    def _asked(self, step: CommandStep, around: Around, now: float) -> CommandAnswer:
+        sender = agent_sender(around.system_id)
+        make, make_other = makers(
+            step.work, around.system_id, around.autopilot_kind, lambda message: self._maker.make(message, sender)
+        )
+        deadline = now + ANSWER_WITHIN_S * TRIES
+        return CommandAnswer(step.work.command, make, make_other=make_other, deadline=deadline, tries=TRIES)

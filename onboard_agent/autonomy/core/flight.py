@@ -273,7 +273,7 @@ class ControllerFlight:
     def _fly(self, around: Around, now: float) -> list[bytes]:
         if self._phase in (Phase.TAKING_OFF, Phase.LANDING):
             assert self._sequence is not None
-            out = self._sequence.due(around.system_id, now)
+            out = self._sequence.due(around, now)
             if self._phase is Phase.TAKING_OFF:
                 self._climbing(self._sequence, around, now)
             return out
@@ -288,7 +288,7 @@ class ControllerFlight:
         if self._phase is Phase.ENTERING:
             out += self._entering(around, now)
         if self._release is not None:
-            out += self._release.due(around.system_id, now)
+            out += self._release.due(around, now)
             if self._release.settle(self._ack):
                 self._release = None
         return out
@@ -325,7 +325,7 @@ class ControllerFlight:
         if self._sequence.why_not:
             self._fault(f"The controller {self._work.name} does not get the controls: {self._sequence.why_not}")
             return []
-        return self._sequence.due(around.system_id, now)
+        return self._sequence.due(around, now)
 
     def _climbing(self, sequence: CommandSequence, around: Around, now: float) -> None:
         motion = self._position.motion

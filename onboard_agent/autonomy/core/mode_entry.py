@@ -27,7 +27,7 @@ class ModeEntry(CommandSequence):
         """Whether a heartbeat shows the mode."""
         return obeys_setpoints(around)
 
-    def due(self, system_id: int, now: float) -> list[bytes]:
+    def due(self, around: Around, now: float) -> list[bytes]:
         """Frames to send to the autopilot now."""
         if now - self._began_at < STREAM_FIRST_S:
             return []
@@ -36,4 +36,4 @@ class ModeEntry(CommandSequence):
             if now - self._accepted_at > SHOWN_WITHIN_S:
                 self.why_not = f"{self._mode.name} was accepted, but is not shown"
             return []
-        return super().due(system_id, now)
+        return super().due(around, now)

@@ -22,7 +22,14 @@ from server.live.flight_commands.on_the_ground import (
     require_set_up,
 )
 from server.live.flight_commands.steps import order_of
-from server.live.flight_commands.vehicle import NoSuchItem, NoSuchMode, NotKnownHow, NotKnownYet, Vehicle
+from server.live.flight_commands.vehicle import (
+    NoSuchItem,
+    NoSuchMode,
+    NotKnownHow,
+    NotKnownYet,
+    StateNotRestored,
+    Vehicle,
+)
 from server.live.operations.permissions import refuse_commands, refuse_zones
 from server.live.operations.refusals import (
     AgentTooOld,
@@ -69,7 +76,7 @@ DronePath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
             MovesHome,
         ),
         *(TooManyOperations, NotKnownHow, NotKnownYet, NoSuchMode, NoSuchItem, NoSuchLeader, CannotFollow),
-        *(NotOnTheGround, PropellersNotConfirmed, NoSuchMotor, OutsideOwnFence, TooMuchWork),
+        *(NotOnTheGround, PropellersNotConfirmed, NoSuchMotor, OutsideOwnFence, TooMuchWork, StateNotRestored),
     ),
 )
 async def command_drone(

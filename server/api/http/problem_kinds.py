@@ -38,7 +38,7 @@ from server.live.agent_updates.refusals import FlownByAnother, UnknownRelease
 from server.live.alerts.refusals import MayNotAcknowledge, UnknownAlert
 from server.live.flight_commands.following import CannotFollow, NoSuchLeader
 from server.live.flight_commands.on_the_ground import NoSuchMotor, NotOnTheGround, PropellersNotConfirmed
-from server.live.flight_commands.vehicle import NoSuchItem, NoSuchMode, NotKnownHow, NotKnownYet
+from server.live.flight_commands.vehicle import NoSuchItem, NoSuchMode, NotKnownHow, NotKnownYet, StateNotRestored
 from server.live.flight_imports.refusals import BadFlightFile, ImportsFull, UnknownImport
 from server.live.flight_logs.refusals import BadCredential, FileIncomplete, FileNotTaken, NotAskedFor, UnknownLog
 from server.live.flight_videos.refusals import FlightVideoNotMade, FlightVideosBusy
@@ -227,6 +227,7 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     PropellersNotConfirmed: Kind("propellers-not-confirmed", 409, "The propellers are not confirmed to be off"),
     NoSuchMotor: Kind("no-such-motor", 409, "No such motor"),
     MovesHome: Kind("moves-home", 409, "Home would move"),
+    StateNotRestored: Kind("state-not-restored", 409, "What earlier items set is not set again"),
     ZoneForbids: Kind("zone", 409, "A zone is on the way"),
     OutsideOwnFence: Kind("outside-fence", 409, "Outside the autopilot's fence"),
     UnknownZone: Kind("unknown-zone", 404, "No such zone"),

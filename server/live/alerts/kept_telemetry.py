@@ -35,7 +35,12 @@ _ESTIMATOR: Final = mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS
 _VIBRATION: Final = mavlink.MAVLINK_MSG_ID_VIBRATION
 _FENCE: Final = mavlink.MAVLINK_MSG_ID_FENCE_STATUS
 ATTITUDE: Final = mavlink.MAVLINK_MSG_ID_ATTITUDE
-KEPT: Final = frozenset({_SYS_STATUS, _BATTERY, _GPS, _GPS2, _EKF, _ESTIMATOR, _VIBRATION, _FENCE, ATTITUDE})
+REMOTE_ID_STATUS: Final = mavlink.MAVLINK_MSG_ID_OPEN_DRONE_ID_ARM_STATUS
+_ARM_STATUS_BYTES: Final = 51
+MISSION_CURRENT: Final = mavlink.MAVLINK_MSG_ID_MISSION_CURRENT
+KEPT: Final = frozenset(
+    {_SYS_STATUS, _BATTERY, _GPS, _GPS2, _EKF, _ESTIMATOR, _VIBRATION, _FENCE, ATTITUDE, MISSION_CURRENT}
+)
 """State messages that are kept, from the autopilot's own component."""
 
 _SENSORS: Final = Struct("<III")
@@ -107,6 +112,13 @@ class Gps(NamedTuple):
         return self.fix, -1 if self.satellites is None else self.satellites
 
 
+class RemoteId(NamedTuple):
+    """What the Remote ID transmitter said last: why it is not ready; empty: it is."""
+
+    problem: str
+    at: float
+
+
 class KeptTelemetry:
     """For one drone. Every value is None before its first message on the present link."""
 
@@ -133,6 +145,7 @@ class KeptTelemetry:
         "gps_number",
         "newest",
         "now",
+        "remote_id",
         "satellites",
         "sensor_fault",
         "texts",
@@ -182,6 +195,14 @@ class KeptTelemetry:
         """The last one that an event told of."""
         self.vibration_m_s2: float | None = None
         self.fence_breach: str | None = None
+        self.remote_id: RemoteId | None = None
+
+    def remote_id_status(self, frame: bytes, now: float) -> None:
+        """Takes an OPEN_DRONE_ID_ARM_STATUS frame."""
+        body = payload(frame).ljust(_ARM_STATUS_BYTES, b"\0")
+        words = body[1:_ARM_STATUS_BYTES].split(b"\0")[0].decode("utf-8", "replace").strip()
+        is_ready = body[0] == mavlink.MAV_ODID_ARM_STATUS_GOOD_TO_ARM
+        self.remote_id = RemoteId("" if is_ready else words or "it gives no reason", now)
 
     def text(self, frame: bytes, now: float, *, armed: bool) -> None:
         """Takes a STATUSTEXT frame. Those of a disarmed autopilot are reasons against arming, and no alerts."""

@@ -113,15 +113,20 @@ class Turn(_Command):
 
 
 class Start(_Command):
-    """Flies the mission from this item on; arms first if necessary."""
+    """Flies the mission from this item on; arms first if necessary. What earlier items have set (speeds, the camera,
+    where it looks) is set again. `as_it_is`: it is not, and what cannot be set again is no reason to refuse."""
 
     command: Literal["start"]
     item: ItemNumber = 0
+    as_it_is: bool = False
 
 
 class Jump(_Command):
+    """Goes on with this item. `as_it_is`: as for `start`."""
+
     command: Literal["jump"]
     item: ItemNumber
+    as_it_is: bool = False
 
 
 class Orbit(_Command):

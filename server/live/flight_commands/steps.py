@@ -5,14 +5,16 @@ The profile of each autopilot has its form (`wire.autopilots`).
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final, assert_never
 
 from server.live.flight_commands import bodies
-from server.live.flight_commands.vehicle import Vehicle
+from server.live.flight_commands.vehicle import StateNotRestored, Vehicle
 from server.live.operations.operation import Lane, Order, Step
 from wire.autopilots import commands, payload_commands
-from wire.autopilots.commands import CommandStep
+from wire.autopilots.commands import CommandStep, Steps
 from wire.autopilots.pilot_command import PilotCommand
+from wire.dialect import mavlink
 from wire.transactions import Outcome
 
 ANSWER_WITHIN_S: Final = 8.0
@@ -30,7 +32,7 @@ _STOPS: Final = (commands.Disarm, commands.Hold, commands.Land, commands.Pause, 
 
 
 def order_of(body: bodies.OneOff, vehicle: Vehicle) -> Order:
-    """Raises NotKnownHow, NotKnownYet, NoSuchMode, NoSuchItem."""
+    """Raises NotKnownHow, NotKnownYet, NoSuchMode, NoSuchItem, StateNotRestored."""
     about: dict[str, object] = body.model_dump(exclude_none=True)
 
     def result_text(step: Step, outcome: Outcome, words: str, seen: bool | None) -> str:
@@ -40,6 +42,10 @@ def order_of(body: bodies.OneOff, vehicle: Vehicle) -> Order:
 
     command = command_of(body)
     said = vehicle.steps(command)
+    if isinstance(body, bodies.Start | bodies.Jump) and body.item and not body.as_it_is:
+        said = _with_state(body.item, said, vehicle)
+    elif isinstance(command, commands.Resume):
+        said = _resumed(said, vehicle)
     return Order(
         "command",
         Lane.COMMANDS,
@@ -52,9 +58,34 @@ def order_of(body: bodies.OneOff, vehicle: Vehicle) -> Order:
     )
 
 
+def _with_state(item: int, said: Steps, vehicle: Vehicle) -> Steps:
+    """Sets again what earlier items have set: the camera before the mission flies, its speed once it does."""
+    state = vehicle.mission_state(item)
+    if state.lacking:
+        raise StateNotRestored(
+            f"{vehicle.name} would fly from item {item + 1} without what earlier items set, as the tower does not set "
+            f"it again: {', '.join(state.lacking)} (`as_it_is` flies so)"
+        )
+    return (*said[:-1], *state.before, said[-1], *_flying(state.after))
+
+
+def _resumed(said: Steps, vehicle: Vehicle) -> Steps:
+    """A change of mode forgets what the mission had set. What else it moved is still where it is."""
+    changes_mode = any(one.work.command == mavlink.MAV_CMD_DO_SET_MODE for one in said)
+    if not changes_mode or not vehicle.current_item or vehicle.plan.packed is None:
+        return said
+    state = vehicle.mission_state(vehicle.current_item)
+    return (*said, *_flying((*state.before, *state.after)))
+
+
+def _flying(steps: Steps) -> Steps:
+    """The mission flies already: their failure does not keep it on the ground."""
+    return tuple(replace(step, item=None) for step in steps)
+
+
 def step_of(said: CommandStep) -> Step:
     """For an order."""
-    return Step(said.work, ANSWER_WITHIN_S, said.phase, skip=lambda: said.needless)
+    return Step(said.work, ANSWER_WITHIN_S, said.phase, skip=lambda: said.needless, item=said.item)
 
 
 def command_of(body: bodies.OneOff) -> PilotCommand:

@@ -9,6 +9,8 @@ from struct import Struct
 from typing import Final
 
 from server.domain.refusal import Refusal
+from server.live.alerts.kept_telemetry import MISSION_CURRENT
+from server.live.operations.onboard_state import KnownPlan
 from server.live.relay.live_drone import LiveDrone
 from server.live.relay.loan_limits import whole_place_in
 from wire.autopilots import registry
@@ -21,6 +23,7 @@ from wire.autopilots.commands import (
     UnknownMode,
     VehicleState,
 )
+from wire.autopilots.mission_state import MissionState, state_before
 from wire.autopilots.pilot_command import PilotCommand
 from wire.autopilots.profile import AutopilotProfile
 from wire.frames import payload
@@ -29,6 +32,7 @@ from wire.plans import PlanKind
 _HEARTBEAT: Final = Struct("<IBB")
 _HEADING: Final = Struct("<26xH")
 _NO_HEADING: Final = 0xFFFF
+UNKNOWN_PLAN: Final = KnownPlan(None, None)
 PLACE_STALE_S: Final = 3.0
 """A place older than this is none: a drone that was sent there would fly back."""
 
@@ -49,6 +53,10 @@ class NoSuchItem(Refusal):
     """Beyond the plan that is on board."""
 
 
+class StateNotRestored(Refusal):
+    """What earlier items of the mission set cannot be set again."""
+
+
 _REFUSALS: Final[dict[type[CommandRefused], type[Refusal]]] = {
     NotSupported: NotKnownHow,
     NotHeardYet: NotKnownYet,
@@ -63,6 +71,10 @@ class Vehicle:
 
     profile: AutopilotProfile
     state: VehicleState
+    plan: KnownPlan = UNKNOWN_PLAN
+    """The mission on board."""
+    current_item: int = 0
+    """Of the mission, as the autopilot reports it, from 0 without home."""
 
     @classmethod
     def of(cls, drone: LiveDrone, now: float) -> Vehicle:
@@ -75,7 +87,7 @@ class Vehicle:
         profile = registry.of(autopilot, vehicle_type)
         if profile is None:
             raise NotKnownHow(f"the tower knows no vehicle of {name}'s kind, and has no commands for it")
-        plan, _ = drone.onboard.plan(PlanKind.MISSION)
+        plan, known = drone.onboard.plan(PlanKind.MISSION)
         frame = drone.position_frame if now - drone.position_at <= PLACE_STALE_S else None
         place = whole_place_in(frame) if frame is not None else None
         state = VehicleState(
@@ -89,7 +101,10 @@ class Vehicle:
             heading_deg=None if frame is None else _heading_in(frame),
             mission_items=plan.count if plan.state == "known" else None,
         )
-        return cls(profile, state)
+        current = drone.telemetry.newest.get((MISSION_CURRENT, 0))
+        seq = 0 if current is None else int.from_bytes(payload(current)[:2], "little")
+        current_item = max(0, seq - int(profile.family.has_home_slot))
+        return cls(profile, state, known if plan.state == "known" else UNKNOWN_PLAN, current_item)
 
     @property
     def name(self) -> str:
@@ -102,6 +117,16 @@ class Vehicle:
             return self.profile.steps(self.state, command)
         except CommandRefused as refused:
             raise _REFUSALS[type(refused)](str(refused)) from refused
+
+    def mission_state(self, item: int) -> MissionState:
+        """What the items before this one have set. Raises StateNotRestored if the plan is not known."""
+        items = self.plan.items()
+        if items is None:
+            raise StateNotRestored(
+                f"the tower does not know the mission on board of {self.name}, and what its items before {item + 1} "
+                f"set: read it first (`as_it_is` flies without)"
+            )
+        return state_before(items, item, self.profile.family, self.state)
 
 
 def _heading_in(frame: bytes) -> float | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from mmap import mmap
 from typing import IO, Final
 
@@ -10,6 +11,7 @@ from server.live.flight_imports.converted import Converted, summed
 from server.live.flight_imports.dataflash_flight import convert_dataflash
 from server.live.flight_imports.refusals import BadFlightFile
 from server.live.flight_imports.telemetry_writer import TOO_LONG
+from server.live.flight_imports.tlog_clock import ClockJump, TlogClock
 from server.live.flight_imports.ulog_flight import convert_ulog
 from server.live.flights.tlog import STAMP, STAMP_BYTES, Entry, is_of_one_vehicle
 from server.live.flights.track import FlightSummary
@@ -19,7 +21,7 @@ from wire.own_system import OwnSystem
 
 Buffer = bytes | mmap
 _MIN_US, _MAX_US = 978_307_200_000_000, 4_102_444_800_000_000
-"""2001 to 2100: the times of a telemetry log."""
+"""2001 to 2100: the times of a telemetry log whose clock was set."""
 _SECRET: Final = mavlink.MAVLINK_MSG_ID_SETUP_SIGNING
 NOT_A_FLIGHT: Final = "this is no flight file that the tower knows: it takes .tlog, ArduPilot's .bin and PX4's .ulg"
 
@@ -30,16 +32,16 @@ def convert(log: Buffer, out: IO[bytes], *, uploaded_us: int, max_bytes: int) ->
         return convert_dataflash(log, out, uploaded_us=uploaded_us, max_bytes=max_bytes)
     if log[: len(ulog.MAGIC)] == ulog.MAGIC:
         return convert_ulog(log, out, uploaded_us=uploaded_us, max_bytes=max_bytes)
-    return _convert_tlog(log, out, max_bytes=max_bytes)
+    return _convert_tlog(log, out, uploaded_us=uploaded_us, max_bytes=max_bytes)
 
 
-def _convert_tlog(log: Buffer, out: IO[bytes], *, max_bytes: int) -> Converted:
-    """Copies the whole entries of the first vehicle in order of time. A file of which less than half is entries is no
-    telemetry log."""
+def _convert_tlog(log: Buffer, out: IO[bytes], *, uploaded_us: int, max_bytes: int) -> Converted:
+    """Copies the whole entries of the first vehicle, by the autopilot's clock. A file of which less than half is
+    entries is no telemetry log."""
     end, at, skipped, known, last_us = len(log), 0, 0, 0, 0
-    summary: FlightSummary | None = None
     size = 0
-    own = OwnSystem(judged=True)
+    own, clock = OwnSystem(judged=True), TlogClock()
+    begins, ends = array("Q"), array("Q")
     while at < end:
         length = _entry_length(log, at, end)
         if length == 0:
@@ -47,7 +49,8 @@ def _convert_tlog(log: Buffer, out: IO[bytes], *, max_bytes: int) -> Converted:
             skipped += 1
             continue
         frame = log[at + STAMP_BYTES : at + length]
-        last_us = max(last_us, STAMP.unpack_from(log, at)[0])
+        stamp_us = STAMP.unpack_from(log, at)[0]
+        last_us = max(last_us, stamp_us)
         at += length
         known += is_known(frame)
         if message_id(frame) == _SECRET or not is_of_one_vehicle(own, frame, last_us):
@@ -55,18 +58,32 @@ def _convert_tlog(log: Buffer, out: IO[bytes], *, max_bytes: int) -> Converted:
         size += length
         if size > max_bytes:
             raise BadFlightFile(TOO_LONG)
-        summary = FlightSummary(last_us) if summary is None else summary
-        summary.take(Entry(last_us, frame, size))
-        out.write(STAMP.pack(last_us) + frame)
-    if summary is None or known == 0 or skipped * 2 > end:
+        clock.take(stamp_us, frame)
+        begins.append(at - length)
+        ends.append(at)
+    if not begins or known == 0 or skipped * 2 > end:
         raise BadFlightFile(NOT_A_FLIGHT)
-    return summed(summary, "tlog", clock_known=True, skipped_bytes=skipped)
+    times = clock.times(STAMP.unpack_from(log, begin)[0] for begin in begins)
+    has_clock = STAMP.unpack_from(log, begins[-1])[0] > _MIN_US
+    summary: FlightSummary | None = None
+    size = base_us = 0
+    for begin, after, by_clock_us in zip(begins, ends, times, strict=True):
+        if summary is None:
+            base_us = 0 if has_clock else uploaded_us - by_clock_us
+            summary = FlightSummary(by_clock_us + base_us)
+        size += after - begin
+        frame = log[begin + STAMP_BYTES : after]
+        summary.take(Entry(by_clock_us + base_us, frame, size))
+        out.write(STAMP.pack(by_clock_us + base_us) + frame)
+    assert summary is not None
+    jumps = [ClockJump(one.at_us + base_us, one.by_s) for one in clock.jumps()]
+    return summed(summary, "tlog", clock_known=has_clock, skipped_bytes=skipped, clock_jumps=jumps)
 
 
 def _entry_length(log: Buffer, at: int, end: int) -> int:
     """Of the time and the frame behind it; 0: no entry begins here."""
     begin = at + STAMP_BYTES
-    if begin + 1 > end or not _MIN_US < STAMP.unpack_from(log, at)[0] < _MAX_US:
+    if begin + 1 > end or (stamp_us := STAMP.unpack_from(log, at)[0]) >= _MAX_US:
         return 0
     try:
         length = frame_length(log[begin : begin + 3])
@@ -75,4 +92,6 @@ def _entry_length(log: Buffer, at: int, end: int) -> int:
     if length == 0 or begin + length > end:
         return 0
     frame = log[begin : begin + length]
-    return STAMP_BYTES + length if not is_known(frame) or checksum_holds(frame) else 0
+    # A computer whose clock is not set counts from 1970. So small a number proves nothing: the frame must.
+    is_entry = checksum_holds(frame) if is_known(frame) else stamp_us > _MIN_US
+    return STAMP_BYTES + length if is_entry else 0

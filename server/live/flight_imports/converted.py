@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final
 
 import msgspec
 
 from server.live.flight_imports.refusals import BadFlightFile
 from server.live.flight_imports.telemetry_writer import TelemetryWriter
+from server.live.flight_imports.tlog_clock import ClockJump
 from server.live.flight_imports.views import Format
 from server.live.flights.track import FlightSummary
 
@@ -27,6 +29,7 @@ class Converted(msgspec.Struct, frozen=True):
     distance_m: float
     max_height_m: float | None
     track: list[tuple[float, float]]
+    clock_jumps: list[ClockJump] = []
 
 
 def converted(writer: TelemetryWriter, kind: Format, *, clock_known: bool, skipped_bytes: int) -> Converted:
@@ -36,7 +39,14 @@ def converted(writer: TelemetryWriter, kind: Format, *, clock_known: bool, skipp
     return summed(writer.summary, kind, clock_known=clock_known, skipped_bytes=skipped_bytes)
 
 
-def summed(summary: FlightSummary, kind: Format, *, clock_known: bool, skipped_bytes: int) -> Converted:
+def summed(
+    summary: FlightSummary,
+    kind: Format,
+    *,
+    clock_known: bool,
+    skipped_bytes: int,
+    clock_jumps: Sequence[ClockJump] = (),
+) -> Converted:
     """Raises BadFlightFile if the log has nothing to replay."""
     if summary.frames < MIN_FRAMES:
         raise BadFlightFile("there is nothing in this log that can be replayed")
@@ -51,4 +61,5 @@ def summed(summary: FlightSummary, kind: Format, *, clock_known: bool, skipped_b
         distance_m=round(summary.distance_m, 1),
         max_height_m=summary.max_height_m,
         track=[(round(lat, 6), round(lon, 6)) for lat, lon in summary.track],
+        clock_jumps=list(clock_jumps),
     )

@@ -17,6 +17,13 @@ class UploaderView(BaseModel):
     name: str
 
 
+class ClockJumpView(BaseModel):
+    model_config = ConfigDict(frozen=True)
+
+    at: datetime
+    by_s: Annotated[float, Field(description="Negative: back")]
+
+
 class ImportedFlightView(BaseModel):
     """A flight from a file of another program. It belongs to whoever uploaded it, and to no drone of the tower."""
 
@@ -30,7 +37,11 @@ class ImportedFlightView(BaseModel):
     began_at: Annotated[datetime, Field(description="Of the first frame")]
     ended_at: Annotated[datetime, Field(description="Of the last frame")]
     clock_known: Annotated[bool, Field(description="False: the file has no time of day; it begins at the upload")]
-    duration_s: float
+    duration_s: Annotated[float, Field(description="By the autopilot's clock, where the file has it")]
+    clock_jumps: Annotated[
+        list[ClockJumpView],
+        Field(description="When the clock of the computer that wrote a `.tlog` was set in the middle of it; up to 20"),
+    ] = []
     distance_m: Annotated[float, Field(description="Over ground")]
     max_height_m: Annotated[float | None, Field(description="Above home")]
     track: Annotated[list[tuple[float, float]], Field(description="Up to 200 positions, latitude and longitude")]

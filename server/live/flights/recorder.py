@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import datetime, timedelta
 from typing import Any, Final, Protocol
 
 import msgspec
@@ -114,6 +114,8 @@ class _Open:
     over_at: float | None = None
     ended_at: datetime | None = None
     unknown_since: float | None = None
+    clock_ahead_us: int = 0
+    """How far the time of day was set since the flight began: its own clock goes on."""
     had_link: bool = True
 
 
@@ -214,7 +216,7 @@ class FlightRecorder:
             "way": "frames",
             "count": command.count,
             "answer": command.result,
-            "sent_us": microseconds(command.at),
+            "sent_us": microseconds(self._time(command.drone_id, command.at)),
         }
         self.note(command.drone_id, "command", about)
 
@@ -237,7 +239,7 @@ class FlightRecorder:
             self._note(drone, kind, about)
 
     def _note(self, drone: LiveDrone, kind: str, about: dict[str, Any], at: datetime | None = None) -> None:
-        at = at or self._state.clock()
+        at = at or self._time(drone.drone_id)
         line = _encoder.encode({"at_us": microseconds(at), "kind": kind, **about})
         if len(line) > MAX_LINE_BYTES:
             line = _encoder.encode({"at_us": microseconds(at), "kind": kind, "too_long": len(line)})
@@ -253,6 +255,7 @@ class FlightRecorder:
     def tick(self, now: float) -> None:
         """Several times a second."""
         for flight in self._open.values():
+            self._check_clock(flight, now)
             flight.tape.check(now)
         if self.before_s is None or now < self._look_at:
             return
@@ -342,7 +345,7 @@ class FlightRecorder:
         elif drone.armed:
             flight.unknown_since = None
         elif flight.over_at is None:
-            flight.over_at, flight.ended_at = now, self._state.clock()
+            flight.over_at, flight.ended_at = now, self._time(drone.drone_id)
             self._note(drone, "disarmed", {}, flight.ended_at)
         if flight.over_at is not None and now - flight.over_at >= AFTER_S:
             self._end(flight, "", now)
@@ -364,7 +367,7 @@ class FlightRecorder:
     def _end(self, flight: _Open, words: str, now: float) -> None:
         if self._open.get(flight.drone.drone_id) is not flight:
             return
-        at = flight.ended_at or self._state.clock()
+        at = flight.ended_at or self._time(flight.drone.drone_id)
         flight.tape.end(now)
         self._note(flight.drone, "end", {"words": words})
         self.gaps.over(flight.drone, flight.sink, now)
@@ -376,6 +379,19 @@ class FlightRecorder:
 
     def _offset_us(self, now: float) -> int:
         return microseconds(self._state.clock()) - int(now * 1e6)
+
+    def _check_clock(self, flight: _Open, now: float) -> None:
+        """Frames have the times of the monotonic clock, so the rest of the flight has them too."""
+        ahead_us = self._offset_us(now) - flight.tape.offset_us
+        by_us, flight.clock_ahead_us = ahead_us - flight.clock_ahead_us, ahead_us
+        if abs(by_us) > CLOCK_STEP_US:
+            self._note(flight.drone, "clock_set", {"by_s": round(by_us / 1e6, 3)})
+
+    def _time(self, drone_id: DroneId, at: datetime | None = None) -> datetime:
+        """`at`, else this moment, by the clock of the drone's flight."""
+        flight = self._open.get(drone_id)
+        ahead_us = 0 if flight is None else flight.clock_ahead_us
+        return (at or self._state.clock()) - timedelta(microseconds=ahead_us)
 
     @staticmethod
     def _set_clock(tape: Tape, offset_us: int) -> None:

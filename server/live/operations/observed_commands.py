@@ -22,6 +22,7 @@ from server.live.operations.observed_table import IN_PROGRESS, NO_ANSWER, SeenCo
 from wire.dialect import mavlink
 from wire.frames import source
 from wire.ids import DroneId
+from wire.transactions import MAX_EXTENDED_S
 
 SAME_WITHIN_S: Final = 1.0
 ANSWER_WITHIN_S: Final = 5.0
@@ -60,6 +61,8 @@ class _Open:
     last: float
     result: str = ""
     """Empty: none yet."""
+    answered: float = float("-inf")
+    """When the newest answer came."""
     count: int = 1
 
 
@@ -97,7 +100,7 @@ class ObservedCommands:
         """Whether an answer of this drone is worth a look."""
         return drone_id in self._open
 
-    def heard(self, drone_id: DroneId, frame: bytes) -> None:
+    def heard(self, drone_id: DroneId, frame: bytes, now: float) -> None:
         """A frame of the drone that may be an answer."""
         reply = answer_in(frame)
         if reply is None:
@@ -110,14 +113,14 @@ class ObservedCommands:
             if fits and (newest is None or (_waits(one), one.last) >= (_waits(newest), newest.last)):
                 newest = one
         if newest is not None:
-            newest.result = result
+            newest.result, newest.answered = result, now
 
     def tick(self, now: float, mode_of: Callable[[DroneId], int | None]) -> None:
         """Several times a second. `mode_of`: the custom mode that the newest heartbeat shows."""
         for drone_id, there in list(self._open.items()):
             for key, one in list(there.items()):
-                if now - one.last > _patience_s(one):
-                    if one.seen.mode is not None and mode_of(drone_id) == one.seen.mode:
+                if now - _since(one) > _patience_s(one):
+                    if not one.result and mode_of(drone_id) in one.seen.modes:
                         one.result = SHOWN
                     self._settle(drone_id, key, one)
 
@@ -132,7 +135,7 @@ class ObservedCommands:
         del there[key]
         if not there:
             del self._open[drone_id]
-        silent = SENT if one.seen.answer_id is None and one.seen.mode is None else NO_ANSWER
+        silent = SENT if one.seen.answer_id is None and not one.seen.modes else NO_ANSWER
         system, component = one.sender
         self.on_settled(
             CommandObserved(
@@ -148,14 +151,21 @@ class ObservedCommands:
         )
 
 
+def _since(one: _Open) -> float:
+    """From when its patience counts: each IN_PROGRESS begins it again, within a bound."""
+    if one.result != IN_PROGRESS:
+        return one.last
+    return min(max(one.last, one.answered), one.last + MAX_EXTENDED_S)
+
+
 def _waits(one: _Open) -> bool:
     return one.result in ("", IN_PROGRESS)
 
 
 def _patience_s(one: _Open) -> float:
-    """How long after its last sending it is over."""
+    """How long after `_since` it is over."""
     if one.result == IN_PROGRESS:
         return PROGRESS_WITHIN_S
-    if one.result or (one.seen.answer_id is None and one.seen.mode is None):
+    if one.result or (one.seen.answer_id is None and not one.seen.modes):
         return SAME_WITHIN_S
     return PLAN_WITHIN_S if one.seen.answer_id == mavlink.MAVLINK_MSG_ID_MISSION_ACK else ANSWER_WITHIN_S

@@ -42,8 +42,8 @@ class SeenCommand:
     """The subject in the answer: MAV_CMD, kind of plan, or parameter name."""
     repeat: bool = False
     """The message marks itself as a repetition."""
-    mode: int | None = None
-    """The HEARTBEAT shows this custom mode, and nothing else answers."""
+    modes: frozenset[int] = frozenset()
+    """Of a mode change: without another answer, a HEARTBEAT with one of these custom modes is one."""
     detail: Mapping[str, object] = field(default_factory=dict)
     """For the trail."""
 
@@ -187,14 +187,23 @@ def _command(number: int, params: tuple[float, ...], *, repeat: bool) -> SeenCom
         answer_id=_M.MAVLINK_MSG_ID_COMMAND_ACK,
         answer=number,
         repeat=repeat,
+        modes=_modes(params) if number == _M.MAV_CMD_DO_SET_MODE else frozenset(),
         detail={"message": mav_cmd, "params": plain},
     )
+
+
+def _modes(params: tuple[float, ...]) -> frozenset[int]:
+    """Returns the custom mode as ArduPilot and as PX4 read it: their numbers have no value in common but 0."""
+    main, sub = params[1], params[2]
+    if not (0 <= main <= 255 and 0 <= sub <= 255):
+        return frozenset()
+    return frozenset({int(main), int(main) << 16 | int(sub) << 24})
 
 
 def _set_mode(msgid: int, body: bytes) -> SeenCommand:
     mode, _, _ = _SET_MODE.unpack_from(body.ljust(_SET_MODE.size, b"\0"))
     detail = {"message": "SET_MODE", "params": [mode]}
-    return SeenCommand("mode", (msgid, mode), None, mode=mode, detail=detail)
+    return SeenCommand("mode", (msgid, mode), None, modes=frozenset({mode}), detail=detail)
 
 
 def _plan(msgid: int, body: bytes) -> SeenCommand:

@@ -79,12 +79,13 @@ the kind of command."""
 @dataclass(frozen=True)
 class Step:
     """One transaction. `phase`: for people, while it runs; empty: the agent's own text. `skip`: whether it is
-    unnecessary when its turn comes."""
+    unnecessary when its turn comes. `item`: the plan item whose effect it sets again before the mission flies."""
 
     work: Work
     deadline_s: float
     phase: str = ""
     skip: Callable[[], bool] | None = None
+    item: int | None = None
 
 
 ResultText = Callable[[Step, Outcome, str, bool | None], str]
@@ -171,6 +172,8 @@ class Operation:
     link: TransactionLink | None = None
     deadline: float = 0.0
     """When the agent must have ended the transaction, on the clock of `now`."""
+    latest: float = 0.0
+    """Until when progress may extend the deadline, on the same clock."""
     ended_s: float = 0.0
     """When it ended, on the same clock."""
     link_lost: bool = False

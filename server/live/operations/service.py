@@ -9,6 +9,7 @@ Rules, each tested:
   agent knows nothing, so what it ran has failed, unless the order was to start it again. If an agent reports nothing of
   a plan, which it would do five times a second, it is asked to stop it: a request lost on its way ends with that
   answer.
+- A command that the autopilot still works on has longer, within a bound: the agent reports progress meanwhile.
 - All steps of an operation are sent under the epoch of its beginning, and none after the controls changed hands, the
   drone was made to hold, or another flight command came.
 - Bounded: a number at a time per lane of a drone, and 1,000 ended ones, for an hour at most.
@@ -35,8 +36,11 @@ from server.live.relay.live_state import LiveState
 from wire.ids import DroneId, UserId
 from wire.lateness import stamp_ms
 from wire.transactions import (
+    MAX_EXTENDED_S,
+    PROGRESS_EXTENDS_S,
     TRANSACTIONS,
     CancelTransaction,
+    CommandWork,
     LogListWork,
     Outcome,
     ParametersReadWork,
@@ -229,6 +233,7 @@ class OperationService:
             self._last_id = (self._last_id + 1) & 0xFFFFFFFF
             operation.transaction_id = self._last_id
             operation.deadline = now + step.deadline_s
+            operation.latest = operation.deadline + (MAX_EXTENDED_S if isinstance(step.work, CommandWork) else 0.0)
             operation.phase, operation.done, operation.total = step.phase, 0, 0
             self._running[operation.transaction_id] = operation
             link.post(
@@ -258,6 +263,7 @@ class OperationService:
         if operation is None:
             return
         operation.ask_at = None
+        operation.deadline = min(max(operation.deadline, self._now + PROGRESS_EXTENDS_S), operation.latest)
         operation.phase = operation.step.phase or report.phase[:MAX_PHASE_LENGTH]
         operation.done, operation.total = report.done, report.total
         self._notify(operation)
@@ -282,6 +288,8 @@ class OperationService:
             report.seen,
             report.logs,
         )
+        if report.outcome is not Outcome.DONE and report.item is None:
+            operation.item = operation.step.item
         operation.refusals, operation.refused = report.refusals, report.refused
         if late is None and report.outcome is Outcome.DONE and operation.next_step < len(operation.order.steps):
             del self._running[report.id]

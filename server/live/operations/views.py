@@ -54,7 +54,13 @@ class OperationView(BaseModel):
     done: Annotated[int, Field(description="Steps done in this phase ...")]
     total: Annotated[int, Field(description="... out of; 0: not known")]
     words: Annotated[str, Field(description="The result, for people: what failed, why, and what is on board now")]
-    item: Annotated[int | None, Field(description="The refused item of the plan, from 0")]
+    item: Annotated[
+        int | None,
+        Field(
+            description="The refused item of the plan, from 0. Of `start` and `jump`: the earlier one whose effect the "
+            "drone did not take again"
+        ),
+    ]
     code: Annotated[str, Field(description="Name of the MAV_MISSION_RESULT or MAV_RESULT, if any")]
     seen: Annotated[
         bool | None,

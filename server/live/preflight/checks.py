@@ -53,6 +53,8 @@ class PreflightFacts:
     arming_ok: bool | None = None
     arming_words: tuple[str, ...] = ()
     """What the autopilot gave as reasons against arming in the last minute."""
+    remote_id: str | None = None
+    """Why the Remote ID transmitter is not ready; empty: it is; None: there is none, or it is silent."""
     battery_percent: int | None = None
     battery_charge: int | None = None
     gps_fix: int | None = None
@@ -74,7 +76,10 @@ class PreflightFacts:
 
 def preflight_lines(facts: PreflightFacts) -> list[CheckLine]:
     """Returns every line, in the order in which a pilot reads them."""
-    return [CheckLine(key, title, *judge(facts)) for key, title, judge in _LINES]
+    lines = [CheckLine(key, title, *judge(facts)) for key, title, judge in _LINES]
+    if facts.remote_id is not None:  # most drones have no transmitter
+        lines.insert(_BEHIND_ARMING, CheckLine("remote-id", "Remote ID", *_remote_id(facts.remote_id)))
+    return lines
 
 
 Judged = tuple[LineState, str]
@@ -100,11 +105,19 @@ def _answers(facts: PreflightFacts) -> Judged:
     return _BAD, "The autopilot does not answer its agent: no command reaches it, and it cannot be held."
 
 
+def _remote_id(problem: str) -> Judged:
+    if problem:
+        return _BAD, f"The Remote ID transmitter is not ready: {problem.rstrip('. ')}."
+    return _GOOD, "The Remote ID transmitter is ready."
+
+
 def _arming(facts: PreflightFacts) -> Judged:
     if facts.arming_words:
         return _BAD, "The autopilot does not arm: " + "; ".join(facts.arming_words) + "."
     if facts.arming_ok is None:
         return _UNKNOWN, "The autopilot has not reported its arming checks."
+    if facts.arming_ok is False and facts.remote_id:
+        return _BAD, f"The autopilot does not arm: Remote ID: {facts.remote_id.rstrip('. ')}."
     if facts.arming_ok:
         return _GOOD, "The autopilot is ready to arm."
     return _BAD, "The autopilot does not arm, and has not said why yet. It repeats its reasons about every 30 seconds."
@@ -192,3 +205,4 @@ _LINES: Final[Sequence[tuple[str, str, Callable[[PreflightFacts], Judged]]]] = (
     ("plan", "Plan on board", _plan),
     ("fence", "Fence", _fence),
 )
+_BEHIND_ARMING: Final = 3

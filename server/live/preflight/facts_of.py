@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 _TYPE, _AUTOPILOT, _HEARTBEAT_BYTES = 4, 5, 9
 """Offsets in a HEARTBEAT, and its length."""
 UNKNOWN_KIND: Final = ""
+REMOTE_ID_WITHIN_S: Final = 10.0
+"""A transmitter reports once a second."""
 
 
 class LossResult(Protocol):
@@ -67,6 +69,7 @@ def preflight_facts(drone: LiveDrone, loss: LossResult, now: float) -> Preflight
         loss=None if quality is None else quality.loss,
         arming_ok=telemetry.arming_ok if is_heard else None,
         arming_words=_reasons(drone, now) if is_heard else (),
+        remote_id=_remote_id(drone, now) if is_heard else None,
         battery_percent=telemetry.battery_percent,
         battery_charge=telemetry.battery_charge,
         gps_fix=telemetry.gps_fix,
@@ -95,6 +98,12 @@ def _reasons(drone: LiveDrone, now: float) -> tuple[str, ...]:
         return ()
     custom_mode = int.from_bytes(payload(drone.heartbeat)[:4], "little")
     return telemetry.checks.reasons(custom_mode) or telemetry.arming_texts.now(now)
+
+
+def _remote_id(drone: LiveDrone, now: float) -> str | None:
+    """Why its transmitter is not ready; empty: it is; None: none has reported lately."""
+    told = drone.telemetry.remote_id
+    return None if told is None or now - told.at > REMOTE_ID_WITHIN_S else told.problem
 
 
 def _return_height_m(drone: LiveDrone) -> float | None:

@@ -5,7 +5,7 @@ from typing import Final
 from server.domain.people import UserRef
 from server.live.aircraft.decode import ADSB_VEHICLE
 from server.live.aircraft.decode import READ as AIRCRAFT
-from server.live.alerts.kept_telemetry import KEPT, STATUSTEXT, autopilot_of
+from server.live.alerts.kept_telemetry import KEPT, REMOTE_ID_STATUS, STATUSTEXT, autopilot_of
 from server.live.flights.recorder import FlightRecorder
 from server.live.hub_events import TurnRequested
 from server.live.operations.observed_commands import ObservedCommands
@@ -103,9 +103,11 @@ class FramePaths:
                 if kind in AIRCRAFT:
                     self._state.aircraft_frames.put(drone_id, (frame, now))
                 if is_asked and kind in ANSWERS:
-                    self._observed.heard(drone_id, frame)
+                    self._observed.heard(drone_id, frame, now)
                 if kind == EVENT:
                     drone.telemetry.event(frame)
+                if kind == REMOTE_ID_STATUS:
+                    drone.telemetry.remote_id_status(frame, now)
                 if kind == STATUSTEXT:
                     drone.telemetry.text(frame, now, armed=bool(drone.armed))
                 transactional.append(tag_bytes + frame)

@@ -25,7 +25,7 @@ from server.domain.clock import Clock
 from server.domain.people import UserRef
 from server.live.flight_imports.converted import Converted
 from server.live.flight_imports.refusals import BadFlightFile, ImportsFull, UnknownImport
-from server.live.flight_imports.views import ImportedFlightView, UploaderView
+from server.live.flight_imports.views import ClockJumpView, ImportedFlightView, UploaderView
 from server.runtime.settings import Settings
 from server.store.accounts.tables import UserRow
 from server.store.database import Database, DatabaseUnavailable
@@ -159,7 +159,7 @@ class FlightImports:
 
 
 def _view(import_id: str, by: UserRef, name: str, at: datetime, found: Converted) -> ImportedFlightView:
-    began, ended = (datetime.fromtimestamp(us / 1e6, UTC) for us in (found.began_us, found.ended_us))
+    began, ended = _at(found.began_us), _at(found.ended_us)
     return ImportedFlightView(
         id=import_id,
         name=(name.strip() or found.format)[:MAX_NAME],
@@ -170,6 +170,7 @@ def _view(import_id: str, by: UserRef, name: str, at: datetime, found: Converted
         ended_at=ended,
         clock_known=found.clock_known,
         duration_s=(ended - began).total_seconds(),
+        clock_jumps=[ClockJumpView(at=_at(one.at_us), by_s=one.by_s) for one in found.clock_jumps],
         distance_m=found.distance_m,
         max_height_m=found.max_height_m,
         track=found.track,
@@ -177,6 +178,10 @@ def _view(import_id: str, by: UserRef, name: str, at: datetime, found: Converted
         skipped_bytes=found.skipped_bytes,
         size_bytes=found.size_bytes,
     )
+
+
+def _at(at_us: int) -> datetime:
+    return datetime.fromtimestamp(at_us / 1e6, UTC)
 
 
 def _read(path: Path) -> ImportedFlightView | None:

@@ -168,6 +168,20 @@ def test_a_mode_that_is_never_shown_does_not_flood_the_line() -> None:
     assert 9 <= shown_asked(bench) <= 11
 
 
+def test_an_autopilot_that_takes_it_as_command_int_only_gets_it_so_at_once() -> None:
+    bench = Bench("LOITER", "ALT_HOLD").pass_time(0.02).ack(mavlink.MAV_RESULT_COMMAND_INT_ONLY).pass_time(STEP_S)
+    assert [one.get_type() for one in bench.sent] == ["COMMAND_LONG", "COMMAND_INT"]
+    assert bench.asked() == [LOITER, LOITER], "it is not left for the next rung"
+    bench.ack(0).beat(LOITER)
+    assert bench.reached[-1] == (LadderStep.CONFIRMED, "LOITER")
+
+
+def test_one_that_refuses_either_message_is_left() -> None:
+    bench = Bench("LOITER", "ALT_HOLD").pass_time(0.02).ack(mavlink.MAV_RESULT_COMMAND_INT_ONLY).pass_time(STEP_S)
+    bench.ack(mavlink.MAV_RESULT_COMMAND_INT_ONLY).pass_time(STEP_S)
+    assert bench.asked() == [LOITER, LOITER, ALT_HOLD]
+
+
 def test_an_empty_ladder_asks_for_nothing() -> None:
     bench = Bench(modes=None).pass_time(1.0)
     assert (bench.sent, bench.reached, bench.ladder.asking) == ([], [], False)

@@ -10,12 +10,22 @@ from pydantic import TypeAdapter, ValidationError
 
 from server.live.flight_commands.bodies import FlightCommand
 from server.live.flight_commands.steps import order_of
-from server.live.flight_commands.vehicle import NoSuchItem, NoSuchMode, NotKnownHow, NotKnownYet, Vehicle
+from server.live.flight_commands.vehicle import (
+    UNKNOWN_PLAN,
+    NoSuchItem,
+    NoSuchMode,
+    NotKnownHow,
+    NotKnownYet,
+    StateNotRestored,
+    Vehicle,
+)
+from server.live.operations.onboard_state import KnownPlan
 from server.live.operations.permissions import message_of
 from wire.autopilots import arducopter, arduplane, px4_multicopter
 from wire.autopilots.commands import VehicleState
 from wire.dialect import build, mavlink
 from wire.ids import DroneId
+from wire.plans import PlanItem, PlanKind, pack_plan
 from wire.transactions import CommandWork, Outcome
 
 READ: TypeAdapter[Any] = TypeAdapter(FlightCommand)
@@ -98,11 +108,73 @@ CASES: dict[str, tuple[dict[str, Any], list[CommandWork], list[CommandWork]]] = 
         [long(300, 0)],
     ),
     "start with item": (
-        {"command": "start", "item": 4},
+        {"command": "start", "item": 4, "as_it_is": True},
         [long(176, 1, 4), long(400, 1), long(224, 5, 1), long(300)],
         [long(300, 4)],
     ),
 }
+
+
+SURVEY = (
+    PlanItem(16, 3, x=471000000, y=82000000, z=30.0),
+    PlanItem(178, 2, (1.0, 8.0, -1.0, 0.0)),
+    PlanItem(206, 2, (12.0, 0.0, 1.0, 0.0)),
+    *[PlanItem(16, 3, x=471000000 + 1000 * row, y=82000000, z=30.0) for row in range(6)],
+)
+
+
+def flies(vehicle: Vehicle, *items: PlanItem) -> Vehicle:
+    """In the air, with this mission on board."""
+    plan = KnownPlan(pack_plan(PlanKind.MISSION, items), None)
+    flying = but(vehicle, armed=True, airborne=True, mission_items=len(items))
+    return replace(flying, plan=plan)
+
+
+TRIGGER, SPEED = long(206, 12, 0, 1), long(178, 1, 8, -1)
+
+
+@pytest.mark.parametrize("command", ["start", "jump"])
+def test_a_start_in_the_middle_sets_speed_and_camera_again(command: str) -> None:
+    copter, px4 = flies(COPTER, *SURVEY), but(flies(PX4, *SURVEY), custom_mode=4 << 16 | 4 << 24)
+    body = {"command": command, "item": 5}
+    begins = [long(224, 6, 1), TRIGGER, long(300)] if command == "start" else [TRIGGER, long(224, 6, 0)]
+    assert works(body, copter) == [*begins, SPEED]
+    assert works(body, px4) == [TRIGGER, long(300, 5), SPEED]
+    assert TRIGGER not in works({**body, "as_it_is": True}, copter)
+    assert works({**body, "item": 1}, copter)[-1] != SPEED, "it comes to the speed itself"
+
+
+def test_the_item_is_known_whose_effect_is_set_again_before_it_flies() -> None:
+    body = READ.validate_python({"command": "start", "item": 5})
+    steps = order_of(body, flies(COPTER, *SURVEY)).steps
+    assert [step.item for step in steps] == [None, 2, None, None], "the speed is set when it flies already"
+
+
+def test_a_start_at_the_beginning_sets_nothing() -> None:
+    assert works({"command": "start"}, flies(COPTER, *SURVEY)) == [long(224, 1, 1), long(300)]
+
+
+@pytest.mark.parametrize("command", ["start", "jump"])
+def test_a_load_is_not_moved_again_but_named_before_the_start(command: str) -> None:
+    vehicle = flies(COPTER, PlanItem(183, 2, (9.0, 1900.0, 0.0, 0.0)), *SURVEY)
+    with pytest.raises(StateNotRestored, match=r"hawk would fly from item 6 .* servo 9 at 1900 .*`as_it_is`"):
+        works({"command": command, "item": 5}, vehicle)
+    assert works({"command": command, "item": 5, "as_it_is": True}, vehicle)
+
+
+def test_what_an_unknown_plan_has_set_is_not_known() -> None:
+    with pytest.raises(StateNotRestored, match="does not know the mission on board of hawk"):
+        works({"command": "start", "item": 4}, COPTER)
+    assert works({"command": "start", "item": 4, "as_it_is": True}, COPTER)[-1] == long(300)
+
+
+def test_a_mission_that_is_resumed_from_another_mode_flies_as_before() -> None:
+    vehicle = replace(flies(COPTER, *SURVEY), current_item=5)
+    assert works({"command": "resume"}, vehicle) == [long(176, 1, 3), TRIGGER, SPEED]
+    assert works({"command": "resume"}, but(vehicle, custom_mode=3)) == [long(193, 1)], "nothing was forgotten"
+    assert works({"command": "resume"}, replace(vehicle, plan=UNKNOWN_PLAN)) == [long(176, 1, 3)]
+    px4 = replace(flies(PX4, *SURVEY), current_item=5)
+    assert works({"command": "resume"}, px4) == [long(176, 1, 4, 4), TRIGGER, SPEED]
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -136,7 +208,7 @@ def test_what_was_paused_in_its_mode_goes_on_there(mode: int) -> None:
 
 
 def test_a_jump_counts_arducopters_home_and_px4_jumps_only_while_it_flies_a_mission() -> None:
-    jump = {"command": "jump", "item": 3}
+    jump = {"command": "jump", "item": 3, "as_it_is": True}
     assert works(jump, COPTER) == [long(224, 4, 0)]
     assert works(jump, but(PX4, armed=True)) == [long(300, 3)]
     for vehicle in (PX4, but(PX4, armed=True, custom_mode=4 << 16 | 3 << 24)):
@@ -146,7 +218,7 @@ def test_a_jump_counts_arducopters_home_and_px4_jumps_only_while_it_flies_a_miss
 
 @pytest.mark.parametrize("command", ["jump", "start"])
 def test_an_item_that_is_not_on_board_is_refused_where_it_is_known(command: str) -> None:
-    body = {"command": command, "item": 9}
+    body = {"command": command, "item": 9, "as_it_is": True}
     with pytest.raises(NoSuchItem, match="item 10: the mission on board has 9 items"):
         works(body, COPTER)
     with pytest.raises(NoSuchItem, match="no mission is on board"):

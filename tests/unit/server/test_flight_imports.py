@@ -227,3 +227,107 @@ def test_no_bytes_break_the_reader(data: st.DataObject) -> None:
         convert(bytes(log), io.BytesIO(), uploaded_us=UPLOADED_US, max_bytes=MANY_BYTES)
     except BadFlightFile as refusal:
         assert str(refusal)
+
+
+def set_in_flight(log: bytes, at_s: float, by_s: float) -> bytes:
+    """The same telemetry log, written by a computer whose clock is set then."""
+    out = bytearray()
+    for entry in read_entries(io.BytesIO(log)):
+        is_later = entry.at_us / 1e6 - BEGAN_S >= at_s
+        out += STAMP.pack(entry.at_us + (round(by_s * 1e6) if is_later else 0)) + entry.frame
+    return bytes(out)
+
+
+YEARS_S = 94_608_000.0
+
+
+@pytest.mark.parametrize("by_s", [YEARS_S, 3600.0, 20.0, -20.0, -3600.0, -YEARS_S / 10])
+@pytest.mark.parametrize("at_s", [0.4, 37.03, 118.0])
+def test_a_clock_that_is_set_in_flight_makes_no_flight_longer(by_s: float, at_s: float) -> None:
+    log = telemetry_log(BEGAN_S, 120.0, 10)
+    plain, messages = made(log)
+    found, moved = made(set_in_flight(log, at_s, by_s))
+    assert (found.ended_us - found.began_us) / 1e6 == pytest.approx(120.0, abs=0.2)
+    assert found.began_us / 1e6 == pytest.approx(BEGAN_S + by_s, abs=0.2), "the clock that was set is right"
+    (jump,) = found.clock_jumps
+    assert jump.by_s == pytest.approx(by_s, abs=0.2)
+    assert jump.at_us / 1e6 == pytest.approx(BEGAN_S + by_s + at_s, abs=0.2)
+    assert (found.distance_m, found.max_height_m, found.frames) == (
+        plain.distance_m,
+        plain.max_height_m,
+        plain.frames,
+    )
+    for (at, _), (moved_at, _) in zip(messages, moved, strict=True):
+        assert moved_at - by_s == pytest.approx(at, abs=0.2)
+
+
+def test_a_clock_that_is_set_twice() -> None:
+    log = set_in_flight(set_in_flight(telemetry_log(BEGAN_S, 200.0, 10), 20.0, YEARS_S), 150.0 + YEARS_S, -300.0)
+    found, _ = made(log)
+    assert (found.ended_us - found.began_us) / 1e6 == pytest.approx(200.0, abs=0.2)
+    assert [round(jump.by_s) for jump in found.clock_jumps] == [YEARS_S, -300]
+
+
+def test_a_log_whose_clock_was_right_keeps_every_time() -> None:
+    log = telemetry_log(BEGAN_S, 300.0, 10)
+    found, messages = made(log)
+    assert found.clock_jumps == []
+    assert [entry.at_us / 1e6 - BEGAN_S for entry in read_entries(io.BytesIO(log))] == [at for at, _ in messages]
+
+
+def test_a_pause_of_the_link_is_a_pause_and_no_jump() -> None:
+    first, second = telemetry_log(BEGAN_S, 20.0, 10), telemetry_log(BEGAN_S, 600.0, 10)
+    later = [entry for entry in read_entries(io.BytesIO(second)) if entry.at_us / 1e6 - BEGAN_S > 500.0]
+    found, _ = made(first + b"".join(STAMP.pack(one.at_us) + one.frame for one in later))
+    assert found.clock_jumps == []
+    assert (found.ended_us - found.began_us) / 1e6 == pytest.approx(600.0, abs=0.2)
+
+
+def test_frames_that_were_held_up_are_no_jump() -> None:
+    """Eight seconds of frames come all at once."""
+    out = bytearray()
+    for entry in read_entries(io.BytesIO(telemetry_log(BEGAN_S, 120.0, 10))):
+        at_s = entry.at_us / 1e6 - BEGAN_S
+        late_s = 58.0 - at_s if 50.0 <= at_s < 58.0 else 0.0
+        out += STAMP.pack(entry.at_us + round(late_s * 1e6)) + entry.frame
+    found, _ = made(bytes(out))
+    assert found.clock_jumps == []
+    assert (found.ended_us - found.began_us) / 1e6 == pytest.approx(120.0, abs=3.0)
+
+
+def test_a_reboot_in_the_middle_counts_by_the_clock_of_the_computer() -> None:
+    again = telemetry_log(BEGAN_S + 900.0, 60.0, 10)
+    found, _ = made(telemetry_log(BEGAN_S, 60.0, 10) + again)
+    assert found.clock_jumps == []
+    assert (found.ended_us - found.began_us) / 1e6 == pytest.approx(960.0, abs=0.2)
+    back, _ = made(telemetry_log(BEGAN_S, 60.0, 10) + telemetry_log(BEGAN_S - YEARS_S, 60.0, 10))
+    assert (back.ended_us - back.began_us) / 1e6 == pytest.approx(120.0, abs=0.3)
+    assert [jump.by_s < -YEARS_S for jump in back.clock_jumps] == [True]
+
+
+def test_a_log_of_a_computer_without_a_clock_begins_at_the_upload() -> None:
+    found, _ = made(telemetry_log(5.0, 60.0, 10))
+    assert (found.clock_known, found.began_us, found.skipped_bytes) == (False, UPLOADED_US, 0)
+    assert (found.ended_us - found.began_us) / 1e6 == pytest.approx(60.0, abs=0.2)
+
+
+def test_a_clock_that_is_set_from_1970_loses_no_frame() -> None:
+    log = set_in_flight(telemetry_log(BEGAN_S, 60.0, 10), 0.0, -BEGAN_S + 40.0)
+    halves = list(read_entries(io.BytesIO(telemetry_log(BEGAN_S, 120.0, 10))))
+    later = b"".join(STAMP.pack(one.at_us) + one.frame for one in halves if one.at_us / 1e6 - BEGAN_S >= 60.0)
+    found, _ = made(log + later)
+    assert (found.clock_known, found.skipped_bytes) == (True, 0)
+    assert found.began_us / 1e6 == pytest.approx(BEGAN_S, abs=0.2)
+    assert (found.ended_us - found.began_us) / 1e6 == pytest.approx(120.0, abs=0.2)
+
+
+@given(st.lists(st.tuples(st.floats(0, 1), st.floats(-1e8, 1e8)), max_size=3))
+@settings(max_examples=examples(10, long=200), deadline=None)
+def test_whatever_the_clock_does_the_duration_is_the_autopilots(sets: list[tuple[float, float]]) -> None:
+    entries = list(read_entries(io.BytesIO(telemetry_log(BEGAN_S, 60.0, 2))))
+    out = bytearray()
+    for number, entry in enumerate(entries):
+        wrong_s = sum(by_s for share, by_s in sets if number >= share * len(entries))
+        out += STAMP.pack(entry.at_us + round(wrong_s * 1e6)) + entry.frame
+    found, _ = made(bytes(out))
+    assert (found.ended_us - found.began_us) / 1e6 == pytest.approx(60.0, abs=7.0)

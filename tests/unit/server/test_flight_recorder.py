@@ -312,6 +312,28 @@ def test_a_clock_that_was_set_spoils_no_flight(scene: Scene) -> None:
     assert times[-1] == pytest.approx(scene.time_of_day.timestamp() * 1e6, abs=1e6)
 
 
+@pytest.mark.parametrize("by", [timedelta(days=1095), timedelta(seconds=-40)])
+def test_a_clock_that_is_set_in_flight_is_marked_and_adds_nothing(scene: Scene, by: timedelta) -> None:
+    scene.says(armed=True)
+    scene.passes(10.0, frames=1)
+    scene.time_of_day += by
+    scene.passes(10.0, frames=1)
+    scene.hub.flights.note(ONE, "video", {})
+    scene.says(armed=False)
+    scene.passes(AFTER_S + 1, frames=1)
+    (sink,) = scene.sinks
+    began, ended = sink.head.began_at, sink.ended
+    assert ended is not None
+    assert (ended[0] - began).total_seconds() == pytest.approx(20.5, abs=0.6)
+    times = [line["at_us"] for line in sink.lines if line["kind"] != "flight"]
+    assert times == sorted(times)
+    assert (times[-1] - times[0]) / 1e6 == pytest.approx(30.0, abs=2.0)
+    (jump,) = sink.kinds("clock_set")
+    assert jump["by_s"] == pytest.approx(by.total_seconds())
+    (disarmed,) = sink.kinds("disarmed")
+    assert disarmed["at_us"] <= sink.entries()[-1].at_us
+
+
 def test_without_the_setting_nothing_is_kept() -> None:
     scene = Scene(before_s=None)
     scene.passes(10.0, frames=1)

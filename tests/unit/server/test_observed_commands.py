@@ -12,6 +12,7 @@ from server.live.operations.observed_commands import (
     MAX_OPEN,
     MAX_STREAM_S,
     SAME_WITHIN_S,
+    SHOWN,
     CommandObserved,
     ObservedCommands,
 )
@@ -48,7 +49,7 @@ class Scene:
         self.core.sent(KESTREL, by, "198.51.100.7", frame, self.now)
 
     def heard(self, message: Any) -> None:
-        self.core.heard(KESTREL, build(message, system_id=1, component_id=1, sequence=0))
+        self.core.heard(KESTREL, build(message, system_id=1, component_id=1, sequence=0), self.now)
 
     def passes(self, seconds: float) -> list[tuple[str, str, int]]:
         self.now += seconds
@@ -137,6 +138,25 @@ def test_in_progress_is_not_the_end(scene: Scene) -> None:
     assert scene.passes(20) == []
     scene.heard(ack(M.MAV_CMD_NAV_TAKEOFF, system=0))
     assert scene.passes(1) == [("takeoff", "accepted", 1)]
+
+
+def test_each_in_progress_is_waited_for_and_not_for_ever(scene: Scene) -> None:
+    scene.sent(long(M.MAV_CMD_NAV_TAKEOFF))
+    for _ in range(10):
+        scene.heard(ack(M.MAV_CMD_NAV_TAKEOFF, M.MAV_RESULT_IN_PROGRESS))
+        assert scene.passes(25) == []
+    for _ in range(10):
+        scene.heard(ack(M.MAV_CMD_NAV_TAKEOFF, M.MAV_RESULT_IN_PROGRESS))
+        if scene.passes(25) == [("takeoff", "in progress", 1)]:
+            return
+    raise AssertionError("it never ended")
+
+
+@pytest.mark.parametrize(("params", "mode"), [((1, 4, 0), 4), ((1, 4, 3), 4 << 16 | 3 << 24)])
+def test_a_mode_that_the_heartbeat_shows_is_an_answer(scene: Scene, params: tuple[int, ...], mode: int) -> None:
+    scene.sent(long(M.MAV_CMD_DO_SET_MODE, *params))
+    scene.mode = mode
+    assert scene.passes(ANSWER_WITHIN_S + 0.1) == [("mode", SHOWN, 1)]
 
 
 def test_sent_again_within_a_second_or_as_a_repeat_it_is_one_counted(scene: Scene) -> None:

@@ -16,6 +16,7 @@ from wire.ids import DroneId, UserId
 from wire.lateness import stamp_ms
 from wire.plans import PlanKind
 from wire.transactions import (
+    MAX_EXTENDED_S,
     TRANSACTIONS,
     CancelTransaction,
     CommandWork,
@@ -245,6 +246,47 @@ def test_an_end_that_nobody_heard_is_told_as_such_and_put_right_when_the_agent_i
     back = scene.come(process=7, link_id=55)
     scene.announce(TransactionResult(id=operation.transaction_id, outcome=Outcome.DONE, words="All there."), back)
     assert (operation.state, operation.words) == (State.DONE, "All there.")
+
+
+def take_off_in_progress(scene: Scene, seconds: int) -> Operation:
+    """An agent that reports progress each second."""
+    step = Step(CommandWork(command=22), 8.0, "taking off")
+    operation = scene.begin(Order("command", Lane.COMMANDS, [step], writes=True))
+    for _ in range(seconds):
+        scene.announce(TransactionProgress(id=operation.transaction_id, phase="carrying out", done=0, total=0))
+        scene.pass_time(1.0)
+    return operation
+
+
+def test_a_command_in_progress_has_longer_than_its_deadline() -> None:
+    scene = Scene()
+    operation = take_off_in_progress(scene, seconds=60)
+    assert operation.running
+    scene.end(operation)
+    assert operation.state is State.DONE
+
+
+def test_a_command_in_progress_has_no_end_of_time() -> None:
+    scene = Scene()
+    operation = take_off_in_progress(scene, seconds=round(8 + MAX_EXTENDED_S + GRACE_S))
+    assert operation.running
+    scene.pass_time(1.0)
+    assert operation.state is State.TIMED_OUT
+
+
+def test_a_refused_step_tells_the_item_whose_effect_it_was_to_set_again() -> None:
+    scene = Scene()
+    steps = [
+        Step(CommandWork(command=206), 8.0, "a photograph every 12 m", item=2),
+        Step(CommandWork(command=300), 8.0),
+    ]
+    operation = scene.begin(Order("command", Lane.COMMANDS, steps, writes=True))
+    scene.end(operation, Outcome.FAILED, "It does not know this command.")
+    assert (operation.state, operation.item) == (State.FAILED, 2)
+    done = scene.begin(Order("command", Lane.COMMANDS, steps, writes=True))
+    scene.end(done)
+    scene.end(done, Outcome.FAILED, "Not now.")
+    assert (done.state, done.item) == (State.FAILED, None)
 
 
 def test_the_turn_stays_with_the_assistant_for_as_long_as_their_work_goes_on() -> None:

@@ -1,14 +1,17 @@
 """The preflight checklist: what each line says, how long a reason or a signature counts."""
 
 from datetime import UTC, datetime, timedelta
+from types import SimpleNamespace
 
 import pytest
-from hub_world import HubWorld
+from hub_world import HubWorld, record
 
 from server.domain.people import UserRef
 from server.live.preflight.arming_texts import MAX_REASONS, REPEATED_WITHIN_S, ArmingTexts
 from server.live.preflight.checks import CheckLine, LineState, PreflightFacts, preflight_lines
+from server.live.preflight.facts_of import REMOTE_ID_WITHIN_S, preflight_facts
 from server.live.preflight.signature import VALID_FOR, Signature, SignedLine, after_report
+from wire.control_messages import AutopilotState
 from wire.dialect import build, mavlink
 from wire.ids import DroneId, UserId
 
@@ -42,6 +45,36 @@ def test_a_ready_drone_has_only_good_lines() -> None:
     assert {line.state for line in preflight_lines(READY)} == {LineState.GOOD}
 
 
+def test_a_drone_without_a_remote_id_transmitter_has_no_line_of_it() -> None:
+    assert "remote-id" not in {line.key for line in preflight_lines(READY)}
+    there = [line.key for line in preflight_lines(PreflightFacts(**{**READY.__dict__, "remote_id": ""}))]
+    assert there[2:4] == ["arming", "remote-id"]
+
+
+@pytest.mark.parametrize(
+    ("status", "error", "problem"),
+    [
+        (1, b"missing operator location", "missing operator location"),
+        (1, b"", "it gives no reason"),
+        (0, b"", ""),
+        (0, b"late words", ""),
+        (1, b"x" * 50, "x" * 50),
+        (1, b"caf\xc3\xa9 \xff", "caf\u00e9 \ufffd"),
+    ],
+)
+def test_what_the_transmitter_says_is_read_and_forgotten(status: int, error: bytes, problem: str) -> None:
+    world = HubWorld()
+    world.apply(record(1, (1,)))
+    agent = world.agent(1)
+    message = mavlink.MAVLink_open_drone_id_arm_status_message(status, error)
+    agent.send(build(message, system_id=1, component_id=236, sequence=0), now=100.0)
+    world.hub.reports.receive(agent.link, AutopilotState(heard=True, armed=False, airborne=False), NOON)
+    drone = world.hub.state.drones[DroneId(1)]
+    loss = SimpleNamespace(complete=True, sentences=(), acknowledged=False)
+    assert preflight_facts(drone, loss, 100.0 + REMOTE_ID_WITHIN_S).remote_id == problem
+    assert preflight_facts(drone, loss, 100.1 + REMOTE_ID_WITHIN_S).remote_id is None
+
+
 def test_what_is_not_known_is_never_good() -> None:
     states = {line.key: line.state for line in preflight_lines(PreflightFacts())}
     assert states.pop("link") is LineState.BAD
@@ -57,6 +90,15 @@ def test_what_is_not_known_is_never_good() -> None:
         ("answers", {"hears_agent": True}, LineState.GOOD, "answers its agent"),
         ("answers", {"hears_agent": False}, LineState.BAD, "cannot be held"),
         ("arming", {"arming_ok": False}, LineState.BAD, "has not said why yet"),
+        ("arming", {"arming_ok": False, "remote_id": "missing operator location"}, LineState.BAD, "Remote ID: missing"),
+        ("arming", {"remote_id": "missing operator location"}, LineState.GOOD, "ready to arm"),
+        (
+            "remote-id",
+            {"remote_id": "missing operator location"},
+            LineState.BAD,
+            "not ready: missing operator location.",
+        ),
+        ("remote-id", {"remote_id": ""}, LineState.GOOD, "is ready"),
         ("arming", {"arming_words": ("Compass not calibrated",)}, LineState.BAD, "Compass not calibrated"),
         ("battery", {"battery_percent": 60}, LineState.CAUTION, "60 %"),
         ("battery", {"battery_percent": 20}, LineState.BAD, "20 %"),

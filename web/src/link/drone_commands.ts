@@ -7,6 +7,7 @@ import { t } from '../languages/text';
 import type { Outcome } from './outcome';
 import type { Operation } from './operation_types';
 import { isOver, type Operations } from './operations';
+import { RestError } from './rest';
 import type { BodyOf, Schemas } from './rest_types';
 
 export type DroneCommand = BodyOf<'POST', typeof COMMANDS>;
@@ -17,9 +18,11 @@ export type FollowMeCommand = Schemas['FollowMe'];
 
 const COMMANDS = '/drones/{drone_id}/commands';
 
-function outcomeOf({ state, seen, words: said }: Operation): Outcome {
+function outcomeOf({ state, seen, words: said, item }: Operation): Outcome {
   const words = said || t('The tower did not report the result.');
   const isDone = state === 'done';
+  // What an earlier item of the mission had set was not taken again.
+  if (!isDone && typeof item === 'number') return { kind: 'reported', isDone, words, problem: 'state-not-restored' };
   if (state === 'timed_out') return { kind: 'reported', isDone, words, doubt: 'no-answer' };
   return { kind: 'reported', isDone, words, ...(isDone && seen === false ? { doubt: 'unconfirmed' } : {}) };
 }
@@ -33,7 +36,8 @@ export async function outcomeOfCommand(
   try {
     return outcomeOf(await commandDrone(operations, droneId, command));
   } catch (error) {
-    return { kind: 'reported', isDone: false, words: error instanceof Error ? error.message : String(error) };
+    const words = error instanceof Error ? error.message : String(error);
+    return { kind: 'reported', isDone: false, words, ...(error instanceof RestError ? { problem: error.slug } : {}) };
   }
 }
 

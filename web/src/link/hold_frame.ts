@@ -5,7 +5,7 @@
 
 import { t } from '../languages/text';
 import type { Clock } from './clock';
-import { MAV_CMD, MAV_RESULT, type MessageFields } from './generated/mavlink.gen';
+import { MAV_CMD, MAV_RESULT, MAV_STATE, type MessageFields } from './generated/mavlink.gen';
 import type { Message } from './mavlink';
 import { CONSOLE } from './messages';
 import { holdModeOf, type Mode } from './modes';
@@ -13,7 +13,7 @@ import { REPLACED, type Outcome } from './outcome';
 import type { Telemetry } from './telemetry';
 
 export const ANSWER_LIMIT_MS = 3_000;
-/** The limit after IN_PROGRESS: the autopilot has received the command and works on it. */
+/** The limit after each IN_PROGRESS: the autopilot has received the command and works on it. */
 export const PROGRESS_LIMIT_MS = 20_000;
 const CONFIRM_LIMIT_MS = 3_000;
 /** param1 of DO_SET_MODE: MAV_MODE_FLAG_CUSTOM_MODE_ENABLED. */
@@ -32,6 +32,8 @@ interface Waiting {
   readonly mode: Mode;
   readonly settle: (outcome: Outcome) => void;
   isAccepted: boolean;
+  /** Its newest HEARTBEAT since the command shows the mode, and it is nobody's failsafe that chose it. */
+  isShown: boolean;
   cancelTimer: () => void;
 }
 
@@ -59,6 +61,7 @@ export class HoldFrame {
       const waiting: Waiting = {
         mode,
         isAccepted: false,
+        isShown: false,
         cancelTimer: () => undefined,
         settle: (outcome) => {
           waiting.cancelTimer();
@@ -82,7 +85,9 @@ export class HoldFrame {
     const isSent = this.#transmit({ command: COMMAND, param1: CUSTOM_MODE, param2: main, param3: sub, confirmation });
     if (!isSent) return waiting.settle(NOT_SENT);
     waiting.cancelTimer = this.#clock.after(ANSWER_LIMIT_MS, () => {
-      if (confirmation === 0) this.#try(waiting, 1);
+      // Only the answer is lost, or the command did nothing: another one would say nothing more.
+      if (waiting.isShown) waiting.settle({ kind: 'accepted' });
+      else if (confirmation === 0) this.#try(waiting, 1);
       else waiting.settle({ kind: 'no-answer' });
     });
   }
@@ -97,8 +102,10 @@ export class HoldFrame {
       if (result === MAV_RESULT.ACCEPTED) this.#accepted(waiting);
       else if (result !== MAV_RESULT.IN_PROGRESS) waiting.settle({ kind: 'refused', result });
       else this.#after(waiting, PROGRESS_LIMIT_MS, { kind: 'no-answer' });
-    } else if (message.name === 'HEARTBEAT' && waiting.isAccepted) {
-      this.#look(waiting);
+    } else if (message.name === 'HEARTBEAT') {
+      const { custom_mode: mode, system_status: status } = message.fields;
+      waiting.isShown = mode === waiting.mode.customMode && status !== MAV_STATE.CRITICAL;
+      if (waiting.isAccepted) this.#look(waiting);
     }
   }
 

@@ -14,8 +14,17 @@ export type Outcome =
   | { readonly kind: 'unconfirmed'; readonly detail: string }
   /** Not sent, or nobody knows whether it was carried out; `why` says which. */
   | { readonly kind: 'failed'; readonly why: string }
-  /** Through the tower: the tower or the agent reported the outcome, in a whole sentence. */
-  | { readonly kind: 'reported'; readonly isDone: boolean; readonly words: string; readonly doubt?: Doubt };
+  /**
+   * Through the tower: the tower or the agent reported the outcome, in a whole sentence. `problem`: the name in
+   * docs/api.md of why the tower refused it.
+   */
+  | {
+      readonly kind: 'reported';
+      readonly isDone: boolean;
+      readonly words: string;
+      readonly doubt?: Doubt;
+      readonly problem?: string;
+    };
 
 export const isGood = (outcome: Outcome): boolean =>
   outcome.kind === 'accepted' || (outcome.kind === 'reported' && outcome.isDone);

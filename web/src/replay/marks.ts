@@ -113,6 +113,8 @@ function markOf(entry: IndexEntry, drone: string): Mark | null {
       return mark('sticks', 'info', t('The sticks of {nameOf} rest', { nameOf: nameOf(entry['by']) }));
     case 'link_lost':
       return mark('link', 'error', t('{drone} is not heard any more', { drone }));
+    case 'clock_set':
+      return mark('link', 'info', t("The tower's clock was set: the times of the flight went on"));
     case 'link_back':
       return mark('link', 'info', t('{drone} is heard again', { drone }));
     case 'holder':

@@ -31,10 +31,13 @@ const FORMATS: Readonly<Record<ImportedFlight['format'], string>> = {
 };
 
 /** Of which kind the file was, and what is to be known of it. */
-export function importNote({ format, clock_known, skipped_bytes }: ImportedFlight): string {
+export function importNote({ format, clock_known, clock_jumps, skipped_bytes }: ImportedFlight): string {
   const parts = [
     FORMATS[format],
     clock_known ? '' : t('no time of day: it begins at the import'),
+    (clock_jumps?.length ?? 0) > 0
+      ? t("its computer's clock was set in between: times are those of the autopilot")
+      : '',
     skipped_bytes > 0 ? t('{skippedBytes} could not be read', { skippedBytes: bytes(skipped_bytes) }) : '',
   ];
   return parts.filter(Boolean).join('; ');

@@ -45,3 +45,17 @@ it.each([
   const { outcome } = await paused(200, { ...OVER, ...fields });
   expect(outcome.kind === 'reported' ? outcome.doubt : 'not told').toBe(doubt);
 });
+
+it.each([
+  [
+    200,
+    { ...OVER, state: 'failed', item: 2, words: 'Kestrel, a photograph every 12 m: denied.' },
+    'state-not-restored',
+  ],
+  [200, { ...OVER, state: 'failed', item: null }, undefined],
+  [200, { ...OVER, item: 2 }, undefined],
+  [409, { type: '/problems/state-not-restored', title: 'No', detail: 'Servo 9.' }, 'state-not-restored'],
+])('names the problem that a pilot may overrule: %i %j', async (status, body, problem) => {
+  const { outcome } = await paused(status, body);
+  expect(outcome.kind === 'reported' ? outcome.problem : 'not told').toBe(problem);
+});

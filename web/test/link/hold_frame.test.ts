@@ -131,6 +131,37 @@ describe('a hold', () => {
     expect(sent).toHaveLength(2);
   });
 
+  it('is reached when the heartbeat shows it, though its answer is lost', async () => {
+    hears(heartbeat(4));
+    const seen = watch(vehicle.sendHold());
+    hears(heartbeat(BRAKE));
+    await clock.pass(2_999);
+    expect(seen.outcome).toBeNull(); // its refusal may still come
+    await clock.pass(1);
+    expect(seen.outcome).toEqual({ kind: 'accepted' });
+    expect(sent).toHaveLength(1);
+  });
+
+  it('is not reached by the hold of a failsafe', async () => {
+    const beat = (custom_mode: number, system_status: number): Uint8Array =>
+      fromAutopilot('HEARTBEAT', { autopilot: 12, type: 2, custom_mode, base_mode: 0x81, system_status });
+    hears(beat(3 << 16, 4));
+    const seen = watch(vehicle.sendHold());
+    hears(beat((4 << 16) | (3 << 24), 5));
+    await clock.pass(6_000);
+    expect(seen.outcome).toEqual({ kind: 'no-answer' });
+  });
+
+  it('in progress has longer each time', async () => {
+    hears(heartbeat(4));
+    const seen = watch(vehicle.sendHold());
+    for (let report = 0; report < 5; report += 1) {
+      ack(MAV_RESULT.IN_PROGRESS);
+      await clock.pass(15_000);
+    }
+    expect(seen.outcome).toBeNull();
+  });
+
   it('in progress may take longer, and is not repeated', async () => {
     hears(heartbeat(4));
     const seen = watch(vehicle.sendHold());

@@ -42,6 +42,10 @@ describe('an imported flight', () => {
     expect(importNote(about)).toBe(
       'Dataflash log of ArduPilot; no time of day: it begins at the import; 2.0 kB could not be read',
     );
+    const jumps = [{ at: '2026-07-01T12:00:00Z', by_s: 94_608_000 }];
+    expect(importNote({ ...about, format: 'tlog', clock_known: true, skipped_bytes: 0, clock_jumps: jumps })).toBe(
+      "Telemetry log; its computer's clock was set in between: times are those of the autopilot",
+    );
     expect(importNote({ ...about, format: 'ulog', clock_known: true, skipped_bytes: 0 })).toBe('ULog of PX4');
   });
 });

@@ -29,7 +29,7 @@ from wire.control_messages import HoldOrder, HoldProgress, HoldStep
 from wire.dialect import build
 from wire.transactions import CancelTransaction, CommandWork, Outcome, TransactionProgress, TransactionResult
 
-REPOSITION = 192
+REPOSITION, CRITICAL = 192, 5
 
 
 def sticks(x: int) -> Any:
@@ -110,10 +110,88 @@ def test_the_same_mode_once_more_is_done_too() -> None:
 
 
 def test_one_that_nobody_answers_is_repeated_and_the_end_says_that_nobody_knows() -> None:
-    world = DroneWorld(Failure.COMMAND_ACK_MISSING).ready()
+    world = DroneWorld().ready()
+    world.deaf = True
     result = world.command(SET_MODE, 1, RTL, deadline_s=8.0)
     assert (result.outcome, "not known" in result.words) == (Outcome.TIMED_OUT, True)
     assert [one.confirmation for one in world.commands_sent(SET_MODE)] == list(range(TRIES))
+
+
+def test_a_mode_that_the_heartbeat_shows_is_reached_though_its_answer_is_lost() -> None:
+    world = DroneWorld(Failure.COMMAND_ACK_MISSING).ready()
+    result = world.command(SET_MODE, 1, RTL, deadline_s=8.0)
+    assert (result.outcome, result.code, result.seen) == (Outcome.DONE, "", True)
+    assert result.words.startswith("The autopilot shows RTL. Its answer was lost.")
+
+
+def test_a_heartbeat_that_shows_the_mode_does_not_hide_a_refusal() -> None:
+    """It was in that mode already, and refuses to enter it again."""
+    world = DroneWorld().ready()
+    world.command(SET_MODE, 1, GUIDED)
+    world.deaf = True
+    number = world.begin(command_work(SET_MODE, 1, GUIDED), deadline_s=8.0)
+    world.run(1.2)
+    says(world, mavlink.MAVLink_command_ack_message(SET_MODE, 4, 0, 0, 1, COMPONENTS[0]))
+    assert world.result(number).code == "MAV_RESULT_FAILED"
+
+
+@pytest.mark.parametrize(("arm", "state"), [(1, "armed"), (0, "disarmed")])
+def test_arming_that_the_heartbeat_shows_is_done_though_its_answer_is_lost(arm: int, state: str) -> None:
+    world = DroneWorld().ready()
+    world.command(SET_MODE, 1, GUIDED)
+    world.command(ARM, 1 - arm)
+    world.vehicle.failures.add(Failure.COMMAND_ACK_MISSING)
+    result = world.command(ARM, arm, deadline_s=8.0)
+    assert result.outcome is Outcome.DONE
+    assert result.words.startswith(f"The autopilot shows that it is {state}. Its answer was lost.")
+
+
+def test_the_hold_of_px4s_failsafe_is_not_the_one_that_was_asked_for() -> None:
+    world = DroneWorld(flavour=PX4).ready()
+    world.deaf = True
+    number = world.begin(command_work(SET_MODE, 1, 4, 3), deadline_s=8.0)
+    world.run(0.1)
+    for _ in range(8):
+        says(world, mavlink.MAVLink_heartbeat_message(2, 12, 0x81, 4 << 16 | 3 << 24, CRITICAL, 3))
+        world.vehicle.failures.add(Failure.SILENT)
+        world.run(1.0)
+    assert world.result(number).outcome is Outcome.TIMED_OUT
+
+
+@pytest.mark.parametrize("failure", [Failure.COMMAND_INT_ONLY, Failure.COMMAND_LONG_UNKNOWN])
+def test_an_autopilot_that_takes_it_in_the_other_message_gets_it_so(failure: Failure) -> None:
+    world = DroneWorld().ready()
+    world.vehicle.failures.add(failure)
+    assert world.command(SET_MODE, 1, GUIDED).outcome is Outcome.DONE
+    assert [one.get_type() for one in world.commands_sent(SET_MODE)] == ["COMMAND_LONG", "COMMAND_INT"]
+    assert world.command(ARM, 1).outcome is Outcome.DONE
+    assert world.command(TAKEOFF, 0, 0, 0, 0, 0, 0, 10).outcome is Outcome.DONE
+    world.until(lambda: world.vehicle.flight.alt_over_home_m() > 9.0)
+    assert world.vehicle.flight.alt_over_home_m() < 11.0, "the height keeps its meaning"
+
+
+def test_a_place_whose_height_the_other_message_would_read_differently_is_not_sent_in_it() -> None:
+    """Heights of a COMMAND_LONG are above the sea for PX4, above home for others."""
+    world = DroneWorld().ready().flies()
+    world.vehicle.failures.add(Failure.COMMAND_LONG_ONLY)
+    goto = CommandWork(REPOSITION, (-1.0, 1.0, 0.0, None, 0.0, 0.0, 15.0), x=473980000, y=85456000, frame=6)
+    result = world.do(goto)
+    assert (result.outcome, result.code) == (Outcome.FAILED, "MAV_RESULT_COMMAND_LONG_ONLY")
+    assert len(world.commands_sent(REPOSITION)) == 1
+    assert "cannot say the same" in result.words
+
+
+def test_what_takes_longer_than_its_deadline_is_waited_for_while_it_is_in_progress() -> None:
+    world = DroneWorld().ready()
+    world.vehicle.failures.add(Failure.COMMAND_IN_PROGRESS)
+    began = world.now
+    number = world.begin(command_work(SET_MODE, 1, GUIDED), deadline_s=8.0)
+    result = world.result(number)
+    assert (result.outcome, result.code) == (Outcome.DONE, "MAV_RESULT_ACCEPTED")
+    assert world.now - began > 11.0
+    told = [one for one in world.reported if isinstance(one, TransactionProgress) and one.id == number]
+    assert len(told) >= 10, "the tower must wait too"
+    assert len(world.commands_sent(SET_MODE)) == 1
 
 
 def returns_sent(world: DroneWorld) -> int:

@@ -2675,6 +2675,12 @@ export interface components {
             /** @description Number of different users */
             readonly users: number;
         };
+        readonly ClockJumpView: {
+            /** Format: date-time */
+            readonly at: string;
+            /** @description Negative: back */
+            readonly by_s: number;
+        };
         readonly CodeProof: {
             /** @description From the authenticator, or a recovery code */
             readonly code: string;
@@ -3393,10 +3399,16 @@ export interface components {
              */
             readonly began_at: string;
             readonly by: components["schemas"]["UploaderView"];
+            /**
+             * @description When the clock of the computer that wrote a `.tlog` was set in the middle of it; up to 20
+             * @default []
+             */
+            readonly clock_jumps?: readonly components["schemas"]["ClockJumpView"][];
             /** @description False: the file has no time of day; it begins at the upload */
             readonly clock_known: boolean;
             /** @description Over ground */
             readonly distance_m: number;
+            /** @description By the autopilot's clock, where the file has it */
             readonly duration_s: number;
             /**
              * Format: date-time
@@ -3448,7 +3460,10 @@ export interface components {
             readonly name: string;
             readonly role: components["schemas"]["TeamRole"];
         };
+        /** @description Goes on with this item. `as_it_is`: as for `start`. */
         readonly Jump: {
+            /** @default false */
+            readonly as_it_is?: boolean;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -3984,7 +3999,7 @@ export interface components {
             /** @description Hash of the requested plan */
             readonly hash: string | null;
             readonly id: string;
-            /** @description The refused item of the plan, from 0 */
+            /** @description The refused item of the plan, from 0. Of `start` and `jump`: the earlier one whose effect the drone did not take again */
             readonly item: number | null;
             /** @description Kind of the plan */
             readonly kind: components["schemas"]["PlanKind"] | null;
@@ -4663,8 +4678,13 @@ export interface components {
             readonly propellers_off: string;
             readonly throttle_percent: number;
         };
-        /** @description Flies the mission from this item on; arms first if necessary. */
+        /**
+         * @description Flies the mission from this item on; arms first if necessary. What earlier items have set (speeds, the camera,
+         *     where it looks) is set again. `as_it_is`: it is not, and what cannot be set again is no reason to refuse.
+         */
         readonly Start: {
+            /** @default false */
+            readonly as_it_is?: boolean;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
