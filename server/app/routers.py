@@ -25,7 +25,7 @@ from server.api.audit import routes as audit_routes
 from server.api.control import receiver_routes, safety_routes, settings_routes, signing_routes
 from server.api.control import routes as control_routes
 from server.api.controllers import routes as controller_routes
-from server.api.fleet import enrolment_routes, loan_routes
+from server.api.fleet import enrolment_routes, loan_routes, restraint_routes
 from server.api.fleet import routes as fleet_routes
 from server.api.flight_commands import routes as command_routes
 from server.api.flight_logs import routes as log_routes
@@ -64,6 +64,7 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     fleet_routes.router,
     enrolment_routes.router,
     loan_routes.router,
+    restraint_routes.router,
     agent_update_routes.router,
     team_routes.router,
     control_routes.router,

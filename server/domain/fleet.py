@@ -9,6 +9,7 @@ from functools import cached_property
 
 from server.domain.people import Role, UserRef
 from server.domain.relations import TeamRole, Ties
+from server.domain.restraint import Restraint
 from wire.ids import DroneId, Epoch, UserId
 
 
@@ -66,6 +67,8 @@ class DroneRecord:
     """The 32 bytes of the drone's Ed25519 key. Empty: no key."""
     key_since: datetime | None = None
     team: TeamRecord | None = None
+    restraint: Restraint | None = None
+    """What admins do because it sends too much."""
 
     @property
     def identity(self) -> tuple[str, bytes]:

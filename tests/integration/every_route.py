@@ -24,6 +24,7 @@ BODIES: Final[dict[str, dict[str, object]]] = {
     "set_team_member": {"role": "observer"},
     "invite_to_team": {"name": "x", "role": "observer"},
     "lend_drone": {"until": "2020-01-01T00:00:00Z"},
+    "restrain_drone": {"measure": "muted"},
     "put_plan": {"items": []},
     "verify_plan": {"items": []},
     "foresee_plan": {"items": []},

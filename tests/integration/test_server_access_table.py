@@ -106,7 +106,7 @@ TABLE: Final[dict[str, str]] = {
     **dict.fromkeys(("create_drone", "rename_drone", "delete_drone"), RULE),
     **dict.fromkeys(("list_agent_releases", "update_agent"), RULE),
     **dict.fromkeys(("add_owner", "remove_owner"), RULE),
-    **dict.fromkeys(("lend_drone", "end_loan"), LEND),
+    **dict.fromkeys(("lend_drone", "end_loan", "get_restraint", "restrain_drone", "end_restraint"), LEND),
     **dict.fromkeys(("list_teams", "get_team", "list_zones"), LOOK),
     "read_zone_file": KEEP,
     **dict.fromkeys(("replace_zone", "delete_zone"), KEEP),

@@ -81,6 +81,7 @@ from server.live.recordings.refusals import (
     TooManyRecordings,
     UnknownRecording,
 )
+from server.live.relay.restraint import LosesItsLink
 from server.live.teams.refusals import (
     DroneInUse,
     InAnotherTeam,
@@ -203,6 +204,7 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     BadEnrolment: Kind("bad-enrolment", 403, "The enrolment token is not valid"),
     NotPrivate: Kind("https-only", 403, "Not over plain http"),
     OwnerAlready: Kind("owner-already", 409, "The user owns the drone"),
+    LosesItsLink: Kind("loses-its-link", 409, "The drone would lose its link"),
     BadLoan: Kind(INVALID.slug, INVALID.status, INVALID.title, field="until"),
     UserNameTaken: Kind("name-taken", 409, "The name is taken"),
     DroneNameTaken: Kind("name-taken", 409, "The name is taken"),

@@ -14,6 +14,7 @@ from typing import Final
 
 from server.domain.fair_queue import FairQueue
 from server.live.alerts.alert import Alert
+from server.live.alerts.muting import is_muted
 from server.live.alerts.severity import Severity
 from server.live.relay.live_state import LiveState
 from wire.ids import DroneId
@@ -22,7 +23,7 @@ OF_A_DRONE: Final = 100
 """While the database is unreachable. The oldest go: the newest say how things are."""
 RECENT: Final = timedelta(minutes=10)
 """After a restart the beginning of an older alert is no news."""
-ON_THE_GROUND: Final = frozenset({"link-lost-on-ground", "hold-unconfirmed", "motion"})
+ON_THE_GROUND: Final = frozenset({"link-lost-on-ground", "hold-unconfirmed", "motion", "noisy-drone"})
 """Rules that are announced even if the drone is disarmed on the ground: somebody may stand beside it."""
 
 
@@ -123,6 +124,8 @@ class Announcer:
             return True
         drone = self._state.drones.get(alert.drone_id)
         if drone is None:
+            return False
+        if is_muted(drone, alert):
             return False
         is_on_the_bench = drone.armed is False and not drone.airborne
         return not is_on_the_bench or alert.rule.name in ON_THE_GROUND

@@ -14,6 +14,7 @@ from server.live.relay import live_messages as live
 from server.live.relay.browser import Browser
 from server.live.relay.live_drone import LeaseView, LiveDrone, lease_of
 from server.live.relay.live_state import LiveState
+from server.live.relay.restraint import QUARANTINED_WORDS
 from wire.ids import DroneId, UserId
 
 IDENTITY_GONE = 4401
@@ -122,11 +123,11 @@ class FleetChanges:
             return  # nearly all of them, nearly every time: a change of one drone must not cost a thousand
         before, ties_before = drone.view(), drone.record.ties
         team_changed = record.team != drone.record.team
-        if drone.link is not None and record.identity != drone.record.identity:
-            drone.link.close(IDENTITY_GONE, "what this agent signed in by has been revoked or replaced")
-            state.links.pop(drone.link.link_id, None)
-            drone.forget_link(state.clock())
+        if record.identity != drone.record.identity:
+            self._end_link(drone, "what this agent signed in by has been revoked or replaced")
         drone.record, drone.crew_before = record, ties_before.crew
+        if drone.is_quarantined:
+            self._end_link(drone, QUARANTINED_WORDS)
         # The lease in a snapshot may have been read before a change that has been applied meanwhile.
         if record.epoch >= drone.lease.epoch:
             last = drone.lease
@@ -142,6 +143,12 @@ class FleetChanges:
                 if drone.may(viewer.user_id, viewer.role, Right.SEE):
                     browser.notify(live.DroneChanged(drone.view_for(viewer.user_id, viewer.role)))
         self.admit_watchers(drone)
+
+    def _end_link(self, drone: LiveDrone, why: str) -> None:
+        if drone.link is not None:
+            drone.link.close(IDENTITY_GONE, why)
+            self._state.links.pop(drone.link.link_id, None)
+            drone.forget_link(self._state.clock())
 
     def _remove(self, drone_id: DroneId) -> None:
         drone = self._state.drones.pop(drone_id)

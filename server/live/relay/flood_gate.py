@@ -46,6 +46,11 @@ REPORTS_BURST: Final = 500
 """Messages of an agent about itself: a few a second while it holds, each in several copies."""
 
 
+LIMITED_REPORTS_PER_S: Final = 10.0
+LIMITED_REPORTS_BURST: Final = 100
+"""The same of a drone that is limited."""
+
+
 @dataclass(frozen=True)
 class FloodLimits:
     """Frames in a second for long, and at once (docs/settings.md)."""
@@ -69,6 +74,7 @@ class FloodGate:
         self._reading: dict[DroneId, TokenBucket] = {}
         self._agents: dict[DroneId, TokenBucket] = {}
         self._reports: dict[DroneId, TokenBucket] = {}
+        self._limited_reports: dict[DroneId, TokenBucket] = {}
         self._openings: dict[UserId, TokenBucket] = {}
         self._video_openings: dict[UserId, TokenBucket] = {}
         self._operations: dict[UserId, TokenBucket] = {}
@@ -135,11 +141,14 @@ class FloodGate:
             bucket = self._recordings[user_id] = TokenBucket(RECORDINGS_PER_S, RECORDINGS_BURST, now)
         return bucket.take(1.0, now)
 
-    def admits_report(self, drone_id: DroneId, now: float) -> bool:
+    def admits_report(self, drone_id: DroneId, now: float, *, limited: bool = False) -> bool:
         """One message of an agent's control channel, or an urgent one."""
-        bucket = self._reports.get(drone_id)
+        reports = self._limited_reports if limited else self._reports
+        bucket = reports.get(drone_id)
         if bucket is None:
-            bucket = self._reports[drone_id] = TokenBucket(REPORTS_PER_S, REPORTS_BURST, now)
+            per_s = LIMITED_REPORTS_PER_S if limited else REPORTS_PER_S
+            burst = LIMITED_REPORTS_BURST if limited else REPORTS_BURST
+            bucket = reports[drone_id] = TokenBucket(per_s, burst, now)
         return bucket.take(1.0, now)
 
     def forget_idle(self, drones: Container[DroneId], now: float) -> None:
@@ -147,13 +156,15 @@ class FloodGate:
         for users in self._by_user():
             for user_id in [one for one, bucket in users.items() if bucket.is_full(now)]:
                 del users[user_id]
-        for way in (self._flying, self._reading, self._agents, self._reports):
+        for way in self._by_drone():
             for drone_id in [one for one in way if one not in drones]:
                 del way[drone_id]
 
     def __len__(self) -> int:
-        by_drone = (self._flying, self._reading, self._agents, self._reports)
-        return sum(len(users) for users in self._by_user()) + sum(len(way) for way in by_drone)
+        return sum(len(users) for users in self._by_user()) + sum(len(way) for way in self._by_drone())
+
+    def _by_drone(self) -> tuple[dict[DroneId, TokenBucket], ...]:
+        return self._flying, self._reading, self._agents, self._reports, self._limited_reports
 
     def _by_user(self) -> tuple[dict[UserId, TokenBucket], ...]:
         accounts = (self._users, self._operations, self._stops, self._recordings)

@@ -31,6 +31,7 @@ from server.live.hub_events import (
     LossParametersReported,
     MotionSuspected,
     MotorsStopped,
+    NoiseJudged,
     OfferLapsed,
     RightLost,
     RttTooLong,
@@ -216,6 +217,9 @@ class HubEventHandler:
                 await self._record(event.drone_id, "drone.suspicious_motion", {"why": event.why})
             case MotorsStopped():
                 await self._record(event.drone_id, "drone.motors_stopped", {"where": event.where})
+            case NoiseJudged():
+                noise = {"measures": sorted(event.measures), "sends": event.words}
+                await self._record(event.drone_id, "drone.noise_judged", noise)
             case HoldStepReported():
                 await self._record_hold(event)
             case HoldToKeep():

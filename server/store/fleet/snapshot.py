@@ -12,9 +12,10 @@ from sqlalchemy.ext.asyncio import AsyncSession
 from server.domain.fleet import DroneRecord, FleetSnapshot, LoanRecord, TeamRecord, UserRecord
 from server.domain.people import Role, UserRef
 from server.domain.relations import TeamRole, Ties
+from server.domain.restraint import Measure, Restraint
 from server.store.accounts.tables import ApiTokenRow, SessionRow, UserRow
 from server.store.control.tables import ControlLeaseRow
-from server.store.fleet.tables import DroneRow, FleetRevisionRow, LoanRow, OwnershipRow
+from server.store.fleet.tables import DroneRow, FleetRevisionRow, LoanRow, OwnershipRow, RestraintRow
 from server.store.in_slices import slices
 from server.store.teams.tables import TeamDroneRow, TeamMemberRow, TeamRow
 from wire.drone_key import key_bytes
@@ -62,6 +63,7 @@ async def load_snapshot(session: AsyncSession, now: datetime | None = None) -> F
             record = LoanRecord(borrower, loan.until, loan.may_arm, loan.max_height_m, loan.radius_m)
             loans[loan.drone_id].append(record)
     teams = await _teams(session)
+    restraints = {one.drone_id: _restraint(one) for one in await session.scalars(select(RestraintRow))}
     leases = {one.drone_id: one for one in await session.scalars(select(ControlLeaseRow))}
 
     drones = []
@@ -85,6 +87,7 @@ async def load_snapshot(session: AsyncSession, now: datetime | None = None) -> F
                 public_key=key_bytes(drone.public_key) if drone.public_key else b"",
                 key_since=drone.key_since,
                 team=teams.get(drone.id),
+                restraint=restraints.get(drone.id),
             )
         )
     token_ids = frozenset(await session.scalars(select(ApiTokenRow.id)))
@@ -92,6 +95,10 @@ async def load_snapshot(session: AsyncSession, now: datetime | None = None) -> F
     return FleetSnapshot(
         revision=revision, drones=tuple(drones), users=users, token_ids=token_ids, session_ids=session_ids
     )
+
+
+def _restraint(row: RestraintRow) -> Restraint:
+    return Restraint(Measure(row.measure), row.reason, row.by_name, row.by_admin, row.since)
 
 
 async def ties_of(session: AsyncSession, drone_id: int, now: datetime) -> Ties:

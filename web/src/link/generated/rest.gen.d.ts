@@ -833,6 +833,22 @@ export interface paths {
         readonly patch?: never;
         readonly trace?: never;
     };
+    readonly "/drones/{drone_id}/restraint": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["get_restraint"];
+        readonly put: operations["restrain_drone"];
+        readonly post?: never;
+        readonly delete: operations["end_restraint"];
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
     readonly "/drones/{drone_id}/settings": {
         readonly parameters: {
             readonly query?: never;
@@ -2987,6 +3003,8 @@ export interface components {
                 number,
                 number
             ] | null;
+            /** @description What is done because it sends too much; null: nothing */
+            readonly restraint: components["schemas"]["RestraintView"] | null;
             /**
              * @description Whether autopilot and agent sign what they send each other. `wrong_key`: what comes is not signed with the agent's key, and does not count; `no_key`: the autopilot signs, and the agent has no key
              * @default off
@@ -3703,6 +3721,19 @@ export interface components {
             /** @description Sign-in requires a second factor */
             readonly second_factor: boolean;
         };
+        /**
+         * @description From the mildest to the hardest.
+         * @enum {string}
+         */
+        readonly Measure: "muted" | "limited" | "quarantined";
+        /** @description A measure that may be taken now. */
+        readonly MeasureView: {
+            /** @description What it does to this drone and its flight now, for people */
+            readonly effect: string;
+            readonly measure: components["schemas"]["Measure"];
+            /** @description It may cost a flight: `PUT` needs `confirmed` */
+            readonly needs_confirmation: boolean;
+        };
         readonly MemberRole: {
             readonly role: components["schemas"]["TeamRole"];
         };
@@ -3917,6 +3948,19 @@ export interface components {
              * @default warning
              */
             readonly severity?: components["schemas"]["Severity"];
+        };
+        readonly NewRestraint: {
+            /**
+             * @description Also if the drone loses its link in the air
+             * @default false
+             */
+            readonly confirmed?: boolean;
+            readonly measure: components["schemas"]["Measure"];
+            /**
+             * @description For the people of the drone
+             * @default
+             */
+            readonly reason?: string;
         };
         /** @description `since`: when it was done last, so that hours since then count; missing: now. */
         readonly NewTask: {
@@ -4490,6 +4534,23 @@ export interface components {
          * @enum {string}
          */
         readonly Relation: "admin" | "team-admin" | "owner" | "team-operator" | "borrower" | "observer" | "stranger";
+        readonly RestraintsView: {
+            /** @description The mildest first; each includes the milder ones */
+            readonly measures: readonly components["schemas"]["MeasureView"][];
+            /** @description What is done already; null: nothing */
+            readonly now: components["schemas"]["RestraintView"] | null;
+        };
+        /** @description What is done about a drone that sends more than its share. */
+        readonly RestraintView: {
+            /** @description The admin; null: the tower by itself, until the drone is quiet */
+            readonly by: string | null;
+            /** @description `muted`: its texts, and alerts that are not critical, reach only whoever has the controls; `limited`: its telemetry too passes only twice a second; `quarantined`: its agent gets no link */
+            readonly measure: components["schemas"]["Measure"];
+            /** @description For people */
+            readonly reason: string;
+            /** Format: date-time */
+            readonly since: string;
+        };
         /**
          * @description The role of an account. What each allows is defined only in `access.py` (`REACH`).
          * @enum {string}
@@ -6862,6 +6923,76 @@ export interface operations {
                 };
                 content: {
                     readonly "application/json": components["schemas"]["RehearsalBegun"];
+                };
+            };
+        };
+    };
+    readonly get_restraint: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly drone_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["RestraintsView"];
+                };
+            };
+        };
+    };
+    readonly restrain_drone: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly drone_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": components["schemas"]["NewRestraint"];
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["DroneView"];
+                };
+            };
+        };
+    };
+    readonly end_restraint: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly drone_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["DroneView"];
                 };
             };
         };
