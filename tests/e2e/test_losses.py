@@ -125,7 +125,7 @@ def test_a_drone_that_sends_too_much_is_limited_and_quarantined(somebody: Somebo
     admin.part("restrain-quarantined").check()
     expect(admin.part("restrain-confirm")).to_have_count(0)
     admin.part("restrain-take").click()
-    expect(admin.part("drone-state")).to_have_attribute("data-value", "offline")
+    expect(admin.part("drone-state")).to_have_attribute("data-value", "lost")
     admin.part("open-restrain").click()
     admin.part("restraint-lift").click()
     expect(admin.part("restraint")).to_have_count(0)

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Collection
 from datetime import datetime
 from typing import Final
 
 from sqlalchemy import select, update
 from sqlalchemy.ext.asyncio import AsyncSession
 
-from server.domain.fleet import DroneRecord, FleetSnapshot, LoanRecord, TeamRecord, UserRecord
-from server.domain.people import Role, UserRef
+from server.domain.fleet import DroneRecord, FleetSnapshot, LoanRecord, SignInRecord, TeamRecord, UserRecord
+from server.domain.people import Role, SignInId, TokenId, UserRef
 from server.domain.relations import TeamRole, Ties
 from server.domain.restraint import Measure, Restraint
+from server.domain.scopes import scopes_in
 from server.store.accounts.tables import ApiTokenRow, SessionRow, UserRow
 from server.store.control.tables import ControlLeaseRow
 from server.store.fleet.tables import DroneRow, FleetRevisionRow, LoanRow, OwnershipRow, RestraintRow
@@ -22,6 +24,9 @@ from wire.drone_key import key_bytes
 from wire.ids import DroneId, Epoch, UserId
 
 REVISION: Final = select(FleetRevisionRow.revision)
+
+
+MAX_NEWER: Final = 1_000
 
 
 MEMBERS_AT_ONCE: Final = 500
@@ -90,11 +95,33 @@ async def load_snapshot(session: AsyncSession, now: datetime | None = None) -> F
                 restraint=restraints.get(drone.id),
             )
         )
-    token_ids = frozenset(await session.scalars(select(ApiTokenRow.id)))
-    session_ids = frozenset(await session.scalars(select(SessionRow.id)))
-    return FleetSnapshot(
-        revision=revision, drones=tuple(drones), users=users, token_ids=token_ids, session_ids=session_ids
-    )
+    return FleetSnapshot(revision=revision, drones=tuple(drones), users=users, sign_ins=await _sign_ins(session))
+
+
+async def _sign_ins(session: AsyncSession) -> dict[SignInId, SignInRecord]:
+    found: dict[SignInId, SignInRecord] = {}
+    users: dict[int, SignInRecord] = {}  # most people have several sessions, which say the same
+    for one in await session.execute(select(SessionRow.id, SessionRow.user_id)):
+        record = users.get(one.user_id)
+        if record is None:
+            record = users[one.user_id] = SignInRecord(UserId(one.user_id))
+        found[one.id] = record
+    for token in await session.execute(select(ApiTokenRow.id, ApiTokenRow.user_id, ApiTokenRow.scopes)):
+        found[TokenId(token.id)] = SignInRecord(UserId(token.user_id), scopes_in(token.scopes))
+    return found
+
+
+async def sessions_among(session: AsyncSession, session_ids: Collection[int]) -> dict[SignInId, SignInRecord]:
+    """Returns those among these sessions that have not ended."""
+    query = select(SessionRow.id, SessionRow.user_id).where(SessionRow.id.in_(session_ids))
+    return {one.id: SignInRecord(UserId(one.user_id)) for one in await session.execute(query)}
+
+
+async def sessions_after(session: AsyncSession, session_id: int) -> dict[SignInId, SignInRecord]:
+    """Returns those with a greater number, the oldest first and at most MAX_NEWER."""
+    query = select(SessionRow.id, SessionRow.user_id).where(SessionRow.id > session_id)
+    found = await session.execute(query.order_by(SessionRow.id).limit(MAX_NEWER))
+    return {one.id: SignInRecord(UserId(one.user_id)) for one in found}
 
 
 def _restraint(row: RestraintRow) -> Restraint:
