@@ -47,7 +47,7 @@ from server.api.preflight import routes as preflight_routes
 from server.api.recordings import routes as recording_routes
 from server.api.relay import routes as relay_routes
 from server.api.system import routes as system_routes
-from server.api.system import tower_routes
+from server.api.system import share_routes, tower_routes
 from server.api.teams import routes as team_routes
 from server.api.tiles import admin_routes as map_admin_routes
 from server.api.tiles import elevation_routes, tile_routes
@@ -103,6 +103,7 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     user_routes.router,
     audit_routes.router,
     system_routes.router,
+    share_routes.router,
     tower_routes.router,
     health.router,
     metrics_routes.router,

@@ -103,3 +103,5 @@ class FleetSnapshot:
     sign_ins: Mapping[SignInId, SignInRecord] = field(default_factory=dict)
     """The API tokens that are not revoked, and the sessions that have not ended. A new session does not change the
     fleet: newer ones may be missing."""
+    share_limits: Mapping[str, int] = field(default_factory=dict)
+    """Limits of shares that an admin has chosen, by name."""

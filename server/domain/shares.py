@@ -29,7 +29,7 @@ class Whose(StrEnum):
 class ShareName(StrEnum):
     REQUESTS = "requests"
     WRITES = "writes"
-    WORK = "work"
+    WORK = "long-work"
     OPERATIONS = "operations"
     RECORDINGS = "recordings"
     IMPORTS = "imports"
@@ -78,7 +78,7 @@ SHARES: Final[Mapping[ShareName, Share]] = {
         ),
         Share(
             name=ShareName.WORK,
-            what="long work that waits: shapes, plans among zones, lists of zones",
+            what="long work that waits: shapes, plans, lists of zones",
             whose=_PERSON,
             beyond="429 `too-much-work`",
             default=4,
@@ -86,9 +86,9 @@ SHARES: Final[Mapping[ShareName, Share]] = {
         ),
         Share(
             name=ShareName.OPERATIONS,
-            what="operations at drones at once, and a tenth of them a second",
+            what="operations at drones; a tenth a second",
             whose=_PERSON,
-            beyond="429 `too-many-operations`; stopping has as many of its own",
+            beyond="429 `too-many-operations`",
             default=100,
             least=10,
             most=10_000,
@@ -96,7 +96,7 @@ SHARES: Final[Mapping[ShareName, Share]] = {
         ),
         Share(
             name=ShareName.RECORDINGS,
-            what="recordings begun at once, and one in two seconds",
+            what="recordings begun at once; one in 2 s",
             whose=_PERSON,
             beyond="429 `too-many-recordings`",
             default=50,
@@ -113,7 +113,7 @@ SHARES: Final[Mapping[ShareName, Share]] = {
         ),
         Share(
             name=ShareName.ZONES,
-            what="zones, also of all teams that one person has made",
+            what="zones, also of all teams of one maker",
             whose=_TEAM,
             beyond="409 `too-many-zones`",
             default=50,
@@ -121,7 +121,7 @@ SHARES: Final[Mapping[ShareName, Share]] = {
         ),
         Share(
             name=ShareName.ZONES_OF_TEAMS,
-            what="zones of all teams, of 500: the tower's own find room",
+            what="zones of all teams; 500 with the tower's own",
             whose=_TOWER,
             beyond="409 `too-many-zones`",
             default=250,
@@ -129,7 +129,7 @@ SHARES: Final[Mapping[ShareName, Share]] = {
         ),
         Share(
             name=ShareName.ANNOUNCEMENTS,
-            what="announcements of alerts that wait to be put in the outbox",
+            what="announcements of alerts that wait",
             whose=_DRONE,
             beyond="its oldest are dropped",
             default=100,
@@ -138,7 +138,7 @@ SHARES: Final[Mapping[ShareName, Share]] = {
         ),
         Share(
             name=ShareName.DELIVERIES,
-            what="messages to channels that wait, of 10,000",
+            what="messages to channels that wait",
             whose=_DRONE,
             beyond="its newest are dropped and counted",
             default=300,
@@ -149,14 +149,14 @@ SHARES: Final[Mapping[ShareName, Share]] = {
             name=ShareName.ALERTS,
             what="alerts that wait to be stored",
             whose=_DRONE,
-            beyond="its newest are counted (`tower_alerts_not_stored_total`)",
+            beyond="its newest are counted, not stored",
             default=500,
             least=20,
             most=5_000,
         ),
         Share(
             name=ShareName.AUDIT_ROWS,
-            what="ends of holds in the audit trail at once, and one in 5 s",
+            what="ends of holds in the trail at once; one in 5 s",
             whose=_DRONE,
             beyond="a line in the log",
             default=60,
@@ -168,7 +168,7 @@ SHARES: Final[Mapping[ShareName, Share]] = {
             name=ShareName.AIRCRAFT,
             what="aircraft that its receiver on board hears",
             whose=_DRONE,
-            beyond="the one that was silent longest goes",
+            beyond="the longest silent one goes",
             default=100,
             least=10,
             most=500,

@@ -91,7 +91,7 @@ class Hub:
         the one who acts on what the hub notices."""
         self.squads = Squads(state)
         """What a user sees. For routes and channels."""
-        self.flood = FloodGate(flood_limits or FloodLimits())
+        self.flood = FloodGate(flood_limits or FloodLimits(), state.shares)
         """Who may ask for one more operation or recording now. For routes."""
         self.operations = OperationService(state, clock)
         """Work at drones. For routes of commands, plans, parameters, logs."""
@@ -410,5 +410,6 @@ class Hub:
         """Once a second: whose map shows which drones, and how the link of every drone is that is online."""
         self.audience.check_map_viewers()
         self._judge_noise(now)
+        self.state.shares.tick(now)
         self.flood.forget_idle(self.state.drones, now)
         self.state.publish_links(self.state.drones.values(), now)

@@ -122,6 +122,7 @@ TABLE: Final[dict[str, str]] = {
     **dict.fromkeys(("begin_enrolment", "cancel_enrolment", "revoke_key"), RULE_IN_PERSON),
     **dict.fromkeys(("list_audit_events", "download_audit_events", "system", "who_is_online"), RULE),
     "list_towers": RULE,
+    **dict.fromkeys(("list_shares", "change_share"), RULE),
     "list_given_up_deliveries": RULE,
     "drain_tower": RULE_IN_PERSON,
     "metrics": METRICS,

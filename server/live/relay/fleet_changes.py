@@ -96,6 +96,7 @@ class FleetChanges:
             return
         self._revision = snapshot.revision
         self._users = snapshot.users
+        self._state.shares.apply(snapshot.share_limits)
         self._sign_ins = snapshot.sign_ins
         newest = self.newest_session = max((one for one in snapshot.sign_ins if isinstance(one, int)), default=0)
         self._newer = {one: record for one, record in self._newer.items() if isinstance(one, int) and one > newest}
@@ -111,6 +112,11 @@ class FleetChanges:
                 self.close_browser(browser, why)
         for drone in state.drones.values():
             self._report_lost_rights(drone)
+
+    def name_of(self, user_id: UserId) -> str:
+        """Empty: there is no such account."""
+        account = self._users.get(user_id)
+        return "" if account is None else account.name
 
     def outranks(self, user_id: UserId) -> bool:
         """Whether this account takes the controls of any drone: a team admin gives way to it."""

@@ -28,8 +28,6 @@ RETRY_AFTER: Final = tuple(timedelta(seconds=wait) for wait in (10, 30, 120, 600
 KEPT_FOR: Final = timedelta(days=7)
 MAX_WAITING: Final = 10_000
 """Rows; with more, new announcements are dropped."""
-OF_A_DRONE: Final = 300
-"""Rows about one drone: however much it announces, the others' find room."""
 _RANK: Final = {severity: number for number, severity in enumerate(Severity)}
 
 Knows = Callable[[Principal, Announcement], bool]
@@ -57,6 +55,18 @@ def is_wanted(severity: Severity, least: Severity) -> bool:
     return _RANK[severity] <= _RANK[least]
 
 
+async def waiting_by_drone(session: AsyncSession) -> Counter[int | None]:
+    """How many rows wait about each drone; None: about the tower."""
+    counted = (
+        select(AlertRow.drone_id, func.count())
+        .select_from(AlertDeliveryRow)
+        .outerjoin(AlertRow, AlertRow.id == AlertDeliveryRow.alert_id)
+        .where(AlertDeliveryRow.ended_at.is_(None))
+        .group_by(AlertRow.drone_id)
+    )
+    return Counter({row[0]: row[1] for row in await session.execute(counted)})
+
+
 async def put(
     session: AsyncSession,
     announcements: Iterable[tuple[Announcement, dict[str, Any]]],
@@ -64,8 +74,10 @@ async def put(
     knows: Knows,
     owns: Owns,
     now: datetime,
+    of_a_drone: int,
 ) -> int:
     """Writes one row for each channel that gets an announcement; the end of an alert goes where its beginning went.
+    `of_a_drone`: rows about one drone that may wait: however much it announces, the others' find room.
     Returns how many were dropped for lack of room. In
     `Database.writing()`; raises IntegrityError if another tower writes the same ones."""
     query = (
@@ -86,14 +98,7 @@ async def put(
     ids = {announcement.alert.id for _, announcement, _ in wanted}
     there = select(AlertDeliveryRow.channel_id, AlertDeliveryRow.alert_id, AlertDeliveryRow.happening)
     known = {tuple(row) for row in await session.execute(there.where(AlertDeliveryRow.alert_id.in_(ids)))}
-    counted = (
-        select(AlertRow.drone_id, func.count())
-        .select_from(AlertDeliveryRow)
-        .outerjoin(AlertRow, AlertRow.id == AlertDeliveryRow.alert_id)
-        .where(AlertDeliveryRow.ended_at.is_(None))
-        .group_by(AlertRow.drone_id)
-    )
-    waiting: Counter[int | None] = Counter({row[0]: row[1] for row in await session.execute(counted)})
+    waiting = await waiting_by_drone(session)
     room = MAX_WAITING - waiting.total()
     dropped = 0
     # In order, so that a beginning of this very batch counts for its end.
@@ -105,7 +110,7 @@ async def put(
             continue
         known.add((channel_id, alert_id, happening.value))
         whose = announcement.alert.drone_id
-        if len(new) >= room or (whose is not None and waiting[whose] >= OF_A_DRONE):
+        if len(new) >= room or (whose is not None and waiting[whose] >= of_a_drone):
             dropped += 1
             continue
         waiting[whose] += 1

@@ -17,7 +17,7 @@ from server.domain.restraint import Measure, Restraint
 from server.domain.scopes import scopes_in
 from server.store.accounts.tables import ApiTokenRow, SessionRow, UserRow
 from server.store.control.tables import ControlLeaseRow
-from server.store.fleet.tables import DroneRow, FleetRevisionRow, LoanRow, OwnershipRow, RestraintRow
+from server.store.fleet.tables import DroneRow, FleetRevisionRow, LoanRow, OwnershipRow, RestraintRow, ShareLimitRow
 from server.store.in_slices import slices
 from server.store.teams.tables import TeamDroneRow, TeamMemberRow, TeamRow
 from wire.drone_key import key_bytes
@@ -95,7 +95,14 @@ async def load_snapshot(session: AsyncSession, now: datetime | None = None) -> F
                 restraint=restraints.get(drone.id),
             )
         )
-    return FleetSnapshot(revision=revision, drones=tuple(drones), users=users, sign_ins=await _sign_ins(session))
+    limits = await session.execute(select(ShareLimitRow.name, ShareLimitRow.value))
+    return FleetSnapshot(
+        revision=revision,
+        drones=tuple(drones),
+        users=users,
+        sign_ins=await _sign_ins(session),
+        share_limits={row.name: row.value for row in limits},
+    )
 
 
 async def _sign_ins(session: AsyncSession) -> dict[SignInId, SignInRecord]:

@@ -66,6 +66,17 @@ class RestraintRow(Base):
     since: Mapped[datetime] = mapped_column(UtcDateTime)
 
 
+class ShareLimitRow(Base):
+    """A limit that an admin has chosen for a share (server.domain.shares); without a row its default counts."""
+
+    __tablename__ = "share_limits"
+
+    name: Mapped[str] = mapped_column(String(32), primary_key=True)
+    value: Mapped[int]
+    changed_by: Mapped[str] = mapped_column(String(64))
+    changed_at: Mapped[datetime] = mapped_column(UtcDateTime)
+
+
 class EnrolmentRow(Base):
     """Permission to register a key for a drone, once."""
 

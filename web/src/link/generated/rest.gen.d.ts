@@ -1985,6 +1985,38 @@ export interface paths {
         readonly patch?: never;
         readonly trace?: never;
     };
+    readonly "/shares": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["list_shares"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/shares/{share_name}": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put: operations["change_share"];
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
     readonly "/statistics": {
         readonly parameters: {
             readonly query?: never;
@@ -3907,6 +3939,10 @@ export interface components {
             readonly name: string;
             readonly role: components["schemas"]["TeamRole"];
         };
+        readonly NewLimit: {
+            /** @description null: the default */
+            readonly limit: number | null;
+        };
         readonly NewLoan: {
             /** @description Above home */
             readonly max_height_m?: number | null;
@@ -4673,6 +4709,27 @@ export interface components {
             ])[];
             readonly reason: string;
         };
+        readonly SharedView: {
+            /** @description What happens to who asks for more */
+            readonly beyond: string;
+            readonly changed_at: string | null;
+            /** @description The admin who chose the limit; null: it is the default */
+            readonly changed_by: string | null;
+            readonly default: number | null;
+            readonly least: number;
+            /** @description null: it has turns, and needs none */
+            readonly limit: number | null;
+            readonly most: number;
+            readonly name: components["schemas"]["ShareName"];
+            /** @description `used` is that of the last minute or two, and not of now */
+            readonly over_time: boolean;
+            /** @description Who uses most of it at this tower, at most 20 */
+            readonly used: readonly components["schemas"]["UseView"][];
+            readonly what: string;
+            readonly whose: components["schemas"]["Whose"];
+        };
+        /** @enum {string} */
+        readonly ShareName: "requests" | "writes" | "long-work" | "operations" | "recordings" | "imports" | "zones" | "zones-of-teams" | "announcements" | "deliveries" | "alerts" | "audit-rows" | "aircraft";
         /** @description One person's part in a flight. */
         readonly ShareView: {
             /** @description Of it in the air */
@@ -4987,6 +5044,12 @@ export interface components {
             readonly id: number;
             readonly name: string;
         };
+        readonly UseView: {
+            /** @description Of the person, drone or team; null: the tower itself, or all */
+            readonly id: number | null;
+            readonly name: string;
+            readonly used: number;
+        };
         /**
          * @description The state reported to viewers (docs/wire-protocol.md, 4).
          * @enum {string}
@@ -5022,6 +5085,8 @@ export interface components {
             readonly streams: readonly components["schemas"]["VideoStreamView"][];
             readonly words: string;
         };
+        /** @enum {string} */
+        readonly Whose: "person" | "drone" | "team" | "tower";
         readonly ZoneBody: {
             readonly ceiling_m?: number | null;
             readonly floor_m?: number | null;
@@ -9188,6 +9253,52 @@ export interface operations {
                     readonly [name: string]: unknown;
                 };
                 content?: never;
+            };
+        };
+    };
+    readonly list_shares: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": readonly components["schemas"]["SharedView"][];
+                };
+            };
+        };
+    };
+    readonly change_share: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly share_name: components["schemas"]["ShareName"];
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": components["schemas"]["NewLimit"];
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["SharedView"];
+                };
             };
         };
     };
