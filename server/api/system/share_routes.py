@@ -9,7 +9,6 @@ from typing import Annotated, Any, Final
 
 from fastapi import APIRouter
 from pydantic import BaseModel, ConfigDict, Field
-from sqlalchemy import select
 
 from server.api.access import Admin
 from server.api.dependencies import (
@@ -34,7 +33,7 @@ from server.store.database import Database
 from server.store.fleet.share_limits import change_limit, chosen_limits
 from server.store.fleet.tables import ShareLimitRow
 from server.store.flight_imports.service import FlightImports
-from server.store.teams.tables import TeamRow
+from server.store.teams.teams import team_names
 from wire.ids import DroneId, UserId
 
 router = APIRouter(prefix="/api/v1/shares", tags=["system"], responses=answers(NotSignedIn, SessionExpired, AdminsOnly))
@@ -134,9 +133,7 @@ async def _used(
 async def _views(database: Database, hub: Hub, used: _Used) -> list[SharedView]:
     async with database.reading() as session:
         chosen = {row.name: row for row in await chosen_limits(session)}
-        of_teams = list(used.get(ShareName.ZONES, {}))
-        found = await session.execute(select(TeamRow.id, TeamRow.name).where(TeamRow.id.in_(of_teams)))
-        teams = {row.id: row.name for row in found}
+        teams = await team_names(session, list(used.get(ShareName.ZONES, {})))
     return [_view(name, hub, teams, chosen.get(name), used.get(name, {})) for name in SHARES]
 
 
