@@ -27,9 +27,8 @@ REVISION: Final = select(FleetRevisionRow.revision)
 
 
 MAX_NEWER: Final = 1_000
-
-
 MEMBERS_AT_ONCE: Final = 500
+SIGN_INS_AT_ONCE: Final = 500
 """Each change of the fleet reads all of them."""
 
 
@@ -107,14 +106,22 @@ async def load_snapshot(session: AsyncSession, now: datetime | None = None) -> F
 
 async def _sign_ins(session: AsyncSession) -> dict[SignInId, SignInRecord]:
     found: dict[SignInId, SignInRecord] = {}
-    users: dict[int, SignInRecord] = {}  # most people have several sessions, which say the same
-    for one in await session.execute(select(SessionRow.id, SessionRow.user_id)):
-        record = users.get(one.user_id)
-        if record is None:
-            record = users[one.user_id] = SignInRecord(UserId(one.user_id))
-        found[one.id] = record
-    for token in await session.execute(select(ApiTokenRow.id, ApiTokenRow.user_id, ApiTokenRow.scopes)):
-        found[TokenId(token.id)] = SignInRecord(UserId(token.user_id), scopes_in(token.scopes))
+    records: dict[tuple[int, str], SignInRecord] = {}
+    """By user and scopes: most people have several that say the same."""
+    async for some in slices(session, select(SessionRow.id, SessionRow.user_id), rows=SIGN_INS_AT_ONCE):
+        for one in some:
+            record = records.get((one.user_id, ""))
+            if record is None:
+                record = records[one.user_id, ""] = SignInRecord(UserId(one.user_id))
+            found[one.id] = record
+    tokens = select(ApiTokenRow.id, ApiTokenRow.user_id, ApiTokenRow.scopes)
+    async for part in slices(session, tokens, rows=SIGN_INS_AT_ONCE):
+        for token in part:
+            key = token.user_id, token.scopes
+            record = records.get(key)
+            if record is None:
+                record = records[key] = SignInRecord(UserId(token.user_id), scopes_in(token.scopes))
+            found[TokenId(token.id)] = record
     return found
 
 
